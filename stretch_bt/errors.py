@@ -1,0 +1,180 @@
+"""Every error the package raises on purpose.
+
+::
+
+    StretchError
+    ├── FileError                the file is wrong: carries diagnostics with line and column
+    │   ├── TreeError
+    │   ├── SceneError
+    │   ├── CellError
+    │   ├── MocksError
+    │   └── RecordError
+    ├── InvalidInput             an argument has the wrong shape, type, unit or range
+    ├── NoAnswer                 the numbers carry no answer; `.reason` says why
+    │   ├── NoContact
+    │   ├── IllConditioned
+    │   └── NoEquilibrium
+    ├── DeviceFault              a device says no; latched until acknowledged
+    │   ├── DeviceLost
+    │   ├── StaleReading
+    │   ├── LimitExceeded
+    │   └── NotReady
+    ├── UnsetKey                 a key is read before anything wrote it
+    ├── NodeError                the code of a node broke, or broke its contract; names the node's path
+    └── MissingExtra             an optional package is needed; says what to install
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+__all__ = [
+    "CellError",
+    "DeviceFault",
+    "DeviceLost",
+    "Diagnostic",
+    "FileError",
+    "IllConditioned",
+    "InvalidInput",
+    "LimitExceeded",
+    "MissingExtra",
+    "MocksError",
+    "NoAnswer",
+    "NoContact",
+    "NoEquilibrium",
+    "NodeError",
+    "NotReady",
+    "RecordError",
+    "SceneError",
+    "StaleReading",
+    "StretchError",
+    "TreeError",
+    "UnsetKey",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding about a file; line and column count from 1, `hint` says what to write instead."""
+
+    file: str
+    line: int
+    column: int
+    severity: Literal["error", "warning"]
+    code: str
+    message: str
+    hint: str = ""
+    length: int = field(default=1, compare=False)
+
+    def __str__(self) -> str:
+        text = f"{self.file}:{self.line}:{self.column} {self.severity}[{self.code}]: {self.message}"
+        return f"{text}; {self.hint}" if self.hint else text
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields that `check --json` prints."""
+        fields = asdict(self)
+        del fields["length"]
+        return fields
+
+
+class StretchError(Exception):
+    """Base of every error raised on purpose."""
+
+
+class FileError(StretchError):
+    """A file is wrong; `.diagnostics` says where and what to write instead."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        self.diagnostics = list(diagnostics)
+        super().__init__("\n".join(str(d) for d in self.diagnostics))
+
+
+class TreeError(FileError):
+    """A tree file, or one that it imports, is wrong."""
+
+
+class SceneError(FileError):
+    """A scene file is wrong."""
+
+
+class CellError(FileError):
+    """A cell file is wrong."""
+
+
+class MocksError(FileError):
+    """A mocks file is wrong, or does not fit its tree."""
+
+
+class RecordError(FileError):
+    """A record folder is missing, incomplete or damaged."""
+
+
+class InvalidInput(StretchError, ValueError):
+    """An argument has the wrong shape, type, unit or range; the text says what was expected."""
+
+
+class NoAnswer(StretchError):
+    """The numbers carry no answer; `.reason` says why in one sentence."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(reason)
+
+
+class NoContact(NoAnswer):
+    """Nothing is in contact where a contact is needed."""
+
+
+class IllConditioned(NoAnswer):
+    """The data do not determine the quantity asked for."""
+
+
+class NoEquilibrium(NoAnswer):
+    """The mechanics have no solution, or none was found within the budget."""
+
+
+class DeviceFault(StretchError):
+    """A device refuses, fails or is gone; `.device` names it, `.reason` says why."""
+
+    def __init__(self, device: str, reason: str) -> None:
+        self.device = device
+        self.reason = reason
+        super().__init__(f"{device}: {reason}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.device, self.reason)
+
+
+class DeviceLost(DeviceFault):
+    """The connection to a device broke, or never came up."""
+
+
+class StaleReading(DeviceFault):
+    """A reading is older than its consumer accepts."""
+
+
+class LimitExceeded(DeviceFault):
+    """A command lies outside the limits of the cell."""
+
+
+class NotReady(DeviceFault):
+    """A command was given to a device that is closed or in fault."""
+
+
+class UnsetKey(StretchError):
+    """A key is read before anything wrote it."""
+
+
+class NodeError(StretchError):
+    """The code of a node broke, or broke the contract of a node; `.path` names the node."""
+
+    def __init__(self, path: str, reason: str) -> None:
+        self.path = path
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")
+
+
+class MissingExtra(StretchError, ImportError):
+    """An optional package is needed; the text says what to install."""

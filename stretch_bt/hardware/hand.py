@@ -1,0 +1,39 @@
+"""The hand: what is known of the membrane, its fingers and its camera, and where it first touched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+__all__ = ["Hand", "HandGeometry"]
+
+
+@dataclass(frozen=True, slots=True)
+class HandGeometry:
+    """Lengths of the hand, m; `rest_opening` is the gripper's opening at stretch 0."""
+
+    gauge: float = 0.100
+    width: float = 0.090
+    thickness: float = 0.002
+    rest_opening: float = 0.055
+    plane_distance: float = 0.200
+
+    def opening(self, stretch: float) -> float:
+        """Return the gripper opening, m, that gives a stretch, m."""
+        return self.rest_opening + stretch
+
+    def stretch(self, opening: float) -> float:
+        """Return the stretch, m, that a gripper opening, m, gives."""
+        return opening - self.rest_opening
+
+
+@dataclass(slots=True)
+class Hand:
+    """The hand of a run: its geometry, and the height of first contact once a node has found it."""
+
+    geometry: HandGeometry = field(default_factory=HandGeometry)
+    contact_height: float | None = None
+    contact_height_sd: float | None = None
+
+    def depth(self, hand_height: float) -> float | None:
+        """Return how far the hand is past first contact, m, or None before contact was found."""
+        return None if self.contact_height is None else self.contact_height - hand_height

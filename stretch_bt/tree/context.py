@@ -1,0 +1,20 @@
+"""What a node may know of the run it is in."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from stretch_bt.hardware.hand import Hand
+
+__all__ = ["Context"]
+
+
+class Context(Protocol):
+    """The run, as a node sees it; `now` stays the same during a tick, so that a replay decides alike."""
+
+    now: float
+    hand: Hand
+
+    def device(self, name: str) -> Any:
+        """Return a device that the tree declared; raises NotReady when the run has none."""
+        ...

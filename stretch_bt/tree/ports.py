@@ -1,0 +1,298 @@
+"""What a node is: one class with a docstring and typed ports.
+
+A port is an annotation. `In[T]` reads, `Out[T]` writes, `Uses[D]` names a device interface. Building a tree binds each
+port to a slot, so that a tick costs one attribute access a port.
+"""
+
+from __future__ import annotations
+
+import inspect
+import io
+import tokenize
+import types
+import typing
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, overload
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.errors import NoAnswer, NodeError, StretchError, UnsetKey
+from stretch_bt.units import Estimate
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.context import Context
+
+__all__ = ["MISSING", "Behavior", "Cell", "In", "Out", "Port", "Role", "Status", "Uses", "port"]
+
+T = TypeVar("T")
+
+
+class Role(Enum):
+    """What a port does."""
+
+    INPUT = "input"
+    OUTPUT = "output"
+    DEVICE = "device"
+
+
+In = Annotated[T, Role.INPUT]
+Out = Annotated[T, Role.OUTPUT]
+Uses = Annotated[T, Role.DEVICE]
+
+
+class _Missing:
+    """The absence of a value, where None is one."""
+
+    def __repr__(self) -> str:
+        return "unset"
+
+    def __bool__(self) -> bool:
+        return False
+
+
+MISSING: Any = _Missing()
+
+
+@dataclass(slots=True)
+class _Options:
+    default: Any
+    min: float | None
+    max: float | None
+    doc: str
+
+
+@overload
+def port(default: T, *, min: float | None = None, max: float | None = None, doc: str = "") -> T: ...
+@overload
+def port(*, min: float | None = None, max: float | None = None, doc: str = "") -> Any: ...
+def port(default: Any = MISSING, *, min: float | None = None, max: float | None = None, doc: str = "") -> Any:
+    """Give a port a default, bounds (SI, both ends allowed) or a doc; a plain default can also be assigned as it is."""
+    return _Options(default, min, max, doc)
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """One port of a node, as its class declares it; `annotation` is the Python type without the role."""
+
+    name: str
+    role: Role
+    annotation: Any
+    default: Any = MISSING
+    min: float | None = None
+    max: float | None = None
+    doc: str = ""
+    optional: bool = False
+
+    @property
+    def required(self) -> bool:
+        """Whether a tree must give it."""
+        return self.role is Role.INPUT and self.default is MISSING
+
+
+class Cell:
+    """Where a key's value lives during a run, with its standard deviation."""
+
+    __slots__ = ("listener", "name", "sd", "value")
+
+    def __init__(self, name: str, value: Any = MISSING) -> None:
+        self.name = name
+        self.value = value
+        self.sd: float | None = None
+        self.listener: Callable[[Cell], None] | None = None
+
+    def read(self) -> Any:
+        """Return the value; raises UnsetKey when nothing wrote it yet."""
+        if self.value is MISSING:
+            raise UnsetKey(f"${self.name} is read before anything wrote it")
+        return self.value
+
+    def write(self, value: Any) -> None:
+        """Set the value, and its standard deviation when the value is an Estimate."""
+        if value.__class__ is Estimate:
+            self.sd = value.sd
+            value = value.value
+        else:
+            self.sd = None
+        self.value = value
+        if self.listener is not None:
+            self.listener(self)
+
+
+class _InputSlot:
+    """Reads what the tree wired to the port: a constant, a key or an expression."""
+
+    __slots__ = ("name",)
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, node: Behavior | None, owner: type) -> Any:
+        if node is None:
+            return self
+        return node.wiring[self.name]()
+
+    def __set__(self, node: Behavior, value: Any) -> None:
+        raise NodeError(node.path, f"the input port {self.name!r} cannot be written; write to an output port")
+
+
+class _OutputSlot:
+    """Writes to the key that the tree wired to the port, if any."""
+
+    __slots__ = ("name",)
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, node: Behavior | None, owner: type) -> Any:
+        if node is None:
+            return self
+        return node.sinks[self.name].value
+
+    def __set__(self, node: Behavior, value: Any) -> None:
+        node.sinks[self.name].write(value)
+
+
+class _DeviceSlot:
+    """Hands out the device that the tree declared for the port."""
+
+    __slots__ = ("name",)
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, node: Behavior | None, owner: type) -> Any:
+        if node is None:
+            return self
+        device = node.device_names.get(self.name)
+        return None if device is None else node.context.device(device)
+
+
+_SLOTS = {Role.INPUT: _InputSlot, Role.OUTPUT: _OutputSlot, Role.DEVICE: _DeviceSlot}
+
+
+class Behavior(py_trees.behaviour.Behaviour):  # type: ignore[misc]
+    """Base of every node that people write.
+
+    Override `update`, and where needed `initialise` (each time the node starts) and `terminate` (each time it ends or is
+    interrupted; it may come more than once and without `initialise` before it). Raise NoAnswer from `update` to fail
+    with its reason. `context` gives the time of the tick, the hand and the devices; `reason` explains a FAILURE.
+    """
+
+    ports: ClassVar[dict[str, Port]] = {}
+    kind: ClassVar[str] = "action"
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.ports = {**cls.ports, **_declared_ports(cls)}
+        for name, declared in cls.ports.items():
+            if not isinstance(inspect.getattr_static(cls, name, None), tuple(_SLOTS.values())):
+                setattr(cls, name, _SLOTS[declared.role](name))
+
+    def __init__(self, path: str = "") -> None:
+        super().__init__(name=path.rpartition("/")[2] or type(self).__name__)
+        self.path = path
+        self.context: Context = cast("Context", None)
+        self.wiring: dict[str, Callable[[], Any]] = {}
+        self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.role is Role.OUTPUT}
+        self.device_names: dict[str, str] = {}
+
+    @property
+    def reason(self) -> str:
+        """Why the node failed, or what it is doing."""
+        return str(self.feedback_message)
+
+    @reason.setter
+    def reason(self, text: str) -> None:
+        self.feedback_message = text
+
+    def update(self) -> Status:
+        """Do one tick's work and return at once."""
+        raise NodeError(self.path, f"{type(self).__name__} does not override update()")
+
+    def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
+        """Tick once; a refusal becomes FAILURE with its reason, any other error names the node."""
+        try:
+            if self.status is not Status.RUNNING:
+                self.feedback_message = ""
+                self.initialise()
+            status = self.update()
+        except NoAnswer as refusal:
+            self.feedback_message = refusal.reason
+            status = Status.FAILURE
+        except StretchError:
+            raise
+        except Exception as error:
+            raise NodeError(self.path, f"{type(error).__name__}: {error}") from error
+        if status.__class__ is not Status or status is Status.INVALID:
+            raise NodeError(self.path, f"update() returned {status!r}; return SUCCESS, FAILURE or RUNNING")
+        if status is not Status.RUNNING:
+            self.stop(status)
+        self.status = status
+        yield self
+
+    def stop(self, new_status: Status) -> None:
+        """End with this status; INVALID when interrupted."""
+        self.terminate(new_status)
+        self.status = new_status
+        self.iterator = self.tick()
+
+
+def _declared_ports(cls: type) -> dict[str, Port]:
+    annotations = inspect.get_annotations(cls)
+    if not annotations:
+        return {}
+    hints = typing.get_type_hints(cls, include_extras=True, localns={cls.__name__: cls})
+    comments = _comments(cls) if annotations else {}
+    ports = {}
+    for name in annotations:
+        role, annotation, optional = _split(hints[name])
+        if role is not None:
+            ports[name] = _make_port(cls, name, role, annotation, optional, comments.get(name, ""))
+    return ports
+
+
+def _make_port(cls: type, name: str, role: Role, annotation: Any, optional: bool, comment: str) -> Port:
+    given = cls.__dict__.get(name, MISSING)
+    options = given if isinstance(given, _Options) else _Options(given, None, None, "")
+    if role is not Role.INPUT and options.default is not MISSING:
+        raise TypeError(f"{cls.__name__}.{name}: only an input port can have a default")
+    return Port(name, role, annotation, options.default, options.min, options.max, options.doc or comment, optional)
+
+
+def _split(hint: Any) -> tuple[Role | None, Any, bool]:
+    """Return the role of an annotation, the annotation without it, and whether None is allowed for a device."""
+    if typing.get_origin(hint) is not Annotated:
+        return None, hint, False
+    base, *metadata = typing.get_args(hint)
+    roles = [m for m in metadata if isinstance(m, Role)]
+    if not roles:
+        return None, hint, False
+    rest = tuple(m for m in metadata if not isinstance(m, Role))
+    optional = False
+    if roles[0] is Role.DEVICE and typing.get_origin(base) in (typing.Union, types.UnionType):
+        optional = type(None) in typing.get_args(base)
+        base = next(a for a in typing.get_args(base) if a is not type(None))
+    return roles[0], Annotated[(base, *rest)] if rest else base, optional
+
+
+def _comments(cls: type) -> dict[str, str]:
+    """Return the comment on the line of each annotated attribute, where the source can be read."""
+    try:
+        source = inspect.getsource(cls)
+    except (OSError, TypeError):
+        return {}
+    found: dict[str, str] = {}
+    first_name = ""
+    fresh_line = True
+    for token in tokenize.generate_tokens(io.StringIO(inspect.cleandoc(source)).readline):
+        if token.type in (tokenize.NEWLINE, tokenize.NL, tokenize.INDENT, tokenize.DEDENT):
+            fresh_line = True
+        elif token.type == tokenize.COMMENT and first_name and not fresh_line:
+            found[first_name] = token.string.lstrip("# ").strip()
+        elif fresh_line:
+            first_name = token.string if token.type == tokenize.NAME else ""
+            fresh_line = False
+    return found
