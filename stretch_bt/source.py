@@ -269,7 +269,10 @@ class _Composer:
         self.count += nodes
         if self.count > MAX_NODES:
             self.refuse(
-                event, "yaml-size", f"more than {MAX_NODES} values, anchors expanded", "remove anchors, or split the file"
+                event,
+                "yaml-size",
+                f"more than {MAX_NODES} values, anchors expanded",
+                "remove anchors, or split the file",
             )
 
     def alias(self, event: yaml.AliasEvent) -> Value:
@@ -291,7 +294,9 @@ class _Composer:
             key = self.scalar(key_event)
             if key.text in pairs:
                 first = pairs[key.text][0].mark.line
-                self.refuse(key_event, "yaml-duplicate", f"{key.text!r} stands twice (first on line {first})", "keep one")
+                self.refuse(
+                    key_event, "yaml-duplicate", f"{key.text!r} stands twice (first on line {first})", "keep one"
+                )
             if key.text == "<<" and not key.quoted:
                 self.refuse(key_event, "yaml-merge", "merge keys (<<) are not YAML 1.2", "write the values out")
             pairs[key.text] = (key, self.value(next(self.events), depth + 1))
@@ -338,7 +343,9 @@ def _explain(model: type, root: Value, error: Any) -> Diagnostic:
         parent, _ = _locate(root, error["loc"][:-1])
         key = str(error["loc"][-1])
         mark = parent.key(key).mark if isinstance(parent, Map) and key in parent else value.mark
-        return mark.error("key-unknown", f"unknown key {key!r}", did_you_mean(key, _field_names(model, error["loc"][:-1])))
+        return mark.error(
+            "key-unknown", f"unknown key {key!r}", did_you_mean(key, _field_names(model, error["loc"][:-1]))
+        )
     if kind == "missing":
         return value.mark.error("key-missing", f"{where} is missing", f"add '{error['loc'][-1]}: ...'")
     message = error["msg"].removeprefix("Value error, ")

@@ -97,7 +97,9 @@ class Kind:
         if dimension == DIMENSIONLESS and self.dimension != DIMENSIONLESS:
             raise InvalidInput(f"{text} has no unit; write '{text} {self.unit}'")
         if dimension != self.dimension:
-            raise InvalidInput(f"{text} is {dimension}, not {self.name}; use one of {', '.join(unit_names(self.dimension))}")
+            raise InvalidInput(
+                f"{text} is {dimension}, not {self.name}; use one of {', '.join(unit_names(self.dimension))}"
+            )
         return value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:

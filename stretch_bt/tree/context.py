@@ -13,8 +13,14 @@ class Context(Protocol):
     """The run, as a node sees it; `now` stays the same during a tick, so that a replay decides alike."""
 
     now: float
+    time: float  # since the run began, s
+    ticks: int
     hand: Hand
 
     def device(self, name: str) -> Any:
         """Return a device that the tree declared; raises NotReady when the run has none."""
+        ...
+
+    def reading(self, device: str, name: str) -> Any:
+        """Return a reading of a device for an expression, such as `arm.force`."""
         ...

@@ -95,28 +95,42 @@ class Port:
 class Cell:
     """Where a key's value lives during a run, with its standard deviation."""
 
-    __slots__ = ("listener", "name", "sd", "value")
+    __slots__ = ("blocked", "listener", "name", "sd", "value", "writer")
 
     def __init__(self, name: str, value: Any = MISSING) -> None:
         self.name = name
         self.value = value
         self.sd: float | None = None
+        self.writer = ""
+        self.blocked = ""  # why nothing may ever write it
         self.listener: Callable[[Cell], None] | None = None
 
     def read(self) -> Any:
         """Return the value; raises UnsetKey when nothing wrote it yet."""
         if self.value is MISSING:
-            raise UnsetKey(f"${self.name} is read before anything wrote it")
+            raise UnsetKey(f"${self.name} is read before anything wrote it{self.blocked and '; ' + self.blocked}")
         return self.value
 
-    def write(self, value: Any) -> None:
-        """Set the value, and its standard deviation when the value is an Estimate."""
+    def read_sd(self) -> float:
+        """Return the standard deviation of the value; raises UnsetKey when it has none."""
+        if self.value is MISSING or self.sd is None:
+            raise UnsetKey(f"${self.name} has no standard deviation")
+        return self.sd
+
+    def reset(self, value: Any = MISSING) -> None:
+        """Go back to a default, or to unset."""
+        self.value = value
+        self.sd = None
+
+    def write(self, value: Any, writer: str = "") -> None:
+        """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""
         if value.__class__ is Estimate:
             self.sd = value.sd
             value = value.value
         else:
             self.sd = None
         self.value = value
+        self.writer = writer
         if self.listener is not None:
             self.listener(self)
 
@@ -152,7 +166,7 @@ class _OutputSlot:
         return node.sinks[self.name].value
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        node.sinks[self.name].write(value)
+        node.sinks[self.name].write(value, node.path)
 
 
 class _DeviceSlot:

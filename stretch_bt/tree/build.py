@@ -1,0 +1,317 @@
+"""From a checked task to py_trees nodes: fresh nodes at every place, ports bound to cells, paths that stay the same."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import py_trees
+
+from stretch_bt.errors import NodeError
+from stretch_bt.tree.context import Context
+from stretch_bt.tree.document import Declared, Signature
+from stretch_bt.tree.expression import bind, names
+from stretch_bt.tree.expression.typecheck import Origin, follow
+from stretch_bt.tree.flow import Call, Leaf, Part, Wire
+from stretch_bt.tree.flow.call import CallNode
+from stretch_bt.tree.flow.guard import Condition, Guard
+from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role
+from stretch_bt.tree.program import Program
+from stretch_bt.tree.scope import TreeScope
+from stretch_bt.tree.types import Type
+from stretch_bt.units import format_quantity
+
+__all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
+
+Node = py_trees.behaviour.Behaviour
+
+
+class Substitutes(Protocol):
+    """What may stand in for nodes of an unedited tree, by path."""
+
+    def node(self, path: str, outputs: Mapping[str, tuple[Cell, Type]], context: Context) -> Node | None:
+        """Return a stand-in for the node at this path, or None."""
+        ...
+
+    def condition(self, path: str, context: Context) -> Callable[[], bool] | None:
+        """Return a stand-in for the condition at this path, or None."""
+        ...
+
+
+@dataclass(slots=True)
+class BuiltTree:
+    """A tree ready to be ticked."""
+
+    root: Node
+    finish: Node | None
+    outputs: dict[str, tuple[Declared, Cell]]
+    nodes: dict[str, Node] = field(default_factory=dict)
+    cells: list[Cell] = field(default_factory=list)
+    devices: set[str] = field(default_factory=set)
+
+    def pending(self) -> list[CallNode]:
+        """Return the called trees that were entered and still owe their `finally`, the innermost first."""
+        calls = [n for n in self.nodes.values() if isinstance(n, CallNode)]
+        return [n for n in reversed(calls) if n.entered and n.finish is not None]
+
+    def outline(self) -> list[tuple[int, str, str]]:
+        """Return (depth, path, label) of every node, from the root down."""
+        paths = {id(node): path for path, node in self.nodes.items()}
+
+        def visit(node: Node, depth: int) -> Iterator[tuple[int, str, str]]:
+            yield depth, paths.get(id(node), node.name), node.name
+            for child in node.children:
+                yield from visit(child, depth + 1)
+
+        rows = list(visit(self.root, 0))
+        return rows + (list(visit(self.finish, 0)) if self.finish else [])
+
+
+def build(program: Program, context: Context, substitutes: Substitutes | None = None) -> BuiltTree:
+    """Build the main tree of a checked program; touches no device."""
+    return Builder(program, context, substitutes).main()
+
+
+@dataclass(slots=True)
+class _Frame:
+    """The cells of one use of a tree."""
+
+    signature: Signature
+    path: str
+    cells: dict[str, Cell] = field(default_factory=dict)
+
+    @property
+    def scope(self) -> TreeScope:
+        return TreeScope(self.signature)
+
+
+class _Computed(Cell):
+    """An input fed by an expression: worked out at each read."""
+
+    __slots__ = ("thunk",)
+
+    def __init__(self, name: str, thunk: Callable[[], Any]) -> None:
+        super().__init__(name)
+        self.thunk = thunk
+
+    def read(self) -> Any:
+        return self.thunk()
+
+
+class _Tee(Cell):
+    """An output whose standard deviation goes to a key of its own."""
+
+    __slots__ = ("target", "target_sd")
+
+    def __init__(self, target: Cell, target_sd: Cell) -> None:
+        super().__init__(target.name)
+        self.target, self.target_sd = target, target_sd
+
+    def write(self, value: Any, writer: str = "") -> None:
+        super().write(value, writer)
+        self.target.write(value, writer)
+        if self.sd is None:
+            raise NodeError(writer, f"${self.target_sd.name} takes a standard deviation, and the node gave none")
+        self.target_sd.write(self.sd, writer)
+
+
+class Builder:
+    """Builds one tree; parts call it back for their children, cells and inputs."""
+
+    def __init__(self, program: Program, context: Context, substitutes: Substitutes | None) -> None:
+        self.program = program
+        self.context = context
+        self.substitutes = substitutes
+        self.names: dict[str, dict[int, str]] = {}
+        self.nodes: dict[str, Node] = {}
+        self.cells: list[Cell] = []
+        self.devices: set[str] = set()
+        self.frame = _Frame(program.main.signature, "main")
+
+    def main(self) -> BuiltTree:
+        """Build the main tree."""
+        body = self.program.main
+        self.own_cells(self.frame, [*body.signature.keys.values(), *body.signature.outs.values()])
+        root = self.root(body.part, "main")
+        finish = self.root(body.finish, "main/finally") if body.finish else None
+        outputs = {name: (d, self.frame.cells[name]) for name, d in body.signature.outs.items()}
+        return BuiltTree(root, finish, outputs, self.nodes, self.cells, self.devices)
+
+    # --- places
+
+    def root(self, part: Part, base: str) -> Node:
+        """Build the body of a tree, whose nodes are called by `base`."""
+        return self.place(part, self.paths([part], base)[id(part)])
+
+    def child(self, owner: Part, part: Part, path: str) -> Node:
+        """Build a child of the part at `path`."""
+        base = path if owner.opens_path else path.rpartition("/")[0]
+        paths = self.paths(owner.children(), base) if owner.opens_path else self.names[base]
+        return self.place(part, paths[id(part)])
+
+    def paths(self, parts: Any, base: str) -> dict[int, str]:
+        """Return the paths of all parts that are called by `base`; same labels are told apart by [0], [1] ..."""
+        if base not in self.names:
+            together = [p for part in parts for p in _namespace(part)]
+            count = Counter(p.label for p in together)
+            used: Counter[str] = Counter()
+            table = self.names[base] = {}
+            for part in together:
+                index = f"[{used[part.label]}]" if count[part.label] > 1 else ""
+                used[part.label] += 1
+                table[id(part)] = f"{base}/{part.label}{index}"
+        return self.names[base]
+
+    def place(self, part: Part, path: str) -> Node:
+        """Build one part, or its stand-in, and register it by its path."""
+        node = None
+        if self.substitutes is not None and not isinstance(part, Guard):
+            node = self.substitutes.node(path, self.outputs(part), self.context)
+        if node is None:
+            node = part.build(self, path)
+        node.name = path.rpartition("/")[2]
+        node.path = path
+        self.nodes[path] = node
+        return node
+
+    def group(self, node: Node, part: Part, path: str) -> Node:
+        """Add the children of a part to a py_trees composite."""
+        for child in part.children():
+            node.add_child(self.child(part, child, path))
+        return node
+
+    def outputs(self, part: Part) -> dict[str, tuple[Cell, Type]]:
+        """Return the cells that a part writes, by port."""
+        if isinstance(part, Leaf):
+            types = part.info.outputs
+        elif isinstance(part, Call):
+            types = {name: d.type for name, d in part.target.outs.items()}
+        else:
+            return {}
+        return {port: (self.cell(key), types[port]) for port, (key, _) in part.outputs.items()}
+
+    # --- cells and inputs
+
+    def cell(self, key: str) -> Cell:
+        """Return the cell of a key of the present tree."""
+        return self.frame.cells[key]
+
+    def own_cells(self, frame: _Frame, declared: list[Declared]) -> list[tuple[Cell, Any]]:
+        """Add fresh cells to a frame and return them with their defaults."""
+        fresh = []
+        for d in declared:
+            default = d.default if d.has_default else MISSING
+            cell = Cell(f"{frame.path}/{d.name}", default)
+            frame.cells[d.name] = cell
+            fresh.append((cell, default))
+            self.cells.append(cell)
+        return fresh
+
+    def thunk(self, wire: Wire) -> Callable[[], Any]:
+        """Return a callable that gives the value of a wire now."""
+        if wire.is_constant:
+            value = wire.value
+            return lambda: value
+        assert wire.expression is not None
+        return bind(wire.expression, self)
+
+    def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
+        """Return what reads a name of the present tree, and the attributes left to follow."""
+        symbol = self.frame.scope.resolve(parts)
+        assert not isinstance(symbol, str)
+        rest = parts[symbol.used :]
+        context = self.context
+        if symbol.origin is Origin.KEY:
+            return self.frame.cells[symbol.name].read, rest
+        if symbol.origin is Origin.SD:
+            return self.frame.cells[symbol.name].read_sd, rest
+        if symbol.origin is Origin.READING:
+            device, _, reading = symbol.name.partition(".")
+            self.devices.add(device)
+            return (lambda: context.reading(device, reading)), rest
+        if symbol.origin is Origin.TASK:
+            return ((lambda: context.time) if parts[1] == "time" else (lambda: context.ticks)), rest
+        return (lambda: symbol.value), rest
+
+    def condition(self, wire: Wire, path: str) -> Condition:
+        """Return a condition with what explains it."""
+        substitute = self.substitutes.condition(path, self.context) if self.substitutes else None
+        if substitute is not None:
+            return Condition(wire.text, substitute, lambda: "mocked")
+        return Condition(wire.text, self.thunk(wire), self.values(wire))
+
+    def values(self, wire: Wire) -> Callable[[], str]:
+        """Return a callable that writes out the values a condition sees."""
+        if wire.expression is None:
+            return lambda: ""
+        seen: list[tuple[str, Callable[[], Any], Type]] = []
+        for name in names(wire.expression):
+            symbol = self.frame.scope.resolve(name.parts)
+            assert not isinstance(symbol, str)
+            type_ = follow(name, symbol.type, name.parts[symbol.used :])
+            seen.append((".".join(name.parts), bind(name, self), type_))
+        return lambda: ", ".join(f"{text} = {_show(read(), type_)}" for text, read, type_ in seen)
+
+    # --- nodes and calls
+
+    def leaf(self, part: Leaf, path: str) -> Behavior:
+        """Build a node of the registry with its ports bound."""
+        node = part.info.cls(path)
+        node.path = path
+        node.context = self.context
+        node.device_names = dict(part.devices)
+        self.devices.update(part.devices.values())
+        for declared in part.info.of(Role.INPUT):
+            wire = part.inputs.get(declared.name)
+            node.wiring[declared.name] = self.thunk(wire or Wire(part.mark, value=declared.default))
+        for declared in part.info.of(Role.OUTPUT):
+            cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
+            sd = part.outputs.get(f"{declared.name}_sd")
+            if sd is not None and f"{declared.name}_sd" not in part.info.ports:
+                cell = _Tee(cell, self.cell(sd[0]))
+            node.sinks[declared.name] = cell
+        return node
+
+    def call(self, part: Call, path: str) -> CallNode:
+        """Build a called tree with cells of its own."""
+        body = self.program.body(part.target)
+        frame = _Frame(part.target, path)
+        for declared in part.target.ins.values():
+            frame.cells[declared.name] = self.input_cell(declared, part.inputs.get(declared.name), path)
+        private = [d for d in part.target.outs.values() if d.name not in part.outputs]
+        for declared in part.target.outs.values():
+            if declared.name in part.outputs:
+                frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
+        local = self.own_cells(frame, [*part.target.keys.values(), *private])
+        outer, self.frame = self.frame, frame
+        try:
+            child = self.root(body.part, path)
+            finish = self.root(body.finish, f"{path}/finally") if body.finish else None
+        finally:
+            self.frame = outer
+        return CallNode(path, child, local, finish)
+
+    def input_cell(self, declared: Declared, wire: Wire | None, path: str) -> Cell:
+        """Return the cell of an input: the caller's own, a constant, or one that is worked out at each read."""
+        if wire is None:
+            return Cell(f"{path}/{declared.name}", declared.default)
+        if wire.is_constant:
+            return Cell(f"{path}/{declared.name}", wire.value)
+        key = wire.single_key()
+        if key is not None:
+            return self.cell(key)
+        return _Computed(f"{path}/{declared.name}", self.thunk(wire))
+
+
+def _namespace(part: Part) -> Iterator[Part]:
+    """Yield the parts that share one path prefix: a part, and all inside it that it does not name."""
+    yield part
+    if not part.opens_path:
+        for child in part.children():
+            yield from _namespace(child)
+
+
+def _show(value: Any, type_: Type) -> str:
+    return format_quantity(value, type_.dimension) if type_.is_number else str(value)

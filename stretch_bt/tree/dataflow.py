@@ -1,0 +1,72 @@
+"""Whether every key is written before it is read, on every way through a tree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from stretch_bt.errors import Diagnostic
+from stretch_bt.source import Mark
+from stretch_bt.tree.document import Signature
+from stretch_bt.tree.flow.base import Known, Part, Wire
+
+__all__ = ["DataFlow", "check_flow"]
+
+
+class DataFlow:
+    """Collects reads that nothing surely wrote before; a place is reported once."""
+
+    def __init__(self, signature: Signature, writers: dict[str, list[tuple[str, Mark]]]) -> None:
+        self.signature = signature
+        self.writers = writers
+        self.diagnostics: list[Diagnostic] = []
+        self._seen: set[tuple[str, Mark]] = set()
+
+    def read(self, wires: Iterable[Wire], known: Known) -> None:
+        """Note each key that these wires read and that is not surely written."""
+        for wire in wires:
+            for name, mark in wire.reads:
+                if name not in known and (name, mark) not in self._seen:
+                    self._seen.add((name, mark))
+                    self.diagnostics.append(self._unset(name, mark))
+
+    def _unset(self, name: str, mark: Mark) -> Diagnostic:
+        writers = [(who, m) for who, m in self.writers.get(name, []) if m != mark]
+        if not writers:
+            hint = f"write it first, or give it a default in keys: {name}: {{type: ..., default: ...}}"
+            return mark.error("read-before-write", f"${name} is never written", hint)
+        places = ", ".join(f"{who!r} (line {m.line})" for who, m in writers[:3])
+        later = all((m.line, m.column) > (mark.line, mark.column) for _, m in writers)
+        why = "which comes after this read" if later else "which may fail or be passed over before this read"
+        message = f"${name} may be unset here: it is written only in {places}, {why}"
+        return mark.error(
+            "read-before-write", message, "write it on every way to this place, or give it a default in keys"
+        )
+
+
+def check_flow(
+    signature: Signature, body: Part, extras: Iterable[Part], writers: dict[str, list[tuple[str, Mark]]]
+) -> list[Diagnostic]:
+    """Check one tree; `extras` (its `finally`) may run when nothing of the body has."""
+    data = DataFlow(signature, writers)
+    start = frozenset(signature.ins) | {
+        d.name for table in (signature.keys, signature.outs) for d in table.values() if d.has_default
+    }
+    done = body.flow(data, start)
+    for part in extras:
+        part.flow(data, start)
+    for out in signature.outs.values():
+        if out.name not in writers and not out.has_default:
+            data.diagnostics.append(
+                out.mark.error(
+                    "output-unwritten", f"output {out.name!r} is never written", f"write ${out.name} in the body"
+                )
+            )
+        elif done.success is not None and out.name not in done.success:
+            data.diagnostics.append(
+                out.mark.error(
+                    "output-unwritten",
+                    f"output {out.name!r} may be unset when {signature.name!r} succeeds",
+                    "write it on every way that succeeds, or give it a default",
+                )
+            )
+    return data.diagnostics

@@ -1,0 +1,109 @@
+"""A tree file as far as its headings: what it imports, declares and offers, before any body is read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import Diagnostic
+from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree.types import Type
+
+__all__ = ["Declared", "DeviceDecl", "Document", "Param", "Signature"]
+
+
+@dataclass(slots=True)
+class Declared:
+    """A declared name: an input, an output or a key of a tree. `unit` is what an output is shown in."""
+
+    name: str
+    type: Type
+    mark: Mark
+    default: Any = None
+    has_default: bool = False
+    unit: str | None = None
+    min: float | None = None
+    max: float | None = None
+    doc: str = ""
+
+
+@dataclass(slots=True)
+class Param(Declared):
+    """A constant of a file, given at load; `value` holds what the file, or `--set`, says."""
+
+    value: Any = None
+
+
+@dataclass(slots=True)
+class DeviceDecl:
+    """A device that a file needs, by name and interface."""
+
+    name: str
+    interface: type
+    mark: Mark
+    used: bool = False
+
+
+@dataclass(slots=True)
+class Signature:
+    """One tree of a file: what crosses its border, and its body still unread."""
+
+    name: str
+    mark: Mark
+    document: Document
+    body: Map
+    ins: dict[str, Declared] = field(default_factory=dict)
+    outs: dict[str, Declared] = field(default_factory=dict)
+    keys: dict[str, Declared] = field(default_factory=dict)
+    doc: str = ""
+
+    def declared(self, name: str) -> Declared | None:
+        """Return the input, output or key of this name."""
+        return self.ins.get(name) or self.outs.get(name) or self.keys.get(name)
+
+    @property
+    def names(self) -> list[str]:
+        """Every key that the tree's body may use."""
+        return [*self.ins, *self.outs, *self.keys]
+
+    @property
+    def qualified(self) -> str:
+        """The name with the prefix under which the file was imported."""
+        return f"{self.document.prefix}{self.name}"
+
+
+@dataclass(slots=True)
+class Document:
+    """One tree file."""
+
+    file: str
+    path: Path | None
+    root: Map
+    prefix: str = ""
+    doc: str = ""
+    scene: Scalar | None = None
+    tick_period: float = 0.05
+    params: dict[str, Param] = field(default_factory=dict)
+    devices: dict[str, DeviceDecl] = field(default_factory=dict)
+    imports: dict[str, Document] = field(default_factory=dict)
+    trees: dict[str, Signature] = field(default_factory=dict)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)  # name -> sha256 of every file read
+
+    def tree(self, name: str) -> Signature | None:
+        """Return a tree by name, `contact.sense` for one of an imported file."""
+        prefix, _, rest = name.partition(".")
+        if rest and prefix in self.imports:
+            return self.imports[prefix].tree(rest)
+        return self.trees.get(name)
+
+    def tree_names(self) -> list[str]:
+        """Return every name that a body may call."""
+        return [*self.trees, *(f"{p}.{n}" for p, d in self.imports.items() for n in d.tree_names())]
+
+
+def as_map(value: Value | None) -> Mapping[str, Value]:
+    """Return the values of a mapping by key, or nothing for anything else."""
+    return {k.text: v for k, v in value} if isinstance(value, Map) else {}

@@ -1,0 +1,92 @@
+"""From a checked expression to a callable without arguments: closures over cells and readings, no Python evaluated."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from stretch_bt.errors import UnsetKey
+from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, Name, Unary
+
+__all__ = ["Environment", "bind"]
+
+Thunk = Callable[[], Any]
+
+_BINARY: dict[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+_FUNCTIONS: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max, "sqrt": math.sqrt}
+
+
+class Environment(Protocol):
+    """Where the values of names come from in a run."""
+
+    def source(self, parts: tuple[str, ...]) -> tuple[Thunk, tuple[str, ...]]:
+        """Return what reads the name, and the attributes left to follow."""
+        ...
+
+
+def bind(expression: Expression, environment: Environment) -> Thunk:
+    """Return a callable that evaluates the expression now."""
+    if isinstance(expression, Constant):
+        value = expression.value
+        return lambda: value
+    if isinstance(expression, Name):
+        return _bind_name(expression, environment)
+    if isinstance(expression, Unary):
+        return _bind_unary(expression, bind(expression.operand, environment))
+    if isinstance(expression, Binary):
+        return _bind_binary(expression, bind(expression.left, environment), bind(expression.right, environment))
+    assert isinstance(expression, Call)
+    function = _FUNCTIONS[expression.function]
+    arguments = [bind(a, environment) for a in expression.arguments]
+    return lambda: function(*(a() for a in arguments))
+
+
+def _bind_name(name: Name, environment: Environment) -> Thunk:
+    read, rest = environment.source(name.parts)
+    if not rest:
+        return read
+    text = ".".join(name.parts)
+
+    def follow() -> Any:
+        value = read()
+        for part in rest:
+            value = _item(value, int(part), text) if part.isdigit() else getattr(value, part, None)
+            if value is None:
+                raise UnsetKey(f"{text} has no value: .{part} is not set")
+        return value
+
+    return follow
+
+
+def _item(value: Any, index: int, text: str) -> Any:
+    if index >= len(value):
+        raise UnsetKey(f"{text} has no value: the list holds {len(value)}")
+    return value[index]
+
+
+def _bind_unary(expression: Unary, operand: Thunk) -> Thunk:
+    if expression.operator == "not":
+        return lambda: not operand()
+    return lambda: -operand()
+
+
+def _bind_binary(expression: Binary, left: Thunk, right: Thunk) -> Thunk:
+    if expression.operator == "and":
+        return lambda: left() and right()
+    if expression.operator == "or":
+        return lambda: left() or right()
+    function = _BINARY[expression.operator]
+    return lambda: function(left(), right())

@@ -1,0 +1,183 @@
+"""Names and units of an expression, checked before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from stretch_bt.source import did_you_mean
+from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, ExpressionError, Name, Unary
+from stretch_bt.tree.types import BOOL, FLOAT, INT, Family, Type, attributes, quantity
+from stretch_bt.units import DIMENSIONLESS, unit_names
+
+__all__ = ["Origin", "Scope", "Symbol", "names", "typecheck"]
+
+
+class Origin(Enum):
+    """Where the value of a name comes from."""
+
+    KEY = "key"
+    SD = "standard deviation of a key"
+    PARAM = "parameter"
+    READING = "reading of a device"
+    TASK = "task"
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """What a name means: `used` parts of the dotted name give it, the rest are attributes; constants carry a value."""
+
+    origin: Origin
+    name: str
+    type: Type
+    used: int
+    value: object = None
+
+
+class Scope(Protocol):
+    """Where names are looked up."""
+
+    def resolve(self, parts: tuple[str, ...]) -> Symbol | str:
+        """Return the symbol of a dotted name, or a hint when there is none."""
+        ...
+
+
+def names(expression: Expression) -> Iterator[Name]:
+    """Yield every name in an expression, from left to right."""
+    if isinstance(expression, Name):
+        yield expression
+    elif isinstance(expression, Unary):
+        yield from names(expression.operand)
+    elif isinstance(expression, Binary):
+        yield from names(expression.left)
+        yield from names(expression.right)
+    elif isinstance(expression, Call):
+        for argument in expression.arguments:
+            yield from names(argument)
+
+
+def typecheck(expression: Expression, scope: Scope) -> Type:
+    """Fill in and return the type; raises ExpressionError at the part that is wrong."""
+    expression.type = _infer(expression, scope)
+    return expression.type
+
+
+def _infer(expression: Expression, scope: Scope) -> Type:
+    if isinstance(expression, Constant):
+        return expression.type
+    if isinstance(expression, Name):
+        return _name(expression, scope)
+    if isinstance(expression, Unary):
+        return _unary(expression, typecheck(expression.operand, scope))
+    if isinstance(expression, Binary):
+        left, right = typecheck(expression.left, scope), typecheck(expression.right, scope)
+        return _binary(expression, left, right)
+    assert isinstance(expression, Call)
+    return _call(expression, [typecheck(a, scope) for a in expression.arguments])
+
+
+def _name(name: Name, scope: Scope) -> Type:
+    symbol = scope.resolve(name.parts)
+    if isinstance(symbol, str):
+        raise _error(name, "name-unknown", f"{'.'.join(name.parts)!r} is not known here", symbol)
+    return follow(name, symbol.type, name.parts[symbol.used :])
+
+
+def follow(name: Expression, type_: Type, parts: tuple[str, ...]) -> Type:
+    """Return the type of an attribute or an item; raises ExpressionError when there is none."""
+    for part in parts:
+        if type_.family is Family.LIST and type_.item is not None and part.isdigit():
+            type_ = type_.item
+            continue
+        known = attributes(type_.cls) if type_.cls is not None else {}
+        if part not in known:
+            hint = did_you_mean(part, known) if known else f"a {type_} has no parts"
+            raise _error(name, "attribute-unknown", f"{type_} has no {part!r}", hint)
+        type_ = known[part]
+    return type_
+
+
+def _unary(expression: Unary, operand: Type) -> Type:
+    if expression.operator == "not":
+        _need_bool(expression.operand, operand)
+        return BOOL
+    _need_number(expression.operand, operand)
+    return operand
+
+
+def _binary(expression: Binary, left: Type, right: Type) -> Type:
+    operator = expression.operator
+    if operator in ("and", "or"):
+        _need_bool(expression.left, left)
+        _need_bool(expression.right, right)
+        return BOOL
+    if operator in ("==", "!=") and not left.is_number:
+        if not (left.accepts(right) or right.accepts(left) or _same_text(left, right)):
+            raise _error(expression, "type-mismatch", f"{left} is compared with {right}", "compare values of one type")
+        _known_option(expression, left, right)
+        return BOOL
+    _need_number(expression.left, left)
+    _need_number(expression.right, right)
+    if operator in ("*", "/"):
+        dimension = left.dimension.times(right.dimension, 1 if operator == "*" else -1)
+        whole = operator == "*" and left.family is right.family is Family.INT
+        return INT if whole else quantity(dimension)
+    _same_dimension(expression, left, right)
+    if operator in ("+", "-"):
+        return INT if left.family is right.family is Family.INT else quantity(left.dimension)
+    return BOOL
+
+
+def _same_text(left: Type, right: Type) -> bool:
+    return {left.family, right.family} <= {Family.STR, Family.ENUM}
+
+
+def _known_option(expression: Binary, left: Type, right: Type) -> None:
+    for type_, other in ((left, expression.right), (right, expression.left)):
+        if type_.family is Family.ENUM and isinstance(other, Constant) and other.value not in type_.options:
+            hint = did_you_mean(str(other.value), type_.options)
+            raise _error(other, "option-unknown", f"{other.value!r} is none of {type_}", hint)
+
+
+def _call(expression: Call, arguments: list[Type]) -> Type:
+    for argument, type_ in zip(expression.arguments, arguments, strict=True):
+        _need_number(argument, type_)
+        if type_.dimension != arguments[0].dimension:
+            raise _units(argument, arguments[0], type_)
+    if expression.function == "sqrt":
+        dimension = arguments[0].dimension
+        if any(e % 2 for e in dimension):
+            raise _error(expression, "unit-mismatch", f"the square root of {dimension} has no unit", "multiply first")
+        return quantity(type(dimension)(*(e // 2 for e in dimension)))
+    return arguments[0] if all(a == arguments[0] for a in arguments) else quantity(arguments[0].dimension)
+
+
+def _same_dimension(expression: Binary, left: Type, right: Type) -> None:
+    if left.dimension == right.dimension:
+        return
+    plain = next((e for e, t in ((expression.left, left), (expression.right, right)) if t in (INT, FLOAT)), None)
+    other = right if plain is expression.left else left
+    if isinstance(plain, Constant) and other.dimension != DIMENSIONLESS:
+        unit = other.kind.unit if other.kind else " or ".join(unit_names(other.dimension))
+        raise _error(plain, "unit-missing", f"{plain.value} has no unit", f"write '{plain.value} {unit}'")
+    raise _units(expression, left, right)
+
+
+def _units(at: Expression, left: Type, right: Type) -> ExpressionError:
+    return _error(at, "unit-mismatch", f"{left} and {right} do not go together", "use values of one dimension")
+
+
+def _need_number(at: Expression, type_: Type) -> None:
+    if not type_.is_number:
+        raise _error(at, "type-mismatch", f"a number is needed here, not {type_}", "use a number or a quantity")
+
+
+def _need_bool(at: Expression, type_: Type) -> None:
+    if type_.family is not Family.BOOL:
+        raise _error(at, "type-mismatch", f"true or false is needed here, not {type_}", "compare it with something")
+
+
+def _error(at: Expression, code: str, message: str, hint: str) -> ExpressionError:
+    return ExpressionError(at.offset, at.length, code, message, hint)

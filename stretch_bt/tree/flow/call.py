@@ -1,0 +1,96 @@
+"""A call of a tree by another: only `in` and `out` cross the border, local keys are fresh at each start."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.source import Mark
+from stretch_bt.tree.document import Signature
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire
+from stretch_bt.tree.ports import Cell
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.dataflow import DataFlow
+
+__all__ = ["Call", "CallNode"]
+
+
+@dataclass(slots=True)
+class Call(Part):
+    """A tree used as a node."""
+
+    target: Signature
+    inputs: dict[str, Wire] = field(default_factory=dict)
+    outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
+    long: bool = True
+    keyword: ClassVar[str] = "call"
+
+    @property
+    def label(self) -> str:
+        """The given name, or the tree's without its prefix."""
+        return self.name or self.target.name
+
+    def is_long(self) -> bool:
+        """A called tree is taken to need more than one tick."""
+        return self.long
+
+    def flow(self, data: DataFlow, known: Known) -> Flow:
+        """Inputs must be written; outputs are, on SUCCESS, because the called tree was checked for it."""
+        data.read(self.inputs.values(), known)
+        return Flow(known | {key for key, _ in self.outputs.values()}, known)
+
+    def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
+        """Return the called tree with cells of its own."""
+        return builder.call(self, path)
+
+
+class CallNode(FlowNode):
+    """Clears the local keys at each start, then ticks the body; `finish` runs after the body, whatever it ended with."""
+
+    def __init__(
+        self,
+        path: str,
+        child: py_trees.behaviour.Behaviour,
+        local: list[tuple[Cell, Any]],
+        finish: py_trees.behaviour.Behaviour | None = None,
+    ) -> None:
+        super().__init__(path, child)
+        self.local = local
+        self.finish = finish
+        self.result: Status | None = None
+        self.entered = False
+        if finish is not None:
+            self.children.append(finish)
+            finish.parent = self
+
+    def begin(self) -> None:
+        """Forget what an earlier call left."""
+        self.result = None
+        self.entered = True
+        for cell, default in self.local:
+            cell.reset(default)
+
+    def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
+        """Tick the body, then `finish`."""
+        if self.result is None:
+            yield from self.child.tick()
+            if self.child.status is Status.RUNNING or self.finish is None:
+                self.feedback_message = self.child.feedback_message
+                self.entered = self.child.status is Status.RUNNING
+                return self.child.status
+            self.result = self.child.status
+        assert self.finish is not None
+        yield from self.finish.tick()
+        if self.finish.status is Status.RUNNING:
+            return Status.RUNNING
+        self.entered = False
+        if self.finish.status is Status.FAILURE:
+            self.feedback_message = f"finally failed: {self.finish.feedback_message}"
+            return Status.FAILURE
+        return self.result

@@ -1,0 +1,93 @@
+"""Once for each item of a list; none for an empty list."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.source import Mark, Value
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.ports import Cell
+from stretch_bt.tree.types import Family, Type
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.dataflow import DataFlow
+    from stretch_bt.tree.reader import Reader
+
+__all__ = ["ForEach", "ForEachNode"]
+
+
+@construct
+@dataclass(slots=True)
+class ForEach(Part):
+    """Run `do` once for each of `items`, which it finds under the key `as`; ends at the first FAILURE."""
+
+    items: Wire
+    key: str
+    key_mark: Mark
+    do: Part
+    keyword: ClassVar[str] = "for_each"
+    transparent: ClassVar[bool] = True
+
+    def children(self) -> Sequence[Part]:
+        """Return the body."""
+        return (self.do,)
+
+    @classmethod
+    def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
+        """Read `{items, as, do}`."""
+        fields = reader.fields(value, mark, "for_each", required=("items", "as", "do"))
+        if fields is None:
+            return None
+        key = reader.output(fields["as"], None, "for_each.as")
+        do = reader.body(fields["do"])
+        if key is None:
+            return None
+        item = reader.signature.declared(key)
+        assert item is not None
+        items = reader.value(fields["items"], Type(f"list[{item.type}]", Family.LIST, item=item.type), "for_each.items")
+        return cls(mark, items, key, fields["as"].mark, do) if items and do else None
+
+    def flow(self, data: DataFlow, known: Known) -> Flow:
+        """The list may be empty, unless it is known at load."""
+        data.read((self.items,), known)
+        ends = self.do.flow(data, known | {self.key})
+        certain = self.items.is_constant and len(self.items.value) > 0
+        return Flow(ends.success if certain else both(known, ends.success), both(ends.failure, known))
+
+    def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
+        """Return the loop."""
+        return ForEachNode(path, builder.child(self, self.do, path), builder.thunk(self.items), builder.cell(self.key))
+
+
+class ForEachNode(FlowNode):
+    """One item starts per tick."""
+
+    def __init__(
+        self, path: str, child: py_trees.behaviour.Behaviour, items: Callable[[], Sequence[Any]], key: Cell
+    ) -> None:
+        super().__init__(path, child)
+        self.items = items
+        self.key = key
+        self.remaining: list[Any] = []
+
+    def begin(self) -> None:
+        """Take the list as it is now."""
+        self.remaining = list(self.items())
+
+    def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
+        """Run the body for the next item."""
+        if not self.remaining:
+            return Status.SUCCESS
+        if self.child.status is not Status.RUNNING:
+            self.key.write(self.remaining[0], self.path)
+        yield from self.child.tick()
+        if self.child.status is Status.SUCCESS:
+            self.remaining.pop(0)
+            return Status.RUNNING if self.remaining else Status.SUCCESS
+        return self.child.status

@@ -1,0 +1,52 @@
+"""A call of a registered node, with its ports wired."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+import py_trees
+
+from stretch_bt.source import Mark
+from stretch_bt.tree.flow.base import Flow, Known, Part, Wire
+from stretch_bt.tree.registry import NodeInfo
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.dataflow import DataFlow
+
+__all__ = ["Leaf"]
+
+
+@dataclass(slots=True)
+class Leaf(Part):
+    """A node of the registry."""
+
+    info: NodeInfo
+    inputs: dict[str, Wire] = field(default_factory=dict)
+    outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
+    devices: dict[str, str] = field(default_factory=dict)
+    keyword: ClassVar[str] = "node"
+
+    @property
+    def label(self) -> str:
+        """The given name, or the node's."""
+        return self.name or self.info.name
+
+    def is_long(self) -> bool:
+        """Whether the node may take more than one tick."""
+        return not self.info.instant
+
+    def wires(self) -> Sequence[Wire]:
+        """Return what feeds the inputs."""
+        return list(self.inputs.values())
+
+    def flow(self, data: DataFlow, known: Known) -> Flow:
+        """Inputs must be written; outputs are, on SUCCESS."""
+        data.read(self.inputs.values(), known)
+        return Flow(known | {key for key, _ in self.outputs.values()}, known)
+
+    def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
+        """Return the node with its ports bound to slots."""
+        return builder.leaf(self, path)

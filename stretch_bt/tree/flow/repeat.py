@@ -1,0 +1,112 @@
+"""So many times: `repeat` until all passes succeeded, `retry` until one did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.source import Map, Mark, Value
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
+from stretch_bt.tree.types import INT
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.dataflow import DataFlow
+    from stretch_bt.tree.reader import Reader
+
+__all__ = ["CountedNode", "Repeat", "Retry"]
+
+
+@dataclass(slots=True)
+class _Counted(Part):
+    count: Wire
+    do: Part
+    counter: ClassVar[str] = ""
+
+    def children(self) -> Sequence[Part]:
+        """Return the body."""
+        return (self.do,)
+
+    @classmethod
+    def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
+        """Read the count, which is mandatory, and `do`."""
+        if isinstance(value, Map) and cls.counter not in value:
+            reader.error(
+                mark, "unbounded-loop", f"{cls.keyword!r} has no bound", f"add '{cls.counter}: 3', or another number"
+            )
+        fields = reader.fields(value, mark, cls.keyword, required=("do",), optional=(cls.counter,))
+        if fields is None:
+            return None
+        count = cls.read_count(reader, fields[cls.counter]) if cls.counter in fields else None
+        do = reader.body(fields["do"])
+        return cls(mark, count, do) if count and do else None
+
+    @classmethod
+    def read_count(cls, reader: Reader, value: Value) -> Wire | None:
+        """Read a whole number of at least one."""
+        return reader.value(value, INT, f"{cls.keyword}.{cls.counter}", low=1, high=1_000_000)
+
+    def flow(self, data: DataFlow, known: Known) -> Flow:
+        """At least one pass is run."""
+        data.read((self.count,), known)
+        return self.do.flow(data, known)
+
+    def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
+        """Return the loop."""
+        again = Status.SUCCESS if self.keyword == "repeat" else Status.FAILURE
+        return CountedNode(path, builder.child(self, self.do, path), builder.thunk(self.count), again)
+
+
+@construct
+@dataclass(slots=True)
+class Repeat(_Counted):
+    """Run `do` `times` times; FAILURE at the first that fails."""
+
+    keyword: ClassVar[str] = "repeat"
+    counter: ClassVar[str] = "times"
+
+
+@construct
+@dataclass(slots=True)
+class Retry(_Counted):
+    """Run `do` up to `attempts` times in all, until it succeeds."""
+
+    keyword: ClassVar[str] = "retry"
+    counter: ClassVar[str] = "attempts"
+
+    @classmethod
+    def around(cls, reader: Reader, part: Part, value: Value) -> Part:
+        """Read the `retry` written beside a node: a number of attempts."""
+        count = cls.read_count(reader, value)
+        return cls(value.mark, count, part, name=f"{part.label}:retry", beside=True) if count else part
+
+
+class CountedNode(FlowNode):
+    """Starts the child again after each end with `again`, one start per tick, `count` times in all."""
+
+    def __init__(self, path: str, child: py_trees.behaviour.Behaviour, count: Callable[[], int], again: Status) -> None:
+        super().__init__(path, child)
+        self.count = count
+        self.again = again
+        self.passes = 0
+
+    def begin(self) -> None:
+        """Count from the start."""
+        self.passes = 0
+
+    def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
+        """Tick the child; go on while it ends with `again` and passes are left."""
+        yield from self.child.tick()
+        status = self.child.status
+        if status is not self.again:
+            return status
+        self.passes += 1
+        if self.passes < self.count():
+            return Status.RUNNING
+        if status is Status.FAILURE:
+            self.feedback_message = f"{self.passes} attempts failed"
+        return status

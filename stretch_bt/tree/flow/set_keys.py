@@ -1,0 +1,78 @@
+"""Writing keys from expressions, all read before any is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
+from stretch_bt.tree.ports import Cell
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.dataflow import DataFlow
+    from stretch_bt.tree.reader import Reader
+
+__all__ = ["SetKeys", "SetKeysNode"]
+
+
+@construct
+@dataclass(slots=True)
+class SetKeys(Part):
+    """Give keys new values: `set: {presses: presses + 1}`."""
+
+    wires: dict[str, Wire] = field(default_factory=dict)
+    marks: dict[str, Mark] = field(default_factory=dict)
+    keyword: ClassVar[str] = "set"
+
+    @classmethod
+    def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
+        """Read a mapping from keys to values or expressions."""
+        if not isinstance(value, Map) or not value.pairs:
+            reader.error(
+                value.mark,
+                "type-mismatch",
+                "'set' takes a mapping from keys to values",
+                "write 'set: {count: count + 1}'",
+            )
+            return None
+        found = cls(mark)
+        for key, given in value:
+            name = reader.output(Scalar("$" + key.text.removeprefix("$"), False, key.mark), None, "set")
+            declared = reader.signature.declared(name) if name else None
+            if name is None or declared is None:
+                continue
+            wire = reader.value(given, declared.type, key.text, low=declared.min, high=declared.max)
+            if wire is not None:
+                found.wires[name] = wire
+                found.marks[name] = key.mark
+        return found
+
+    def flow(self, data: DataFlow, known: Known) -> Flow:
+        """Everything is read before anything is written."""
+        data.read(self.wires.values(), known)
+        return Flow(known | set(self.wires), None)
+
+    def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
+        """Return the node."""
+        return SetKeysNode(path, [(builder.cell(key), builder.thunk(wire)) for key, wire in self.wires.items()])
+
+
+class SetKeysNode(FlowNode):
+    """Writes the keys in one tick."""
+
+    def __init__(self, path: str, pairs: list[tuple[Cell, Callable[[], Any]]]) -> None:
+        super().__init__(path)
+        self.pairs = pairs
+
+    def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
+        """Read all, then write all."""
+        yield from ()
+        for cell, value in [(cell, thunk()) for cell, thunk in self.pairs]:
+            cell.write(value, self.path)
+        return Status.SUCCESS

@@ -1,0 +1,93 @@
+"""Repeat until a condition holds, at most so many times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.source import Map, Mark, Value
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.types import BOOL, INT
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.dataflow import DataFlow
+    from stretch_bt.tree.reader import Reader
+
+__all__ = ["Until", "UntilNode"]
+
+
+@construct
+@dataclass(slots=True)
+class Until(Part):
+    """Run `do`, then ask `that`; SUCCESS when it holds, FAILURE after `max` passes or when `do` fails."""
+
+    that: Wire
+    max: Wire
+    do: Part
+    keyword: ClassVar[str] = "until"
+
+    def children(self) -> Sequence[Part]:
+        """Return the body."""
+        return (self.do,)
+
+    @classmethod
+    def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
+        """Read `{that, max, do}`; the bound is mandatory."""
+        if isinstance(value, Map) and "max" not in value:
+            reader.error(mark, "unbounded-loop", "'until' has no bound", "add 'max: 100', or another number of passes")
+            value = Map((*value.pairs,), value.mark)
+        fields = reader.fields(value, mark, "until", required=("that", "do"), optional=("max",))
+        if fields is None:
+            return None
+        that = reader.expression(fields["that"], BOOL, "until.that")
+        bound = reader.value(fields["max"], INT, "until.max", low=1, high=1_000_000) if "max" in fields else None
+        do = reader.body(fields["do"])
+        return cls(mark, that, bound, do) if that and bound and do else None
+
+    def flow(self, data: DataFlow, known: Known) -> Flow:
+        """The condition is asked after a pass, so it knows what the pass wrote."""
+        data.read((self.max,), known)
+        ends = self.do.flow(data, known)
+        if ends.success is not None:
+            data.read((self.that,), ends.success)
+        return Flow(ends.success, both(ends.failure, ends.success))
+
+    def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
+        """Return the loop."""
+        return UntilNode(path, builder.child(self, self.do, path), builder.thunk(self.that), builder.thunk(self.max))
+
+
+class UntilNode(FlowNode):
+    """One pass starts per tick; a pass that needs several ticks takes them."""
+
+    def __init__(
+        self, path: str, child: py_trees.behaviour.Behaviour, that: Callable[[], bool], bound: Callable[[], int]
+    ) -> None:
+        super().__init__(path, child)
+        self.that = that
+        self.bound = bound
+        self.passes = 0
+
+    def begin(self) -> None:
+        """Count from the start."""
+        self.passes = 0
+
+    def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
+        """Run the body; ask the condition after each pass."""
+        yield from self.child.tick()
+        if self.child.status is not Status.SUCCESS:
+            if self.child.status is Status.FAILURE:
+                self.feedback_message = f"pass {self.passes + 1} failed"
+            return self.child.status
+        self.passes += 1
+        if self.that():
+            return Status.SUCCESS
+        if self.passes >= self.bound():
+            self.feedback_message = f"the condition still does not hold after {self.passes} passes"
+            return Status.FAILURE
+        return Status.RUNNING

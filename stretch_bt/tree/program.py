@@ -1,0 +1,321 @@
+"""A task as a whole: every tree of its files read, checked in one pass, and ready to be built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from stretch_bt.errors import Diagnostic, FileError, TreeError
+from stretch_bt.source import Mark, Scalar, Value, did_you_mean
+from stretch_bt.tree import headings
+from stretch_bt.tree.dataflow import check_flow
+from stretch_bt.tree.document import Document, Signature
+from stretch_bt.tree.flow import Call, Part
+from stretch_bt.tree.flow.groups import Group
+from stretch_bt.tree.flow.guard import Guard
+from stretch_bt.tree.flow.parallel import Parallel
+from stretch_bt.tree.flow.timeout import Timeout
+from stretch_bt.tree.reader import Reader
+
+__all__ = ["Program", "TreeBody", "find_tree", "load_program"]
+
+MAX_DEPTH = 100
+
+
+@dataclass(slots=True)
+class TreeBody:
+    """One tree, read: its body, its `finally`, and who writes each key."""
+
+    signature: Signature
+    part: Part
+    finish: Part | None
+    writers: dict[str, list[tuple[str, Mark]]] = field(default_factory=dict)
+
+    def parts(self) -> Iterator[Part]:
+        """Yield every part of the body and of `finally`."""
+        yield from self.part.walk()
+        if self.finish is not None:
+            yield from self.finish.walk()
+
+    def calls(self) -> Iterator[Call]:
+        """Yield the calls of other trees."""
+        return (p for p in self.parts() if isinstance(p, Call))
+
+
+@dataclass(slots=True)
+class Program:
+    """A task file with everything that it imports."""
+
+    document: Document
+    bodies: dict[int, TreeBody]
+    diagnostics: list[Diagnostic]
+
+    @property
+    def main(self) -> TreeBody:
+        """The tree that a run ticks."""
+        return self.body(self.document.trees["main"])
+
+    def body(self, signature: Signature) -> TreeBody:
+        """Return the read body of a tree."""
+        return self.bodies[id(signature)]
+
+    @property
+    def errors(self) -> list[Diagnostic]:
+        """The findings that forbid a run."""
+        return [d for d in self.diagnostics if d.severity == "error"]
+
+    def require(self) -> Program:
+        """Return self, or raise TreeError with every error."""
+        if self.errors:
+            raise TreeError(self.errors)
+        return self
+
+
+def shipped_trees() -> list[str]:
+    """Return the names of the shipped tasks."""
+    return sorted(p.stem for p in headings.shipped("").glob("*.yaml"))
+
+
+def find_tree(tree: str | Path) -> tuple[Path, str]:
+    """Return the path of a tree file, or of the shipped tree of that name, and what messages call it.
+
+    Raises
+    ------
+    TreeError
+        There is neither.
+    """
+    path = Path(tree)
+    if path.exists() or path.suffix in (".yaml", ".yml"):
+        return path, str(tree)
+    shipped = headings.shipped(f"{tree}.yaml")
+    if shipped.exists():
+        return shipped, f"{tree}.yaml"
+    hint = did_you_mean(str(tree), shipped_trees())
+    raise TreeError([Diagnostic(str(tree), 1, 1, "error", "file-missing", "no such file or shipped tree", hint)])
+
+
+def load_program(tree: str | Path, params: Mapping[str, str] | None = None) -> Program:
+    """Read and check a tree file; `params` holds what `--set` gives.
+
+    Raises
+    ------
+    TreeError
+        The file cannot be read at all; other findings are in `.diagnostics`, all of them at once.
+    """
+    path, name = find_tree(tree)
+    try:
+        document = headings.read_document(path, name, params)
+    except FileError as error:
+        raise TreeError(error.diagnostics) from None
+    return _Checker(document).run()
+
+
+class _Checker:
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.program = Program(document, {}, [])
+        self.found = self.program.diagnostics
+
+    def run(self) -> Program:
+        for document in _documents(self.document):
+            self.found += document.diagnostics
+            for signature in document.trees.values():
+                self.read(signature)
+        self.check_main()
+        if not self.check_recursion():
+            self.check_flows()
+            self.check_structure()
+            self.check_devices()
+        self.sort()
+        return self.program
+
+    def sort(self) -> None:
+        seen = dict.fromkeys(self.found)
+        order = {name: i for i, name in enumerate(["--set", *self.document.files])}
+        self.found[:] = sorted(seen, key=lambda d: (order.get(d.file, 99), d.line, d.column))
+
+    def read(self, signature: Signature) -> None:
+        reader = Reader(signature)
+        finish_value = signature.body.get("finally")
+        rest = type(signature.body)(
+            tuple((k, v) for k, v in signature.body if k.text != "finally"), signature.body.mark
+        )
+        part = reader.body(rest) if rest.pairs else None
+        if not rest.pairs:
+            reader.error(
+                signature.mark,
+                "body-missing",
+                f"tree {signature.name!r} has no body",
+                "write 'sequence: [...]' under it",
+            )
+        finish = self.finish(reader, finish_value)
+        self.found += reader.diagnostics
+        if part is not None:
+            body = TreeBody(signature, part, finish)
+            for inner in (part, *([finish] if finish else [])):
+                for key, who, mark in reader.writes(inner):
+                    body.writers.setdefault(key, []).append((who, mark))
+            self.program.bodies[id(signature)] = body
+
+    @staticmethod
+    def finish(reader: Reader, value: Value | None) -> Part | None:
+        if value is None or (isinstance(value, Scalar) and value.value is None):
+            return None
+        return reader.body(value)
+
+    def check_main(self) -> None:
+        trees = self.document.trees
+        if "main" not in trees and not self.found and not self.is_library():
+            hint = did_you_mean("main", trees) or "call one tree 'main'"
+            self.found.append(self.document.root.mark.error("main-missing", "no tree is called 'main'", hint))
+
+    def is_library(self) -> bool:
+        """A file of trees for import has none called `main`, and every tree has a border."""
+        trees = self.document.trees.values()
+        return "main" not in self.document.trees and all(t.ins or t.outs for t in trees) and bool(trees)
+
+    def check_recursion(self) -> bool:
+        """Note trees that call themselves; return whether there are any."""
+        found = False
+        state: dict[int, int] = {}
+
+        def visit(body: TreeBody) -> None:
+            nonlocal found
+            state[id(body)] = 1
+            for call in body.calls():
+                target = self.program.bodies.get(id(call.target))
+                if target is None:
+                    continue
+                if state.get(id(target)) == 1:
+                    found = True
+                    message = f"{call.target.name!r} calls itself, through {body.signature.name!r}"
+                    self.found.append(call.mark.error("recursion", message, "use 'until' or 'repeat' with a bound"))
+                elif id(target) not in state:
+                    visit(target)
+            state[id(body)] = 2
+
+        for body in list(self.program.bodies.values()):
+            if id(body) not in state:
+                visit(body)
+        return found
+
+    def check_flows(self) -> None:
+        for body in self.program.bodies.values():
+            extras = [body.finish] if body.finish else []
+            self.found += check_flow(body.signature, body.part, extras, body.writers)
+
+    def check_structure(self) -> None:
+        for body in self.program.bodies.values():
+            for call in body.calls():
+                target = self.program.bodies.get(id(call.target))
+                call.long = target is None or self.is_long(target.part)
+        for body in self.program.bodies.values():
+            for part in body.parts():
+                if isinstance(part, Group) and part.reactive:
+                    self.check_reactive(part)
+            self.check_preempted_finally(body)
+        main = self.document.trees.get("main")
+        if main is not None and id(main) in self.program.bodies:
+            self.check_reach(main)
+            self.check_depth(self.program.body(main))
+
+    def is_long(self, part: Part) -> bool:
+        if isinstance(part, Call):
+            target = self.program.bodies.get(id(part.target))
+            return target is None or self.is_long(target.part)
+        children = part.children()
+        return any(self.is_long(c) for c in children) if children else part.is_long()
+
+    def check_reactive(self, group: Group) -> None:
+        long = [part for part in group.children() if self.is_long(part)]
+        for extra in long[1:]:
+            message = (
+                f"{group.keyword!r} may hold one long action; {extra.label!r} is the second, after {long[0].label!r}"
+            )
+            self.found.append(
+                extra.mark.error("reactive-action", message, "put the actions in a 'sequence' of their own")
+            )
+
+    def check_preempted_finally(self, body: TreeBody) -> None:
+        """A called tree's `finally` needs ticks, so nothing but the end of the run may interrupt the call."""
+
+        def visit(part: Part, why: str) -> None:
+            if isinstance(part, Call):
+                target = self.program.bodies.get(id(part.target))
+                if why and target is not None and target.finish is not None:
+                    message = f"{part.label!r} has a 'finally', but {why} may interrupt it here"
+                    self.found.append(part.mark.error("finally", message, "move the 'finally' to 'main'"))
+                elif why and target is not None:
+                    visit(target.part, why)
+            reactive = isinstance(part, Group) and part.reactive
+            ends_run = isinstance(part, Guard) and part is body.part and body.signature.name == "main"
+            interrupts = reactive or (isinstance(part, Parallel | Timeout | Guard) and not ends_run)
+            inner = part.keyword if interrupts else ""
+            for child in part.children():
+                visit(child, f"{inner!r} (line {part.mark.line})" if inner else why)
+
+        visit(body.part, "")
+
+    def check_reach(self, main: Signature) -> None:
+        reached: set[int] = set()
+
+        def visit(body: TreeBody) -> None:
+            reached.add(id(body.signature))
+            for call in body.calls():
+                target = self.program.bodies.get(id(call.target))
+                if target is not None and id(call.target) not in reached:
+                    visit(target)
+
+        visit(self.program.body(main))
+        for signature in self.document.trees.values():
+            if id(signature) not in reached:
+                message = f"tree {signature.name!r} is never called from 'main'"
+                self.found.append(signature.mark.error("unreachable", message, "call it, or remove it"))
+
+    def check_depth(self, body: TreeBody) -> None:
+        deepest: tuple[int, Part] = (0, body.part)
+
+        def visit(part: Part, depth: int) -> None:
+            nonlocal deepest
+            if depth > deepest[0]:
+                deepest = (depth, part)
+            children: Sequence[Part] = part.children()
+            if isinstance(part, Call):
+                target = self.program.bodies.get(id(part.target))
+                children = [target.part] if target else []
+            if depth <= MAX_DEPTH:
+                for child in children:
+                    visit(child, depth + 1)
+
+        visit(body.part, 1)
+        if deepest[0] > MAX_DEPTH:
+            self.found.append(
+                deepest[1].mark.error("depth", f"the tree is deeper than {MAX_DEPTH} here", "flatten nested composites")
+            )
+
+    def check_devices(self) -> None:
+        for document in _documents(self.document):
+            for device in document.devices.values():
+                outer = self.document.devices.get(device.name)
+                if document is not self.document:
+                    if outer is None or outer.interface is not device.interface:
+                        name = device.interface.__name__
+                        message = f"the task declares no {device.name!r} of kind {name}, which {document.file} needs"
+                        self.found.append(
+                            self.document.root.mark.error(
+                                "device-undeclared", message, f"add 'devices: {{{device.name}: {name}}}'"
+                            )
+                        )
+                    elif device.used:
+                        outer.used = True
+        for device in self.document.devices.values():
+            if not device.used and "main" in self.document.trees:
+                message = f"device {device.name!r} is declared but not used"
+                self.found.append(device.mark.warning("device-unused", message, "remove it"))
+
+
+def _documents(document: Document) -> Iterator[Document]:
+    yield document
+    for imported in document.imports.values():
+        yield from _documents(imported)

@@ -1,0 +1,193 @@
+"""The nodes that tree files may name: those of this package, of installed packages, and of imported modules."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import importlib.metadata
+import re
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from stretch_bt.errors import StretchError
+from stretch_bt.tree.ports import MISSING, Behavior, Port, Role
+from stretch_bt.tree.types import Family, Type, attributes, from_annotation
+from stretch_bt.units import Estimate
+
+__all__ = ["RESERVED", "NodeInfo", "RegistryError", "describe", "load_all", "lookup", "node", "object_types"]
+
+GROUP = "stretch_bt.nodes"
+
+#: words that a tree may put beside the ports of any node
+RESERVED = ("name", "doc", "timeout", "retry", "while", "guard", "skip_if", "finally", "log")
+
+B = TypeVar("B", bound=type[Behavior])
+
+
+class RegistryError(StretchError):
+    """A node class cannot be registered; the text says why."""
+
+
+@dataclass(frozen=True)
+class NodeInfo:
+    """A registered node: its YAML name, its class and its ports with their types."""
+
+    name: str
+    cls: type[Behavior]
+    ports: dict[str, Port]
+    types: dict[str, Type]
+
+    @property
+    def doc(self) -> str:
+        """The first paragraph of the class docstring."""
+        return " ".join((self.cls.__doc__ or "").strip().split("\n\n")[0].split())
+
+    @property
+    def instant(self) -> bool:
+        """Whether the node always ends in the tick it starts."""
+        return bool(getattr(self.cls, "instant", False))
+
+    def of(self, role: Role) -> list[Port]:
+        """Return the ports of one role, in the order of the class."""
+        return [p for p in self.ports.values() if p.role is role]
+
+    @property
+    def outputs(self) -> dict[str, Type]:
+        """Types of the output ports; each quantity also writes `<name>_sd`."""
+        found: dict[str, Type] = {}
+        for declared in self.of(Role.OUTPUT):
+            found[declared.name] = self.types[declared.name]
+            if self.types[declared.name].is_number and f"{declared.name}_sd" not in self.ports:
+                found[f"{declared.name}_sd"] = self.types[declared.name]
+        return found
+
+
+_nodes: dict[str, NodeInfo] = {}
+_loaded = False
+
+
+def snake_case(name: str) -> str:
+    """Return the YAML name of a class name."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
+
+
+def node(cls: B) -> B:
+    """Register a node class under its name in snake case; use it as a decorator.
+
+    Raises
+    ------
+    RegistryError
+        The class has no docstring, a port that the language cannot type, or a name that is taken.
+    """
+    name = snake_case(cls.__name__)
+    info = NodeInfo(name, cls, cls.ports, _port_types(cls))
+    if not (cls.__doc__ or "").strip():
+        raise RegistryError(f"node {name!r} ({cls.__module__}) has no docstring; one sentence says what it does")
+    for declared in cls.ports.values():
+        if declared.name in RESERVED:
+            raise RegistryError(f"node {name!r}: a port cannot be called {declared.name!r}; the word is reserved")
+    present = _nodes.get(name)
+    if present is not None and (present.cls.__module__, present.cls.__qualname__) != (cls.__module__, cls.__qualname__):
+        raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
+    _nodes[name] = info
+    return cls
+
+
+def _port_types(cls: type[Behavior]) -> dict[str, Type]:
+    found = {}
+    for declared in cls.ports.values():
+        try:
+            found[declared.name] = from_annotation(declared.annotation)
+        except TypeError as error:
+            raise RegistryError(f"node {snake_case(cls.__name__)!r}, port {declared.name!r}: {error}") from None
+    return found
+
+
+def load_all() -> dict[str, NodeInfo]:
+    """Return every registered node by name; imports the packages that offer nodes, once."""
+    global _loaded
+    if not _loaded:
+        _loaded = True
+        for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: (e.name != "builtin", e.name)):
+            try:
+                entry.load()
+            except RegistryError:
+                raise
+            except Exception as error:
+                raise RegistryError(f"the nodes of {entry.value!r} cannot be imported: {error}") from error
+    return dict(sorted(_nodes.items()))
+
+
+def lookup(name: str) -> NodeInfo | None:
+    """Return the node of this name, or None."""
+    return load_all().get(name)
+
+
+def object_types() -> dict[str, type]:
+    """Return the classes that ports carry, by the name that files use for them."""
+    found: dict[str, type] = {}
+
+    def add(type_: Type) -> None:
+        if type_.family is Family.LIST and type_.item is not None:
+            add(type_.item)
+        elif type_.cls is not None and type_.name not in found:
+            found[type_.name] = type_.cls
+            for attribute in attributes(type_.cls).values():
+                add(attribute)
+
+    for info in load_all().values():
+        for declared in info.ports.values():
+            if declared.role is not Role.DEVICE:
+                add(info.types[declared.name])
+    return found
+
+
+def describe(info: NodeInfo) -> dict[str, Any]:
+    """Return what `nodes --json` prints of a node."""
+    return {
+        "name": info.name,
+        "kind": info.cls.kind,
+        "doc": info.doc,
+        "module": info.cls.__module__,
+        "inputs": [_describe_port(info, p) for p in info.of(Role.INPUT)],
+        "outputs": [_describe_output(info, name, type_) for name, type_ in info.outputs.items()],
+        "devices": [
+            {"name": p.name, "type": info.types[p.name].name, "required": not p.optional} for p in info.of(Role.DEVICE)
+        ],
+    }
+
+
+def _describe_port(info: NodeInfo, declared: Port) -> dict[str, Any]:
+    type_ = info.types[declared.name]
+    kind = type_.kind
+    entry = {
+        "name": declared.name,
+        "type": type_.name,
+        "unit": kind.si_unit if kind else None,
+        "default": _plain_default(declared.default),
+        "required": declared.required,
+        "doc": declared.doc,
+    }
+    bounds = {"min": declared.min, "max": declared.max}
+    return entry | {k: v for k, v in bounds.items() if v is not None}
+
+
+def _describe_output(info: NodeInfo, name: str, type_: Type) -> dict[str, Any]:
+    declared = info.ports.get(name)
+    doc = declared.doc if declared else f"standard deviation of {name.removesuffix('_sd')}"
+    return {"name": name, "type": type_.name, "unit": type_.kind.si_unit if type_.kind else None,
+            "default": None, "required": False, "doc": doc}  # fmt: skip
+
+
+def _plain_default(default: Any) -> Any:
+    if default is MISSING:
+        return None
+    if isinstance(default, Estimate) or dataclasses.is_dataclass(default):
+        return repr(default)
+    return list(default) if isinstance(default, tuple) else default
+
+
+def import_nodes(module: str) -> None:
+    """Import a Python module for the nodes that it registers."""
+    load_all()
+    importlib.import_module(module)

@@ -1,0 +1,71 @@
+"""What names mean inside one tree: its keys, the file's parameters, readings of devices, and the task itself."""
+
+from __future__ import annotations
+
+from stretch_bt.source import did_you_mean
+from stretch_bt.tree.document import Signature
+from stretch_bt.tree.expression.typecheck import Origin, Symbol
+from stretch_bt.tree.types import INT, from_annotation, quantity
+from stretch_bt.units import KINDS
+
+__all__ = ["TASK", "TreeScope"]
+
+#: what `task.` offers: the time since the run began and the number of the tick
+TASK = {"time": quantity(KINDS["Time"].dimension), "ticks": INT}
+
+
+class TreeScope:
+    """The names that a body of this tree may use."""
+
+    def __init__(self, signature: Signature) -> None:
+        self.signature = signature
+
+    def resolve(self, parts: tuple[str, ...]) -> Symbol | str:
+        """Return the symbol of a dotted name, or a hint when there is none."""
+        first = parts[0]
+        declared = self.signature.declared(first)
+        if declared is not None:
+            return Symbol(Origin.KEY, first, declared.type, 1)
+        if first == "params":
+            return self._param(parts)
+        if first == "task":
+            return self._table(parts, TASK, Origin.TASK)
+        if first in self.signature.document.devices:
+            return self._reading(parts)
+        if first.endswith("_sd"):
+            of = self.signature.declared(first.removesuffix("_sd"))
+            if of is not None and of.type.is_number:
+                return Symbol(Origin.SD, of.name, of.type, 1)
+        return self._hint(first)
+
+    def _param(self, parts: tuple[str, ...]) -> Symbol | str:
+        params = self.signature.document.params
+        if len(parts) < 2 or parts[1] not in params:
+            name = parts[1] if len(parts) > 1 else ""
+            return did_you_mean(name, params) or "declare it under 'params:'"
+        param = params[parts[1]]
+        return Symbol(Origin.PARAM, param.name, param.type, 2, param.value)
+
+    def _reading(self, parts: tuple[str, ...]) -> Symbol | str:
+        device = self.signature.document.devices[parts[0]]
+        types = {name: from_annotation(a) for name, a in getattr(device.interface, "readings", {}).items()}
+        device.used = True
+        return self._table(parts, types, Origin.READING)
+
+    @staticmethod
+    def _table(parts: tuple[str, ...], types: dict[str, object], origin: Origin) -> Symbol | str:
+        name = parts[1] if len(parts) > 1 else ""
+        type_ = types.get(name)
+        if type_ is None:
+            return did_you_mean(name, types) or f"{parts[0]} has no readings"
+        return Symbol(origin, ".".join(parts[:2]), type_, 2)  # type: ignore[arg-type]
+
+    def _hint(self, name: str) -> str:
+        signature = self.signature
+        if name in signature.document.params:
+            return f"write 'params.{name}'"
+        known = [*signature.names, *signature.document.devices, "params", "task"]
+        others = sorted(t.name for t in signature.document.trees.values() if t is not signature and t.declared(name))
+        if others:
+            return f"it belongs to tree {others[0]!r}; pass it through 'in', or declare it in this tree"
+        return did_you_mean(name, known) or f"declare it: 'keys: {{{name}: Length}}'"
