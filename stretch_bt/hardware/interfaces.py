@@ -26,6 +26,7 @@ __all__ = [
     "Motion",
     "MotionState",
     "Reading",
+    "readings_of",
 ]
 
 T = TypeVar("T")
@@ -173,3 +174,8 @@ class ForceSensor(Device, Protocol):
 
 
 INTERFACES: dict[str, type] = {i.__name__: i for i in (Arm, Gripper, DepthCamera, ForceSensor)}
+
+
+def readings_of(interface: type) -> Mapping[str, Any]:
+    """Return the readings of an interface that expressions may use, with the type of each."""
+    return dict(vars(interface)["readings"])

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import py_trees
 
@@ -25,17 +25,19 @@ from stretch_bt.units import format_quantity
 
 __all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
 
-Node = py_trees.behaviour.Behaviour
+#: a py_trees behaviour that knows its `path`
+Node = Any
+C = TypeVar("C", bound=py_trees.composites.Composite)
 
 
 class Substitutes(Protocol):
     """What may stand in for nodes of an unedited tree, by path."""
 
-    def node(self, path: str, outputs: Mapping[str, tuple[Cell, Type]], context: Context) -> Node | None:
+    def node(self, path: str, part: Part, builder: Builder) -> Node | None:
         """Return a stand-in for the node at this path, or None."""
         ...
 
-    def condition(self, path: str, context: Context) -> Callable[[], bool] | None:
+    def condition(self, path: str, builder: Builder) -> Callable[[], bool] | None:
         """Return a stand-in for the condition at this path, or None."""
         ...
 
@@ -166,9 +168,9 @@ class Builder:
 
     def place(self, part: Part, path: str) -> Node:
         """Build one part, or its stand-in, and register it by its path."""
-        node = None
+        node: Node = None
         if self.substitutes is not None and not isinstance(part, Guard):
-            node = self.substitutes.node(path, self.outputs(part), self.context)
+            node = self.substitutes.node(path, part, self)
         if node is None:
             node = part.build(self, path)
         node.name = path.rpartition("/")[2]
@@ -176,7 +178,7 @@ class Builder:
         self.nodes[path] = node
         return node
 
-    def group(self, node: Node, part: Part, path: str) -> Node:
+    def group(self, node: C, part: Part, path: str) -> C:
         """Add the children of a part to a py_trees composite."""
         for child in part.children():
             node.add_child(self.child(part, child, path))
@@ -237,7 +239,7 @@ class Builder:
 
     def condition(self, wire: Wire, path: str) -> Condition:
         """Return a condition with what explains it."""
-        substitute = self.substitutes.condition(path, self.context) if self.substitutes else None
+        substitute = self.substitutes.condition(path, self) if self.substitutes else None
         if substitute is not None:
             return Condition(wire.text, substitute, lambda: "mocked")
         return Condition(wire.text, self.thunk(wire), self.values(wire))

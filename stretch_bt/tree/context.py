@@ -13,9 +13,13 @@ class Context(Protocol):
     """The run, as a node sees it; `now` stays the same during a tick, so that a replay decides alike."""
 
     now: float
-    time: float  # since the run began, s
     ticks: int
     hand: Hand
+
+    @property
+    def time(self) -> float:
+        """Time since the run began, s."""
+        ...
 
     def device(self, name: str) -> Any:
         """Return a device that the tree declared; raises NotReady when the run has none."""

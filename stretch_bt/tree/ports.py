@@ -68,7 +68,7 @@ class _Options:
 def port(default: T, *, min: float | None = None, max: float | None = None, doc: str = "") -> T: ...
 @overload
 def port(*, min: float | None = None, max: float | None = None, doc: str = "") -> Any: ...
-def port(default: Any = MISSING, *, min: float | None = None, max: float | None = None, doc: str = "") -> Any:
+def port(default: Any = MISSING, *, min: float | None = None, max: float | None = None, doc: str = "") -> Any:  # noqa: A002
     """Give a port a default, bounds (SI, both ends allowed) or a doc; a plain default can also be assigned as it is."""
     return _Options(default, min, max, doc)
 
@@ -187,7 +187,7 @@ class _DeviceSlot:
 _SLOTS = {Role.INPUT: _InputSlot, Role.OUTPUT: _OutputSlot, Role.DEVICE: _DeviceSlot}
 
 
-class Behavior(py_trees.behaviour.Behaviour):  # type: ignore[misc]
+class Behavior(py_trees.behaviour.Behaviour):
     """Base of every node that people write.
 
     Override `update`, and where needed `initialise` (each time the node starts) and `terminate` (each time it ends or is
@@ -208,6 +208,8 @@ class Behavior(py_trees.behaviour.Behaviour):  # type: ignore[misc]
     def __init__(self, path: str = "") -> None:
         super().__init__(name=path.rpartition("/")[2] or type(self).__name__)
         self.path = path
+        self.runs = 0
+        self.ticking = False
         self.context: Context = cast("Context", None)
         self.wiring: dict[str, Callable[[], Any]] = {}
         self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.role is Role.OUTPUT}
@@ -228,9 +230,11 @@ class Behavior(py_trees.behaviour.Behaviour):  # type: ignore[misc]
 
     def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
         """Tick once; a refusal becomes FAILURE with its reason, any other error names the node."""
+        self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
         try:
             if self.status is not Status.RUNNING:
                 self.feedback_message = ""
+                self.runs += 1
                 self.initialise()
             status = self.update()
         except NoAnswer as refusal:
@@ -245,6 +249,7 @@ class Behavior(py_trees.behaviour.Behaviour):  # type: ignore[misc]
         if status is not Status.RUNNING:
             self.stop(status)
         self.status = status
+        self.ticking = False
         yield self
 
     def stop(self, new_status: Status) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean
@@ -71,9 +72,9 @@ class Reader:
                 )
                 return None
             return self.place(value, Map((), value.mark), {})
-        kinds = [(key, v) for key, v in value if key.text not in RESERVED]
+        kinds: list[tuple[Scalar, Value]] = [(key, v) for key, v in value if key.text not in RESERVED]
         if not kinds:
-            kinds = [(k, v) for k, v in value if k.text in CONSTRUCTS and isinstance(v, Map) and "do" in v][:1]
+            kinds += [(k, v) for k, v in value if k.text in CONSTRUCTS and isinstance(v, Map) and "do" in v][:1]
         if len(kinds) != 1:
             names_ = ", ".join(repr(k.text) for k, _ in kinds) or "nothing"
             at = kinds[1][0].mark if kinds else value.mark
@@ -465,7 +466,7 @@ class ParamEnvironment:
     def __init__(self, scope: TreeScope) -> None:
         self.scope = scope
 
-    def source(self, parts: tuple[str, ...]) -> tuple[object, tuple[str, ...]]:  # type: ignore[override]
+    def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
         """Return the value of a parameter."""
         symbol = self.scope.resolve(parts)
         assert not isinstance(symbol, str)

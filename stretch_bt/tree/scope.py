@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from stretch_bt.hardware.interfaces import readings_of
 from stretch_bt.source import did_you_mean
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.expression.typecheck import Origin, Symbol
-from stretch_bt.tree.types import INT, from_annotation, quantity
+from stretch_bt.tree.types import INT, Type, from_annotation, quantity
 from stretch_bt.units import KINDS
 
 __all__ = ["TASK", "TreeScope"]
@@ -48,17 +51,17 @@ class TreeScope:
 
     def _reading(self, parts: tuple[str, ...]) -> Symbol | str:
         device = self.signature.document.devices[parts[0]]
-        types = {name: from_annotation(a) for name, a in getattr(device.interface, "readings", {}).items()}
+        types = {name: from_annotation(a) for name, a in readings_of(device.interface).items()}
         device.used = True
         return self._table(parts, types, Origin.READING)
 
     @staticmethod
-    def _table(parts: tuple[str, ...], types: dict[str, object], origin: Origin) -> Symbol | str:
+    def _table(parts: tuple[str, ...], types: Mapping[str, Type], origin: Origin) -> Symbol | str:
         name = parts[1] if len(parts) > 1 else ""
         type_ = types.get(name)
         if type_ is None:
             return did_you_mean(name, types) or f"{parts[0]} has no readings"
-        return Symbol(origin, ".".join(parts[:2]), type_, 2)  # type: ignore[arg-type]
+        return Symbol(origin, ".".join(parts[:2]), type_, 2)
 
     def _hint(self, name: str) -> str:
         signature = self.signature

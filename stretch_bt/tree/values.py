@@ -119,7 +119,10 @@ def check_bounds(value: Any, type_: Type, low: float | None, high: float | None,
         return
     if (low is None or value >= low * (1 - 1e-12)) and (high is None or value <= high * (1 + 1e-12)):
         return
-    show = lambda v: format_quantity(v, type_.dimension)  # noqa: E731
+
+    def show(number: float) -> str:
+        return format_quantity(number, type_.dimension)
+
     ends = f"{show(low) if low is not None else '...'} to {show(high) if high is not None else '...'}"
     nearest = high if high is not None and value > high else low
     assert nearest is not None

@@ -160,10 +160,10 @@ class _Parser:
         left = self.prefix()
         while (binding := _BINDING.get(self.tokens[self.position].text, 0)) > strength:
             operator = self.next()
-            if operator.text in _COMPARISONS and isinstance(left, Binary) and left.operator in _COMPARISONS:
-                if self.tokens[self.position - 2].text != ")":
-                    hint = "write 'a < b and b < c'"
-                    raise ExpressionError(operator.offset, len(operator.text), "expression", "chained comparison", hint)
+            chained = operator.text in _COMPARISONS and isinstance(left, Binary) and left.operator in _COMPARISONS
+            if chained and self.tokens[self.position - 2].text != ")":
+                hint = "write 'a < b and b < c'"
+                raise ExpressionError(operator.offset, len(operator.text), "expression", "chained comparison", hint)
             right = self.expression(binding)
             end = right.offset + right.length
             left = Binary(left.offset, end - left.offset, operator.text, left, right)

@@ -130,7 +130,7 @@ def construct(cls: C) -> C:
 ReadPart = Callable[["Reader", Mark, Value], Part | None]
 
 
-class FlowNode(py_trees.behaviour.Behaviour):  # type: ignore[misc]
+class FlowNode(py_trees.behaviour.Behaviour):
     """A node with one child, of our own where py_trees' decorators measured wrong (clock, empty lists, lost attempts)."""
 
     def __init__(self, path: str, child: py_trees.behaviour.Behaviour | None = None) -> None:

@@ -107,7 +107,9 @@ class Parallel(Part):
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return a py_trees Parallel; a child that succeeded is not ticked again."""
-        node = builder.group(py_trees.composites.Parallel(path, ParallelPolicy.SuccessOnOne()), self, path)
+        node: py_trees.composites.Parallel = builder.group(
+            py_trees.composites.Parallel(path, ParallelPolicy.SuccessOnOne()), self, path
+        )
         if self.policy == "success_on_all":
             node.policy = ParallelPolicy.SuccessOnAll(synchronise=True)
         elif self.policy == "success_on_selected":

@@ -1,0 +1,98 @@
+"""Clocks: the machine's own, a virtual one, and one that repeats the ticks of a record. All count seconds from 0."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+__all__ = ["Clock", "EndOfRecord", "RealClock", "ReplayClock", "VirtualClock"]
+
+
+class EndOfRecord(Exception):
+    """A record has no further ticks."""
+
+
+class Clock(Protocol):
+    """What the runner and the simulated devices take the time from."""
+
+    def now(self) -> float:
+        """Return the time, s."""
+        ...
+
+    def wait_until(self, deadline: float) -> None:
+        """Return at the deadline, s, or earlier when woken."""
+        ...
+
+    def wake(self) -> None:
+        """End a wait at once; may be called from a signal handler or another thread."""
+        ...
+
+
+class RealClock:
+    """The machine's monotonic clock."""
+
+    def __init__(self) -> None:
+        self._start = time.monotonic()
+        self._event = threading.Event()
+
+    def now(self) -> float:
+        """Return the time since the clock was made, s."""
+        return time.monotonic() - self._start
+
+    def wait_until(self, deadline: float) -> None:
+        """Sleep until the deadline, s, or until woken."""
+        remaining = deadline - self.now()
+        if remaining > 0:
+            self._event.wait(remaining)
+        self._event.clear()
+
+    def wake(self) -> None:
+        """End the wait."""
+        self._event.set()
+
+
+class VirtualClock:
+    """A clock that stands still until it is told to go on: runs are fast and repeat exactly."""
+
+    def __init__(self, start: float = 0.0) -> None:
+        self._now = start
+
+    def now(self) -> float:
+        """Return the virtual time, s."""
+        return self._now
+
+    def wait_until(self, deadline: float) -> None:
+        """Jump to the deadline, s; never back."""
+        self._now = max(self._now, deadline)
+
+    def advance(self, seconds: float) -> None:
+        """Go on by some seconds."""
+        self.wait_until(self._now + seconds)
+
+    def wake(self) -> None:
+        """Nothing waits on a virtual clock."""
+
+
+class ReplayClock:
+    """Gives each tick the time that it had in a record."""
+
+    def __init__(self, times: Sequence[float]) -> None:
+        self._times = list(times)
+        self._next = 0
+        self._now = 0.0
+
+    def now(self) -> float:
+        """Return the recorded time of this tick, s."""
+        return self._now
+
+    def wait_until(self, deadline: float) -> None:
+        """Go to the next recorded tick; raises EndOfRecord after the last."""
+        if self._next >= len(self._times):
+            raise EndOfRecord
+        self._now = self._times[self._next]
+        self._next += 1
+
+    def wake(self) -> None:
+        """Nothing waits on a record."""

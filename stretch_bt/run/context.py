@@ -1,0 +1,79 @@
+"""What the nodes of a run share: its time, its hand, its devices, and the readings that the last node was given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from stretch_bt.errors import DeviceFault, NotReady
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.journal import Journal, NoJournal
+
+__all__ = ["MAX_AGE", "RunContext", "Seen"]
+
+#: how old a reading in an expression may be, s
+MAX_AGE = 0.5
+
+_READERS: dict[str, Callable[[Any], float]] = {
+    "force": lambda device: device.wrench(MAX_AGE).value.magnitude,
+    "height": lambda device: device.pose(MAX_AGE).value.height,
+    "opening": lambda device: device.opening(MAX_AGE).value,
+}
+
+
+class Seen:
+    """A journal that passes everything on and keeps the latest reading of each kind, for the report of a failure."""
+
+    def __init__(self, inner: Journal | None = None) -> None:
+        self.inner: Journal = inner or NoJournal()
+        self.latest: dict[str, Reading[Any]] = {}
+
+    def reading(self, device: str, name: str, reading: Reading[Any]) -> None:
+        """Keep it and pass it on."""
+        self.latest[f"{device}.{name}"] = reading
+        self.inner.reading(device, name, reading)
+
+    def command(self, device: str, name: str, arguments: Mapping[str, Any], owner: str) -> None:
+        """Pass it on."""
+        self.inner.command(device, name, arguments, owner)
+
+    def motion(self, device: str, owner: str, state: MotionState) -> None:
+        """Pass it on."""
+        self.inner.motion(device, owner, state)
+
+    def fault(self, device: str, fault: DeviceFault) -> None:
+        """Pass it on."""
+        self.inner.fault(device, fault)
+
+
+class RunContext:
+    """The context of one run; `devices` stays empty until the cell is open, and for mocked runs."""
+
+    def __init__(self, hand: Hand | None = None) -> None:
+        self.now = 0.0
+        self.start = 0.0
+        self.ticks = 0
+        self.hand = hand or Hand()
+        self.devices: Mapping[str, Any] = {}
+        #: readings that a mocks file gives instead of a device's
+        self.mocked_readings: dict[str, Callable[[], float]] = {}
+
+    @property
+    def time(self) -> float:
+        """Time since the run began, s."""
+        return self.now - self.start
+
+    def device(self, name: str) -> Any:
+        """Return a device of the cell; raises NotReady when the run has none of this name."""
+        try:
+            return self.devices[name]
+        except KeyError:
+            raise NotReady(name, "this run has no such device; name a scene or a cell") from None
+
+    def reading(self, device: str, name: str) -> float:
+        """Return a reading for an expression."""
+        mocked = self.mocked_readings.get(f"{device}.{name}")
+        if mocked is not None:
+            return mocked()
+        return _READERS[name](self.device(device))

@@ -1,0 +1,308 @@
+"""The runner: ticks on absolute deadlines, one thread, and a stop that always ends in the same safe state."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from py_trees.common import Status
+
+from stretch_bt.errors import DeviceFault, NodeError, StretchError
+from stretch_bt.run.clock import Clock, EndOfRecord
+from stretch_bt.run.context import RunContext
+from stretch_bt.run.stop import failed_at, stop_tree
+from stretch_bt.tree.build import BuiltTree, Node
+from stretch_bt.tree.ports import Cell
+
+__all__ = ["Outcome", "Runner", "Stoppable", "Watcher"]
+
+#: how long `finally` may take, s of the run's clock
+FINALLY_LIMIT = 60.0
+
+
+class Stoppable(Protocol):
+    """What the runner stops at the end: the cell."""
+
+    def stop(self) -> list[Exception]:
+        """Stop every device, and return what went wrong."""
+        ...
+
+
+class Watcher(Protocol):
+    """Whoever follows a run: the record, and the live view."""
+
+    def begin_tick(self, tick: int, time: float) -> None:
+        """A tick begins."""
+        ...
+
+    def status(self, path: str, status: str, reason: str = "") -> None:
+        """A node changed its status."""
+        ...
+
+    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
+        """A node wrote a key."""
+        ...
+
+    def note(self, kind: str, **fields: Any) -> None:
+        """Anything else."""
+        ...
+
+
+@dataclass(slots=True)
+class Outcome:
+    """How a run ended."""
+
+    status: str = "ERROR"
+    reason: str = ""
+    ticks: int = 0
+    task_seconds: float = 0.0
+    wall_seconds: float = 0.0
+    cpu_seconds: float = 0.0
+    overruns: int = 0
+    worst_overrun: float = 0.0
+    errors: list[str] = field(default_factory=list)
+
+
+class Runner:
+    """Runs one built tree once.
+
+    `interrupt` may be called from a signal handler or another thread; the first call stops the task at once and safely,
+    a second one also cuts `finally` short.
+    """
+
+    def __init__(
+        self,
+        tree: BuiltTree,
+        context: RunContext,
+        clock: Clock,
+        *,
+        period: float,
+        cell: Stoppable | None = None,
+        watchers: list[Watcher] | None = None,
+        max_ticks: int | None = None,
+        interrupts: Mapping[int, str] | None = None,
+    ) -> None:
+        self.tree = tree
+        self.context = context
+        self.clock = clock
+        self.period = period
+        self.cell = cell
+        self.watchers = watchers or []
+        self.max_ticks = max_ticks
+        self.outcome = Outcome()
+        self._planned = dict(interrupts or {})
+        self._interrupts: list[str] = []
+        self._last: dict[str, tuple[Status, int]] = {}
+        self._running: set[str] = set()
+        self._deadline = 0.0
+        self._used = threading.Lock()
+        for cell_ in tree.cells:
+            cell_.listener = self._written
+
+    # --- from outside
+
+    def interrupt(self, why: str) -> None:
+        """Ask for a safe stop."""
+        self._interrupts.append(why)
+        self.clock.wake()
+
+    @contextmanager
+    def signals(self) -> Iterator[None]:
+        """Turn SIGINT and SIGTERM into interrupts while the block runs; only in the main thread, elsewhere do nothing."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        kept = {}
+        for number in (signal.SIGINT, signal.SIGTERM):
+            kept[number] = signal.signal(number, lambda n, _: self.interrupt(signal.Signals(n).name))
+        try:
+            yield
+        finally:
+            for number, handler in kept.items():
+                signal.signal(number, handler)
+
+    def run(self) -> Outcome:
+        """Tick to the end, stop safely, and return how it ended; raises only when it is called twice."""
+        if not self._used.acquire(blocking=False):
+            raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
+        wall, cpu = time.perf_counter(), time.process_time()
+        with self.signals():
+            self._drive()
+            self._finish()
+        outcome = self.outcome
+        outcome.task_seconds = self.context.time
+        outcome.ticks = self.context.ticks
+        outcome.wall_seconds = time.perf_counter() - wall
+        outcome.cpu_seconds = time.process_time() - cpu
+        return outcome
+
+    # --- ticking
+
+    def _drive(self) -> None:
+        """Tick the task until it ends, and note why."""
+        self.context.start = self.context.now = self._deadline = self.clock.now()
+        try:
+            while True:
+                status = self._tick(self.tree.root)
+                if status is None:
+                    return self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
+                if status is not Status.RUNNING:
+                    return self._end(status.name, self._explain(self.tree.root, status))
+                if self.max_ticks is not None and self.context.ticks >= self.max_ticks:
+                    return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
+        except EndOfRecord:
+            self._end("INTERRUPTED", "the record ends here")
+        except Exception as error:
+            self._failed(error)
+
+    def _tick(self, root: Node, limit: int = 0) -> Status | None:
+        """Wait for the next deadline and tick once; None when there were more than `limit` interrupts before it."""
+        self._wait(limit)
+        planned = self._planned.pop(self.context.ticks + 1, None)
+        if planned is not None:
+            self._interrupts.append(planned)
+        if len(self._interrupts) > limit:
+            return None
+        context = self.context
+        context.ticks += 1
+        context.now = self.clock.now()
+        for watcher in self.watchers:
+            watcher.begin_tick(context.ticks, context.now)
+        try:
+            for node in root.tick():
+                if node.status is not Status.RUNNING or self._last.get(node.path, _NEVER)[0] is not Status.RUNNING:
+                    self._changed(node)
+        finally:
+            self._interrupted_nodes()
+            self._lateness()
+        if root.status is Status.INVALID:
+            raise NodeError(root.path, "the tree ended without a status")
+        status: Status = root.status
+        return status
+
+    def _wait(self, limit: int) -> None:
+        while len(self._interrupts) <= limit:
+            self.clock.wait_until(self._deadline)
+            if self.clock.now() >= self._deadline - 1e-9:
+                break
+
+    def _lateness(self) -> None:
+        """Set the next deadline on the grid of the period; a tick that ran past it is counted, not caught up with."""
+        self._deadline += self.period
+        late = self.clock.now() - self._deadline
+        if late > 0 and self.period > 0:
+            self.outcome.overruns += 1
+            self.outcome.worst_overrun = max(self.outcome.worst_overrun, late)
+            self._deadline += self.period * int(late / self.period + 1)
+
+    def _changed(self, node: Node) -> None:
+        """Tell the watchers when a node's status is new, or when it ended once more."""
+        counts = getattr(node, "kind", "condition") != "condition"
+        state = (node.status, node.runs if counts else 0)
+        if self._last.get(node.path) != state:
+            self._tell(node, state)
+
+    def _tell(self, node: Node, state: tuple[Status, int]) -> None:
+        self._last[node.path] = state
+        (self._running.add if node.status is Status.RUNNING else self._running.discard)(node.path)
+        for watcher in self.watchers:
+            watcher.status(node.path, node.status.name, node.feedback_message)
+
+    def _interrupted_nodes(self) -> None:
+        """Tell of nodes that were running and that this tick interrupted."""
+        for path in sorted(self._running):
+            node = self.tree.nodes[path]
+            if node.status is Status.INVALID:
+                self._tell(node, (Status.INVALID, 0))
+
+    def _written(self, cell: Cell) -> None:
+        for watcher in self.watchers:
+            watcher.write(cell.name, cell.value, cell.sd, cell.writer)
+
+    # --- ending
+
+    def _end(self, status: str, reason: str) -> None:
+        self.outcome.status, self.outcome.reason = status, reason
+
+    def _failed(self, error: Exception) -> None:
+        status = "FAULT" if isinstance(error, DeviceFault) else "ERROR"
+        reason = str(error) if isinstance(error, StretchError) else f"{type(error).__name__}: {error}"
+        if not isinstance(error, NodeError):
+            at = self._ticking()
+            reason = f"{at}: {reason}" if at else reason
+        self._end(status, reason)
+        self._note("error", error=type(error).__name__, reason=reason)
+
+    def _ticking(self) -> str:
+        """Return the path of the node whose code was running when an error came up."""
+        for node in self.tree.nodes.values():
+            if node.__dict__.get("ticking"):
+                return str(node.path)
+        return ""
+
+    def _explain(self, root: Node, status: Status) -> str:
+        if status is Status.SUCCESS:
+            return ""
+        node = failed_at(root)
+        return f"{node.path}: {node.feedback_message or 'failed'}"
+
+    def _finish(self) -> None:
+        """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
+        abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
+        self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
+        calls = [n for n in self.tree.pending() if n.entered]
+        errors = stop_tree(self.tree.root)
+        if (abnormal or errors) and self.cell is not None:
+            errors += self.cell.stop()
+        for call in calls:
+            self._finally(call.finish)
+        self._finally(self.tree.finish)
+        if self.cell is not None:
+            errors += self.cell.stop()
+        for error in errors:
+            self.outcome.errors.append(str(error))
+            self._note("stop_error", error=type(error).__name__, reason=str(error))
+        if errors and self.outcome.status in ("SUCCESS", "FAILURE"):
+            fault = next((e for e in errors if isinstance(e, DeviceFault)), None)
+            self._end("FAULT" if fault else "ERROR", str(fault or errors[0]))
+
+    def _finally(self, finish: Node | None) -> None:
+        """Tick a `finally` to its end; it is given one interrupt more than the task had."""
+        if finish is None:
+            return None
+        limit = len(self._interrupts)
+        if limit > 1:
+            return self._unfinished(f"{finish.path} was not run: stopped twice")
+        until = self.context.now + FINALLY_LIMIT
+        try:
+            while (status := self._tick(finish, limit)) is Status.RUNNING:
+                if self.context.now >= until:
+                    return self._unfinished(f"{finish.path} did not end within {FINALLY_LIMIT:g} s")
+            if status is None:
+                self._unfinished(f"{finish.path} was cut short by {self._interrupts[-1]}")
+            elif status is Status.FAILURE:
+                self._unfinished(self._explain(finish, status))
+        except EndOfRecord:
+            pass
+        except Exception as error:
+            self._unfinished(f"{finish.path}: {error}", fault=isinstance(error, DeviceFault))
+        finally:
+            self.outcome.errors += [str(e) for e in stop_tree(finish)]
+
+    def _unfinished(self, reason: str, fault: bool = False) -> None:
+        self.outcome.errors.append(f"finally: {reason}")
+        self._note("finally", reason=reason)
+        if self.outcome.status == "SUCCESS":
+            self._end("FAULT" if fault else "FAILURE", f"the task was done, but its finally failed: {reason}")
+
+    def _note(self, kind: str, **fields: Any) -> None:
+        for watcher in self.watchers:
+            watcher.note(kind, **fields)
+
+
+_NEVER = (Status.INVALID, -1)
