@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.units import Force, Length, Time
 
 __all__ = ["DepthFrame", "Intrinsics", "Pose", "Wrench"]
 
@@ -43,7 +44,7 @@ class Pose:
             raise InvalidInput(f"a pose needs six finite numbers, got {self.position} and {self.rotation}")
 
     @property
-    def height(self) -> float:
+    def height(self) -> Length:
         """World z, m."""
         return self.position[2]
 
@@ -75,7 +76,7 @@ class Wrench:
     torque: tuple[float, float, float] = field(default_factory=_zeros)
 
     @property
-    def magnitude(self) -> float:
+    def magnitude(self) -> Force:
         """Norm of the force, N."""
         return math.hypot(*self.force)
 
@@ -113,11 +114,11 @@ class DepthFrame:
     raw: npt.NDArray[np.uint16]
     unit: float
     intrinsics: Intrinsics
-    time: float
+    time: Time
     sequence: int
-    plane_distance: float | None = None
-    hand_height: float | None = None
-    stretch: float | None = None
+    plane_distance: Length | None = None
+    hand_height: Length | None = None
+    stretch: Length | None = None
 
     def __post_init__(self) -> None:
         expected = (self.intrinsics.height, self.intrinsics.width)

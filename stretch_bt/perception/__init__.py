@@ -1,1 +1,89 @@
+"""Perception: plain numerics on depth images and points, SI units, each estimate with its standard deviation.
 
+Importing this package costs nothing; a name imports its module when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stretch_bt.perception.average import average_frames as average_frames
+    from stretch_bt.perception.contact import find_contact as find_contact
+    from stretch_bt.perception.curvature import Curvatures as Curvatures
+    from stretch_bt.perception.curvature import brand as brand
+    from stretch_bt.perception.curvature import curvatures as curvatures
+    from stretch_bt.perception.deprojection import deproject as deproject
+    from stretch_bt.perception.deprojection import to_membrane as to_membrane
+    from stretch_bt.perception.deprojection import view_rays as view_rays
+    from stretch_bt.perception.detect import ContactDetector as ContactDetector
+    from stretch_bt.perception.height import top_of_points as top_of_points
+    from stretch_bt.perception.height import track_height as track_height
+    from stretch_bt.perception.io import load_depth_png as load_depth_png
+    from stretch_bt.perception.io import load_depth_stack as load_depth_stack
+    from stretch_bt.perception.normals import estimate_normals as estimate_normals
+    from stretch_bt.perception.segmentation import Segmentation as Segmentation
+    from stretch_bt.perception.segmentation import classify as classify
+    from stretch_bt.perception.segmentation import segment as segment
+    from stretch_bt.perception.sphere import fit_sphere as fit_sphere
+    from stretch_bt.perception.tracker import HeightTracker as HeightTracker
+    from stretch_bt.perception.types import Contact as Contact
+    from stretch_bt.perception.types import Sphere as Sphere
+
+_MODULES = {
+    "Contact": "types",
+    "ContactDetector": "detect",
+    "Curvatures": "curvature",
+    "HeightTracker": "tracker",
+    "Segmentation": "segmentation",
+    "Sphere": "types",
+    "average_frames": "average",
+    "brand": "curvature",
+    "curvatures": "curvature",
+    "deproject": "deprojection",
+    "find_contact": "contact",
+    "fit_sphere": "sphere",
+    "load_depth_png": "io",
+    "load_depth_stack": "io",
+    "estimate_normals": "normals",
+    "segment": "segmentation",
+    "classify": "segmentation",
+    "to_membrane": "deprojection",
+    "top_of_points": "height",
+    "track_height": "height",
+    "view_rays": "deprojection",
+}
+__all__ = [
+    "Contact",
+    "ContactDetector",
+    "Curvatures",
+    "HeightTracker",
+    "Segmentation",
+    "Sphere",
+    "average_frames",
+    "brand",
+    "classify",
+    "curvatures",
+    "deproject",
+    "estimate_normals",
+    "find_contact",
+    "fit_sphere",
+    "load_depth_png",
+    "load_depth_stack",
+    "segment",
+    "to_membrane",
+    "top_of_points",
+    "track_height",
+    "view_rays",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

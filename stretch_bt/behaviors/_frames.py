@@ -1,0 +1,50 @@
+"""What nodes that take frames have in common: fresh frames only, placed in the world."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stretch_bt.errors import NoAnswer
+from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
+from stretch_bt.tree.context import Context
+
+__all__ = ["MAX_AGE", "FrameSource"]
+
+#: how old the latest frame may be, s: a camera at 5 Hz or more passes
+MAX_AGE = 0.5
+
+
+class FrameSource:
+    """Hands out each frame once, exposed after the source was made, with the hand's height and stretch at that time."""
+
+    def __init__(self, context: Context, camera: DepthCamera, arm: Arm | None, gripper: Gripper | None) -> None:
+        self.context = context
+        self.camera = camera
+        self.arm = arm
+        self.gripper = gripper
+        self.since = context.now
+        self.last = -1
+
+    def next(self) -> DepthFrame | None:
+        """Return a frame not handed out before, or None when there is none yet.
+
+        Raises
+        ------
+        NoAnswer
+            A recording has ended.
+        """
+        if getattr(self.camera, "ended", False):
+            raise NoAnswer("the recording has ended")
+        reading = self.camera.frame(MAX_AGE)
+        if reading.sequence == self.last or reading.host_time < self.since - 1e-9:
+            return None
+        self.last = reading.sequence
+        return self._placed(reading.value)
+
+    def _placed(self, frame: DepthFrame) -> DepthFrame:
+        geometry = self.context.hand.geometry
+        height = self.arm.pose(MAX_AGE).value.height if self.arm is not None else frame.hand_height
+        stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value) if self.gripper is not None else frame.stretch
+        distance = frame.plane_distance or geometry.plane_distance
+        return replace(frame, hand_height=height, stretch=stretch, plane_distance=distance)

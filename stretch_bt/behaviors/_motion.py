@@ -1,0 +1,62 @@
+"""What nodes that move a device have in common: one motion at a time, stopped only by its owner."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar
+
+from stretch_bt.hardware.interfaces import Motion, MotionState
+from stretch_bt.tree.ports import Behavior, Status
+
+__all__ = ["MotionBehavior"]
+
+_ENDED = {
+    MotionState.BLOCKED: "the motion was blocked before its target",
+    MotionState.STOPPED: "the motion was stopped",
+    MotionState.PREEMPTED: "another node took the device over",
+}
+
+
+class MotionBehavior(Behavior):
+    """Starts a motion and runs until it ends; interrupted, it stops the motion unless another node owns the device."""
+
+    kind = "actuation"
+    instant: ClassVar[bool] = False
+
+    def __init__(self, path: str = "") -> None:
+        super().__init__(path)
+        self.motion: Motion | None = None
+
+    @abstractmethod
+    def start(self) -> Motion:
+        """Give the command and return its motion."""
+
+    def watch(self) -> Status | None:
+        """Look at the world while moving; return a status to end with, or None to go on."""
+        return None
+
+    def arrived(self) -> Status:
+        """Return the status to end with when the motion reached its target."""
+        return Status.SUCCESS
+
+    def initialise(self) -> None:
+        """Forget the motion of an earlier start."""
+        self.motion = None
+
+    def update(self) -> Status:
+        """Start, then poll."""
+        if self.motion is None:
+            self.motion = self.start()
+        state = self.motion.poll()
+        if state is MotionState.MOVING:
+            return self.watch() or Status.RUNNING
+        if state is MotionState.DONE:
+            return self.arrived()
+        self.reason = _ENDED[state]
+        return Status.FAILURE
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop the motion; does nothing when it has ended or belongs to another node."""
+        if self.motion is not None:
+            motion, self.motion = self.motion, None
+            motion.stop()

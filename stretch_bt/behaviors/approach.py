@@ -1,0 +1,149 @@
+"""Finding the object: the first touch, and the height of its undeformed top."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from stretch_bt import model, perception
+from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.errors import NoAnswer, NoContact
+from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
+from stretch_bt.tree.ports import In, Out, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Force, Length, Speed
+
+MAX_AGE = 0.2
+FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
+
+
+@node
+class Approach(MotionBehavior):
+    """Lower the hand until it touches, feel a few shallow depths, and extrapolate to the height at no force.
+
+    The reading at a first touch is low already, because a soft object has given way by then; the height that this node
+    writes, and from which `press` counts, is that of the undeformed top.
+    """
+
+    arm: Uses[Arm]
+    camera: Uses[DepthCamera]
+    gripper: Uses[Gripper | None]
+    speed: In[Speed] = port(0.010, min=0.001, max=0.050)
+    max_travel: In[Length] = port(0.150, min=0.001, max=0.500, doc="give up when nothing was met this far down")
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this")
+    feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
+    readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
+    average: In[int] = port(8, min=1, max=64, doc="frames to average at each")
+    contact_height: Out[Length]  # world height of the undeformed top
+
+    #: frames without contact that the detector needs before the hand may move
+    QUIET: ClassVar[int] = 12
+
+    def initialise(self) -> None:
+        """Forget an earlier contact and begin by looking at the free membrane."""
+        super().initialise()
+        self.context.hand.contact_height = None
+        self.detector = perception.ContactDetector()
+        self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.frames: list[DepthFrame] = []
+        self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
+        self.steps = 0
+        self.phase: Callable[[], Status] = self._rest
+
+    def start(self) -> Motion:
+        """Move down, as far as allowed."""
+        pose = self.arm.pose(MAX_AGE).value
+        return self.arm.move(pose.moved(z=-self.max_travel), speed=self.speed, owner=self.path)
+
+    def update(self) -> Status:
+        """Go through rest, descent and feeling."""
+        return self.phase()
+
+    def _rest(self) -> Status:
+        self.reason = "looking at the free membrane"
+        frame = self.source.next()
+        if frame is not None:
+            self.detector.update(frame)
+            self.frames.append(frame)
+        if len(self.frames) >= self.QUIET:
+            self.motion = self.start()
+            self.phase = self._descend
+        return Status.RUNNING
+
+    def _descend(self) -> Status:
+        self.reason = "moving down"
+        frame = self.source.next()
+        if frame is not None and self.detector.update(frame):
+            self._halt()
+            self._look()
+            return Status.RUNNING
+        return self._moving(NoContact(f"nothing was met within {self.max_travel * 1e3:.0f} mm"))
+
+    def _halt(self) -> None:
+        if self.motion is not None:
+            self.motion.stop()
+            self.motion = None
+
+    def _moving(self, arrived: NoAnswer | None) -> Status:
+        """Poll the motion; `arrived` is what it means to get to its end without contact."""
+        assert self.motion is not None
+        force = self.arm.wrench(MAX_AGE).value.magnitude
+        if force > self.max_force:
+            raise NoContact(f"a force of {force:.2f} N exceeds the limit of {self.max_force:g} N")
+        state = self.motion.poll()
+        if state is MotionState.MOVING:
+            return Status.RUNNING
+        if state is not MotionState.DONE:
+            raise NoContact(f"the motion ended early: {state}")
+        if arrived is not None:
+            raise arrived
+        self.motion = None
+        self._look()
+        return Status.RUNNING
+
+    def _look(self) -> None:
+        """Begin to collect frames where the hand now stands."""
+        self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.frames = []
+        self.phase = self._feel
+
+    def _feel(self) -> Status:
+        self.reason = f"feeling, {len(self.felt)} of {self.readings} depths"
+        frame = self.source.next()
+        if frame is not None:
+            self.frames.append(frame)
+        if len(self.frames) < self.average:
+            return Status.RUNNING
+        self._measure(perception.average_frames(self.frames))
+        if len(self.felt) >= self.readings:
+            return self._conclude()
+        if self.steps >= 2 * self.readings:
+            raise NoContact(f"only {len(self.felt)} of {self.steps} depths showed the top of an object")
+        self.steps += 1
+        pose = self.arm.pose(MAX_AGE).value
+        self.motion = self.arm.move(pose.moved(z=-self.feel_step), speed=FEEL_SPEED, owner=self.path)
+        self.phase = lambda: self._moving(None)
+        return Status.RUNNING
+
+    def _measure(self, frame: DepthFrame) -> None:
+        """Note one height; a touch too light to be seen is passed over."""
+        try:
+            contact = perception.find_contact(frame)
+            points, valid = perception.deproject(frame)
+            points = perception.to_membrane(points, frame.plane_distance or 0.0)
+            top = perception.track_height(points, valid, contact.labels)
+        except NoAnswer:
+            return
+        if top.value > 0:
+            self.felt.append((top.value, top.value + (frame.hand_height or 0.0), top.sd))
+
+    def _conclude(self) -> Status:
+        depths, heights, sds = zip(*self.felt, strict=True)
+        height: Estimate = model.undeformed_height(depths, heights, sds)
+        self.context.hand.contact_height = height.value
+        self.context.hand.contact_height_sd = height.sd
+        self.contact_height = height
+        self.reason = ""
+        return Status.SUCCESS

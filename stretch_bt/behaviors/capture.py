@@ -1,0 +1,37 @@
+"""Taking one frame."""
+
+from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
+from stretch_bt.tree.ports import Behavior, Out, Status, Uses
+from stretch_bt.tree.registry import node
+
+
+@node
+class Capture(Behavior):
+    """Take the next frame of the camera; FAILURE when a recording has ended."""
+
+    kind = "perception"
+    camera: Uses[DepthCamera]
+    arm: Uses[Arm | None]
+    gripper: Uses[Gripper | None]
+    frame: Out[DepthFrame]  # the frame, with the hand's height and stretch where an arm and a gripper are declared
+
+    def __init__(self, path: str = "") -> None:
+        super().__init__(path)
+        self.source: FrameSource | None = None
+
+    def initialise(self) -> None:
+        """Accept frames from now on; one that was handed out before does not count again."""
+        last = self.source.last if self.source else -1
+        self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.source.last = last
+
+    def update(self) -> Status:
+        """Wait for the frame."""
+        assert self.source is not None
+        frame = self.source.next()
+        if frame is None:
+            return Status.RUNNING
+        self.frame = frame
+        return Status.SUCCESS

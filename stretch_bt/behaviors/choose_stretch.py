@@ -1,0 +1,26 @@
+"""The stretch that gives a wanted force."""
+
+from stretch_bt.behaviors._models import PAPER, force_model, inverted
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Force, Length
+
+
+@node
+class ChooseStretch(Behavior):
+    """Find the stretch at which a depth gives the wanted force; FAILURE when none does."""
+
+    kind = "model"
+    instant = True
+    radius: In[Length] = port(min=0.001, max=1.0)
+    depth: In[Length] = port(min=0.0)
+    force: In[Force] = port(min=0.0)
+    model: In[str] = PAPER  # 'paper' for the shipped calibration, or the path of a calibration file
+    stretch: Out[Length]
+
+    def update(self) -> Status:
+        """Invert the force model."""
+        model, radius, depth = force_model(self.model), self.radius, self.depth
+        stretch = model.stretch_for(radius, depth, self.force)
+        self.stretch = inverted(stretch, lambda x: model.predict(radius, x, depth))
+        return Status.SUCCESS

@@ -1,0 +1,25 @@
+"""Stiffness from force and deflection."""
+
+from stretch_bt import model as mechanics
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Force, Length, Stiffness
+
+
+@node
+class EstimateStiffness(Behavior):
+    """Divide the force by how far the object gave way; FAILURE when that is too little to tell."""
+
+    kind = "model"
+    instant = True
+    force: In[Force] = port(min=0.0)
+    deflection: In[Length]
+    force_sd: In[Force] = port(0.0, min=0.0)
+    deflection_sd: In[Length] = port(0.0, min=0.0)
+    stiffness: Out[Stiffness]
+
+    def update(self) -> Status:
+        """Divide, with the standard deviations of both."""
+        force, deflection = Estimate(self.force, self.force_sd), Estimate(self.deflection, self.deflection_sd)
+        self.stiffness = mechanics.estimate_stiffness(force, deflection)
+        return Status.SUCCESS

@@ -1,0 +1,28 @@
+"""Fitting a sphere to a contact."""
+
+from stretch_bt import perception
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.types import Contact, Sphere
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+
+
+@node
+class FitSphere(Behavior):
+    """Fit a sphere to the points in contact; FAILURE when the cap is too small to carry a radius."""
+
+    kind = "perception"
+    instant = True
+    contact: In[Contact]
+    sphere: Out[Sphere]
+    min_significance: In[float] = port(3.0, min=1.0, doc="accept when the curvature exceeds this many sd")
+
+    def update(self) -> Status:
+        """Fit."""
+        fit = perception.fit_sphere(self.contact.points, rays=self.contact.rays, noise=self.contact.noise)
+        if fit.curvature < self.min_significance * fit.curvature_sd:
+            raise IllConditioned(
+                f"the cap carries no convex radius: curvature {fit.curvature:.3g} 1/m with a standard deviation of {fit.curvature_sd:.2g}"
+            )
+        self.sphere = fit
+        return Status.SUCCESS

@@ -1,0 +1,27 @@
+"""The depth at which to begin at the next stretch."""
+
+from stretch_bt import model as mechanics
+from stretch_bt.behaviors._models import PAPER, force_model, inverted
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Force, Length
+
+
+@node
+class NextIndentation(Behavior):
+    """Find the depth of the membrane that gives the same force at another stretch, so that the force never falls."""
+
+    kind = "model"
+    instant = True
+    radius: In[Length] = port(min=0.001, max=1.0)
+    stretch: In[Length] = port(min=0.0, max=0.080, doc="the next stretch")
+    force: In[Force] = port(min=0.0)
+    model: In[str] = PAPER  # 'paper' for the shipped calibration, or the path of a calibration file
+    depth: Out[Length]
+
+    def update(self) -> Status:
+        """Invert the force model."""
+        model, radius, stretch = force_model(self.model), self.radius, self.stretch
+        depth = mechanics.next_indentation(model, radius, stretch, self.force)
+        self.depth = inverted(depth, lambda d: model.predict(radius, stretch, d))
+        return Status.SUCCESS

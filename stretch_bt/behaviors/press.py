@@ -1,0 +1,36 @@
+"""Pressing into the object."""
+
+from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.errors import NoContact
+from stretch_bt.hardware.interfaces import Arm, Motion
+from stretch_bt.tree.ports import In, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Force, Length, Speed
+
+MAX_AGE = 0.2
+
+
+@node
+class Press(MotionBehavior):
+    """Move the hand to a depth past first contact, up or down; FAILURE when the force exceeds its limit."""
+
+    arm: Uses[Arm]
+    depth: In[Length] = port(min=0.0, max=0.030, doc="absolute, past first contact")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050)
+    max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this")
+
+    def start(self) -> Motion:
+        """Move straight down, or up."""
+        contact = self.context.hand.contact_height
+        if contact is None:
+            raise NoContact("the height of first contact is not known; run 'approach' first")
+        pose = self.arm.pose(MAX_AGE).value
+        return self.arm.move(pose.at_height(contact - self.depth), speed=self.speed, owner=self.path)
+
+    def watch(self) -> Status | None:
+        """Stop at the limit of force."""
+        force = self.arm.wrench(MAX_AGE).value.magnitude
+        if force <= self.max_force:
+            return None
+        self.reason = f"a force of {force:.2f} N exceeds the limit of {self.max_force:g} N"
+        return Status.FAILURE

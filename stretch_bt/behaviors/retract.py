@@ -1,0 +1,25 @@
+"""Leaving the object."""
+
+from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.hardware.interfaces import Arm, Motion
+from stretch_bt.tree.ports import In, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Length, Speed
+
+MAX_AGE = 0.5
+
+
+@node
+class Retract(MotionBehavior):
+    """Raise the hand clear of the object: above first contact, or above where it is when there was none; never lower it."""
+
+    arm: Uses[Arm]
+    clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact")
+    speed: In[Speed] = port(0.020, min=0.001, max=0.250)
+
+    def start(self) -> Motion:
+        """Move straight up."""
+        pose = self.arm.pose(MAX_AGE).value
+        contact = self.context.hand.contact_height
+        target = pose.height if contact is None else max(contact + self.clearance, pose.height)
+        return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)

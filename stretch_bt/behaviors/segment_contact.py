@@ -1,0 +1,25 @@
+"""Finding the contact in a frame."""
+
+from typing import Literal
+
+from stretch_bt import perception
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.types import Contact
+from stretch_bt.tree.ports import Behavior, In, Out, Status
+from stretch_bt.tree.registry import node
+
+
+@node
+class SegmentContact(Behavior):
+    """Split the membrane into undeformed, deformed and in contact; FAILURE when nothing is in contact."""
+
+    kind = "perception"
+    instant = True
+    frame: In[DepthFrame]
+    rule: In[Literal["mean", "either"]] = "mean"  # mean curvature, or the paper's convex along either axis
+    contact: Out[Contact]
+
+    def update(self) -> Status:
+        """Segment."""
+        self.contact = perception.find_contact(self.frame, rule=self.rule)
+        return Status.SUCCESS

@@ -1,0 +1,44 @@
+"""Tracking the height of the object's top."""
+
+from stretch_bt import perception
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.types import Contact
+from stretch_bt.tree.ports import Behavior, In, Out, Status
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Length
+
+
+@node
+class TrackHeight(Behavior):
+    """Measure the height of the object's top through the membrane; FAILURE when nothing is in contact.
+
+    With a contact the height is that of its top: in the world when the frame knows where the hand is, else above the
+    flat membrane. Without one it is how far the highest place has risen above the first frames, on any soft sensor.
+    """
+
+    kind = "perception"
+    instant = True
+    frame: In[DepthFrame]
+    contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
+    height: Out[Length]
+
+    def __init__(self, path: str = "") -> None:
+        super().__init__(path)
+        self.tracker: perception.HeightTracker | None = None
+
+    def update(self) -> Status:
+        """Measure."""
+        self.height = self._risen() if self.contact is None else self._top(self.contact)
+        return Status.SUCCESS
+
+    def _risen(self) -> Estimate:
+        if self.tracker is None:
+            self.tracker = perception.HeightTracker()
+        return self.tracker.update(self.frame)
+
+    def _top(self, contact: Contact) -> Estimate:
+        frame = self.frame
+        points, valid = perception.deproject(frame)
+        points = perception.to_membrane(points, frame.plane_distance or 0.0)
+        top = perception.track_height(points, valid, contact.labels)
+        return Estimate(top.value + (frame.hand_height or 0.0), top.sd)

@@ -1,0 +1,21 @@
+"""Waiting."""
+
+from stretch_bt.tree.ports import Behavior, In, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Time
+
+
+@node
+class Wait(Behavior):
+    """Let some time pass."""
+
+    kind = "condition"
+    duration: In[Time] = port(min=0.0, doc="of the run's clock")
+
+    def initialise(self) -> None:
+        """Start the time."""
+        self.until = self.context.now + self.duration
+
+    def update(self) -> Status:
+        """Wait."""
+        return Status.SUCCESS if self.context.now >= self.until - 1e-9 else Status.RUNNING

@@ -1,0 +1,39 @@
+"""Averaging frames of a still scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame
+
+__all__ = ["average_frames"]
+
+FINER = 16  # the mean is kept in sixteenths of a count, so that averaging gains what quantisation lost
+
+
+def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
+    """Return the mean of frames of a still scene, as a frame of a finer unit; times and places are the last frame's.
+
+    A pixel is valid when at least half of the frames are valid there.
+
+    Raises
+    ------
+    InvalidInput
+        There are no frames, or they differ in unit or intrinsics.
+    """
+    if not frames:
+        raise InvalidInput("an average needs at least one frame")
+    last = frames[-1]
+    if any(f.unit != last.unit or f.intrinsics != last.intrinsics for f in frames):
+        raise InvalidInput("an average needs frames of one camera: their unit or intrinsics differ")
+    stack = np.stack([f.raw for f in frames])
+    seen = np.count_nonzero(stack, axis=0)
+    total = stack.sum(axis=0, dtype=np.uint64)
+    mean = np.where(2 * seen >= len(frames), FINER * total / np.maximum(seen, 1), 0.0)
+    finer = FINER if mean.max() <= np.iinfo(np.uint16).max else 1
+    raw = np.rint(mean * (finer / FINER)).astype(np.uint16)
+    return replace(last, raw=raw, unit=last.unit / finer)

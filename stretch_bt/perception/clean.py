@@ -1,0 +1,36 @@
+"""Flying pixels: single depths that lie off the surface around them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.robust import MAD_TO_SD, sparse
+from stretch_bt.perception.types import MaskArray
+
+__all__ = ["flying_pixels", "median"]
+
+Image = npt.NDArray[np.float32]
+
+CUT = 6.0  # standard deviations from the local median
+
+
+def median(image: Image, valid: MaskArray, width: int = 5) -> Image:
+    """Return the median over `width` x `width` pixels (3 or 5); holes take the median of all, so that few vanish."""
+    import cv2
+
+    level = np.float32(np.median(sparse(image[valid]))) if valid.any() else np.float32(0)
+    return np.asarray(cv2.medianBlur(np.where(valid, image, level).astype(np.float32), width), dtype=np.float32)
+
+
+def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
+    """Return where a height (h, w), m, is far from the median of its 5 x 5 neighbours.
+
+    Far is six standard deviations of that difference over the image and more than two pixel pitches, so that neither
+    coarse quantisation nor a steep but smooth flank is taken for an outlier.
+    """
+    difference = np.abs(height - median(height, valid))
+    known = sparse(difference[valid])
+    sd = MAD_TO_SD * float(np.median(known)) if known.size else 0.0
+    far: MaskArray = valid & (difference > max(CUT * sd, 2.0 * pitch))
+    return far

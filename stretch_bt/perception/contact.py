@@ -1,0 +1,37 @@
+"""From one depth frame to the contact: deproject, segment, collect the points."""
+
+from __future__ import annotations
+
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.deprojection import deproject, to_membrane, view_rays
+from stretch_bt.perception.segmentation import Rule, classify
+from stretch_bt.perception.types import CONTACT, Contact
+
+__all__ = ["find_contact"]
+
+
+def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
+    """Return the contact that a frame shows, in the membrane frame.
+
+    Raises
+    ------
+    NoContact
+        No pixel is in contact, or none is valid.
+    InvalidInput
+        The frame does not say how far the camera is from the flat membrane.
+    """
+    if frame.plane_distance is None:
+        raise InvalidInput(
+            "a contact needs a frame with plane_distance, the distance from the camera to the flat membrane"
+        )
+    points, valid = deproject(frame)
+    if not valid.any():
+        raise NoContact("the frame has no valid pixel")
+    points = to_membrane(points, frame.plane_distance)
+    found = classify(points, valid, rule=rule)
+    touching = points[found.labels == CONTACT]
+    if not len(touching):
+        raise NoContact("no part of the membrane is curved and raised enough to be in contact")
+    rays = view_rays(touching, (0.0, 0.0, frame.plane_distance))
+    return Contact(touching, rays, found.labels, found.noise, frame.hand_height, frame.stretch, frame.time)

@@ -1,0 +1,104 @@
+"""From a depth image to points: a ray table per camera, and the way into the membrane frame."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.perception.types import FloatArray, MaskArray
+
+__all__ = ["deproject", "depth_of", "to_membrane", "view_rays"]
+
+PLAUSIBLE = (1e-3, 20.0)  # metres; a median depth outside it is in another unit
+
+
+def deproject(depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None = None) -> tuple[FloatArray, MaskArray]:
+    """Turn a depth image into points in the camera frame: x along columns, y along rows, z forward.
+
+    Parameters
+    ----------
+    depth : (h, w) float, m, or a DepthFrame
+        Distance along the optical axis; 0, negative, NaN and infinite are invalid.
+    intrinsics : Intrinsics
+        Those of this image; may be left out for a DepthFrame, which carries its own.
+
+    Returns
+    -------
+    points : (h, w, 3) float of the depth's precision, m, NaN where invalid
+    valid : (h, w) bool
+
+    Raises
+    ------
+    InvalidInput
+        The image does not fit the intrinsics, is not in floating-point metres, or its depths are in another unit.
+    """
+    if isinstance(depth, DepthFrame):
+        intrinsics = intrinsics or depth.intrinsics
+    image, valid = depth_of(depth)
+    if intrinsics is None:
+        raise InvalidInput("deproject needs the intrinsics of the image")
+    if image.shape != (intrinsics.height, intrinsics.width):
+        raise InvalidInput(
+            f"these intrinsics are of an image of {intrinsics.height} rows by {intrinsics.width} columns, got {image.shape}"
+        )
+    points = ray_table(intrinsics, image.dtype.char) * np.where(valid, image, np.nan)[..., None]
+    return points, valid
+
+
+def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
+    """Return the depth image (h, w), m, of an array or frame, and where it is valid; raises InvalidInput."""
+    image: npt.NDArray[Any] = depth.depth if isinstance(depth, DepthFrame) else np.asarray(depth)
+    if image.ndim != 2:
+        raise InvalidInput(f"a depth image has shape (h, w), got {image.shape}")
+    if image.dtype.kind != "f":
+        raise InvalidInput(
+            f"a depth image holds floating-point metres, got {image.dtype}; multiply counts by their unit"
+        )
+    if image.dtype.itemsize < 4:
+        image = image.astype(np.float32)
+    valid: MaskArray = np.isfinite(image) & (image > 0)
+    some = image[valid][:: max(1, image.size // 4096)]
+    if some.size and not PLAUSIBLE[0] <= np.median(some) <= PLAUSIBLE[1]:
+        raise InvalidInput(f"a depth image is in metres; a median of {np.median(some):.3g} m is another unit")
+    return image, valid
+
+
+@lru_cache(maxsize=16)
+def ray_table(intrinsics: Intrinsics, dtype: str = "d") -> FloatArray:
+    """Return (h, w, 3): the point on each pixel's ray at unit depth.
+
+    Inverse Brown-Conrady takes distorted to undistorted coordinates, so no iteration is needed
+    (librealsense, rs2_deproject_pixel_to_point, RS2_DISTORTION_INVERSE_BROWN_CONRADY).
+    """
+    k1, k2, p1, p2, k3 = intrinsics.distortion
+    x = (np.arange(intrinsics.width) - intrinsics.cx)[None, :] / intrinsics.fx
+    y = (np.arange(intrinsics.height) - intrinsics.cy)[:, None] / intrinsics.fy
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    table = np.ones((intrinsics.height, intrinsics.width, 3), dtype=dtype)
+    table[..., 0] = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+    table[..., 1] = y * radial + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y)
+    table.flags.writeable = False
+    return table
+
+
+def to_membrane(points: FloatArray, plane_distance: float) -> FloatArray:
+    """Move points (..., 3), m, from the camera frame to the membrane frame: z = plane_distance - depth."""
+    moved: FloatArray = np.array(points, copy=True)
+    moved[..., 2] = plane_distance - moved[..., 2]
+    return moved
+
+
+def view_rays(points: FloatArray, camera: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Return unit vectors (..., 3) from the camera through points (..., 3), both in one frame, m.
+
+    In the membrane frame the camera is at (0, 0, plane_distance).
+    """
+    away = points - np.asarray(camera, dtype=points.dtype)
+    rays: FloatArray = away / np.linalg.norm(away, axis=-1, keepdims=True)
+    return rays

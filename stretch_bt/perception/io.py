@@ -1,0 +1,95 @@
+"""Depth frames from files: 16-bit PNG images and stacks in npz."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame, Intrinsics
+
+__all__ = ["load_depth_png", "load_depth_stack"]
+
+
+def load_depth_png(
+    path: str | Path,
+    *,
+    unit: float,
+    intrinsics: Intrinsics,
+    time: float = 0.0,
+    sequence: int = 0,
+    plane_distance: float | None = None,
+) -> DepthFrame:
+    """Load a 16-bit grey PNG as counts of `unit` metres, 0 where invalid.
+
+    Raises
+    ------
+    InvalidInput
+        The file is no such image, or does not fit the intrinsics.
+    """
+    import cv2
+
+    _check_unit(unit)
+    try:
+        encoded = np.frombuffer(Path(path).read_bytes(), dtype=np.uint8)
+    except OSError as error:
+        raise InvalidInput(f"{path} cannot be read: {error.strerror}") from error
+    raw = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if encoded.size else None
+    if raw is None or raw.ndim != 2 or raw.dtype != np.uint16:
+        found = "no image" if raw is None else f"{raw.dtype} {raw.shape}"
+        raise InvalidInput(f"{path} holds {found}; a depth image is a 16-bit PNG with one channel")
+    return DepthFrame(np.asarray(raw, dtype=np.uint16), unit, intrinsics, time, sequence, plane_distance)
+
+
+def load_depth_stack(
+    path: str | Path,
+    *,
+    unit: float,
+    intrinsics: Intrinsics,
+    key: str,
+    times: str | Sequence[float],
+    plane_distance: float | None = None,
+) -> Iterator[DepthFrame]:
+    """Yield the frames of an array `key` (n, h, w) uint16 in an npz file.
+
+    `times`, s, is a sequence or the name of another array in the file. The file is checked before the first frame.
+
+    Raises
+    ------
+    InvalidInput
+        The file or array is missing or of another kind, or does not fit the intrinsics or the times.
+    """
+    _check_unit(unit)
+    stack, stamps = _read_stack(path, key, times)
+    if stack.ndim != 3 or stack.dtype != np.uint16:
+        raise InvalidInput(
+            f"{key!r} in {path} is {stack.dtype} {stack.shape}; a stack of depth images is uint16 (n, h, w)"
+        )
+    if len(stamps) != len(stack):
+        raise InvalidInput(f"{path} has {len(stack)} frames and {len(stamps)} times")
+    return (
+        DepthFrame(raw, unit, intrinsics, float(time), number, plane_distance)
+        for number, (raw, time) in enumerate(zip(stack, stamps, strict=True))
+    )
+
+
+def _check_unit(unit: float) -> None:
+    if not 1e-6 <= unit <= 1e-2:
+        raise InvalidInput(f"unit is the depth of one count in metres, such as 0.000125, got {unit}")
+
+
+def _read_stack(
+    path: str | Path, key: str, times: str | Sequence[float]
+) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.float64]]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            stamps = file[times] if isinstance(times, str) else times
+            return file[key], np.asarray(stamps, dtype=np.float64)
+    except KeyError as error:
+        raise InvalidInput(f"{path}: {error.args[0]}") from error
+    except (OSError, ValueError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        raise InvalidInput(f"{path} is not an npz file that can be read: {error}") from error

@@ -1,0 +1,49 @@
+"""Unit normals by Gaussian derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stretch_bt.perception.smooth import derivative
+from stretch_bt.perception.surface import Surface, surface_of
+from stretch_bt.perception.types import FloatArray, MaskArray
+
+__all__ = ["estimate_normals", "surface_normals"]
+
+
+def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) -> tuple[FloatArray, MaskArray]:
+    """Return unit normals that face the camera, in the frame of the points, and where they can be trusted.
+
+    Parameters
+    ----------
+    points : (h, w, 3) float, m
+        Camera or membrane frame; told apart by the distance beside the width.
+    valid : (h, w) bool
+    kernel : float, m
+        Standard deviation of the Gaussian; more averages more noise and rounds edges more.
+
+    Returns
+    -------
+    normals : (h, w, 3) float32, NaN where not trusted
+    trusted : (h, w) bool
+        Valid, with most of the kernel on valid pixels.
+    """
+    surface = surface_of(points, valid, kernel)
+    if surface is None:
+        return np.full(points.shape, np.nan, dtype=np.float32), np.zeros(valid.shape, dtype=bool)
+    found = surface_normals(surface)
+    trusted = surface.valid & surface.trusted
+    found[~trusted] = np.nan
+    return found, trusted
+
+
+def surface_normals(surface: Surface) -> FloatArray:
+    """Return unit normals (h, w, 3) of a surface: (-h_x, -h_y, 1) normalised, turned to the frame of its points."""
+    h_x = derivative(surface.height, surface.sigma, 1, 0) / surface.x_u
+    h_y = derivative(surface.height, surface.sigma, 0, 1) / surface.y_v
+    found = np.empty((*h_x.shape, 3), dtype=np.float32)
+    found[..., 2] = 1.0 / np.sqrt(1.0 + h_x * h_x + h_y * h_y)
+    found[..., 0] = -h_x * found[..., 2]
+    found[..., 1] = -h_y * found[..., 2]
+    found[..., 2] *= surface.towards
+    return found

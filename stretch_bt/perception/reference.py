@@ -1,0 +1,79 @@
+"""The undeformed shape of a sensor, learned from its first frames, and the rise of later frames above it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.clean import median
+from stretch_bt.perception.deprojection import depth_of
+from stretch_bt.perception.smooth import smooth
+from stretch_bt.perception.types import FloatArray, MaskArray
+
+__all__ = ["Reference"]
+
+Image = npt.NDArray[np.float32]
+
+SEEN = 0.8  # share of the reference frames in which a pixel must be valid
+COVER = 0.75  # share of the kernel that must see valid pixels
+
+
+class Reference:
+    """Running mean of the first `count` frames, from any sensor whatever its shape at rest."""
+
+    def __init__(self, count: int = 5) -> None:
+        if count < 1:
+            raise InvalidInput(f"a reference takes at least one frame, got {count}")
+        self.count = count
+        self.learned = 0
+        self._sum: npt.NDArray[np.float64] = np.zeros((0, 0))
+        self._seen: npt.NDArray[np.int64] = np.zeros((0, 0), dtype=np.int64)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all its frames have come."""
+        return self.learned >= self.count
+
+    def learn(self, depth: FloatArray | DepthFrame) -> None:
+        """Take a depth image (h, w), m, or a frame into the reference."""
+        image, valid = self._image(depth)
+        if not self.learned:
+            self._sum = np.zeros(image.shape)
+            self._seen = np.zeros(image.shape, dtype=np.int64)
+        self._sum[valid] += image[valid]
+        self._seen += valid
+        self.learned += 1
+
+    def _image(self, depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
+        image, valid = depth_of(depth)
+        if self.learned and image.shape != self._sum.shape:
+            raise InvalidInput(f"the reference is of images of shape {self._sum.shape}, got {image.shape}")
+        return image, valid
+
+    def rise(self, depth: FloatArray | DepthFrame) -> tuple[Image, MaskArray]:
+        """Return how far each pixel is nearer than the reference (h, w), m, and where both are valid.
+
+        Single flying pixels are replaced by the median around them.
+
+        Raises
+        ------
+        NoContact
+            No pixel is valid in both.
+        """
+        image, valid = self._image(depth)
+        known = valid & (self._seen >= SEEN * max(self.learned, 1))
+        if not known.any():
+            raise NoContact("the frame shares no valid pixel with the reference")
+        rise = np.where(known, self._sum / np.maximum(self._seen, 1) - image, 0.0).astype(np.float32)
+        return np.where(known, median(rise, known), np.float32(0)), known
+
+
+def smoothed_rise(rise: Image, known: MaskArray, kernel: float) -> tuple[Image, MaskArray]:
+    """Return the Gaussian mean of a rise over `kernel` pixels, and where enough pixels were seen to trust it."""
+    mean, cover = smooth(rise, known, kernel)
+    trusted = cover > COVER
+    if not trusted.any():
+        raise NoContact("too few neighbouring pixels are valid in the frame and its reference")
+    return mean, trusted

@@ -1,0 +1,50 @@
+"""Robust location, scale and weights that the estimators share."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.types import FloatArray
+
+__all__ = ["TUKEY", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
+
+Array = npt.NDArray[np.float64]
+
+TUKEY = 4.685  # 95 % efficiency on Gaussian noise
+MAD_TO_SD = 1.4826
+
+
+def _median(values: Array) -> float:
+    half = values.size // 2
+    return float(np.partition(values, half)[half])
+
+
+def scale_of(residuals: Array, freedom: int = 0) -> float:
+    """Return the standard deviation of the bulk of zero-centred residuals, from their median absolute value.
+
+    Residuals beyond the Tukey cut are dropped and the median taken again, so that outliers do not inflate it.
+    `freedom` is the number of parameters that were fitted to the residuals.
+    """
+    size = np.abs(residuals)
+    first = MAD_TO_SD * _median(size)
+    inside = size[size <= TUKEY * first]
+    sd = MAD_TO_SD * _median(inside)
+    return sd * float(np.sqrt(inside.size / max(inside.size - freedom, 1)))
+
+
+def tukey_weights(u: Array) -> Array:
+    """Return Tukey's biweight (1 - u^2)^2 of residuals in units of the cut, 0 beyond it."""
+    t = np.maximum(1.0 - u * u, 0.0)
+    return t * t
+
+
+def tukey_psi_slope(u: Array) -> Array:
+    """Return the derivative of u (1 - u^2)^2, 0 beyond the cut (Huber, Robust Statistics, 1981, section 7.6)."""
+    t = np.maximum(1.0 - u * u, 0.0)
+    return np.where(t > 0.0, t * (1.0 - 5.0 * u * u), 0.0)
+
+
+def sparse(values: FloatArray, most: int = 20000) -> FloatArray:
+    """Return at most about `most` of the values, evenly spaced: enough for a quantile."""
+    return values[:: max(1, values.size // most)]

@@ -1,0 +1,95 @@
+"""Height of a press on any soft sensor, frame by frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput, NoAnswer
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.clean import median
+from stretch_bt.perception.deprojection import depth_of
+from stretch_bt.perception.height import top_of_points
+from stretch_bt.perception.reference import Reference, smoothed_rise
+from stretch_bt.perception.robust import MAD_TO_SD, sparse
+from stretch_bt.perception.types import FloatArray
+from stretch_bt.units import Estimate
+
+__all__ = ["HeightTracker"]
+
+Image = npt.NDArray[np.float32]
+
+CLEAR = 6.0  # standard deviations above which the highest place is the press and not noise
+SQRT_HALF_PI = math.sqrt(math.pi / 2.0)  # a Gaussian's standard deviation over its mean absolute value
+
+
+class HeightTracker:
+    """Tracks how far the highest point of a press stands above the sensor at rest, causally.
+
+    The shape at rest is the mean of the first `reference` frames, so it need not be flat; heights before it is complete
+    count from the frames so far. `kernel`, pixels, is the Gaussian by which the place of the press is found; the height
+    itself is measured on the unsmoothed image around that place.
+    """
+
+    def __init__(self, *, reference: int = 5, kernel: float = 10.0) -> None:
+        if not kernel > 0:
+            raise InvalidInput(f"kernel is a positive number of pixels, got {kernel}")
+        self._reference = Reference(reference)
+        self._kernel = kernel
+        self._noise: list[float] = []
+        self._quiet = 0.0
+        self._place: tuple[int, int] | None = None
+
+    def update(self, depth: FloatArray | DepthFrame) -> Estimate:
+        """Take the next depth image (h, w), m, or frame, and return the height of the press, m, with its sd.
+
+        Raises
+        ------
+        NoContact
+            The frame has no valid pixel in common with the reference.
+        """
+        learning = not self._reference.complete
+        if learning:
+            self._reference.learn(depth)
+        rise, known = self._reference.rise(depth)
+        mean, trusted = smoothed_rise(rise, known, self._kernel)
+        highest = np.unravel_index(int(np.argmax(np.where(trusted, mean, -np.inf))), mean.shape)
+        v, u = int(highest[0]), int(highest[1])
+        if learning:
+            self._learn_noise(depth, mean, known & trusted)
+            self._quiet = max(self._quiet, float(mean[v, u]))
+        sd = float(np.median(self._noise))
+        clear = float(mean[v, u]) > max(CLEAR * sd, 2.0 * self._quiet)
+        # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
+        at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
+        self._place = (v, u)
+        return self._top(rise, known, at, float(mean[at]), sd) if clear else Estimate(float(mean[at]), sd)
+
+    def _learn_noise(self, depth: FloatArray | DepthFrame, mean: Image, seen: npt.NDArray[np.bool_]) -> None:
+        """Note the noise of a smoothed value: as white noise from the first frame, then as the frames differ."""
+        n = self._reference.learned
+        if n == 1:
+            image = depth_of(depth)[0].astype(np.float32)
+            fine = np.sort(np.abs(sparse((image - median(image, seen))[seen])))
+            pixel = SQRT_HALF_PI * float(fine[: max(1, int(0.98 * fine.size))].mean())
+            sd = pixel / (2.0 * math.sqrt(math.pi) * self._kernel)
+        else:
+            # A frame among n that form the mean differs from it by sqrt((n - 1) / n) of its own noise.
+            sd = MAD_TO_SD * float(np.median(sparse(np.abs(mean[seen])))) * math.sqrt(n / (n - 1))
+        self._noise.append(sd)
+
+    def _top(self, rise: Image, known: npt.NDArray[np.bool_], at: tuple[int, int], mean: float, sd: float) -> Estimate:
+        """Return the top of the rise within two kernels of a place, or its mean where no top can be fitted."""
+        reach = int(np.ceil(2.0 * self._kernel))
+        v0, u0 = max(at[0] - reach, 0), max(at[1] - reach, 0)
+        window = np.s_[v0 : at[0] + reach + 1, u0 : at[1] + reach + 1]
+        v, u = np.nonzero(known[window])
+        # Lateral pixels count as metres here: a height does not depend on the lateral unit.
+        cloud = np.column_stack([u, v, rise[window][v, u]]).astype(np.float64)
+        try:
+            top = top_of_points(cloud)
+        except NoAnswer:
+            return Estimate(mean, sd)
+        return Estimate(top.value, float(np.hypot(top.sd, sd)))
