@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -14,6 +16,8 @@ Outline = Sequence[tuple[int, str, str]]
 
 _MARKS = {"RUNNING": ("▶", "bold cyan"), "SUCCESS": ("✓", "green"), "FAILURE": ("✗", "red"), "INVALID": ("·", "dim")}
 _IDLE = ("·", "dim")
+_UNSEEN = ("INVALID", "")
+_WORDS = {"INVALID": "interrupted"}
 PERIOD = 0.1  # s of wall time between drawings
 
 
@@ -21,7 +25,7 @@ class LiveView:
     """Shows a run on a console, by default standard error.
 
     On a terminal it redraws the tree a few times a second, cut to the rows around what runs. Elsewhere it prints a line
-    whenever an action, a node without children, changes its status or starts to do something else.
+    whenever an action, a node without children, changes its status. It is told by `update`, or as a watcher of a runner.
     """
 
     def __init__(self, console: Console | None = None) -> None:
@@ -40,16 +44,36 @@ class LiveView:
         self._now = 0.0
         if self._console.is_terminal:
             self._live = Live(
-                get_renderable=self._draw, console=self._console, refresh_per_second=1 / PERIOD, transient=True
+                get_renderable=self._draw,
+                console=self._console,
+                refresh_per_second=1 / PERIOD,
+                transient=True,
+                redirect_stdout=sys.stdout.isatty(),  # what is piped on stays where it was sent
             )
             self._live.start()
 
     def update(self, now: float, statuses: Mapping[str, tuple[str, str]]) -> None:
         """Show the task time, s, and the status and text of each node by path; may be called on every tick."""
         self._now = now
-        if self._live is None:
-            self._print_changes(statuses)
-        self._shown = dict(statuses)
+        for path, (status, text) in statuses.items():
+            self.status(path, status, text)
+
+    def begin_tick(self, tick: int, time: float) -> None:
+        """Show the task time, s."""
+        self._now = time
+
+    def status(self, path: str, status: str, reason: str = "") -> None:
+        """Show the status and text of one node."""
+        before = self._shown.get(path, _UNSEEN)[0]
+        self._shown[path] = status, reason
+        if self._live is None and path in self._actions and status != before:
+            self._print(path, status, reason)
+
+    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
+        """Show nothing."""
+
+    def note(self, kind: str, **fields: Any) -> None:
+        """Show nothing."""
 
     def stop(self) -> None:
         """End; the last picture of the tree stays on a terminal. May be called more than once."""
@@ -58,14 +82,12 @@ class LiveView:
             live.stop()
             self._console.print(Group(*self._lines(range(len(self._outline)))))
 
-    def _print_changes(self, statuses: Mapping[str, tuple[str, str]]) -> None:
-        for path, (status, text) in statuses.items():
-            if path in self._actions and self._shown.get(path) != (status, text) and status in _MARKS:
-                line = f"{self._now:9.2f} s  {status.lower():<8} {path}" + (f"  {text}" if text else "")
-                self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+    def _print(self, path: str, status: str, text: str) -> None:
+        line = f"{self._now:9.2f} s  {_WORDS.get(status, status.lower()):<11} {path}" + (f"  {text}" if text else "")
+        self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
     def _draw(self) -> RenderableType:
-        rows = _window([self._shown.get(path, ("", ""))[0] for _, path, _ in self._outline], self._console.height - 2)
+        rows = _window([self._shown.get(path, _UNSEEN)[0] for _, path, _ in self._outline], self._console.height - 2)
         clock = Text.assemble(("task time ", "dim"), (f"{self._now:.1f} s", "bold"))
         return Group(clock, *self._lines(rows))
 
@@ -73,7 +95,7 @@ class LiveView:
         return [self._line(*self._outline[row]) for row in rows]
 
     def _line(self, depth: int, path: str, label: str) -> Text:
-        status, text = self._shown.get(path, ("", ""))
+        status, text = self._shown.get(path, _UNSEEN)
         mark, style = _MARKS.get(status, _IDLE)
         line = Text("  " * depth, no_wrap=True, overflow="ellipsis")
         line.append(f"{mark} {label}", style)

@@ -1,0 +1,38 @@
+"""events.jsonl: one line of compact JSON for each thing that happened, the log that two runs are compared by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.run.record.folder import FORMAT
+from stretch_bt.run.record.plain import dumps
+from stretch_bt.run.record.spool import Spool
+
+__all__ = ["EventLog"]
+
+
+class EventLog:
+    """Writes a header, plain already, and events; lines reach the disk at `commit`."""
+
+    def __init__(self, path: Path, header: Mapping[str, Any]) -> None:
+        self._spool = Spool(path)
+        self.event({**header, "type": "header", "format": FORMAT})
+        self._spool.commit()
+
+    def event(self, fields: Mapping[str, Any]) -> None:
+        """Append an event; its fields are plain already."""
+        self._spool.write(dumps(fields) + b"\n")
+
+    def commit(self) -> None:
+        """Hand the lines so far to the operating system."""
+        self._spool.commit()
+
+    def close(self) -> None:
+        """Commit and close."""
+        self._spool.close()
+
+    def abandon(self) -> None:
+        """Close without writing anything more."""
+        self._spool.abandon()

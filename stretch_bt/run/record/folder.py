@@ -1,0 +1,56 @@
+"""Where a record lives: the names of its files, and claiming a folder for a new one."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from itertools import count
+from pathlib import Path
+
+from stretch_bt.errors import Diagnostic, RecordError
+
+__all__ = ["EVENTS", "FORMAT", "MCAP", "REPORT", "RESULT", "RUN", "claim", "refuse"]
+
+FORMAT = "stretch-record/1"
+RUN, EVENTS, MCAP, RESULT, REPORT = "run.json", "events.jsonl", "record.mcap", "result.json", "report.html"
+
+
+def refuse(path: Path, code: str, message: str, hint: str = "", line: int = 1) -> RecordError:
+    """Return the error that says what is wrong with a record."""
+    return RecordError([Diagnostic(str(path), line, 1, "error", code, message, hint)])
+
+
+def claim(folder: Path | None) -> Path:
+    """Return the absolute path of an empty folder, made where it is missing; None takes a new one under ./runs.
+
+    Raises
+    ------
+    RecordError
+        The folder holds something, is a file, or cannot be made.
+    """
+    try:
+        return _next_free(Path("runs").absolute()) if folder is None else _empty(Path(folder).absolute())
+    except OSError as error:
+        place = Path(error.filename or folder or "runs")
+        raise refuse(place, "record-folder", f"cannot make a record here: {error.strerror}") from error
+
+
+def _empty(folder: Path) -> Path:
+    if folder.exists() and not folder.is_dir():
+        raise refuse(folder, "record-folder", "this is a file; a record is a folder", "name a new folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()):
+        raise refuse(folder, "record-not-empty", "the folder is not empty", "name a new folder, or empty this one")
+    return folder
+
+
+def _next_free(runs: Path) -> Path:
+    runs.mkdir(parents=True, exist_ok=True)
+    stamp = datetime.now().astimezone().strftime("%Y%m%d-%H%M%S")
+    for number in count(1):
+        folder = runs / f"{stamp}-{number}"
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        return folder
+    raise AssertionError("count() does not end")

@@ -1,0 +1,182 @@
+"""The record of a run while it is written: events, readings, and at the end the result."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
+from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.run.record.channels import FAULT, MOTION, TICK, WRITE, Channels, nanoseconds
+from stretch_bt.run.record.events import EventLog
+from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN, claim, refuse
+from stretch_bt.run.record.images import Images
+from stretch_bt.run.record.messages import log_line, point_cloud
+from stretch_bt.run.record.plain import plain
+from stretch_bt.run.record.readings import FRAME, frame_fields, reading_fields
+
+__all__ = ["RunRecord"]
+
+_LEVELS = {"fault": "ERROR", "error": "ERROR", "stop_error": "ERROR", "finally": "WARNING", "overrun": "WARNING"}
+
+
+class _Streams:
+    """The two files that grow during a run."""
+
+    def __init__(self, folder: Path, header: Any) -> None:
+        self.events = EventLog(folder / EVENTS, header)
+        self.channels = Channels(folder / MCAP, header)
+        self.images = Images(self.channels)
+
+    def commit(self) -> None:
+        self.events.commit()
+        self.channels.commit()
+
+
+class RunRecord:
+    """Writes a record folder; is the journal of the cell.
+
+    What a tick writes reaches the operating system when the next one begins, so a killed process loses one tick at
+    most. A disk that fails raises RecordError once, from `begin_tick` or `close`; from then on the record takes nothing
+    more, and what was written before stays readable. All calls come from the thread that ticks.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = claim(folder)
+        self._streams: _Streams | None = None
+        self._moment: dict[str, Any] = {"tick": -1, "time": 0.0}
+        self._motions: dict[tuple[str, str], MotionState] = {}
+        self._closed = False
+        self._broken = False
+
+    def start(self, header: Mapping[str, Any], run_info: Mapping[str, Any]) -> None:
+        """Begin: `header` is the same for identical runs, `run_info` may hold paths, host and wall time.
+
+        The header's `keys` (name to type name), where it has them, give the plots of the report their units.
+        """
+        try:
+            self._json_file(RUN, run_info)
+            self._streams = _Streams(self.folder, plain(header))
+        except OSError as error:
+            raise self._break(error) from error
+
+    def begin_tick(self, tick: int, time: float) -> None:
+        """Commit what came before; from now on everything belongs to this tick, at `time`, s."""
+        self._moment = {"tick": int(tick), "time": plain(time)}
+        if self._streams is None:
+            return
+        try:
+            self._streams.commit()
+        except OSError as error:
+            raise self._break(error) from error
+        self._streams.channels.now = nanoseconds(time)
+        self._streams.channels.json("/ticks", TICK, self._moment)
+
+    def status(self, path: str, status: str, reason: str = "") -> None:
+        """Take note that a node came to another status."""
+        fields = {"path": path, "status": status}
+        if reason:
+            fields["reason"] = reason
+        level = "WARNING" if status == "FAILURE" else "INFO"
+        self._event("status", fields, path, f"{status} {reason}".rstrip(), level)
+
+    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
+        """Take note that a node wrote a key; `sd` is None where the value carries no standard deviation."""
+        if self._streams is None:
+            return
+        fields = {"value": plain(value), "path": path}
+        if sd is not None:
+            fields["sd"] = plain(sd)
+        self._streams.events.event({**fields, "key": key, **self._moment, "type": "write"})
+        self._streams.channels.json(f"/keys/{key}", WRITE, fields)
+        points = getattr(value, "points", None)
+        if isinstance(points, np.ndarray) and points.ndim == 2 and points.shape[1] == 3:
+            cloud = point_cloud(points, "membrane", self._streams.channels.now)
+            self._streams.channels.proto(f"/keys/{key}", cloud)
+
+    def reading(self, device: str, name: str, reading: Reading[Any]) -> None:
+        """Take note that a node was given this reading."""
+        if self._streams is None:
+            return
+        if isinstance(reading.value, DepthFrame):
+            schema, fields = FRAME, frame_fields(reading, **self._streams.images.store(device, reading.value))
+        else:
+            schema, fields = reading_fields(reading)
+        self._streams.channels.json(f"/{device}/{name}", schema, fields, device=device, name=name)
+
+    def command(self, device: str, name: str, arguments: Mapping[str, Any], owner: str) -> None:
+        """Take note that a node gave this command."""
+        self._motions.pop((device, owner), None)
+        fields = {"device": device, "name": name, "arguments": plain(arguments), "owner": owner}
+        self._event("command", fields, owner, f"{device}.{name}")
+
+    def motion(self, device: str, owner: str, state: MotionState) -> None:
+        """Take note of a polled motion: every poll goes to the mcap file, a change to the events as well."""
+        if self._streams is None:
+            return
+        fields = {"device": device, "owner": owner, "state": state.value}
+        self._streams.channels.json(f"/{device}/motion", MOTION, fields)
+        if self._motions.get((device, owner)) is not state:
+            self._motions[device, owner] = state
+            self._event("motion", fields, owner, f"{device} {state.value}")
+
+    def fault(self, device: str, fault: DeviceFault) -> None:
+        """Take note that a device fault reached a node."""
+        if self._streams is None:
+            return
+        fields = {"device": device, "kind": type(fault).__name__, "reason": fault.reason}
+        self._streams.channels.json(f"/{device}/fault", FAULT, fields)
+        self._event("fault", fields, device, f"{fields['kind']}: {fault.reason}")
+
+    def note(self, kind: str, **fields: Any) -> None:
+        """Take note of anything else that a reader of the log should know, such as `overrun` or `stop`."""
+        if not fields.keys().isdisjoint(("tick", "time", "type")):
+            raise InvalidInput(f"the fields of a note are not named tick, time or type, got {sorted(fields)}")
+        content = plain(fields)
+        self._event(kind, content, kind, " ".join(f"{name}={value}" for name, value in content.items()))
+
+    def _event(self, kind: str, fields: dict[str, Any], source: str, text: str, level: str = "INFO") -> None:
+        if self._streams is None:
+            return
+        self._streams.events.event({**fields, **self._moment, "type": kind})
+        line = log_line(_LEVELS.get(kind, level), source, text, self._streams.channels.now)
+        self._streams.channels.proto("/log", line)
+
+    def close(self, result: Mapping[str, Any]) -> None:
+        """Write the result and close every file, each in spite of the others; a second call does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        streams, self._streams = self._streams, None
+        steps: list[Callable[[], None]] = [lambda: self._json_file(RESULT, result)]
+        if streams is not None:
+            steps = [streams.events.close, streams.channels.close, *steps]
+        errors = [error for step in steps if (error := _try(step))]
+        if errors and not self._broken:
+            raise self._break(errors[0]) from errors[0]
+
+    def _json_file(self, name: str, content: Mapping[str, Any]) -> None:
+        text = json.dumps(plain(content), indent=2, allow_nan=False)
+        (self.folder / name).write_text(text + "\n", encoding="utf-8")
+
+    def _break(self, error: OSError) -> RecordError:
+        """Leave the files as they are, take nothing more, and say why."""
+        self._broken = True
+        if self._streams is not None:
+            _try(self._streams.events.abandon)
+            _try(self._streams.channels.abandon)
+        self._streams = None
+        return refuse(self.folder, "record-write", f"cannot write the record: {error.strerror or error}")
+
+
+def _try(step: Callable[[], None]) -> OSError | None:
+    try:
+        step()
+    except OSError as error:
+        return error
+    return None
