@@ -1,3 +1,39 @@
-"""Behaviour trees for the StRETcH tactile hand."""
+"""Behaviour trees for the StRETcH tactile hand: written in YAML, checked before anything moves, run on a twin or a robot."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stretch_bt.run.check import check as check
+    from stretch_bt.run.task import run as run
+    from stretch_bt.tree.ports import Behavior as Behavior
+    from stretch_bt.tree.ports import In as In
+    from stretch_bt.tree.ports import Out as Out
+    from stretch_bt.tree.ports import Status as Status
+    from stretch_bt.tree.ports import Uses as Uses
+    from stretch_bt.tree.ports import port as port
+    from stretch_bt.tree.registry import node as node
 
 __version__ = "0.1.0"
+__all__ = ["Behavior", "In", "Out", "Status", "Uses", "check", "node", "port", "run"]
+
+_HOMES = {
+    "Behavior": "tree.ports",
+    "In": "tree.ports",
+    "Out": "tree.ports",
+    "Status": "tree.ports",
+    "Uses": "tree.ports",
+    "check": "run.check",
+    "node": "tree.registry",
+    "port": "tree.ports",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "run":  # the package of this name is callable
+        return import_module(f"{__name__}.run")
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

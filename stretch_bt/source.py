@@ -30,6 +30,7 @@ __all__ = [
     "load",
     "parse",
     "read_text",
+    "resolve",
     "validate",
 ]
 
@@ -188,6 +189,20 @@ def read_text(path: Path, name: str | None = None) -> str:
         line = text.count("\n", 0, text.index("\0")) + 1
         _refuse(file, "file-binary", "the file holds NUL bytes, so it is not text", "name a YAML file", line)
     return text
+
+
+def resolve(given: str | Path, shipped: Path, kind: str) -> Path:
+    """Return the file that a path, or the name of a shipped file of this kind, stands for; raises FileError."""
+    path = Path(given)
+    found = shipped / f"{given}.yaml"
+    if path.suffix in (".yaml", ".yml") or len(path.parts) != 1 or path.is_file():
+        return path
+    if not found.is_file():
+        if path.exists():
+            return path
+        hint = did_you_mean(str(given), (p.stem for p in shipped.glob("*.yaml")))
+        _refuse(str(given), f"{kind}-unknown", f"there is no shipped {kind} and no file of this name", hint)
+    return found
 
 
 def load(path: Path, name: str | None = None) -> Map:

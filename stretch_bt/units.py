@@ -33,6 +33,7 @@ __all__ = [
     "Time",
     "Torque",
     "Volume",
+    "Within",
     "format_quantity",
     "kind_of",
     "parse_quantity",
@@ -113,6 +114,30 @@ class Kind:
         return {"type": "string", "pattern": QUANTITY_PATTERN, "examples": [f"1 {self.unit}"]}
 
 
+@dataclass(frozen=True, slots=True)
+class Within:
+    """Bounds of a field of a file, SI, both ends allowed: `Annotated[Length, Within(0.005, 0.080, "Length")]`."""
+
+    min: float = -math.inf
+    max: float = math.inf
+    kind: str | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Refuse values outside the bounds, in the unit that the field is shown in."""
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_after_validator_function(self.check, handler(source))
+
+    def check(self, value: float) -> float:
+        """Return the value; raises InvalidInput when it is out of bounds."""
+        if self.min <= value <= self.max:
+            return value
+        kind = KINDS[self.kind] if self.kind else None
+        bounds = (("at least", self.min), ("at most", self.max))
+        allowed = " and ".join(f"{word} {format_quantity(b, kind)}" for word, b in bounds if math.isfinite(b))
+        raise InvalidInput(f"{format_quantity(value, kind)} is out of bounds; write {allowed}")
+
+
 KINDS: dict[str, Kind] = {
     kind.name: kind
     for kind in (
@@ -188,12 +213,35 @@ _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
 _FACTOR = re.compile(r"(1|%|[^\W\d_]+)(?:\^(-?\d{1,2})|([²³]))?")
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """A measured or computed value with its standard deviation, both SI."""
+class Estimate(float):
+    """A measured or computed value with its standard deviation `sd`, both SI; counts as its value in arithmetic."""
 
-    value: float
+    __slots__ = ("sd",)
     sd: float
+
+    def __new__(cls, value: float, sd: float) -> Estimate:
+        """Make one; `sd` is not checked, so that a test of numbers can be."""
+        made = super().__new__(cls, value)
+        made.sd = float(sd)
+        return made
+
+    @property
+    def value(self) -> float:
+        """The value alone."""
+        return float(self)
+
+    def __eq__(self, other: object) -> bool:
+        same = float(self) == other
+        return same and self.sd == other.sd if isinstance(other, Estimate) else same
+
+    def __hash__(self) -> int:
+        return float.__hash__(self)
+
+    def __repr__(self) -> str:
+        return f"Estimate({float(self)!r}, {self.sd!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Estimate, (float(self), self.sd)
 
 
 def kind_of(dimension: Dimension) -> Kind | None:

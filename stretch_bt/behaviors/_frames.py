@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from stretch_bt import perception
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
@@ -34,10 +35,10 @@ class FrameSource:
         NoAnswer
             A recording has ended.
         """
-        if getattr(self.camera, "ended", False):
-            raise NoAnswer("the recording has ended")
         reading = self.camera.frame(MAX_AGE)
         if reading.sequence == self.last or reading.host_time < self.since - 1e-9:
+            if self.camera.ended:
+                raise NoAnswer("the recording has ended")
             return None
         self.last = reading.sequence
         return self._placed(reading.value)
@@ -47,4 +48,7 @@ class FrameSource:
         height = self.arm.pose(MAX_AGE).value.height if self.arm is not None else frame.hand_height
         stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value) if self.gripper is not None else frame.stretch
         distance = frame.plane_distance or geometry.plane_distance
-        return replace(frame, hand_height=height, stretch=stretch, plane_distance=distance)
+        placed = replace(frame, hand_height=height, stretch=stretch, plane_distance=distance)
+        if self.gripper is None or stretch is None:
+            return placed
+        return perception.mask_membrane(placed, gauge=geometry.gauge, width=geometry.width, stretch=stretch)

@@ -16,6 +16,7 @@ from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.2
+FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
 FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
 
 
@@ -38,6 +39,8 @@ class Approach(MotionBehavior):
     average: In[int] = port(8, min=1, max=64, doc="frames to average at each")
     contact_height: Out[Length]  # world height of the undeformed top
 
+    #: frames in a row that must show contact
+    ALARMS: ClassVar[int] = 2
     #: frames without contact that the detector needs before the hand may move
     QUIET: ClassVar[int] = 12
 
@@ -45,11 +48,12 @@ class Approach(MotionBehavior):
         """Forget an earlier contact and begin by looking at the free membrane."""
         super().initialise()
         self.context.hand.contact_height = None
-        self.detector = perception.ContactDetector()
+        self.detector = perception.ContactDetector(false_alarms=FALSE_ALARMS)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.frames: list[DepthFrame] = []
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
         self.steps = 0
+        self.alarms = 0
         self.phase: Callable[[], Status] = self._rest
 
     def start(self) -> Motion:
@@ -75,7 +79,9 @@ class Approach(MotionBehavior):
     def _descend(self) -> Status:
         self.reason = "moving down"
         frame = self.source.next()
-        if frame is not None and self.detector.update(frame):
+        if frame is not None:
+            self.alarms = self.alarms + 1 if self.detector.update(frame) else 0
+        if self.alarms >= self.ALARMS:
             self._halt()
             self._look()
             return Status.RUNNING

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from stretch_bt.perception.height import track_height as track_height
     from stretch_bt.perception.io import load_depth_png as load_depth_png
     from stretch_bt.perception.io import load_depth_stack as load_depth_stack
+    from stretch_bt.perception.mask import mask_membrane as mask_membrane
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
@@ -47,6 +48,7 @@ _MODULES = {
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "estimate_normals": "normals",
+    "mask_membrane": "mask",
     "segment": "segmentation",
     "classify": "segmentation",
     "to_membrane": "deprojection",
@@ -71,6 +73,7 @@ __all__ = [
     "fit_sphere",
     "load_depth_png",
     "load_depth_stack",
+    "mask_membrane",
     "segment",
     "to_membrane",
     "top_of_points",

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.robust import sparse
-from stretch_bt.perception.smooth import derivative, gain
+from stretch_bt.perception.smooth import derivative, gain, slope
 from stretch_bt.perception.surface import Surface, surface_of
 from stretch_bt.perception.types import FloatArray, MaskArray
 
@@ -72,8 +72,8 @@ def surface_curvatures(surface: Surface) -> Curvatures:
     )
     h_x, h_y = h_u / surface.x_u, h_v / surface.y_v
     # Perspective makes x_u change where the surface rises; left out, a steep flank gains a false curvature.
-    h_xx = (h_uu - h_x * _slope(surface.x_u, 1)) / surface.x_u**2
-    h_yy = (h_vv - h_y * _slope(surface.y_v, 0)) / surface.y_v**2
+    h_xx = (h_uu - h_x * slope(surface.x_u, 1)) / surface.x_u**2
+    h_yy = (h_vv - h_y * slope(surface.y_v, 0)) / surface.y_v**2
     h_xy = h_uv / (surface.x_u * surface.y_v)
     one_x, one_y = 1.0 + h_x * h_x, 1.0 + h_y * h_y
     area = one_x + one_y - 1.0
@@ -88,10 +88,6 @@ def surface_curvatures(surface: Surface) -> Curvatures:
     both = white * gain(surface.sigma, (2, 0, 1.0), (0, 2, 1.0))
     trusted = surface.trusted
     return Curvatures(i, j, total, trusted, _sd(i, trusted, single), _sd(j, trusted, single), _sd(total, trusted, both))
-
-
-def _slope(image: Image, axis: int) -> Image:
-    return np.asarray(np.gradient(image, axis=axis), dtype=np.float32)
 
 
 def _sd(curvature: Image, trusted: MaskArray, white: float) -> float:

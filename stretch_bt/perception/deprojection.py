@@ -44,7 +44,7 @@ def deproject(depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None = No
         raise InvalidInput("deproject needs the intrinsics of the image")
     if image.shape != (intrinsics.height, intrinsics.width):
         raise InvalidInput(
-            f"these intrinsics are of an image of {intrinsics.height} rows by {intrinsics.width} columns, got {image.shape}"
+            f"these intrinsics are of {intrinsics.height} rows by {intrinsics.width} columns, the image is {image.shape}"
         )
     points = ray_table(intrinsics, image.dtype.char) * np.where(valid, image, np.nan)[..., None]
     return points, valid

@@ -86,7 +86,7 @@ def _read_stack(
     path: str | Path, key: str, times: str | Sequence[float]
 ) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.float64]]:
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             stamps = file[times] if isinstance(times, str) else times
             return file[key], np.asarray(stamps, dtype=np.float64)
     except KeyError as error:

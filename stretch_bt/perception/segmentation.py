@@ -44,9 +44,9 @@ def segment(points: FloatArray, valid: MaskArray, *, rule: Rule = "mean") -> Lab
         the median z exceeds 0.4 of the width seen, they are taken to be in the camera frame.
     valid : (h, w) bool
     rule : "mean" or "either"
-        "mean": the mean curvature is high, which it is not on a tense skirt however steep, because tension along the two
-        axes balances there. "either": the paper's rule, the curvature along i or along j is high, which takes in part
-        of the skirt. With both, points above the plane of the contact belong to it: that finds flat faces.
+        "mean": the mean curvature is high, which it is not on a tense skirt however steep, because the tensions along
+        the two axes balance there. "either": the paper's rule, the curvature along i or along j is high, which takes in
+        part of the skirt. With both, points above the plane of the contact belong to it: that finds flat faces.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def _plane(surface: Surface) -> float:
 
 
 def _least_rise(surface: Surface) -> float:
-    """Return the rise, m, from which a pixel counts as deformed; half a pixel's noise covers noise that is not white."""
+    """Return the rise, m, from which a pixel counts as deformed; half a pixel's noise covers what is not white."""
     return max(3.0 * surface.smooth_sd, 0.5 * surface.noise, 0.01 * surface.sigma * surface.pitch)
 
 
@@ -102,7 +102,7 @@ def _labels(surface: Surface, valid: MaskArray, raised: MaskArray, contact: Mask
 
 def _mean_rule(surface: Surface, found: Curvatures, raised: MaskArray) -> MaskArray:
     contact = np.zeros(raised.shape, dtype=bool)
-    for part, level in _convex(found.sum, found.sum_sd, raised):
+    for part, level in _convex(found.sum, found.sum_sd, raised, 2.0 / _width(surface)):
         whole = _with_above_plane(surface, part)
         inside = _inner_half(whole)
         flat = _curvature_of(surface, inside) < 0.5 * level
@@ -113,7 +113,7 @@ def _mean_rule(surface: Surface, found: Curvatures, raised: MaskArray) -> MaskAr
 def _either_rule(surface: Surface, found: Curvatures, raised: MaskArray) -> MaskArray:
     either = np.zeros(raised.shape, dtype=bool)
     for signal, sd in ((found.i, found.i_sd), (found.j, found.j_sd)):
-        for part, _ in _convex(signal, sd, raised):
+        for part, _ in _convex(signal, sd, raised, 1.0 / _width(surface)):
             either |= part
     contact = np.zeros(raised.shape, dtype=bool)
     for part in _components(either):
@@ -121,17 +121,23 @@ def _either_rule(surface: Surface, found: Curvatures, raised: MaskArray) -> Mask
     return contact
 
 
-def _convex(signal: Image, sd: float, raised: MaskArray) -> list[tuple[MaskArray, float]]:
+def _width(surface: Surface) -> float:
+    """Return the width of the view, m: a radius beyond it is a plane that is not quite flat."""
+    return float(max(surface.height.shape) * surface.pitch)
+
+
+def _convex(signal: Image, sd: float, raised: MaskArray, least: float) -> list[tuple[MaskArray, float]]:
     """Return each connected part with more than half its own typical curvature, and that curvature, 1/m."""
     found = []
-    for blob in _components(raised & (signal > GROW * sd)):
+    least = max(least, GROW * sd)
+    for blob in _components(raised & (signal > least)):
         values = signal[blob]
         if float(values.max()) < SEED * sd:
             continue
         level = float(np.quantile(values, 0.9))
         for _ in range(4):
             level = float(np.median(values[values > 0.5 * level]))
-        found.append((blob & (signal > max(GROW * sd, 0.5 * level)), level))
+        found.append((blob & (signal > max(least, 0.5 * level)), level))
     return found
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["derivative", "fill", "gain", "gaussian", "smooth"]
+__all__ = ["derivative", "fill", "gain", "gaussian", "slope", "smooth"]
 
 Image = npt.NDArray[np.float32]
 
@@ -46,6 +46,15 @@ def derivative(image: Image, sigma: float, along_u: int, along_v: int) -> Image:
     )
 
 
+def slope(image: Image, axis: int) -> Image:
+    """Return central differences, per pixel, of an image that is smooth already; axis 1 is along u, 0 along v."""
+    import cv2
+
+    edge = cv2.BORDER_REPLICATE
+    difference = cv2.Sobel(image, cv2.CV_32F, axis, 1 - axis, ksize=1, scale=0.5, borderType=edge)
+    return np.asarray(difference, dtype=np.float32)
+
+
 def smooth(image: Image, valid: MaskArray, sigma: float) -> tuple[Image, Image]:
     """Return the mean of the valid pixels under a Gaussian, and the share of the Gaussian that they cover.
 
@@ -68,7 +77,7 @@ def fill(image: Image, valid: MaskArray, sigma: float) -> tuple[Image, Image]:
 
 
 def gain(sigma: float, *orders: tuple[int, int, float]) -> float:
-    """Return the standard deviation, for unit white noise, of a weighted sum of derivatives (along u, along v, weight)."""
+    """Return the standard deviation, for unit white noise, of a sum of derivatives (along u, along v, weight)."""
     total: Any = 0.0
     for along_u, along_v, weight in orders:
         total = total + weight * np.outer(gaussian(sigma, along_v), gaussian(sigma, along_u))

@@ -127,7 +127,7 @@ def _solve(matrix: Array, right: Array) -> Array:
 
 
 def _paraboloid(x: Array, y: Array, z: Array, floor: float) -> Array:
-    """Return (c, p1, p2, k) of a robust paraboloid: a convex problem (least absolute residuals), then Tukey's weights."""
+    """Return (c, p1, p2, k) of a paraboloid by least absolute residuals, a convex problem, then Tukey's weights."""
     design = np.column_stack([np.ones_like(x), x, y, -0.5 * (x * x + y * y)])
     weights = np.ones_like(x)
     solution = np.zeros(PARAMETERS)

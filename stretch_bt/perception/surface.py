@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.clean import flying_pixels
 from stretch_bt.perception.robust import MAD_TO_SD, sparse
-from stretch_bt.perception.smooth import derivative, fill, gain, gaussian, smooth
+from stretch_bt.perception.smooth import derivative, fill, gain, gaussian, slope, smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Surface", "camera_side", "check_points", "surface_of"]
@@ -27,9 +27,9 @@ ONE_SIDED = 0.08  # how fast that share may change over a kernel's width: 1.8 wi
 class Surface:
     """Height towards the camera (h, w), m, from `level`, with its holes filled and flying pixels removed.
 
-    `trusted` marks pixels with valid ones on all sides, so that derivatives of `sigma` pixels mean something; `noise` is the standard deviation
-    of one pixel, m; `x_u` and `y_v` are the metres that x and y move a pixel; `towards` is +1 where z points to the camera
-    (membrane frame), -1 where away (camera frame).
+    `trusted` marks pixels with valid ones on all sides, so that derivatives of `sigma` pixels mean something; `noise` is
+    the standard deviation of one pixel, m; `x_u` and `y_v` are the metres that x and y move a pixel; `towards` is +1
+    where z points to the camera (membrane frame), -1 where away (camera frame).
     """
 
     height: Image
@@ -113,11 +113,7 @@ def _steps(values: Any, valid: MaskArray, axis: int, sigma: float, pitch: float)
 
 def _steepness(cover: Image) -> Image:
     """Return the larger gradient of an image along its axes, per pixel."""
-    import cv2
-
-    options = {"ksize": 1, "scale": 0.5, "borderType": cv2.BORDER_REPLICATE}
-    along_u, along_v = (cv2.Sobel(cover, cv2.CV_32F, du, 1 - du, **options) for du in (1, 0))
-    return np.asarray(np.maximum(np.abs(along_u), np.abs(along_v)), dtype=np.float32)
+    return np.maximum(np.abs(slope(cover, 1)), np.abs(slope(cover, 0)))
 
 
 def _noise(residual: Any, valid: MaskArray, sigma: float) -> float:

@@ -14,7 +14,7 @@ from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_points
 from stretch_bt.perception.reference import Reference, smoothed_rise
 from stretch_bt.perception.robust import MAD_TO_SD, sparse
-from stretch_bt.perception.types import FloatArray
+from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
 __all__ = ["HeightTracker"]
@@ -22,6 +22,7 @@ __all__ = ["HeightTracker"]
 Image = npt.NDArray[np.float32]
 
 CLEAR = 6.0  # standard deviations above which the highest place is the press and not noise
+TOP = 0.85  # share of the smoothed height that its surroundings keep within the top
 SQRT_HALF_PI = math.sqrt(math.pi / 2.0)  # a Gaussian's standard deviation over its mean absolute value
 
 
@@ -65,9 +66,9 @@ class HeightTracker:
         # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
         at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
         self._place = (v, u)
-        return self._top(rise, known, at, float(mean[at]), sd) if clear else Estimate(float(mean[at]), sd)
+        return self._top(rise, known, mean, at, sd) if clear else Estimate(float(mean[at]), sd)
 
-    def _learn_noise(self, depth: FloatArray | DepthFrame, mean: Image, seen: npt.NDArray[np.bool_]) -> None:
+    def _learn_noise(self, depth: FloatArray | DepthFrame, mean: Image, seen: MaskArray) -> None:
         """Note the noise of a smoothed value: as white noise from the first frame, then as the frames differ."""
         n = self._reference.learned
         if n == 1:
@@ -80,16 +81,16 @@ class HeightTracker:
             sd = MAD_TO_SD * float(np.median(sparse(np.abs(mean[seen])))) * math.sqrt(n / (n - 1))
         self._noise.append(sd)
 
-    def _top(self, rise: Image, known: npt.NDArray[np.bool_], at: tuple[int, int], mean: float, sd: float) -> Estimate:
-        """Return the top of the rise within two kernels of a place, or its mean where no top can be fitted."""
+    def _top(self, rise: Image, known: MaskArray, mean: Image, at: tuple[int, int], sd: float) -> Estimate:
+        """Return the height of the top around a place, or the mean there where no top can be fitted."""
         reach = int(np.ceil(2.0 * self._kernel))
         v0, u0 = max(at[0] - reach, 0), max(at[1] - reach, 0)
         window = np.s_[v0 : at[0] + reach + 1, u0 : at[1] + reach + 1]
-        v, u = np.nonzero(known[window])
+        v, u = np.nonzero(known[window] & (mean[window] > TOP * mean[at]))
         # Lateral pixels count as metres here: a height does not depend on the lateral unit.
         cloud = np.column_stack([u, v, rise[window][v, u]]).astype(np.float64)
         try:
             top = top_of_points(cloud)
         except NoAnswer:
-            return Estimate(mean, sd)
+            return Estimate(float(mean[at]), sd)
         return Estimate(top.value, float(np.hypot(top.sd, sd)))

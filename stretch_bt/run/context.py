@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stretch_bt.errors import DeviceFault, NotReady
+from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Journal, NoJournal
@@ -29,6 +30,10 @@ class Seen:
         self.inner: Journal = inner or NoJournal()
         self.latest: dict[str, Reading[Any]] = {}
 
+    def shown(self) -> dict[str, Any]:
+        """Return the latest readings in a few words each."""
+        return {name: _brief(reading.value) for name, reading in sorted(self.latest.items())}
+
     def reading(self, device: str, name: str, reading: Reading[Any]) -> None:
         """Keep it and pass it on."""
         self.latest[f"{device}.{name}"] = reading
@@ -45,6 +50,14 @@ class Seen:
     def fault(self, device: str, fault: DeviceFault) -> None:
         """Pass it on."""
         self.inner.fault(device, fault)
+
+
+def _brief(value: Any) -> Any:
+    if isinstance(value, DepthFrame):
+        return {"frame": value.sequence, "time": value.time, "valid": round(float((value.raw > 0).mean()), 4)}
+    if isinstance(value, Pose):
+        return {"position": list(value.position), "rotation": list(value.rotation)}
+    return {"force": list(value.force), "torque": list(value.torque)} if isinstance(value, Wrench) else value
 
 
 class RunContext:

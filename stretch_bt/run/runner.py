@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -28,7 +28,7 @@ FINALLY_LIMIT = 60.0
 class Stoppable(Protocol):
     """What the runner stops at the end: the cell."""
 
-    def stop(self) -> list[Exception]:
+    def stop(self) -> Sequence[Exception]:
         """Stop every device, and return what went wrong."""
         ...
 

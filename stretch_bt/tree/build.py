@@ -52,6 +52,8 @@ class BuiltTree:
     nodes: dict[str, Node] = field(default_factory=dict)
     cells: list[Cell] = field(default_factory=list)
     devices: set[str] = field(default_factory=set)
+    #: readings in expressions, as `arm.force`
+    readings: set[str] = field(default_factory=set)
 
     def pending(self) -> list[CallNode]:
         """Return the called trees that were entered and still owe their `finally`, the innermost first."""
@@ -130,6 +132,7 @@ class Builder:
         self.nodes: dict[str, Node] = {}
         self.cells: list[Cell] = []
         self.devices: set[str] = set()
+        self.readings: set[str] = set()
         self.frame = _Frame(program.main.signature, "main")
 
     def main(self) -> BuiltTree:
@@ -139,7 +142,7 @@ class Builder:
         root = self.root(body.part, "main")
         finish = self.root(body.finish, "main/finally") if body.finish else None
         outputs = {name: (d, self.frame.cells[name]) for name, d in body.signature.outs.items()}
-        return BuiltTree(root, finish, outputs, self.nodes, self.cells, self.devices)
+        return BuiltTree(root, finish, outputs, self.nodes, self.cells, self.devices, self.readings)
 
     # --- places
 
@@ -231,7 +234,7 @@ class Builder:
             return self.frame.cells[symbol.name].read_sd, rest
         if symbol.origin is Origin.READING:
             device, _, reading = symbol.name.partition(".")
-            self.devices.add(device)
+            self.readings.add(symbol.name)
             return (lambda: context.reading(device, reading)), rest
         if symbol.origin is Origin.TASK:
             return ((lambda: context.time) if parts[1] == "time" else (lambda: context.ticks)), rest

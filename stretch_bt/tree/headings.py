@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
@@ -29,7 +30,7 @@ def shipped(name: str) -> Path:
     return Path(str(files("stretch_bt") / "trees" / name))
 
 
-def read_document(path: Path, name: str, overrides: Mapping[str, str] | None = None) -> Document:
+def read_document(path: Path, name: str, overrides: Mapping[str, Any] | None = None) -> Document:
     """Read a tree file and all that it imports; raises FileError only when nothing of it can be read."""
     return _Headings(path, name, dict(overrides or {}), "", ()).read()
 
@@ -37,7 +38,7 @@ def read_document(path: Path, name: str, overrides: Mapping[str, str] | None = N
 class _Headings:
     """Reads one file; every mistake is noted, none stops the reading of the rest."""
 
-    def __init__(self, path: Path, name: str, overrides: dict[str, str], prefix: str, stack: tuple[Path, ...]) -> None:
+    def __init__(self, path: Path, name: str, overrides: dict[str, Any], prefix: str, stack: tuple[Path, ...]) -> None:
         text = read_text(path, name)
         root = parse(text, name)
         if not isinstance(root, Map):
@@ -215,7 +216,7 @@ class _Headings:
             prefix, _, rest = name.partition(".")
             if rest and prefix in self.doc.imports:
                 continue
-            mark = Mark("--set", 1, len(self.doc.prefix) + len(name) + 2, len(text) or 1)
+            mark = Mark("--set", 1, len(self.doc.prefix) + len(name) + 2, len(str(text)) or 1)
             param = self.doc.params.get(name)
             if param is None:
                 at = Mark("--set", 1, 1, len(name))
@@ -223,7 +224,7 @@ class _Headings:
                 self.error(at, "param-unknown", f"there is no parameter {name!r}", did_you_mean(name, known))
                 continue
             try:
-                value = _moved(parse(text, "--set"), mark)
+                value = _moved(parse(_written(text, param.type), "--set"), mark)
                 param.value = literal(value, param.type, name)
                 check_bounds(param.value, param.type, param.min, param.max, mark, name)
             except Refused as refused:
@@ -339,6 +340,17 @@ class _Headings:
             declared = self.declared(name, spec, "key")
             if declared is not None:
                 table[name.text] = declared
+
+
+def _written(value: Any, type_: Type) -> str:
+    """Return an override as a file would have it; numbers given from Python are SI."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_written(item, type_.item or type_) for item in value)}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value!r} {type_.kind.si_unit}" if type_.kind else str(value)
 
 
 def _moved(value: Value, mark: Mark) -> Value:

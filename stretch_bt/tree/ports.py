@@ -126,7 +126,7 @@ class Cell:
         """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""
         if value.__class__ is Estimate:
             self.sd = value.sd
-            value = value.value
+            value = float(value)
         else:
             self.sd = None
         self.value = value

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from stretch_bt.errors import Diagnostic, FileError, TreeError
 from stretch_bt.source import Mark, Scalar, Value, did_you_mean
@@ -95,7 +96,7 @@ def find_tree(tree: str | Path) -> tuple[Path, str]:
     raise TreeError([Diagnostic(str(tree), 1, 1, "error", "file-missing", "no such file or shipped tree", hint)])
 
 
-def load_program(tree: str | Path, params: Mapping[str, str] | None = None) -> Program:
+def load_program(tree: str | Path, params: Mapping[str, Any] | None = None) -> Program:
     """Read and check a tree file; `params` holds what `--set` gives.
 
     Raises

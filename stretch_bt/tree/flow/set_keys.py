@@ -12,6 +12,7 @@ from py_trees.common import Status
 from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
 from stretch_bt.tree.ports import Cell
+from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -24,9 +25,10 @@ __all__ = ["SetKeys", "SetKeysNode"]
 @construct
 @dataclass(slots=True)
 class SetKeys(Part):
-    """Give keys new values: `set: {presses: presses + 1}`."""
+    """Give keys new values: `set: {presses: presses + 1}`; beside `x`, `x_sd` is its standard deviation."""
 
     wires: dict[str, Wire] = field(default_factory=dict)
+    sds: dict[str, Wire] = field(default_factory=dict)
     marks: dict[str, Mark] = field(default_factory=dict)
     keyword: ClassVar[str] = "set"
 
@@ -43,6 +45,8 @@ class SetKeys(Part):
             return None
         found = cls(mark)
         for key, given in value:
+            if found._read_sd(reader, value, key, given):
+                continue
             name = reader.output(Scalar("$" + key.text.removeprefix("$"), False, key.mark), None, "set")
             declared = reader.signature.declared(name) if name else None
             if name is None or declared is None:
@@ -53,26 +57,42 @@ class SetKeys(Part):
                 found.marks[name] = key.mark
         return found
 
+    def _read_sd(self, reader: Reader, whole: Map, key: Scalar, given: Value) -> bool:
+        """Read the standard deviation of a key that is set beside it; return whether this was one."""
+        of = key.text.removesuffix("_sd")
+        declared = reader.signature.declared(of)
+        if of == key.text or of not in whole or declared is None or reader.signature.declared(key.text) is not None:
+            return False
+        wire = reader.value(given, declared.type, key.text)
+        if wire is not None:
+            self.sds[of] = wire
+        return True
+
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Everything is read before anything is written."""
-        data.read(self.wires.values(), known)
+        data.read([*self.wires.values(), *self.sds.values()], known)
         return Flow(known | set(self.wires), None)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node."""
-        return SetKeysNode(path, [(builder.cell(key), builder.thunk(wire)) for key, wire in self.wires.items()])
+        rows = []
+        for key, wire in self.wires.items():
+            sd = builder.thunk(self.sds[key]) if key in self.sds else None
+            rows.append((builder.cell(key), builder.thunk(wire), sd))
+        return SetKeysNode(path, rows)
 
 
 class SetKeysNode(FlowNode):
     """Writes the keys in one tick."""
 
-    def __init__(self, path: str, pairs: list[tuple[Cell, Callable[[], Any]]]) -> None:
+    def __init__(self, path: str, rows: list[tuple[Cell, Callable[[], Any], Callable[[], float] | None]]) -> None:
         super().__init__(path)
-        self.pairs = pairs
+        self.rows = rows
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Read all, then write all."""
         yield from ()
-        for cell, value in [(cell, thunk()) for cell, thunk in self.pairs]:
+        read = [(cell, value() if sd is None else Estimate(value(), sd())) for cell, value, sd in self.rows]
+        for cell, value in read:
             cell.write(value, self.path)
         return Status.SUCCESS

@@ -1,0 +1,37 @@
+"""Isolating the membrane: a box in the plane of the flat membrane that follows the gripper."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.deprojection import ray_table
+
+__all__ = ["mask_membrane"]
+
+MARGIN = 0.004  # m inside the edges, where depth cameras mix membrane and background
+
+
+def mask_membrane(frame: DepthFrame, *, gauge: float, width: float, stretch: float) -> DepthFrame:
+    """Return the frame with every pixel that does not look at the membrane made invalid.
+
+    The box is (gauge + stretch) long. Its sides are free and draw in as the membrane is pulled: an incompressible sheet
+    in uniaxial tension keeps width / sqrt(1 + stretch / gauge).
+
+    Raises
+    ------
+    InvalidInput
+        The frame does not say how far the flat membrane is, or a length is not positive.
+    """
+    if frame.plane_distance is None:
+        raise InvalidInput("a box mask needs a frame with plane_distance, the distance to the flat membrane")
+    if not (gauge > 0 and width > 0 and gauge + stretch > 0):
+        raise InvalidInput(f"gauge, width and length must be positive, got {gauge}, {width} and {gauge + stretch} m")
+    rays = ray_table(frame.intrinsics) * frame.plane_distance
+    half_length = 0.5 * (gauge + stretch) - MARGIN
+    half_width = 0.5 * width / np.sqrt((gauge + stretch) / gauge) - MARGIN
+    inside = (np.abs(rays[..., 0]) <= half_width) & (np.abs(rays[..., 1]) <= half_length)
+    return replace(frame, raw=np.where(inside, frame.raw, 0).astype(np.uint16))
