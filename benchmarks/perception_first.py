@@ -1,4 +1,4 @@
-"""Accuracy beside CPU time of the first perception functions; run as `python benchmarks/perception_first.py [draws]`."""
+"""Accuracy beside CPU time of the perception functions; run as `python benchmarks/perception_first.py [draws]`."""
 
 from __future__ import annotations
 

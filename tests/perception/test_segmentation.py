@@ -1,0 +1,261 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.perception import (
+    classify,
+    deproject,
+    find_contact,
+    fit_sphere,
+    load_depth_png,
+    segment,
+    to_membrane,
+    track_height,
+    view_rays,
+)
+from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED
+
+NOISE = 0.3e-3
+
+
+def overlap(found, truth):
+    return (found & truth).sum() / (found | truth).sum()
+
+
+def as_seen(surfaces, depth, frame, noise=NOISE, seed=0):
+    seen = surfaces.noisy(depth, noise, np.random.default_rng(seed)) if noise else depth
+    points, valid = deproject(seen, surfaces.camera(*depth.shape))
+    return (to_membrane(points, surfaces.PLANE_DISTANCE) if frame == "membrane" else points), valid
+
+
+@pytest.mark.parametrize("frame", ["camera", "membrane"])
+@pytest.mark.parametrize(("radius", "angle", "least"), [(10e-3, 45, 0.8), (15e-3, 30, 0.85), (30e-3, 25, 0.9)])
+def test_a_spherical_cap_is_found_without_its_skirt_and_carries_its_radius(surfaces, frame, radius, angle, least):
+    lens = surfaces.camera()
+    depth = surfaces.render(surfaces.sphere_press(radius, np.radians(angle)), lens)
+    truth = surfaces.distance_from_axis(depth, lens) < radius * np.sin(np.radians(angle))
+    ratios = []
+    for seed in range(5):
+        points, valid = as_seen(surfaces, depth, frame, seed=seed)
+        touching = segment(points, valid) == CONTACT
+        assert overlap(touching, truth & valid) > least
+        at = surfaces.PLANE_DISTANCE if frame == "membrane" else 0.0
+        ratios.append(fit_sphere(points[touching], rays=view_rays(points[touching], (0.0, 0.0, at))).radius / radius)
+    assert np.median(ratios) == pytest.approx(1.0, abs=0.05 if angle >= 30 else 0.06)
+
+
+def test_a_10_mm_press_of_a_30_mm_sphere_gives_its_radius(surfaces):
+    lens = surfaces.camera()
+    depth = surfaces.render(surfaces.sphere_press(30e-3, np.radians(24.2)), lens)
+    assert surfaces.PLANE_DISTANCE - depth.min() == pytest.approx(10e-3, abs=0.2e-3)
+    ratios = []
+    for seed in range(10):
+        raw = np.round(surfaces.noisy(depth, 0.2e-3, np.random.default_rng(seed)) / 0.125e-3).astype(np.uint16)
+        contact = find_contact(DepthFrame(raw, 0.125e-3, lens, 1.5, 0, surfaces.PLANE_DISTANCE, 0.3, 0.01))
+        ratios.append(fit_sphere(contact.points, rays=contact.rays).radius / 30e-3)
+    assert np.median(ratios) == pytest.approx(1.0, abs=0.03)
+    assert (contact.hand_height, contact.stretch, contact.time) == (0.3, 0.01, 1.5)
+    assert contact.noise == pytest.approx(0.2e-3, rel=0.15)
+    assert contact.points.shape == contact.rays.shape
+    assert 5e-3 < contact.points[:, 2].mean() < 10.2e-3
+    assert (contact.rays[:, 2] < -0.9).all()
+
+
+@pytest.mark.parametrize("frame", ["camera", "membrane"])
+@pytest.mark.parametrize(
+    ("diameter", "depth", "least"), [(10e-3, 10e-3, 0.8), (20e-3, 5e-3, 0.88), (30e-3, 10e-3, 0.93)]
+)
+def test_a_flat_face_is_a_full_disc(surfaces, frame, diameter, depth, least):
+    lens = surfaces.camera()
+    image = surfaces.render(surfaces.disc_press(diameter / 2, depth), lens)
+    r = surfaces.distance_from_axis(image, lens)
+    points, valid = as_seen(surfaces, image, frame)
+    labels = segment(points, valid)
+    assert overlap(labels == CONTACT, (r < diameter / 2) & valid) > least
+    assert (labels[valid & (r < 0.4 * diameter)] == CONTACT).all()
+
+
+@pytest.mark.parametrize("focal", [240.0, 480.0, 960.0])
+def test_classes_do_not_depend_on_the_pixel_pitch(surfaces, focal):
+    lens = surfaces.camera(int(213 * focal / 480), int(333 * focal / 480), focal)
+    depth = surfaces.render(surfaces.sphere_press(20e-3, np.radians(35)), lens)
+    truth = surfaces.distance_from_axis(depth, lens) < 20e-3 * np.sin(np.radians(35))
+    seen = surfaces.noisy(depth, NOISE, np.random.default_rng(0))
+    points, valid = deproject(seen, lens)
+    assert overlap(segment(points, valid) == CONTACT, truth & valid) > 0.85
+
+
+def test_the_rule_of_the_paper_takes_in_more_of_the_skirt(surfaces):
+    lens = surfaces.camera()
+    depth = surfaces.render(surfaces.sphere_press(15e-3, np.radians(30)), lens)
+    points, valid = as_seen(surfaces, depth, "membrane")
+    either = segment(points, valid, rule="either") == CONTACT
+    mean = segment(points, valid) == CONTACT
+    assert (mean & ~either).sum() < 0.1 * mean.sum()
+    assert either.sum() > 1.3 * mean.sum()
+
+
+def test_the_three_classes_cover_the_frame(surfaces):
+    lens = surfaces.camera()
+    depth = surfaces.render(surfaces.disc_press(10e-3, 10e-3), lens)
+    r = surfaces.distance_from_axis(depth, lens)
+    points, valid = as_seen(surfaces, depth, "membrane")
+    labels = segment(points, valid)
+    assert labels.dtype == np.uint8
+    assert set(np.unique(labels)) == {UNDEFORMED, DEFORMED, CONTACT, INVALID}
+    assert (labels[~valid] == INVALID).all()
+    assert (labels[valid & (r > 14e-3) & (r < 35e-3)] == DEFORMED).mean() > 0.99
+    assert (labels[valid & (r > 50e-3)] == UNDEFORMED).mean() > 0.99
+
+
+@pytest.mark.parametrize("frame", ["camera", "membrane"])
+@pytest.mark.parametrize("noise", [0.0, 0.2e-3, 1e-3])
+def test_a_flat_membrane_has_no_contact(surfaces, frame, noise):
+    plane = np.full((213, 333), surfaces.PLANE_DISTANCE)
+    for seed in range(3):
+        labels = segment(*as_seen(surfaces, plane, frame, noise, seed))
+        assert not (labels == CONTACT).any()
+        assert (labels == DEFORMED).mean() < 0.01
+
+
+def blank(size):
+    return np.zeros(size, dtype=np.float32)
+
+
+def one_pixel():
+    depth = blank((60, 80))
+    depth[30, 40] = 0.2
+    return depth
+
+
+def half_gone(surfaces):
+    depth = surfaces.render(surfaces.sphere_press(30e-3, np.radians(25)), surfaces.camera())
+    depth = surfaces.noisy(depth, NOISE, np.random.default_rng(0))
+    depth[:, :180] = 0.0
+    return depth
+
+
+HARD = {
+    "empty": (lambda s: blank((0, 0)), NoContact, "no valid pixel"),
+    "all invalid": (lambda s: blank((60, 80)), NoContact, "no valid pixel"),
+    "all NaN": (lambda s: blank((60, 80)) * np.nan, NoContact, "no valid pixel"),
+    "one valid pixel": (lambda s: one_pixel(), NoContact, "no part of the membrane"),
+    "constant depth": (lambda s: blank((60, 80)) + np.float32(0.2), NoContact, "no part of the membrane"),
+    "exact tilted plane": (
+        lambda s: 0.2 / (1 + 0.1 * np.linspace(-0.3, 0.3, 333)) + np.zeros((213, 1)),
+        NoContact,
+        "no part of the membrane",
+    ),
+    "half dropped out": (half_gone, None, 0.1),
+    "millimetres": (lambda s: blank((60, 80)) + 200, InvalidInput, "another unit"),
+}
+
+
+@pytest.mark.parametrize("case", HARD)
+def test_hard_frames_end_in_their_expected_outcome(surfaces, case):
+    make, error, expected = HARD[case]
+    depth = make(surfaces)
+
+    def outcome():
+        lens = surfaces.camera(*depth.shape)
+        points, valid = deproject(depth, lens)
+        if not valid.any():
+            raise NoContact("the frame has no valid pixel")
+        points = to_membrane(points, surfaces.PLANE_DISTANCE)
+        touching = points[classify(points, valid).labels == CONTACT]
+        if not len(touching):
+            raise NoContact("no part of the membrane is in contact")
+        return fit_sphere(touching, rays=view_rays(touching, (0.0, 0.0, surfaces.PLANE_DISTANCE)))
+
+    if error is None:
+        assert outcome().radius == pytest.approx(30e-3, rel=expected)
+    else:
+        with pytest.raises(error, match=expected):
+            outcome()
+
+
+@settings(max_examples=40)
+@given(
+    depth=arrays.arrays(
+        np.float32,
+        st.tuples(st.integers(0, 14), st.integers(0, 14)),
+        elements=st.sampled_from([0.0, 0.18, 0.19, 0.2, 0.2, 0.2, 0.201]),
+    ),
+    rule=st.sampled_from(["mean", "either"]),
+)
+def test_any_frame_is_sorted_into_the_four_labels(surfaces, depth, rule):
+    points, valid = deproject(depth, surfaces.camera(*depth.shape))
+    labels = segment(points, valid, rule=rule)
+    assert labels.shape == valid.shape
+    assert np.isin(labels, [UNDEFORMED, DEFORMED, CONTACT, INVALID]).all()
+    assert (labels[~valid] == INVALID).all()
+
+
+def test_a_contact_cut_by_the_edge_of_the_frame_keeps_its_radius(surfaces):
+    lens = surfaces.camera()
+    depth = surfaces.render(surfaces.sphere_press(30e-3, np.radians(25)), lens, x0=64e-3)
+    points, valid = as_seen(surfaces, depth, "membrane")
+    touching = points[segment(points, valid) == CONTACT]
+    assert fit_sphere(touching).radius == pytest.approx(30e-3, rel=0.1)
+
+
+def test_scenes_without_a_membrane_do_not_break_it(data):
+    lens = Intrinsics(476.007, 476.007, 313.683, 242.755, 640, 480)
+    for path in sorted((data / "sr305").glob("*.png"))[::4]:
+        frame = load_depth_png(path, unit=0.125e-3, intrinsics=lens)
+        points, valid = deproject(frame)
+        labels = segment(points, valid)
+        assert (labels[~valid] == INVALID).all()
+        assert (labels[valid] == INVALID).mean() < 0.2
+
+
+def test_a_frame_without_contact_or_plane_is_refused(surfaces):
+    lens = surfaces.camera(60, 80)
+    raw = np.full((60, 80), 1600, dtype=np.uint16)
+    with pytest.raises(NoContact, match="curved and raised"):
+        find_contact(DepthFrame(raw, 0.125e-3, lens, 0.0, 0, 0.2))
+    with pytest.raises(NoContact, match="valid pixel"):
+        find_contact(DepthFrame(0 * raw, 0.125e-3, lens, 0.0, 0, 0.2))
+    with pytest.raises(InvalidInput, match="plane_distance"):
+        find_contact(DepthFrame(raw, 0.125e-3, lens, 0.0, 0))
+    with pytest.raises(InvalidInput, match="rule"):
+        segment(np.zeros((5, 5, 3)), np.ones((5, 5), dtype=bool), rule="both")
+
+
+@pytest.mark.parametrize(("shape", "top"), [("disc", 10e-3), ("sphere", None)])
+def test_height_of_the_top_is_right_within_its_deviation(surfaces, shape, top):
+    lens = surfaces.camera()
+    profile = surfaces.disc_press(8e-3, 10e-3) if shape == "disc" else surfaces.sphere_press(15e-3, np.radians(35))
+    depth = surfaces.render(profile, lens)
+    truth = top or surfaces.PLANE_DISTANCE - depth.min()
+    errors, stated = [], []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        seen = surfaces.noisy(depth, NOISE, rng)
+        seen[rng.random(seen.shape) < 0.003] -= np.float32(15e-3)
+        points, valid = deproject(seen, lens)
+        points = to_membrane(points, surfaces.PLANE_DISTANCE)
+        height = track_height(points, valid, segment(points, valid))
+        errors.append(height.value - truth)
+        stated.append(height.sd)
+    assert abs(np.mean(errors)) < 0.03e-3
+    assert 0.5 < np.mean(stated) / np.std(errors) < 2.0
+
+
+def test_height_needs_contact_points():
+    points, valid = np.zeros((8, 8, 3)), np.ones((8, 8), dtype=bool)
+    labels = np.zeros((8, 8), dtype=np.uint8)
+    with pytest.raises(NoContact):
+        track_height(points, valid, labels)
+    labels[0, :4] = CONTACT
+    with pytest.raises(IllConditioned, match="twelve"):
+        track_height(points, valid, labels)
+    with pytest.raises(InvalidInput, match="labels"):
+        track_height(points, valid, labels[1:])
+    points[..., 0] = np.arange(64).reshape(8, 8)
+    with pytest.raises(IllConditioned, match="line"):
+        track_height(points, valid, np.full((8, 8), CONTACT, dtype=np.uint8))

@@ -1,0 +1,188 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception import fit_sphere
+from stretch_bt.perception.sphere import _model
+
+
+def seen(points, noise, rng):
+    return points + np.column_stack([np.zeros((len(points), 2)), rng.normal(0.0, noise, len(points))])
+
+
+@given(
+    st.tuples(st.floats(-1, 1), st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-0.4, 0.4)),
+    st.integers(0, 2**31),
+)
+def test_the_jacobian_is_the_derivative_of_the_model(parameters, seed):
+    x, y = np.random.default_rng(seed).uniform(-0.3, 0.3, (2, 20))
+    q = np.array(parameters)
+    _, jacobian = _model(q, x, y)
+    for k in range(4):
+        step = np.eye(4)[k] * 1e-6
+        numeric = (_model(q + step, x, y)[0] - _model(q - step, x, y)[0]) / 2e-6
+        np.testing.assert_allclose(jacobian[k], numeric, atol=1e-6)
+
+
+@pytest.mark.parametrize("noise", [0.3e-3, 1e-3])
+@pytest.mark.parametrize("outliers", [0.0, 0.3])
+@pytest.mark.parametrize(("radius", "angle"), [(5e-3, 60), (15e-3, 30), (30e-3, 15)])
+def test_curvature_is_at_its_bound_and_its_sd_is_honest(surfaces, noise, outliers, radius, angle):
+    rng = np.random.default_rng(3)
+    points = surfaces.cap(radius, np.radians(angle))
+    bound = surfaces.curvature_bound(points, radius, noise)
+    fits = []
+    for _ in range(100):
+        cloud = seen(points, noise, rng)
+        hit = rng.random(len(cloud)) < outliers
+        cloud[hit, 2] += rng.uniform(3e-3, 20e-3, hit.sum()) * rng.choice([-1, 1], hit.sum())
+        fits.append(fit_sphere(cloud))
+    value = np.array([f.curvature for f in fits])
+    stated = np.array([f.curvature_sd for f in fits])
+    # A deviation from 100 draws is itself uncertain by 7 %, a mean by a tenth of the bound.
+    assert value.std() < 1.3 * 1.14 * bound
+    assert abs(value.mean() - 1 / radius) < (0.3 + 0.2) * bound
+    assert stated.mean() / value.std() == pytest.approx(1.0, abs=0.3)
+
+
+def test_center_and_radius_deviations_are_honest(surfaces):
+    rng = np.random.default_rng(4)
+    points = surfaces.cap(12e-3, np.radians(40)) + np.array([3e-3, -2e-3, 5e-3])
+    fits = [fit_sphere(seen(points, 0.3e-3, rng)) for _ in range(100)]
+    centers = np.array([f.center for f in fits])
+    np.testing.assert_allclose(centers.mean(axis=0), [3e-3, -2e-3, 5e-3], atol=0.1e-3)
+    np.testing.assert_allclose(np.mean([f.center_sd for f in fits], axis=0), centers.std(axis=0), rtol=0.3)
+    assert np.mean([f.radius_sd for f in fits]) == pytest.approx(np.std([f.radius for f in fits]), rel=0.3)
+
+
+@settings(max_examples=50)
+@given(
+    radius=st.floats(1e-4, 1e3),
+    angle=st.floats(15, 60),
+    axis=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda a: np.linalg.norm(a) > 0.1),
+    convex=st.booleans(),
+)
+def test_an_exact_sphere_is_found_at_any_scale_direction_and_sign(surfaces, radius, angle, axis, convex):
+    points = surfaces.cap(1.0, np.radians(angle), pitch=0.06)
+    toward = np.array(axis) / np.linalg.norm(axis)
+    side = np.cross(toward, [1.0, 0.0, 0.0] if abs(toward[0]) < 0.7 else [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side)
+    rotated = radius * points @ np.array([side, np.cross(toward, side), toward])
+    ray = -toward if convex else toward
+    fit = fit_sphere(rotated, rays=np.tile(ray, (len(points), 1)))
+    assert fit.radius == pytest.approx(radius, rel=1e-5)
+    assert np.sign(fit.curvature) == (1 if convex else -1)
+    np.testing.assert_allclose(fit.center, 0.0, atol=1e-5 * radius)
+
+
+def test_camera_rays_give_the_same_sphere_as_the_default_direction(surfaces):
+    points = surfaces.cap(15e-3, np.radians(40))
+    rays = points - [0, 0, 0.2]
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    assert fit_sphere(points, rays=rays).radius == pytest.approx(fit_sphere(points).radius, rel=1e-6)
+
+
+def test_known_noise_bounds_the_deviation_from_below(surfaces):
+    points = surfaces.cap(15e-3, np.radians(30))
+    bound = surfaces.curvature_bound(points, 15e-3, 0.3e-3)
+    assert fit_sphere(points, noise=0.3e-3).curvature_sd == pytest.approx(bound, rel=0.05)
+
+
+GRID = np.stack(np.meshgrid(np.linspace(-5e-3, 5e-3, 20), np.linspace(-5e-3, 5e-3, 20)), axis=-1).reshape(-1, 2)
+RING = np.column_stack([np.cos(np.arange(50)), np.sin(np.arange(50)), np.zeros(50)]) * 5e-3
+
+
+def with_height(height):
+    return np.column_stack([GRID, np.broadcast_to(height, len(GRID))])
+
+
+ROUND = with_height(np.sqrt(0.015**2 - (GRID**2).sum(axis=1)))
+NOISE = np.random.default_rng(5).normal(0, 0.3e-3, len(GRID))
+REFUSED = {
+    "empty": (np.empty((0, 3)), "five distinct points, there are 0"),
+    "three points": (ROUND[[0, 5, 210]], "there are 3"),
+    "four points": (ROUND[[0, 5, 210, 380]], "there are 4"),
+    "all NaN": (np.full((50, 3), np.nan), "there are 0"),
+    "all one point": (np.tile(ROUND[:1], (50, 1)), "there are 1"),
+    "four points many times": (np.tile(ROUND[[0, 5, 210, 380]], (50, 1)), "there are 4"),
+    "one place, many heights": (np.column_stack([np.zeros((50, 2)), np.arange(50)]), "coincide"),
+    "collinear": (np.column_stack([np.arange(50), 2 * np.arange(50), np.arange(50) ** 2]) * 1e-3, "one line"),
+    "collinear in space": (np.outer(np.arange(50), [1e-3, 2e-3, 3e-3]), "one line"),
+    "ring": (RING, "ring"),
+    "exact plane": (with_height(0.01), "plane"),
+    "exact tilted plane": (with_height(0.3 * GRID[:, 0] - 0.1 * GRID[:, 1]), "plane"),
+    "noisy plane": (with_height(NOISE), "standard deviations"),
+    "cap too small for its noise": (with_height(ROUND[:, 2] / 30 + NOISE), "standard deviations"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_points_without_a_sphere_are_refused_with_the_reason(case):
+    points, said = REFUSED[case]
+    with pytest.raises(IllConditioned) as refused:
+        fit_sphere(points)
+    assert said in refused.value.reason
+
+
+def holes(points):
+    out = np.vstack([points, points[:40]])
+    out[:20, 2], out[20:40, 0] = np.nan, np.inf
+    return out
+
+
+FOUND = {
+    "NaN and inf rows": (holes(ROUND), 0.015, 1e-6),
+    "every point twice": (np.vstack([ROUND, ROUND]), 0.015, 1e-6),
+    "1e6 mm away": (ROUND + np.array([1e3, -1e3, 1e3]), 0.015, 1e-4),
+    "1e6 mm away in float32, as mm": ((ROUND * 1e3 + 1e6).astype(np.float32), 15.0, 0.25),
+    "float32": (ROUND.astype(np.float32), 0.015, 1e-4),
+    "millimetres": (ROUND * 1e3, 15.0, 1e-6),
+    "concave": (ROUND * [1, 1, -1], 0.015, 1e-6),
+    "half of it": (ROUND[GRID[:, 0] > 0], 0.015, 1e-6),
+    "noisy": (ROUND + np.column_stack([0 * NOISE, 0 * NOISE, NOISE / 10]), 0.015, 0.05),
+}
+
+
+@pytest.mark.parametrize("case", FOUND)
+def test_awkward_points_with_a_sphere_give_it(case):
+    points, radius, tolerance = FOUND[case]
+    fit = fit_sphere(points)
+    assert fit.radius == pytest.approx(radius, rel=tolerance)
+    assert (fit.curvature < 0) == (case == "concave")
+    assert np.isfinite([fit.radius_sd, fit.curvature_sd, *fit.center, *fit.center_sd]).all()
+
+
+def test_duplicates_do_not_shrink_the_deviation():
+    once = ROUND + np.column_stack([0 * NOISE, 0 * NOISE, NOISE / 10])
+    assert fit_sphere(np.vstack([once] * 4)).curvature_sd == pytest.approx(fit_sphere(once).curvature_sd, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"points": np.zeros((5, 2))},
+        {"points": np.zeros(9)},
+        {"points": ROUND, "rays": np.zeros((3, 3))},
+        {"points": ROUND, "rays": np.zeros_like(ROUND)},
+        {"points": ROUND, "noise": 0.0},
+        {"points": ROUND, "noise": float("nan")},
+    ],
+)
+def test_bad_arguments_are_refused(arguments):
+    with pytest.raises(InvalidInput):
+        fit_sphere(**arguments)
+
+
+@settings(max_examples=100)
+@given(arrays.arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(-1e3, 1e3)))
+def test_any_points_give_finite_numbers_or_a_refusal(points):
+    try:
+        fit = fit_sphere(points)
+    except IllConditioned:
+        return
+    assert fit.radius > 0
+    assert abs(fit.curvature) >= 3 * fit.curvature_sd
+    assert np.isfinite([fit.radius, fit.radius_sd, fit.curvature_sd, *fit.center, *fit.center_sd]).all()

@@ -1,0 +1,122 @@
+"""Tracking and detection, frame by frame, on a synthetic flat sensor and on a real curved one."""
+
+import numpy as np
+import pytest
+
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.frames import Intrinsics
+from stretch_bt.perception import ContactDetector, HeightTracker, load_depth_stack
+from stretch_bt.perception.reference import Reference
+
+SIZE = (120, 160)
+
+
+def press(surfaces, depths, noise=0.2e-3, seed=0):
+    """Yield noisy frames of a flat disc at each depth, m."""
+    rng = np.random.default_rng(seed)
+    lens = surfaces.camera(*SIZE, focal=300.0)
+    images = {d: surfaces.render(surfaces.disc_press(8e-3, d), lens) if d else np.full(SIZE, 0.2) for d in set(depths)}
+    for d in depths:
+        yield surfaces.noisy(images[d], noise, rng)
+
+
+def test_height_follows_the_press_on_a_flat_sensor(surfaces):
+    depths = [0.0] * 8 + [1e-3, 3e-3, 6e-3, 10e-3, 6e-3, 0.0]
+    tracker = HeightTracker()
+    found = [tracker.update(frame) for frame in press(surfaces, depths)]
+    np.testing.assert_allclose([f.value for f in found], depths, atol=0.25e-3)
+    assert all(0 < f.sd < 0.2e-3 for f in found)
+
+
+def test_detection_is_prompt_both_ways_and_rearms(surfaces):
+    once = [0.0] * 6 + [1e-3] * 4 + [5e-3] * 3
+    depths = [0.0] * 12 + once + once + [0.0] * 3
+    detector = ContactDetector()
+    called = [detector.update(frame) for frame in press(surfaces, depths)]
+    np.testing.assert_array_equal(called, np.array(depths) > 0)
+
+
+@pytest.mark.parametrize("rate", [1e-2, 1e-3])
+def test_false_alarms_come_at_the_rate_asked_for(surfaces, rate):
+    alarms = frames = 0
+    for seed in range(6):
+        detector = ContactDetector(false_alarms=rate, kernel=5.0)
+        was = False
+        for frame in press(surfaces, [0.0] * 110, seed=seed):
+            called = detector.update(frame)
+            alarms += called and not was
+            was = called
+            frames += 1
+    assert alarms <= 3 * rate * frames + 2
+
+
+def test_a_decision_never_depends_on_later_frames(surfaces):
+    frames = list(press(surfaces, [0.0] * 12 + [3e-3] * 3))
+    whole, part = ContactDetector(), ContactDetector()
+    called = [whole.update(f) for f in frames]
+    assert called[:13] == [part.update(f) for f in frames[:13]]
+    assert called[-1]
+
+
+@pytest.fixture(scope="module")
+def punyo(data):
+    path = data / "membrane_press" / "punyo_press_z.npz"
+    with np.load(path) as file:
+        fx, fy, cx, cy = file["K"]
+        v0, v1, u0, u1 = (int(k) for k in file["roi"])
+        force = np.linalg.norm(file["wrench"][:, :3], axis=1)
+        time = file["t"] - file["t"][0]
+    lens = Intrinsics(fx, fy, cx, cy, 640, 480).cropped(v0, v1, u0, u1)
+    frames = list(load_depth_stack(path, unit=1e-4, intrinsics=lens, key="z_0p1mm", times="t"))
+    return frames, time, force
+
+
+def test_tracked_height_follows_the_force_on_a_real_membrane(punyo):
+    frames, _, force = punyo
+    tracker = HeightTracker()
+    height = [tracker.update(frame).value for frame in frames]
+    assert len(height) == 75
+    assert np.corrcoef(height, force)[0, 1] > 0.98
+    assert 4.5e-3 < max(height) < 6.5e-3
+
+
+def test_contact_is_called_within_0_2_s_on_a_real_membrane(punyo):
+    frames, time, _ = punyo
+    detector = ContactDetector()
+    called = np.array([detector.update(frame) for frame in frames])
+    changes = np.nonzero(np.diff(called.astype(int)))[0] + 1
+    assert time[changes] == pytest.approx([2.13, 3.60], abs=0.2)
+
+
+def test_reference_refuses_other_sizes_and_frames_without_overlap():
+    reference = Reference(2)
+    depth = np.full((20, 20), 0.2)
+    depth[:, :10] = 0.0
+    reference.learn(depth)
+    with pytest.raises(InvalidInput, match="shape"):
+        reference.rise(np.full((20, 21), 0.2))
+    with pytest.raises(NoContact, match="no valid pixel"):
+        reference.rise(depth[:, ::-1])
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: HeightTracker(reference=0), "at least one frame"),
+        (lambda: HeightTracker(kernel=0.0), "kernel"),
+        (lambda: ContactDetector(kernel=-1.0), "kernel"),
+        (lambda: ContactDetector(false_alarms=0.0), "probability"),
+        (lambda: ContactDetector(memory=2), "memory"),
+    ],
+)
+def test_bad_settings_are_refused(make, said):
+    with pytest.raises(InvalidInput, match=said):
+        make()
+
+
+@pytest.mark.parametrize("make", [HeightTracker, ContactDetector])
+def test_frames_without_a_valid_pixel_have_no_answer(make):
+    follower = make(reference=1)
+    follower.update(np.full((30, 40), 0.2))
+    with pytest.raises(NoContact):
+        follower.update(np.zeros((30, 40)))
