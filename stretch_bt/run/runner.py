@@ -85,7 +85,7 @@ class Runner:
         cell: Stoppable | None = None,
         watchers: list[Watcher] | None = None,
         max_ticks: int | None = None,
-        interrupts: Mapping[int, str] | None = None,
+        interrupts: Mapping[int, Sequence[str]] | None = None,
     ) -> None:
         self.tree = tree
         self.context = context
@@ -162,11 +162,10 @@ class Runner:
 
     def _tick(self, root: Node, limit: int = 0) -> Status | None:
         """Wait for the next deadline and tick once; None when there were more than `limit` interrupts before it."""
+        self._interrupts += self._planned.pop(self.context.ticks + 1, ())
         self._wait(limit)
-        planned = self._planned.pop(self.context.ticks + 1, None)
-        if planned is not None:
-            self._interrupts.append(planned)
         if len(self._interrupts) > limit:
+            self._note("interrupt", why=self._interrupts[limit:])
             return None
         context = self.context
         context.ticks += 1

@@ -16,6 +16,7 @@ from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import RunContext, Seen
 from stretch_bt.run.mocks import Mocks, read_mocks
 from stretch_bt.run.record import RunRecord
+from stretch_bt.run.report import write_report
 from stretch_bt.run.runner import Outcome, Runner, Watcher
 from stretch_bt.run.truth import Truths, output_values
 from stretch_bt.source import Map, Scalar
@@ -137,7 +138,7 @@ class Task:
             "versions": versions("stretch-bt", "py_trees", "numpy"),
         }
 
-    def run_info(self) -> dict[str, Any]:
+    def run_info(self, spec: CellSpec | None) -> dict[str, Any]:
         """Return what a replay needs and what a person may want to know."""
         document = self.program.document
         return {
@@ -147,6 +148,7 @@ class Task:
             "seed": self.seed,
             "scene": self.scene,
             "cell": self.cell,
+            "hand": asdict(spec.hand) if spec is not None else None,
             "mocks": self.mocks.path.read_text("utf-8") if self.mocks else None,
             "started": datetime.now().astimezone().isoformat(timespec="seconds"),
             "host": platform.node(),
@@ -247,7 +249,7 @@ def execute(
     real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
     clock: Clock = RealClock() if real else VirtualClock()
     record = RunRecord(Path(out) if out is not None else None)
-    record.start(task.header(), task.run_info())
+    record.start(task.header(), task.run_info(spec))
     seen = Seen(record)
     cell: Cell | None = None
     try:
@@ -303,6 +305,7 @@ def _drive(
             view.stop()
     result = _result(task, outcome, truths, visits, seen, record)
     record.close(result.to_json())
+    write_report(record.folder)
     return result
 
 

@@ -1,0 +1,59 @@
+"""The `stretch-bt` command and what every command has in common: exit codes, and no traceback for a user's mistake."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Annotated
+
+import typer
+
+import stretch_bt
+from stretch_bt import cli
+from stretch_bt.cli.output import EXIT_INTERRUPTED, report_error
+from stretch_bt.errors import StretchError
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="stretch-bt",
+    help="Behaviour trees for the StRETcH tactile hand.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(stretch_bt.__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+for _module in iter_modules(cli.__path__):
+    if _module.name.startswith("command_"):
+        app.command(_module.name.removeprefix("command_"))(import_module(f"stretch_bt.cli.{_module.name}").command)
+
+
+def main() -> None:
+    """Run the command line."""
+    try:
+        app()
+    except StretchError as error:
+        sys.exit(report_error(error))
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)
+    except BrokenPipeError:  # whoever read the output has enough
+        sys.stderr.close()
+        sys.exit(0)

@@ -1,0 +1,30 @@
+"""`stretch-bt check`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, print_diagnostics
+
+__all__ = ["command"]
+
+
+def command(
+    files: Annotated[list[str], typer.Argument(help="Tree, scene, cell or mocks files.")],
+    json_: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Check files, all findings at once; opens no device."""
+    from stretch_bt.run.check import check
+
+    findings = check(files)
+    errors = [f for f in findings if f.severity == "error"]
+    if json_:
+        emit_json([f.to_json() for f in findings])
+    else:
+        print_diagnostics(findings)
+        warnings = len(findings) - len(errors)
+        what = f"{len(errors)} errors, {warnings} warnings" if findings else "no errors"
+        typer.echo(f"{len(files)} {'file' if len(files) == 1 else 'files'}: {what}")
+    raise typer.Exit(EXIT_BAD_INPUT if errors else 0)

@@ -1,0 +1,65 @@
+"""`stretch-bt nodes`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from stretch_bt.cli.output import emit_json
+from stretch_bt.errors import InvalidInput
+from stretch_bt.source import did_you_mean
+
+__all__ = ["command"]
+
+
+def command(
+    name: Annotated[str | None, typer.Argument(help="One node; all when left out.")] = None,
+    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """List the nodes that trees may use, with their ports."""
+    from stretch_bt.tree.registry import describe, load_all
+
+    known = load_all()
+    if name is not None and name not in known:
+        raise InvalidInput(f"there is no node {name!r}; {did_you_mean(name, known) or 'see `stretch-bt nodes`'}")
+    found = [describe(info) for key, info in known.items() if name in (None, key)]
+    if json_:
+        emit_json(found)
+    elif name is None:
+        _list(found)
+    else:
+        _one(found[0])
+
+
+def _list(found: list[dict[str, Any]]) -> None:
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in ("node", "kind", "what it does"):
+        table.add_column(heading)
+    for entry in found:
+        table.add_row(entry["name"], entry["kind"], entry["doc"])
+    Console().print(table)
+
+
+def _one(entry: dict[str, Any]) -> None:
+    console = Console()
+    console.print(f"[bold]{entry['name']}[/] ({entry['kind']}, {entry['module']})")
+    console.print(entry["doc"], markup=False)
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in ("port", "", "type", "default", "doc"):
+        table.add_column(heading)
+    for direction, key in (("in", "inputs"), ("out", "outputs")):
+        for port in entry[key]:
+            default = "required" if port["required"] else _default(port)
+            table.add_row(port["name"], direction, port["type"], default, port["doc"])
+    for device in entry["devices"]:
+        table.add_row(device["name"], "device", device["type"], "required" if device["required"] else "", "")
+    console.print(table)
+
+
+def _default(port: dict[str, Any]) -> str:
+    if port["default"] is None:
+        return ""
+    return f"{port['default']} {port['unit']}" if port["unit"] else str(port["default"])

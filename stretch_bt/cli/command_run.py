@@ -1,0 +1,133 @@
+"""`stretch-bt run`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
+from stretch_bt.errors import FileError, InvalidInput, StretchError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from stretch_bt.run.task import RunResult
+
+__all__ = ["command"]
+
+_EXIT = {
+    "SUCCESS": 0,
+    "FAILURE": EXIT_FAILURE,
+    "ERROR": EXIT_FAILURE,
+    "FAULT": EXIT_FAULT,
+    "INTERRUPTED": EXIT_INTERRUPTED,
+}
+_COLOR = {"SUCCESS": "green", "FAILURE": "yellow"}
+
+
+def command(
+    tree: Annotated[str, typer.Argument(help="A tree file, or the name of a shipped tree.")],
+    scene: Annotated[str | None, typer.Option(help="What is simulated: a scene file, or a shipped scene.")] = None,
+    cell: Annotated[str | None, typer.Option(help="Which devices are used: a cell file, or a shipped cell.")] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="A parameter, as in drop=2mm; may be repeated.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of everything random in a simulation.")] = 0,
+    mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
+    out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not show the tree while it runs.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """Run a tree on a scene, on a cell, or on mocks."""
+    from rich.console import Console
+
+    from stretch_bt.run.task import run
+
+    try:
+        view = None if quiet else _view()
+        result = run(
+            tree, scene=scene, cell=cell, params=parameters(set_ or []), seed=seed, mocks=mocks, out=out, view=view
+        )
+    except StretchError as error:
+        if json_:
+            emit_json(refused(error))
+        report_error(error)
+        raise typer.Exit(exit_code(error)) from None
+    if json_:
+        emit_json(result.to_json())
+    show(result, Console(stderr=json_))
+    raise typer.Exit(EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status])
+
+
+def _view() -> Any:
+    from stretch_bt.run.live import LiveView
+
+    return LiveView()
+
+
+def parameters(given: list[str]) -> dict[str, str]:
+    """Return the parameters of `--set`, as name: text."""
+    found = {}
+    for item in given:
+        name, equals, value = item.partition("=")
+        if not equals or not name.strip():
+            raise InvalidInput(f"--set takes name=value, not {item!r}; write --set drop=2mm")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def refused(error: StretchError) -> dict[str, Any]:
+    """Return the JSON of a run that did not begin."""
+    status = "FAULT" if exit_code(error) == EXIT_FAULT else "ERROR"
+    empty: dict[str, Any] = {
+        "outputs": {},
+        "truth": {},
+        "ticks": 0,
+        "task_seconds": 0.0,
+        "wall_seconds": 0.0,
+        "cpu_seconds": 0.0,
+    }
+    found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []
+    return {"status": status, "reason": str(error), **empty, "record": None, "diagnostics": found}
+
+
+def show(result: RunResult, console: Console) -> None:
+    """Print a result for a person."""
+    color = _COLOR.get(result.status, "red")
+    console.print(f"[bold {color}]{result.status}[/]", end=" ")
+    console.print(result.reason or "", markup=False, highlight=False)
+    if result.outputs:
+        console.print(outputs_table(result))
+    for name, value in result.readings.items():
+        console.print(f"  {name} = {value}", markup=False, highlight=False)
+    for text in [*result.errors, *result.unmet]:
+        console.print(f"  {text}", style="red", markup=False, highlight=False)
+    times = f"{result.ticks} ticks, {result.task_seconds:.1f} s of the task in {result.cpu_seconds:.1f} s of CPU"
+    overruns = f", {result.overruns} ticks late" if result.overruns else ""
+    console.print(times + overruns, style="dim")
+    console.print(f"record: {result.record}", style="dim", markup=False, soft_wrap=True)
+
+
+def outputs_table(result: RunResult) -> Table:
+    """Return the outputs beside the truth."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in ("output", "value", "sd", "unit", "truth", "error"):
+        table.add_column(heading, justify="left" if heading in ("output", "unit") else "right")
+    for name, output in result.outputs.items():
+        truth = result.truth.get(name, {}).get("value")
+        value, sd = output["value"], output["sd"]
+        error = f"{100 * (value / truth - 1):+.1f} %" if truth else ""
+        cells = (_number(value), _number(sd), output["unit"], _number(truth), error)
+        table.add_row(name, *cells)
+    return table
+
+
+def _number(value: Any) -> str:
+    if value is None:
+        return ""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

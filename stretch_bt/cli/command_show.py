@@ -1,0 +1,26 @@
+"""`stretch-bt show`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["command"]
+
+
+def command(
+    tree: Annotated[str, typer.Argument(help="A tree file, or the name of a shipped tree.")],
+    format_: Annotated[str, typer.Option("--format", help="text, dot, svg, html or btcpp")] = "text",
+    out: Annotated[Path | None, typer.Option(help="Write to this file.")] = None,
+) -> None:
+    """Show a tree as text, as a picture, or as BehaviorTree.CPP XML."""
+    from stretch_bt.tree.export import export
+    from stretch_bt.tree.program import load_program
+
+    text = export(load_program(tree).require(), format_)
+    if out is None:
+        typer.echo(text)
+    else:
+        out.write_text(text, encoding="utf-8")

@@ -1,0 +1,81 @@
+"""What commands print, and the exit codes that scripts rely on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError
+
+__all__ = [
+    "EXIT_BAD_INPUT",
+    "EXIT_FAILURE",
+    "EXIT_FAULT",
+    "EXIT_INTERRUPTED",
+    "emit_json",
+    "print_diagnostics",
+    "report_error",
+]
+
+EXIT_OK, EXIT_FAILURE, EXIT_BAD_INPUT, EXIT_FAULT, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
+
+
+def emit_json(document: Any) -> None:
+    """Print the one JSON document of a command."""
+    typer.echo(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
+
+
+def exit_code(error: StretchError) -> int:
+    """Return the exit code of an error."""
+    if isinstance(error, FileError | InvalidInput | MissingExtra):
+        return EXIT_BAD_INPUT
+    return EXIT_FAULT if isinstance(error, DeviceFault) else EXIT_FAILURE
+
+
+def report_error(error: StretchError) -> int:
+    """Say what is wrong on standard error, and return the exit code."""
+    if isinstance(error, FileError):
+        print_diagnostics(error.diagnostics, err=True)
+    else:
+        kind = (
+            "device fault"
+            if isinstance(error, DeviceFault)
+            else "no answer"
+            if isinstance(error, NoAnswer)
+            else "error"
+        )
+        typer.secho(f"{kind}: {error}", fg=typer.colors.RED, err=True)
+    return exit_code(error)
+
+
+def print_diagnostics(diagnostics: Iterable[Diagnostic], *, err: bool = False) -> None:
+    """Print each finding with the line that it speaks of."""
+    lines: dict[str, list[str]] = {}
+    for finding in diagnostics:
+        color = typer.colors.RED if finding.severity == "error" else typer.colors.YELLOW
+        typer.secho(str(finding), fg=color, err=err)
+        if finding.file not in lines:
+            lines[finding.file] = _lines(finding.file)
+        if 0 < finding.line <= len(lines[finding.file]):
+            _excerpt(finding, lines[finding.file][finding.line - 1], err)
+
+
+def _lines(file: str) -> list[str]:
+    path = Path(file)
+    try:
+        return path.read_text("utf-8").splitlines() if path.is_file() and path.stat().st_size < 2_000_000 else []
+    except (OSError, UnicodeDecodeError):
+        return []
+
+
+def _excerpt(finding: Diagnostic, text: str, err: bool) -> None:
+    if len(text) > 200:
+        return
+    number = f"{finding.line:5d} | "
+    underline = "^" * max(1, min(finding.length, len(text) - finding.column + 1))
+    typer.echo(f"{number}{text}", err=err)
+    typer.echo(f"{' ' * (len(number) - 2)}| {' ' * (finding.column - 1)}{underline}", err=err)

@@ -1,0 +1,149 @@
+"""A device that says what a test tells it to say, and remembers what it was told to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from stretch_bt.errors import DeviceFault, InvalidInput
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
+
+__all__ = ["Command", "ScriptedDevice", "ScriptedMotion"]
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command that a node gave."""
+
+    name: str
+    arguments: dict[str, Any]
+    owner: str
+
+
+class ScriptedMotion:
+    """A motion that goes through scripted states; the last one stays."""
+
+    def __init__(self, device: ScriptedDevice, owner: str, states: Sequence[MotionState | DeviceFault]) -> None:
+        self.owner = owner
+        self.device = device
+        self.states = list(states)
+        self.stopped: MotionState | None = None
+
+    def poll(self) -> MotionState:
+        """Return the next state, or raise the next fault."""
+        if self.stopped is not None:
+            return self.stopped
+        state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
+        if isinstance(state, DeviceFault):
+            raise state
+        return state
+
+    def stop(self) -> None:
+        """Stop the motion if the device is still its own."""
+        if self.device.moving is self:
+            self.device.commands.append(Command("stop", {}, self.owner))
+            self.device.stop()
+
+
+@dataclass
+class ScriptedDevice:
+    """Any device interface, scripted.
+
+    `script` maps the name of a reading (`pose`, `wrench`, `opening`, `frame`) to one value, or to a list of values of
+    which the last stays; a fault among them is raised. `motion` lists the states of every motion. What nodes command is
+    kept in `commands`; `moving` is the motion under way.
+    """
+
+    kind: str
+    script: Mapping[str, Any] = field(default_factory=dict)
+    motion: Sequence[MotionState | DeviceFault] = (MotionState.MOVING, MotionState.DONE)
+    now: Callable[[], float] = lambda: 0.0
+    commands: list[Command] = field(default_factory=list)
+    moving: ScriptedMotion | None = None
+    ended: bool = False
+    state: DeviceState = DeviceState.READY
+
+    def __post_init__(self) -> None:
+        if self.kind not in INTERFACES:
+            raise InvalidInput(f"{self.kind!r} is not a kind of device; one of {', '.join(INTERFACES)}")
+        defaults: dict[str, Any] = {"pose": Pose((0.0, 0.0, 0.2)), "wrench": Wrench((0.0, 0.0, 0.0)), "opening": 0.055}
+        self._values = {name: self._sequence(value) for name, value in {**defaults, **self.script}.items()}
+        self._sequence_number = 0
+
+    @property
+    def readings(self) -> Mapping[str, Any]:
+        """The readings that expressions may use."""
+        return readings_of(INTERFACES[self.kind])
+
+    @staticmethod
+    def _sequence(value: Any) -> Iterator[Any]:
+        values = list(value) if isinstance(value, list) else [value]
+        yield from values
+        while True:
+            yield values[-1]
+
+    def _read(self, name: str) -> Reading[Any]:
+        if name not in self._values:
+            raise InvalidInput(f"the scripted {self.kind} has no {name!r}; give it in 'script'")
+        value = next(self._values[name])
+        if isinstance(value, DeviceFault):
+            raise value
+        self._sequence_number += 1
+        now = self.now()
+        return Reading(value, now, now, self._sequence_number)
+
+    def _command(self, name: str, owner: str, **arguments: Any) -> ScriptedMotion:
+        if self.moving is not None:
+            self.moving.stopped = MotionState.PREEMPTED
+        self.commands.append(Command(name, arguments, owner))
+        self.moving = ScriptedMotion(self, owner, self.motion)
+        return self.moving
+
+    def move(self, target: Any, *, speed: float, owner: str) -> ScriptedMotion:
+        """Begin a motion."""
+        return self._command("move", owner, target=target, speed=speed)
+
+    def follow(self, path: Sequence[Pose], *, speed: float, owner: str) -> ScriptedMotion:
+        """Begin a motion along a path."""
+        return self._command("follow", owner, path=list(path), speed=speed)
+
+    def pose(self, max_age: float) -> Reading[Pose]:
+        """Return the next scripted pose."""
+        return self._read("pose")
+
+    def wrench(self, max_age: float) -> Reading[Wrench]:
+        """Return the next scripted wrench."""
+        return self._read("wrench")
+
+    def opening(self, max_age: float) -> Reading[float]:
+        """Return the next scripted opening."""
+        return self._read("opening")
+
+    def frame(self, max_age: float) -> Reading[Any]:
+        """Return the next scripted frame."""
+        return self._read("frame")
+
+    def zero(self) -> None:
+        """Remember that the sensor was zeroed."""
+        self.commands.append(Command("zero", {}, ""))
+
+    def open(self) -> None:
+        """Be ready."""
+        self.state = DeviceState.READY
+
+    def close(self) -> None:
+        """Stop and be gone."""
+        self.stop()
+        self.state = DeviceState.DISCONNECTED
+
+    def stop(self) -> None:
+        """End any motion."""
+        if self.moving is not None:
+            self.moving.stopped = self.moving.stopped or MotionState.STOPPED
+            self.moving = None
+
+    def acknowledge(self) -> None:
+        """Clear a fault."""
+        self.state = DeviceState.READY
