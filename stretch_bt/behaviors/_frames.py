@@ -17,7 +17,7 @@ MAX_AGE = 0.5
 
 
 class FrameSource:
-    """Hands out each frame once, exposed after the source was made, with the hand's height and stretch at that time."""
+    """Hands out frames exposed after the source was made, each once in a run, with the hand's height and stretch then."""
 
     def __init__(self, context: Context, camera: DepthCamera, arm: Arm | None, gripper: Gripper | None) -> None:
         self.context = context
@@ -25,7 +25,6 @@ class FrameSource:
         self.arm = arm
         self.gripper = gripper
         self.since = context.now
-        self.last = -1
 
     def next(self) -> DepthFrame | None:
         """Return a frame not handed out before, or None when there is none yet.
@@ -35,12 +34,13 @@ class FrameSource:
         NoAnswer
             A recording has ended.
         """
+        if self.camera.ended:
+            raise NoAnswer("the recording has ended")
         reading = self.camera.frame(MAX_AGE)
-        if reading.sequence == self.last or reading.host_time < self.since - 1e-9:
-            if self.camera.ended:
-                raise NoAnswer("the recording has ended")
+        key = (FrameSource, id(self.camera))
+        if reading.sequence == self.context.memory.get(key) or reading.host_time < self.since - 1e-9:
             return None
-        self.last = reading.sequence
+        self.context.memory[key] = reading.sequence
         return self._placed(reading.value)
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:

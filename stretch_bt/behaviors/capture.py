@@ -17,19 +17,12 @@ class Capture(Behavior):
     gripper: Uses[Gripper | None]
     frame: Out[DepthFrame]  # the frame, with the hand's height and stretch where an arm and a gripper are declared
 
-    def __init__(self, path: str = "") -> None:
-        super().__init__(path)
-        self.source: FrameSource | None = None
-
     def initialise(self) -> None:
-        """Accept frames from now on; one that was handed out before does not count again."""
-        last = self.source.last if self.source else -1
+        """Accept frames from now on."""
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
-        self.source.last = last
 
     def update(self) -> Status:
         """Wait for the frame."""
-        assert self.source is not None
         frame = self.source.next()
         if frame is None:
             return Status.RUNNING

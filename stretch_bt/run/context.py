@@ -68,6 +68,7 @@ class RunContext:
         self.start = 0.0
         self.ticks = 0
         self.hand = hand or Hand()
+        self.memory: dict[Any, Any] = {}
         self.devices: Mapping[str, Any] = {}
         #: readings that a mocks file gives instead of a device's
         self.mocked_readings: dict[str, Callable[[], float]] = {}

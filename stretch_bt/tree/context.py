@@ -15,6 +15,7 @@ class Context(Protocol):
     now: float
     ticks: int
     hand: Hand
+    memory: dict[Any, Any]  # what the nodes of one run remember together
 
     @property
     def time(self) -> float:
