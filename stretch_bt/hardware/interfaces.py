@@ -153,6 +153,11 @@ class DepthCamera(Device, Protocol):
         """Intrinsics of the frames; may be asked before the camera is open."""
         ...
 
+    @property
+    def ended(self) -> bool:
+        """Whether no new frame will ever come, as after the last one of a recording."""
+        ...
+
     def frame(self, max_age: float) -> Reading[DepthFrame]:
         """Return the latest frame, at most `max_age` s old; raises StaleReading."""
         ...

@@ -1,1 +1,40 @@
+"""Contact mechanics: Hertz contact, the calibrated force law of the hand, and what follows from force and height."""
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stretch_bt.model.calibrated import CalibratedHertz as CalibratedHertz
+    from stretch_bt.model.calibrated import StretchState as StretchState
+    from stretch_bt.model.force_model import ForceModel as ForceModel
+    from stretch_bt.model.hertz import hertz_depth as hertz_depth
+    from stretch_bt.model.hertz import hertz_force as hertz_force
+    from stretch_bt.model.indentation import next_indentation as next_indentation
+    from stretch_bt.model.stiffness import estimate_stiffness as estimate_stiffness
+    from stretch_bt.model.zero_force import undeformed_height as undeformed_height
+
+_HOMES = {
+    "CalibratedHertz": "calibrated",
+    "ForceModel": "force_model",
+    "StretchState": "calibrated",
+    "estimate_stiffness": "stiffness",
+    "hertz_depth": "hertz",
+    "hertz_force": "hertz",
+    "next_indentation": "indentation",
+    "undeformed_height": "zero_force",
+}
+__all__ = [  # noqa: PLE0604
+    *_HOMES,
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

@@ -1,0 +1,121 @@
+"""The cell of a run: its devices, opened and watched over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING, Any
+
+from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StretchError
+from stretch_bt.hardware.cell_file import CellSpec
+from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.implementations import driver_class
+from stretch_bt.hardware.journal import Journal, NoJournal
+from stretch_bt.hardware.monitored import MONITORED, Monitored, Watch
+from stretch_bt.source import did_you_mean
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.scene import Scene
+
+__all__ = ["Cell", "open_cell"]
+
+
+class Cell:
+    """Devices by name, the hand they share, and in simulation the truth."""
+
+    def __init__(self, spec: CellSpec, bench: Bench, devices: dict[str, Monitored[Any]]) -> None:
+        self.spec = spec
+        self.hand = bench.hand
+        self.devices = devices
+        self._bench = bench
+
+    def truth(self) -> dict[str, float]:
+        """Return what a perfect observer would report now, SI; empty where nothing is simulated.
+
+        Raises
+        ------
+        NoEquilibrium
+            The simulated hand stands where its scene has no answer.
+        """
+        return {} if self._bench.scene is None else self._bench.twin.truth()
+
+    def stop(self) -> list[StretchError]:
+        """Stop every device, and return what went wrong on the way."""
+        return self._each("stop")
+
+    def close(self) -> list[StretchError]:
+        """Stop and close every device, the last opened first, and return what went wrong on the way."""
+        return self._each("close")
+
+    def _each(self, action: str) -> list[StretchError]:
+        errors: list[StretchError] = []
+        for device in reversed(self.devices.values()):
+            try:
+                (device.stop if action == "stop" else device.close)()
+            except StretchError as error:
+                errors.append(error)
+            except Exception as error:  # one device that breaks must not keep the others moving
+                errors.append(StretchError(f"{device.name}: {action} broke ({type(error).__name__}: {error})"))
+        return errors
+
+
+def open_cell(
+    spec: CellSpec,
+    *,
+    now: Callable[[], float],
+    seed: int = 0,
+    scene: Scene | None = None,
+    journal: Journal | None = None,
+    only: Collection[str] | None = None,
+) -> Cell:
+    """Open the devices of a cell; moves nothing.
+
+    Parameters
+    ----------
+    spec
+        What `load_cell` returned.
+    now
+        The clock, s, that ages, motions and recordings go by.
+    seed
+        Seed of everything random in a simulation.
+    scene
+        What is simulated; needed when a device is.
+    journal
+        What takes note of readings, commands, motions and faults.
+    only
+        Names of the devices to open; all when None.
+
+    Raises
+    ------
+    DeviceFault
+        A device does not open; those opened before it are closed again.
+    """
+    wanted = _wanted(spec, only)
+    bench = Bench(now, seed, spec.path.parent, Hand(spec.hand), spec.limits, scene)
+    classes = {name: driver_class(spec.devices[name].type, spec.devices[name].use) for name in wanted}
+    if scene is None and any(cls.simulated for cls in classes.values()):
+        raise InvalidInput(f"the cell {spec.name!r} is simulated and needs a scene; name one with --scene")
+    watch = Watch(now, spec.limits, bench.hand, journal or NoJournal())
+    devices = {
+        name: MONITORED[spec.devices[name].type](name, cls(name, spec.devices[name].options, bench), watch)
+        for name, cls in classes.items()
+    }
+    cell = Cell(spec, bench, devices)
+    try:
+        for device in devices.values():
+            device.open()
+    except BaseException:
+        cell.close()
+        raise
+    return cell
+
+
+def _wanted(spec: CellSpec, only: Collection[str] | None) -> list[str]:
+    unknown = [name for name in only or () if name not in spec.devices]
+    if unknown:
+        hints = {name: did_you_mean(name, spec.devices) for name in unknown}
+        message = "the cell has no device {!r}"
+        raise CellError(
+            [Diagnostic(str(spec.path), 1, 1, "error", "device-missing", message.format(n), hints[n]) for n in unknown]
+        )
+    return [name for name in spec.devices if only is None or name in only]

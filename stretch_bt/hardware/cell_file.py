@@ -1,0 +1,182 @@
+"""Cell files: which devices a tree acts on, the hand, and the limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from stretch_bt.errors import CellError, Diagnostic, FileError
+from stretch_bt.hardware.driver import Options
+from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class, names_for
+from stretch_bt.hardware.interfaces import INTERFACES
+from stretch_bt.hardware.limits import Limits
+from stretch_bt.source import Map, Mark, Scalar, did_you_mean, load, resolve, validate
+from stretch_bt.units import Length, Within
+
+__all__ = ["CellSpec", "DeviceSpec", "cell_names", "cell_schema", "load_cell"]
+
+FORMAT = "stretch-cell/1"
+_REST = HandGeometry()
+
+
+class _Hand(BaseModel):
+    """Lengths of the hand."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    gauge: Annotated[Length, Within(0.01, 1.0, "Length")] = Field(
+        default=_REST.gauge, description="membrane between the fingers"
+    )
+    width: Annotated[Length, Within(0.01, 1.0, "Length")] = Field(default=_REST.width, description="membrane across")
+    thickness: Annotated[Length, Within(0.0001, 0.02, "Length")] = _REST.thickness
+    rest_opening: Annotated[Length, Within(0.0, 0.5, "Length")] = Field(
+        default=_REST.rest_opening, description="opening of the gripper at stretch 0"
+    )
+    plane_distance: Annotated[Length, Within(0.02, 2.0, "Length")] = Field(
+        default=_REST.plane_distance, description="camera to the flat membrane"
+    )
+
+
+class _Device(BaseModel):
+    """One device; the options that follow are those of its implementation."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
+
+    type: str
+    use: str
+
+
+class _CellFile(BaseModel):
+    """A cell file."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    format: Literal["stretch-cell/1"]
+    doc: str = ""
+    devices: dict[str, _Device] = Field(min_length=1)
+    hand: _Hand = _Hand()
+    limits: Limits = Limits()
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceSpec:
+    """A device of a cell: its interface, its implementation, the options of that, and where the file has it."""
+
+    name: str
+    type: str
+    use: str
+    options: Options
+    mark: Mark
+
+
+@dataclass(frozen=True, slots=True)
+class CellSpec:
+    """A cell file that was read and found right; nothing is opened."""
+
+    name: str
+    path: Path
+    doc: str
+    hand: HandGeometry
+    limits: Limits
+    devices: dict[str, DeviceSpec]
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any device is simulated, so that the cell needs a scene."""
+        return any(driver_class(device.type, device.use).simulated for device in self.devices.values())
+
+
+def load_cell(cell: str | Path) -> CellSpec:
+    """Read a cell file, or a shipped cell by its name; opens nothing.
+
+    Raises
+    ------
+    CellError
+        With every mistake at its line and column, those in the files that it names included.
+    """
+    try:
+        path = resolve(cell, _shipped(), "cell")
+        source = load(path, str(path))
+    except FileError as error:
+        raise CellError(error.diagnostics) from None
+    found: list[Diagnostic] = []
+    devices = _read_devices(source.get("devices"), path.parent, found)
+    try:
+        made = validate(_CellFile, source)
+    except FileError as error:
+        places = {(d.line, d.column) for d in found}
+        found += [d for d in error.diagnostics if (d.line, d.column) not in places]
+        raise CellError(sorted(found, key=lambda d: (d.line, d.column))) from None
+    if found:
+        raise CellError(found)
+    hand = HandGeometry(**made.hand.model_dump())
+    return CellSpec(path.stem, path, made.doc, hand, made.limits, devices)
+
+
+def cell_names() -> list[str]:
+    """Return the names of the shipped cells."""
+    return sorted(path.stem for path in _shipped().glob("*.yaml"))
+
+
+def cell_schema() -> dict[str, Any]:
+    """Return the JSON Schema of cell files, the options of every implementation included."""
+    options = tuple(driver_class(*key).Options for key in IMPLEMENTATIONS)
+    devices = TypeAdapter(dict[str, Union[options]]).json_schema()  # type: ignore[valid-type]  # noqa: UP007
+    schema = _CellFile.model_json_schema()
+    definitions = {**schema.pop("$defs"), **devices.pop("$defs")}
+    definitions.pop("_Device", None)
+    schema["properties"]["devices"] = {**devices, "minProperties": 1}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "$defs": definitions}
+
+
+def _shipped() -> Path:
+    return Path(str(files("stretch_bt") / "trees" / "cells"))
+
+
+def _read_devices(source: Any, root: Path, found: list[Diagnostic]) -> dict[str, DeviceSpec]:
+    """Return the devices that are right, and write down what is wrong with the others."""
+    specs = {}
+    for key, value in source if isinstance(source, Map) else ():
+        kind, use = (value.get(name) if isinstance(value, Map) else None for name in ("type", "use"))
+        if isinstance(value, Map) and isinstance(kind, Scalar) and isinstance(use, Scalar):
+            problems = [*_misnamed(key), *_unknown(kind, use)]
+            options = None if problems else _read_options(kind.text, use.text, value, root, problems)
+            found += problems
+            if options is not None:
+                specs[key.text] = DeviceSpec(key.text, kind.text, use.text, options, key.mark)
+    return specs
+
+
+def _misnamed(key: Scalar) -> Iterator[Diagnostic]:
+    if not key.text.isidentifier():
+        yield key.mark.error("device-name", f"{key.text!r} is no name for a device", "use letters, digits and _")
+
+
+def _unknown(kind: Scalar, use: Scalar) -> Iterator[Diagnostic]:
+    if kind.text not in INTERFACES:
+        yield kind.mark.error(
+            "device-type", f"there is no device type {kind.text!r}", did_you_mean(kind.text, INTERFACES)
+        )
+    elif (kind.text, use.text) not in IMPLEMENTATIONS:
+        hint = did_you_mean(use.text, names_for(kind.text))
+        yield use.mark.error("device-use", f"there is no {kind.text} called {use.text!r}", hint)
+
+
+def _read_options(kind: str, use: str, device: Map, root: Path, problems: list[Diagnostic]) -> Options | None:
+    cls = driver_class(kind, use).Options
+    try:
+        options = validate(cls, device)
+    except FileError as error:
+        problems += error.diagnostics
+        return None
+    for option, message, hint in options.mistakes(root):
+        place = device.get(option)
+        mark = place.mark if place is not None else device.mark
+        problems.append(mark.error("device-file", message, hint))
+    return None if problems else options

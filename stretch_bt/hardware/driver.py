@@ -1,0 +1,155 @@
+"""What an implementation of a device provides; ownership, limits, ages and faults are added around it by `monitored`.
+
+A driver is constructed from its options in the cell file and a `Bench`, touches nothing until `open`, and raises
+DeviceFault when the device fails. The poll function that a command returns tells how that motion stands as long as no
+other command follows.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.limits import Limits
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.simulated.twin import Twin
+    from stretch_bt.simulation.scene import Scene
+
+__all__ = [
+    "ArmDriver",
+    "Bench",
+    "CameraDriver",
+    "Driver",
+    "ForceSensorDriver",
+    "GripperDriver",
+    "Mistake",
+    "Options",
+    "Poll",
+]
+
+Poll = Callable[[], MotionState]
+Mistake = tuple[str, str, str]
+
+
+class Options(BaseModel):
+    """Options of an implementation in a cell file; each class names its interface and itself in `type` and `use`."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    def mistakes(self, root: Path) -> Iterator[Mistake]:
+        """Yield (key, what is wrong, what to write instead) for what only the files it names can tell."""
+        yield from ()
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What the drivers of one cell share: clock, seed, hand, limits, the folder of the cell file, and the twin."""
+
+    now: Callable[[], float]
+    seed: int
+    root: Path
+    hand: Hand
+    limits: Limits
+    scene: Scene | None = None
+
+    @cached_property
+    def twin(self) -> Twin:
+        """The simulated world that all simulated devices of the cell act on."""
+        if self.scene is None:
+            raise InvalidInput("a simulated cell needs a scene; name one")
+        from stretch_bt.hardware.simulated.twin import Twin
+
+        return Twin(self.scene, self.hand.geometry, self.now, self.seed)
+
+
+class Driver:
+    """What every driver has; constructing it keeps these three and touches nothing."""
+
+    Options: ClassVar[type[Options]]
+    simulated: ClassVar[bool] = False
+
+    def __init__(self, name: str, options: Any, bench: Bench) -> None:
+        self.name = name
+        self.options = options
+        self.bench = bench
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing new will ever come, as after the last frame of a recording."""
+        return False
+
+    def open(self) -> None:
+        """Connect; moves nothing."""
+
+    def close(self) -> None:
+        """Disconnect; may be called more than once."""
+
+    def stop(self) -> None:
+        """End any motion at once."""
+
+    def acknowledge(self) -> None:
+        """Clear a fault of the device itself."""
+
+
+class ArmDriver(Driver, ABC):
+    """Moves a robot arm."""
+
+    @abstractmethod
+    def follow(self, path: Sequence[Pose], speed: float) -> Poll:
+        """Move through the poses, one or more, in straight lines."""
+
+    @abstractmethod
+    def pose(self) -> Reading[Pose]:
+        """Return the latest measured pose of the hand."""
+
+    @abstractmethod
+    def wrench(self) -> Reading[Wrench]:
+        """Return the latest estimate of the contact wrench."""
+
+
+class GripperDriver(Driver, ABC):
+    """Moves a gripper."""
+
+    @abstractmethod
+    def move(self, opening: float, speed: float) -> Poll:
+        """Move the fingers to an opening, m."""
+
+    @abstractmethod
+    def opening(self) -> Reading[float]:
+        """Return the latest measured opening, m."""
+
+
+class CameraDriver(Driver, ABC):
+    """Delivers depth frames."""
+
+    @property
+    @abstractmethod
+    def intrinsics(self) -> Intrinsics:
+        """Intrinsics of the frames, also before `open`."""
+
+    @abstractmethod
+    def frame(self) -> Reading[DepthFrame]:
+        """Return the latest frame."""
+
+
+class ForceSensorDriver(Driver, ABC):
+    """Delivers wrenches."""
+
+    @abstractmethod
+    def wrench(self) -> Reading[Wrench]:
+        """Return the latest wrench since the last `zero`."""
+
+    @abstractmethod
+    def zero(self) -> None:
+        """Take the present wrench as zero."""

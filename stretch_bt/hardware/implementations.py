@@ -1,0 +1,30 @@
+"""Every implementation of a device, by interface and name; imported when a cell file names it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from stretch_bt.hardware.driver import Driver
+
+__all__ = ["IMPLEMENTATIONS", "driver_class", "names_for"]
+
+IMPLEMENTATIONS: dict[tuple[str, str], str] = {
+    ("Arm", "simulated"): "stretch_bt.hardware.simulated.arm:SimulatedArm",
+    ("Gripper", "simulated"): "stretch_bt.hardware.simulated.gripper:SimulatedGripper",
+    ("DepthCamera", "simulated"): "stretch_bt.hardware.simulated.camera:SimulatedCamera",
+    ("DepthCamera", "replay"): "stretch_bt.hardware.replay.camera:ReplayCamera",
+    ("ForceSensor", "simulated"): "stretch_bt.hardware.simulated.force_sensor:SimulatedForceSensor",
+    ("ForceSensor", "replay"): "stretch_bt.hardware.replay.force_sensor:ReplayForceSensor",
+}
+
+
+def names_for(interface: str) -> list[str]:
+    """Return the names that `use` can take for an interface."""
+    return [use for kind, use in IMPLEMENTATIONS if kind == interface]
+
+
+def driver_class(interface: str, use: str) -> type[Driver]:
+    """Return the driver behind a name."""
+    module, _, name = IMPLEMENTATIONS[interface, use].partition(":")
+    found: type[Driver] = getattr(import_module(module), name)
+    return found

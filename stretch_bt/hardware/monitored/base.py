@@ -1,0 +1,151 @@
+"""What is common to all devices: where they stand, faults that stay, readings with an age."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, NotReady, StaleReading
+from stretch_bt.hardware.driver import Driver
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import DeviceState, Reading
+from stretch_bt.hardware.journal import Journal
+from stretch_bt.hardware.limits import Limits
+
+__all__ = ["Monitored", "Watch"]
+
+D = TypeVar("D", bound=Driver)
+T = TypeVar("T")
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What watches over the devices of a cell."""
+
+    now: Callable[[], float]
+    limits: Limits
+    hand: Hand
+    journal: Journal
+
+
+class Monitored(Generic[D]):
+    """A device around a driver.
+
+    A fault of the device stays: commands are refused until `acknowledge`, also after closing and opening again. A stale
+    reading or a command outside the limits is refused too, but leaves the device as it was.
+    """
+
+    def __init__(self, name: str, driver: D, watch: Watch) -> None:
+        self.name = name
+        self.driver = driver
+        self.watch = watch
+        self._state = DeviceState.DISCONNECTED
+        self._fault: DeviceFault | None = None
+
+    @property
+    def state(self) -> DeviceState:
+        """Where the device stands."""
+        return self._state
+
+    @property
+    def fault(self) -> DeviceFault | None:
+        """The fault that is waiting to be acknowledged, if any."""
+        return self._fault
+
+    def open(self) -> None:
+        """Connect; moves nothing, and does not clear a fault."""
+        if self._state is not DeviceState.DISCONNECTED:
+            return
+        self._state = DeviceState.CONNECTING
+        with self.faults():
+            try:
+                self.driver.open()
+            except BaseException:
+                self._state = DeviceState.DISCONNECTED
+                raise
+        self._state = DeviceState.FAULT if self._fault else DeviceState.READY
+
+    def close(self) -> None:
+        """Stop and disconnect; may be called in any state, more than once."""
+        if self._state is DeviceState.DISCONNECTED:
+            return
+        try:
+            self.stop()
+        finally:
+            self._state = DeviceState.DISCONNECTED
+            with self.faults():
+                self.driver.close()
+
+    def stop(self) -> None:
+        """End any motion at once, whoever owns it."""
+        if self._state is not DeviceState.DISCONNECTED:
+            with self.faults():
+                self.driver.stop()
+
+    def acknowledge(self) -> None:
+        """Clear a fault, on a person's word; moves nothing."""
+        with self.faults():
+            self.driver.acknowledge()
+        self._fault = None
+        if self._state is DeviceState.FAULT:
+            self._state = DeviceState.READY
+
+    @contextmanager
+    def faults(self) -> Iterator[None]:
+        """Write down every fault that passes, turn a broken connection into one, and keep those of the device."""
+        try:
+            yield
+        except StaleReading as fault:
+            self.watch.journal.fault(self.name, fault)
+            raise
+        except DeviceFault as fault:
+            self.latch(fault)
+            raise
+        except OSError as error:
+            lost = DeviceLost(self.name, f"the connection broke ({error})")
+            self.latch(lost)
+            raise lost from error
+
+    def latch(self, fault: DeviceFault) -> None:
+        """Keep a fault until it is acknowledged; the first one stays."""
+        self.watch.journal.fault(self.name, fault)
+        self._fault = self._fault or fault
+        if self._state is not DeviceState.DISCONNECTED:
+            self._state = DeviceState.FAULT
+
+    def refuse(self, fault: DeviceFault) -> DeviceFault:
+        """Write down a fault that is not the device's own, and return it to be raised."""
+        self.watch.journal.fault(self.name, fault)
+        return fault
+
+    def check_ready(self) -> None:
+        """Raise NotReady unless the device takes commands."""
+        if self._fault is not None:
+            raise self.refuse(NotReady(self.name, f"in fault until acknowledged: {self._fault.reason}"))
+        self.check_open()
+
+    def check_open(self) -> None:
+        """Raise NotReady while the device is closed."""
+        if self._state is DeviceState.DISCONNECTED:
+            raise self.refuse(NotReady(self.name, "the device is closed"))
+
+    def command(self, name: str, arguments: Mapping[str, Any], owner: str) -> None:
+        """Write down a command that is about to be sent."""
+        self.watch.journal.command(self.name, name, arguments, owner)
+
+    def read(self, name: str, source: Callable[[], Reading[T]], max_age: float) -> Reading[T]:
+        """Return a reading that is at most `max_age` s old."""
+        if not (math.isfinite(max_age) and max_age > 0):
+            raise InvalidInput(f"{self.name}: max_age must be finite and above 0 s, not {max_age}")
+        self.check_open()
+        with self.faults():
+            reading = source()
+            age = self.watch.now() - reading.host_time
+            if age > max_age + _ROUNDING:
+                raise StaleReading(self.name, f"the latest {name} is {age:.3g} s old, accepted are {max_age:.3g} s")
+        self.watch.journal.reading(self.name, name, reading)
+        return reading

@@ -1,0 +1,1 @@
+"""Recorded frames and readings, played against the clock."""

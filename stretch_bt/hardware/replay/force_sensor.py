@@ -1,0 +1,74 @@
+"""A force sensor that plays recorded wrenches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from stretch_bt.errors import DeviceLost, NotReady
+from stretch_bt.frames import Wrench
+from stretch_bt.hardware.driver import ForceSensorDriver, Mistake, Options
+from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays
+from stretch_bt.hardware.replay.tape import Tape
+from stretch_bt.hardware.wrenches import minus
+
+__all__ = ["ReplayForceSensor"]
+
+
+class _Options(Options):
+    type: Literal["ForceSensor"]
+    use: Literal["replay"]
+    file: str = Field(description="npz file, relative to the cell file")
+    wrench: str = Field(default="wrench", description="name of the (n, 6) array of force, N, and torque, N m")
+    time: str = Field(default="t", description="name of the (n,) array of times, s")
+
+    def mistakes(self, root: Path) -> Iterator[Mistake]:
+        """Yield what is wrong with the file."""
+        yield from npz_mistakes(root, "file", self.file, {"wrench": self.wrench, "time": self.time})
+
+
+class ReplayForceSensor(ForceSensorDriver):
+    """Plays recorded wrenches from the moment it is opened; then it is lost: end of recording."""
+
+    Options = _Options
+    _tape: Tape | None = None
+    _zero = Wrench((0.0, 0.0, 0.0))
+
+    @property
+    def ended(self) -> bool:
+        """Whether the last wrench has had its time."""
+        return self._tape is not None and self._tape.ended
+
+    def open(self) -> None:
+        """Read the recording and begin to play it."""
+        o: _Options = self.options
+        found = read_arrays(self.name, self.bench.root / o.file, [o.wrench, o.time])
+        tape = Tape(self.name, found[o.time], self.bench.now)
+        wrenches = found[o.wrench]
+        if wrenches.shape != (tape.times.size, 6) or not np.all(np.isfinite(wrenches)):
+            raise DeviceLost(self.name, f"{o.wrench} must be ({tape.times.size}, 6) and finite, it is {wrenches.shape}")
+        self._wrenches, self._tape = wrenches, tape
+
+    def close(self) -> None:
+        """Forget where it stood."""
+        self._tape = None
+
+    def wrench(self) -> Reading[Wrench]:
+        """Return the wrench since the last `zero`; raises DeviceLost at the end of the recording."""
+        return minus(self._raw(), self._zero)
+
+    def zero(self) -> None:
+        """Take the present wrench as zero."""
+        self._zero = self._raw().value
+
+    def _raw(self) -> Reading[Wrench]:
+        if self._tape is None:
+            raise NotReady(self.name, "the recording is not open")
+        number, due = self._tape.latest()
+        fx, fy, fz, tx, ty, tz = (float(v) for v in self._wrenches[number])
+        return Reading(Wrench((fx, fy, fz), (tx, ty, tz)), float(self._tape.times[number]), due, number)

@@ -1,0 +1,55 @@
+"""Arrays of an npz file that a cell file names."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import DeviceLost
+from stretch_bt.hardware.driver import Mistake
+from stretch_bt.source import did_you_mean
+
+__all__ = ["npz_mistakes", "read_arrays"]
+
+_BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile)
+
+
+def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]) -> Iterator[Mistake]:
+    """Yield what is wrong with a file, or with the array names that options give, by option."""
+    path = root / file
+    if not path.is_file():
+        yield option, f"there is no file {file!r} beside the cell file", "write a path relative to the cell file"
+        return
+    try:
+        names = _names(path)
+    except _BROKEN as error:
+        yield option, f"{file!r} is not an npz file ({error})", "write one with numpy.savez"
+        return
+    for name, key in keys.items():
+        if key is not None and key not in names:
+            yield name, f"{file!r} has no array {key!r}", did_you_mean(key, names)
+
+
+def read_arrays(device: str, path: Path, keys: list[str]) -> dict[str, npt.NDArray[Any]]:
+    """Return arrays by name, read-only; raises DeviceLost when they cannot be read."""
+    try:
+        with np.load(path) as archive:
+            arrays = {key: np.asarray(archive[key]) for key in keys}
+    except _BROKEN as error:
+        raise DeviceLost(device, f"{path.name} cannot be read ({error})") from error
+    for array in arrays.values():
+        array.setflags(write=False)
+    return arrays
+
+
+def _names(path: Path) -> list[str]:
+    archive = np.load(path)
+    if not isinstance(archive, np.lib.npyio.NpzFile):
+        raise ValueError("it holds one array")
+    with archive:
+        return list(archive.files)

@@ -1,0 +1,1 @@
+"""The simulated cell: devices that take time on the injected clock and act on one simulated world."""

@@ -1,0 +1,86 @@
+"""A simulated arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.driver import ArmDriver, Options, Poll
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.simulated.path import Placed, PosePath
+from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.simulated.samples import sample, sample_wrench
+from stretch_bt.units import KINDS, Length, Within
+
+__all__ = ["SimulatedArm"]
+
+_Acceleration = Annotated[float, KINDS["Acceleration"], Within(0.01, 20.0, "Acceleration")]
+_Place = Annotated[Length, Within(-2.0, 2.0, "Length")]
+_TABLE = 0.0
+_ROUNDING = 1e-9
+
+
+class _Options(Options):
+    type: Literal["Arm"]
+    use: Literal["simulated"]
+    acceleration: _Acceleration = Field(default=0.5, description="at the begin and the end of each motion")
+    x: _Place = Field(default=0.0, description="where the hand is at first")
+    y: _Place = 0.0
+    height: Annotated[Length, Within(0.0, 2.0, "Length")] = 0.2
+
+
+class SimulatedArm(ArmDriver):
+    """Moves on a trapezoid of speed; the hand comes to rest on the table rather than enter it.
+
+    A new command while it moves begins from rest where the hand then is. Each motion ends at a height that is off by the
+    scene's repeatability, which the arm does not know.
+    """
+
+    Options = _Options
+    simulated = True
+    _moves = 0
+
+    def open(self) -> None:
+        """Stand at the home pose of the cell file."""
+        o = self.options
+        self.bench.twin.place(Pose((o.x, o.y, o.height)))
+
+    def follow(self, path: Sequence[Pose], speed: float) -> Poll:
+        """Move through the poses in straight lines, without stopping at them."""
+        twin, now = self.bench.twin, self.bench.now()
+        told, true = twin.hand.at(now)
+        wanted = PosePath([told, *path])
+        route = wanted.above(_TABLE)
+        before, after = true.height - told.height, self._error()
+
+        def place(distance: float) -> Placed:
+            pose = route.at(distance)
+            part = distance / route.length if route.length > 0 else 0.0
+            return Placed(pose, pose.moved(z=before + part * (after - before)))
+
+        end = twin.hand.begin(now, place, Profile.trapezoid(route.length, speed, self.options.acceleration))
+        final = MotionState.DONE if route is wanted else MotionState.BLOCKED
+        return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else final
+
+    def stop(self) -> None:
+        """Brake."""
+        self.bench.twin.hand.stop(self.bench.now(), self.options.acceleration)
+
+    def pose(self) -> Reading[Pose]:
+        """Return where the arm takes the hand to be."""
+        now = self.bench.now()
+        return sample(self.bench.twin.hand.at(now).told, now)
+
+    def wrench(self) -> Reading[Wrench]:
+        """Return the arm's estimate of the contact wrench."""
+        return sample_wrench(self.bench.twin, self.name, self.bench.twin.scene.robot.force_noise)
+
+    def _error(self) -> float:
+        self._moves += 1
+        sd = self.bench.twin.scene.robot.repeatability
+        return (
+            float(self.bench.twin.random(f"{self.name} repeatability", self._moves).normal(0.0, sd)) if sd > 0 else 0.0
+        )

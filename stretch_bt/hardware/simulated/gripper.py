@@ -1,0 +1,55 @@
+"""A simulated gripper."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from stretch_bt.hardware.driver import GripperDriver, Options, Poll
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.simulated.samples import sample
+from stretch_bt.units import KINDS, Length, Within
+
+__all__ = ["SimulatedGripper"]
+
+_ROUNDING = 1e-9
+
+
+class _Options(Options):
+    type: Literal["Gripper"]
+    use: Literal["simulated"]
+    acceleration: Annotated[float, KINDS["Acceleration"], Within(0.01, 20.0, "Acceleration")] = 1.0
+    max_opening: Annotated[Length, Within(0.01, 0.5, "Length")] = Field(
+        default=0.14, description="where the fingers end"
+    )
+
+
+class SimulatedGripper(GripperDriver):
+    """Moves its fingers on a trapezoid of speed, up to their ends."""
+
+    Options = _Options
+    simulated = True
+
+    def move(self, opening: float, speed: float) -> Poll:
+        """Move the fingers to an opening, m."""
+        fingers, now = self.bench.twin.fingers, self.bench.now()
+        start = fingers.at(now)
+        reached = min(max(opening, 0.0), self.options.max_opening)
+        sign = math.copysign(1.0, reached - start)
+        length = abs(reached - start)
+        profile = Profile.trapezoid(length, speed, self.options.acceleration)
+        end = fingers.begin(now, lambda s: reached if s >= length else start + sign * s, profile)
+        final = MotionState.DONE if reached == opening else MotionState.BLOCKED
+        return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else final
+
+    def stop(self) -> None:
+        """Brake."""
+        self.bench.twin.fingers.stop(self.bench.now(), self.options.acceleration)
+
+    def opening(self) -> Reading[float]:
+        """Return the opening, m."""
+        now = self.bench.now()
+        return sample(self.bench.twin.fingers.at(now), now)

@@ -1,0 +1,64 @@
+"""Where a hand is, and straight lines through poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from stretch_bt.frames import Pose
+
+__all__ = ["Placed", "PosePath"]
+
+#: lever that turns rotation into a distance, so that a turn on the spot takes time too
+_LEVER = 0.1
+
+
+class Placed(NamedTuple):
+    """Where the arm says that the hand is, and where it is."""
+
+    told: Pose
+    true: Pose
+
+
+class PosePath:
+    """A polyline of poses, by distance, m; rotation vectors are interpolated along with the position."""
+
+    def __init__(self, poses: Sequence[Pose]) -> None:
+        self.poses = list(poses)
+        self.distances = [0.0]
+        for one, other in zip(self.poses, self.poses[1:], strict=False):
+            self.distances.append(self.distances[-1] + _distance(one, other))
+
+    @property
+    def length(self) -> float:
+        """Length of the whole path, m."""
+        return self.distances[-1]
+
+    def at(self, distance: float) -> Pose:
+        """Return the pose this far along."""
+        if distance >= self.length:
+            return self.poses[-1]
+        i = next(k for k, end in enumerate(self.distances[1:]) if distance < end)
+        part = (distance - self.distances[i]) / (self.distances[i + 1] - self.distances[i])
+        return _between(self.poses[i], self.poses[i + 1], part)
+
+    def above(self, floor: float) -> PosePath:
+        """Return the path up to where it would go under a height, m, or the path itself."""
+        for i, pose in enumerate(self.poses):
+            if pose.height < floor:
+                before = self.poses[max(i - 1, 0)]
+                drop = before.height - pose.height
+                part = min(max((before.height - floor) / drop, 0.0), 1.0) if drop > 0 else 0.0
+                return PosePath([*self.poses[:i], _between(before, pose, part)])
+        return self
+
+
+def _distance(one: Pose, other: Pose) -> float:
+    return max(math.dist(one.position, other.position), _LEVER * math.dist(one.rotation, other.rotation))
+
+
+def _between(one: Pose, other: Pose, part: float) -> Pose:
+    p, q = ((*pose.position, *pose.rotation) for pose in (one, other))
+    x, y, z, a, b, c = (u + part * (v - u) for u, v in zip(p, q, strict=True))
+    return Pose((x, y, z), (a, b, c))

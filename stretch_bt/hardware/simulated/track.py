@@ -1,0 +1,42 @@
+"""Where something is over time: its motions one after the other, with a short memory of the past."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, NamedTuple, TypeVar
+
+from stretch_bt.hardware.simulated.profile import Profile
+
+__all__ = ["Track"]
+
+T = TypeVar("T")
+_MEMORY = 1.0
+
+
+class _Segment(NamedTuple, Generic[T]):
+    start: float
+    path: Callable[[float], T]
+    profile: Profile
+
+
+class Track(Generic[T]):
+    """What a device did and does; a camera asks where it was when a frame was exposed, up to a second ago."""
+
+    def __init__(self, rest: T) -> None:
+        self._segments: list[_Segment[T]] = [_Segment(float("-inf"), lambda _: rest, Profile((), 0.0, 0.0))]
+
+    def at(self, time: float) -> T:
+        """Return the place at a time, s."""
+        segment = next((s for s in reversed(self._segments) if s.start <= time), self._segments[0])
+        return segment.path(segment.profile.at(time - segment.start)[0])
+
+    def begin(self, time: float, path: Callable[[float], T], profile: Profile) -> float:
+        """Start a motion along a path, from rest, and return when it will end, s; what moved before is cut short."""
+        recent = [i for i, s in enumerate(self._segments) if s.start <= time - _MEMORY]
+        self._segments = [*self._segments[recent[-1] if recent else 0 :], _Segment(time, path, profile)]
+        return time + profile.duration
+
+    def stop(self, time: float, acceleration: float) -> None:
+        """Brake."""
+        last = self._segments[-1]
+        self._segments[-1] = last._replace(profile=last.profile.braked(time - last.start, acceleration))

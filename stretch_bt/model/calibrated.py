@@ -1,0 +1,145 @@
+"""The paper's force law: an effective modulus from calibration, then Hertz contact with a sphere."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.model.force_model import ForceModel, Range, require_force
+from stretch_bt.model.hertz import hertz_depth, hertz_force
+from stretch_bt.units import KINDS, format_quantity
+
+__all__ = ["CalibratedHertz", "StretchState"]
+
+_POISSON = 0.5
+_LENGTH = KINDS["Length"]
+
+
+@dataclass(frozen=True, slots=True)
+class StretchState:
+    """E*(diameter) = floor + amplitude exp(-diameter / decay) at one stretch; m and Pa, each with its sd."""
+
+    stretch: float
+    floor: float
+    floor_sd: float
+    amplitude: float
+    amplitude_sd: float
+    decay: float
+    decay_sd: float
+
+    def __post_init__(self) -> None:
+        values = [getattr(self, f.name) for f in fields(self)]
+        if not all(isinstance(v, int | float) and math.isfinite(v) for v in values):
+            raise InvalidInput(f"a stretch state needs finite numbers, got {self}")
+        if self.decay <= 0 or min(self.floor_sd, self.amplitude_sd, self.decay_sd) < 0:
+            raise InvalidInput(f"a stretch state needs a decay above 0 and no negative sd, got {self}")
+
+    def modulus(self, diameter: float) -> tuple[float, float]:
+        """Return E*, Pa, for a diameter, m, and its variance."""
+        falling = math.exp(-diameter / self.decay)
+        slope = self.amplitude * falling * diameter / self.decay**2
+        variance = self.floor_sd**2 + (falling * self.amplitude_sd) ** 2 + (slope * self.decay_sd) ** 2
+        return self.floor + self.amplitude * falling, variance
+
+
+@dataclass(frozen=True)
+class CalibratedHertz(ForceModel):
+    """The paper's model: E* a negative exponential in diameter at each stretch, a logarithm across stretches.
+
+    E*(x) = p + q ln(1 + x / log_scale) is fitted by least squares to the states' E* at the sphere's diameter; the
+    force follows from the Hertz sphere. `relative_sd` is what the law itself leaves unexplained, as a part of the force.
+    """
+
+    kind: ClassVar[str] = "calibrated_hertz"
+    states: tuple[StretchState, ...]
+    log_scale: float
+    relative_sd: float
+    range: Range
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if len({state.stretch for state in self.states}) < 2:
+            raise InvalidInput("a calibration needs at least two different stretches, to tell how E* rises")
+        if not (math.isfinite(self.log_scale) and self.log_scale > 0 and self.relative_sd >= 0):
+            raise InvalidInput("a calibration needs a log_scale above 0 m and a relative_sd of 0 or more")
+
+    @cached_property
+    def _fit(self) -> npt.NDArray[np.float64]:
+        """(2, states) float: the linear map from the states' moduli to p and q."""
+        levels = np.array([math.log1p(state.stretch / self.log_scale) for state in self.states])
+        return np.linalg.pinv(np.column_stack([np.ones_like(levels), levels]))
+
+    def _logarithm(self, diameter: float) -> tuple[float, float, npt.NDArray[np.float64]]:
+        moduli = np.array([state.modulus(diameter) for state in self.states])
+        p, q = self._fit @ moduli[:, 0]
+        return float(p), float(q), moduli[:, 1]
+
+    def modulus(self, radius: float, stretch: float) -> tuple[float, float]:
+        """Return the effective modulus, Pa, that a sphere of this radius meets, and its standard deviation."""
+        self.range.check(radius=radius, stretch=stretch)
+        p, q, variances = self._logarithm(2 * radius)
+        level = math.log1p(stretch / self.log_scale)
+        weights = self._fit[0] + level * self._fit[1]
+        return p + q * level, math.sqrt(float(weights**2 @ variances))
+
+    def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
+        """Return the force, N, and its standard deviation."""
+        self.range.check(depth=depth)
+        modulus, sd = self.modulus(radius, stretch)
+        force: float = hertz_force("sphere", depth, modulus, radius=radius, poisson=_POISSON)
+        return force, force * math.hypot(self.relative_sd, sd / modulus)
+
+    def depth_for(self, radius: float, stretch: float, force: float) -> float:
+        """Return the depth, m, at which the force, N, is this one."""
+        require_force(force)
+        modulus, _ = self.modulus(radius, stretch)
+        depth: float = hertz_depth("sphere", force, modulus, radius=radius, poisson=_POISSON)
+        deepest = self.range.depth[1]
+        if depth > deepest * (1 + 1e-12):
+            raise NoEquilibrium(
+                f"{force:.3g} N needs a depth of {format_quantity(depth, _LENGTH)} at stretch "
+                f"{format_quantity(stretch, _LENGTH)}, past the calibrated {format_quantity(deepest, _LENGTH)}"
+            )
+        return min(depth, deepest)
+
+    def stretch_for(self, radius: float, depth: float, force: float) -> float:
+        """Return the stretch, m, at which the force, N, is this one."""
+        require_force(force)
+        self.range.check(radius=radius, depth=depth)
+        if depth == 0:
+            raise NoEquilibrium("no stretch gives a force at depth 0")
+        p, q, _ = self._logarithm(2 * radius)
+        wanted = force / hertz_force("sphere", depth, 1.0, radius=radius, poisson=_POISSON)
+        least, most = self.range.stretch
+        ends = sorted(p + q * math.log1p(x / self.log_scale) for x in (least, most))
+        if q == 0 or not ends[0] * (1 - 1e-12) <= wanted <= ends[1] * (1 + 1e-12):
+            weakest, strongest = (force / wanted * e if wanted else 0.0 for e in ends)
+            raise NoEquilibrium(
+                f"no stretch gives {force:.4g} N at a depth of {format_quantity(depth, _LENGTH)}"
+                + (f"; the calibrated stretches give {weakest:.4g} to {strongest:.4g} N" if wanted else "")
+            )
+        return min(max(self.log_scale * math.expm1((wanted - p) / q), least), most)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the parameters, SI."""
+        return {
+            "provenance": self.provenance,
+            "units": "SI: m, Pa; relative_sd is a part of the force",
+            "range": asdict(self.range),
+            "log_scale": self.log_scale,
+            "relative_sd": self.relative_sd,
+            "states": [asdict(state) for state in self.states],
+        }
+
+    @classmethod
+    def from_json(cls, fields: dict[str, Any]) -> CalibratedHertz:
+        """Return the model with these parameters."""
+        states = tuple(StretchState(**state) for state in fields["states"])
+        limits = Range(**{name: (float(low), float(high)) for name, (low, high) in fields["range"].items()})
+        return cls(states, fields["log_scale"], fields["relative_sd"], limits, fields["provenance"])

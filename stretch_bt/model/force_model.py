@@ -1,0 +1,114 @@
+"""What every force law of the hand offers, whatever stands behind it."""
+
+from __future__ import annotations
+
+import json
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, ClassVar
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.units import KINDS, format_quantity
+
+__all__ = ["FORMAT", "ForceModel", "Range"]
+
+FORMAT = "stretch-calibration/1"
+_KINDS = {"calibrated_hertz": "stretch_bt.model.calibrated:CalibratedHertz"}
+_LENGTH = KINDS["Length"]
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Where a force model holds, SI, both ends allowed."""
+
+    radius: tuple[float, float]
+    stretch: tuple[float, float]
+    depth: tuple[float, float]
+
+    def check(self, **values: float) -> None:
+        """Raise InvalidInput, saying the range, when a named value lies outside it."""
+        for name, value in values.items():
+            low, high = getattr(self, name)
+            if not low <= value <= high:
+                asked, least, most = (format_quantity(v, _LENGTH) for v in (value, low, high))
+                raise InvalidInput(f"{name} {asked} is outside the calibrated range; use {least} to {most}")
+
+
+class ForceModel(ABC):
+    """The force of the hand on a sphere as a function of the sphere's radius, the stretch and the depth.
+
+    Lengths in m, forces in N. Each method raises InvalidInput outside the model's `range`, and the inverses raise
+    NoEquilibrium when nothing within the range gives the force.
+    """
+
+    kind: ClassVar[str]
+    range: Range
+    provenance: dict[str, Any]
+
+    @abstractmethod
+    def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
+        """Return the force and its standard deviation."""
+
+    @abstractmethod
+    def depth_for(self, radius: float, stretch: float, force: float) -> float:
+        """Return the depth at which the force is this one; exact inverse of `predict`."""
+
+    @abstractmethod
+    def stretch_for(self, radius: float, depth: float, force: float) -> float:
+        """Return the stretch at which the force is this one; exact inverse of `predict`."""
+
+    @abstractmethod
+    def to_json(self) -> dict[str, Any]:
+        """Return the parameters, SI, for `save`."""
+
+    @classmethod
+    @abstractmethod
+    def from_json(cls, fields: dict[str, Any]) -> ForceModel:
+        """Return the model with these parameters."""
+
+    def save(self, path: str | Path) -> None:
+        """Write the parameters, their standard deviations, the range and the provenance to a JSON file."""
+        content = {"format": FORMAT, "kind": self.kind, **self.to_json()}
+        Path(path).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+    @staticmethod
+    def load(path: str | Path) -> ForceModel:
+        """Read a model that `save` wrote, of whatever kind.
+
+        Raises
+        ------
+        InvalidInput
+            The file is missing or is not a calibration.
+        """
+        try:
+            return _decode(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InvalidInput(f"{path}: the calibration cannot be read ({error.strerror})") from None
+        except (ValueError, KeyError, TypeError) as error:
+            raise InvalidInput(f"{path}: this is not a calibration ({error})") from None
+
+    @staticmethod
+    def default() -> ForceModel:
+        """Return the shipped calibration: an assumption fitted to two figures of the paper, not a measurement."""
+        return _decode(files("stretch_bt.model").joinpath("data/default_calibration.json").read_text("utf-8"))
+
+
+def _decode(text: str) -> ForceModel:
+    fields = json.loads(text)
+    if not isinstance(fields, dict) or fields.get("format") != FORMAT:
+        raise ValueError(f"its format is not {FORMAT!r}")
+    if fields.get("kind") not in _KINDS:
+        raise ValueError(f"its kind {fields.get('kind')!r} is not one of {', '.join(_KINDS)}")
+    module, _, name = _KINDS[fields["kind"]].partition(":")
+    cls: type[ForceModel] = getattr(import_module(module), name)
+    return cls.from_json(fields)
+
+
+def require_force(force: float) -> None:
+    """Raise InvalidInput unless the force is a finite number of N, 0 or more."""
+    if not (math.isfinite(force) and force >= 0):
+        raise InvalidInput(f"force must be finite and at least 0 N, not {force}")

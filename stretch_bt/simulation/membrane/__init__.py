@@ -1,0 +1,1 @@
+"""The membrane of the twin, one module a fidelity."""

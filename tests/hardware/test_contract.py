@@ -1,0 +1,313 @@
+"""What every implementation of a device keeps to."""
+
+import inspect
+import math
+from dataclasses import replace
+
+import pytest
+
+from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady, StaleReading
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class
+from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState
+from stretch_bt.simulation.scene import load_scene
+
+MOVERS = ["arm", "gripper"]
+READERS = [
+    ("simulated", "arm", "pose"),
+    ("simulated", "arm", "wrench"),
+    ("simulated", "gripper", "opening"),
+    ("simulated", "camera", "frame"),
+    ("simulated", "force_sensor", "wrench"),
+    ("replay", "camera", "frame"),
+    ("replay", "force_sensor", "wrench"),
+]
+DEVICES = sorted({(kind, name) for kind, name, _ in READERS})
+
+
+def start(cell, name, *, far=False, owner="a"):
+    """Begin a motion to 50 mm or 75 mm from where the device is at first."""
+    target = 0.075 if far else 0.05
+    if name == "arm":
+        return cell.devices["arm"].move(Pose((target, 0, 0.2)), speed=0.05, owner=owner)
+    return cell.devices["gripper"].move(0.055 + target, speed=0.05, owner=owner)
+
+
+def place(cell, name):
+    device = cell.devices[name]
+    return device.pose(1.0).value.position[0] if name == "arm" else device.opening(1.0).value - 0.055
+
+
+def test_the_readers_cover_every_implementation():
+    specs = {(kind, name): load_cell("simulated").devices[name].type for kind, name in DEVICES}
+    assert {(specs[key], key[0]) for key in specs} == set(IMPLEMENTATIONS)
+
+
+@pytest.mark.parametrize("key", IMPLEMENTATIONS, ids="-".join)
+def test_constructing_touches_nothing(key, tmp_path, clock):
+    """A driver with a recording that is not there and without a scene can be constructed, closed and stopped."""
+    cls = driver_class(*key)
+    interface, use = key
+    fields = {"file": "none.npz", "depth": "z", "unit": "1 mm", "intrinsics": "K"} if use == "replay" else {}
+    wanted = {k: v for k, v in fields.items() if k in cls.Options.model_fields}
+    options = cls.Options.model_validate({"type": interface, "use": use, **wanted})
+    limits = load_cell("simulated").limits
+    driver = cls("d", options, Bench(clock, 0, tmp_path, Hand(), limits))
+    assert not driver.ended
+    driver.close()
+    assert clock.time == 0.0
+
+
+@pytest.mark.parametrize(("kind", "name"), DEVICES)
+def test_states_from_open_to_closed(make_cell, kind, name):
+    cell = make_cell(kind)
+    device = cell.devices[name]
+    assert isinstance(device, INTERFACES[cell.spec.devices[name].type])
+    assert device.state is DeviceState.READY
+    device.open()
+    for _ in range(2):
+        device.close()
+        assert device.state is DeviceState.DISCONNECTED
+    device.stop()
+    device.open()
+    assert device.state is DeviceState.READY
+
+
+@pytest.mark.parametrize(("kind", "name", "reading"), READERS)
+def test_readings_have_times_and_numbers_and_are_written_down(make_cell, clock, notes, kind, name, reading):
+    cell = make_cell(kind)
+    read = getattr(cell.devices[name], reading)
+    first = read(1.0)
+    again = read(1.0)
+    assert (first.sequence, first.host_time) == (again.sequence, again.host_time)
+    clock.time += 0.15
+    later = read(1.0)
+    assert later.sequence > first.sequence
+    assert first.host_time < later.host_time <= clock.time
+    assert later.device_time > first.device_time
+    assert notes.lines.count(("reading", name, reading)) == 3
+
+
+@pytest.mark.parametrize(("kind", "name", "reading"), READERS)
+def test_closed_devices_and_bad_ages_are_refused(make_cell, kind, name, reading):
+    device = make_cell(kind).devices[name]
+    for age in (0.0, -1.0, math.nan, math.inf):
+        with pytest.raises(InvalidInput, match="max_age"):
+            getattr(device, reading)(age)
+    device.close()
+    with pytest.raises(NotReady, match="closed"):
+        getattr(device, reading)(1.0)
+
+
+@pytest.mark.parametrize(("kind", "age"), [("simulated", 0.03), ("replay", 0.09)])
+def test_a_frame_that_is_too_old_is_refused_and_the_camera_stays_ready(make_cell, clock, notes, kind, age):
+    camera = make_cell(kind).devices["camera"]
+    clock.time += age
+    assert camera.frame(age + 0.001).value.raw.size > 0
+    with pytest.raises(StaleReading, match=r"is 0\.0\d+ s old"):
+        camera.frame(age - 0.01)
+    assert camera.state is DeviceState.READY
+    assert ("fault", "camera", "StaleReading") in notes.lines
+
+
+@pytest.mark.parametrize("name", MOVERS)
+def test_motion_takes_time_and_arrives(make_cell, clock, advance, name):
+    cell = make_cell()
+    motion = start(cell, name)
+    assert place(cell, name) == 0.0
+    assert motion.poll() is MotionState.MOVING
+    assert advance(motion) is MotionState.DONE
+    assert clock.time >= 0.05 / 0.05
+    assert place(cell, name) == pytest.approx(0.05, abs=1e-12)
+    assert motion.poll() is MotionState.DONE
+
+
+@pytest.mark.parametrize("name", MOVERS)
+def test_stop_midway(make_cell, clock, advance, name):
+    cell = make_cell()
+    motion = start(cell, name)
+    clock.time += 0.3
+    before = place(cell, name)
+    motion.stop()
+    assert motion.poll() is MotionState.STOPPED
+    clock.time += 1.0
+    assert before < place(cell, name) <= before + 0.05**2 / (2 * 0.5) + 1e-9
+    rest = place(cell, name)
+    clock.time += 1.0
+    assert place(cell, name) == rest
+    assert advance(start(cell, name)) is MotionState.DONE
+
+
+# what happens between a first motion of `a` and a second look at it: (events, state of the first, is anything moving)
+OWNERSHIP = [
+    ([], "moving", True),
+    (["a stops"], "stopped", False),
+    (["a stops", "a stops"], "stopped", False),
+    (["safe stop"], "stopped", False),
+    (["b starts"], "preempted", True),
+    (["b starts", "a stops"], "preempted", True),
+    (["b starts", "b stops"], "preempted", False),
+    (["b starts", "b stops", "a stops"], "preempted", False),
+    (["b starts", "safe stop"], "preempted", False),
+    (["a stops", "b starts", "a stops"], "stopped", True),
+    (["time passes", "b starts", "a stops"], "done", True),
+    (["time passes", "a stops"], "stopped", False),
+]
+
+
+@pytest.mark.parametrize(("events", "expected", "moving"), OWNERSHIP)
+@pytest.mark.parametrize("name", MOVERS)
+def test_only_the_owner_of_the_current_motion_stops_it(make_cell, clock, name, events, expected, moving):
+    cell = make_cell()
+    motions = {"a": start(cell, name)}
+    clock.time += 0.2
+    for event in events:
+        match event.split():
+            case ["b", "starts"]:
+                motions["b"] = start(cell, name, far=True, owner="b")
+            case [owner, "stops"]:
+                motions[owner].stop()
+            case ["safe", "stop"]:
+                assert cell.stop() == []
+            case ["time", "passes"]:
+                clock.time += 5.0
+        clock.time += 0.05
+    assert motions["a"].poll() == expected
+    clock.time += 0.15  # any braking is over
+    here = place(cell, name)
+    clock.time += 0.05
+    assert (place(cell, name) != here) is moving
+
+
+def test_commands_and_polls_are_written_down(make_cell, notes):
+    cell = make_cell()
+    motion = start(cell, "arm", owner="main/approach")
+    motion.poll()
+    motion.stop()
+    assert notes.lines == [
+        ("command", "arm", "move", "main/approach"),
+        ("motion", "arm", "main/approach", MotionState.MOVING),
+        ("command", "arm", "stop", "main/approach"),
+    ]
+
+
+BEYOND = [
+    (lambda c: c.devices["arm"].move(Pose((0, 0, -0.01)), speed=0.1, owner="a"), r"height -10 mm .* 0 mm to 500 mm"),
+    (lambda c: c.devices["arm"].move(Pose((0, 0, 0.9)), speed=0.1, owner="a"), r"height 900 mm"),
+    (lambda c: c.devices["arm"].move(Pose((0.4, 0, 0.1)), speed=0.1, owner="a"), r"x 400 mm .* -300 mm to 300 mm"),
+    (lambda c: c.devices["arm"].follow([Pose(), Pose((0, 1, 0))], speed=0.1, owner="a"), r"y 1000 mm"),
+    (lambda c: c.devices["arm"].move(Pose(), speed=0.3, owner="a"), r"speed 300 mm/s .* at most 250 mm/s"),
+    (lambda c: c.devices["gripper"].move(0.140, speed=0.1, owner="a"), r"stretch 85 mm .* 0 mm to 80 mm"),
+    (lambda c: c.devices["gripper"].move(0.050, speed=0.1, owner="a"), r"stretch -5 mm"),
+    (lambda c: c.devices["gripper"].move(0.060, speed=0.2, owner="a"), r"speed 200 mm/s .* at most 150 mm/s"),
+]
+
+
+@pytest.mark.parametrize(("command", "said"), BEYOND)
+def test_commands_beyond_the_limits_are_never_sent(make_cell, notes, command, said):
+    cell = make_cell()
+    with pytest.raises(LimitExceeded, match=said):
+        command(cell)
+    assert [line[0] for line in notes.lines] == ["fault"]
+    assert all(d.state is DeviceState.READY for d in cell.devices.values())
+    assert start(cell, "arm").poll() is MotionState.MOVING
+
+
+def test_a_refused_command_leaves_the_motion_before_it(make_cell):
+    cell = make_cell()
+    motion = start(cell, "arm")
+    with pytest.raises(LimitExceeded):
+        cell.devices["arm"].move(Pose((0, 0, 0.9)), speed=0.1, owner="b")
+    assert motion.poll() is MotionState.MOVING
+
+
+def test_depth_is_limited_once_contact_is_known(make_cell):
+    cell = make_cell()
+    arm = cell.devices["arm"]
+    arm.move(Pose((0, 0, 0.03)), speed=0.1, owner="a")
+    cell.hand.contact_height = 0.06
+    with pytest.raises(LimitExceeded, match=r"depth 30 mm .* at most 25 mm"):
+        arm.move(Pose((0, 0, 0.03)), speed=0.1, owner="a")
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.1, math.nan, math.inf])
+@pytest.mark.parametrize("name", MOVERS)
+def test_a_speed_must_be_one(make_cell, name, speed):
+    device = make_cell().devices[name]
+    with pytest.raises(InvalidInput, match="speed"):
+        device.move(Pose() if name == "arm" else 0.06, speed=speed, owner="a")
+
+
+def test_other_bad_commands(make_cell):
+    cell = make_cell()
+    with pytest.raises(InvalidInput, match="opening"):
+        cell.devices["gripper"].move(math.nan, speed=0.1, owner="a")
+    with pytest.raises(InvalidInput, match="at least one pose"):
+        cell.devices["arm"].follow([], speed=0.1, owner="a")
+
+
+@pytest.mark.parametrize("kind", ["simulated", "replay"])
+def test_a_fault_of_the_device_stays_until_acknowledged(make_cell, monkeypatch, clock, notes, kind):
+    """Whatever raises inside a driver: readings fail as they do, commands are refused, also after opening again."""
+    sensor = make_cell(kind).devices["force_sensor"]
+    with monkeypatch.context() as broken:
+        broken.setattr(sensor.driver, "wrench", lambda: (_ for _ in ()).throw(ConnectionResetError("gone")))
+        with pytest.raises(DeviceLost, match="force_sensor: the connection broke"):
+            sensor.wrench(1.0)
+    assert sensor.state is DeviceState.FAULT
+    assert ("fault", "force_sensor", "DeviceLost") in notes.lines
+    assert sensor.wrench(1.0).value.torque is not None
+    sensor.close()
+    sensor.open()
+    assert sensor.state is DeviceState.FAULT
+    with pytest.raises(NotReady, match="in fault until acknowledged: the connection broke"):
+        sensor.zero()
+    sensor.acknowledge()
+    assert sensor.state is DeviceState.READY
+    sensor.zero()
+
+
+@pytest.mark.parametrize("name", MOVERS)
+def test_a_mover_in_fault_refuses_to_move_but_stops(make_cell, monkeypatch, clock, name):
+    cell = make_cell()
+    device = cell.devices[name]
+    motion = start(cell, name)
+    clock.time += 0.2
+    device.latch(DeviceFault(name, "protective stop"))
+    with pytest.raises(DeviceFault, match="protective stop"):
+        motion.poll()
+    with pytest.raises(NotReady, match="protective stop"):
+        start(cell, name)
+    device.stop()
+    clock.time += 1.0
+    rest = place(cell, name)
+    clock.time += 1.0
+    assert place(cell, name) == rest
+    device.acknowledge()
+    assert place(cell, name) == rest
+    assert start(cell, name).poll() is MotionState.MOVING
+
+
+def test_too_much_force_stops_the_arm(clock, advance):
+    spec = load_cell("simulated")
+    spec = replace(spec, limits=spec.limits.model_copy(update={"force": 1.0}))
+    cell = open_cell(spec, now=clock, scene=load_scene("calibration_cylinder"))
+    arm = cell.devices["arm"]
+    motion = arm.move(Pose((0, 0, 0.04)), speed=0.05, owner="a")
+    with pytest.raises(LimitExceeded, match=r"force .* at most 1 N"):
+        advance(motion)
+    assert arm.state is DeviceState.FAULT
+    clock.time += 1.0
+    assert 0.043 < arm.pose(1.0).value.height < 0.05
+
+
+def test_drivers_document_themselves():
+    for key in IMPLEMENTATIONS:
+        cls = driver_class(*key)
+        assert inspect.getdoc(cls)
+        assert cls.Options.model_fields["type"].annotation.__args__ == (key[0],)
+        assert cls.Options.model_fields["use"].annotation.__args__ == (key[1],)

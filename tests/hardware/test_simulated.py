@@ -1,0 +1,128 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.simulation.scene import load_scene
+
+LENGTH = st.floats(1e-6, 1.0)
+SPEED = st.floats(1e-3, 1.0)
+ACCELERATION = st.floats(0.05, 10.0)
+
+
+@given(length=LENGTH, speed=SPEED, acceleration=ACCELERATION, part=st.floats(0, 1.2))
+def test_a_profile_keeps_its_speed_and_acceleration(length, speed, acceleration, part):
+    profile = Profile.trapezoid(length, speed, acceleration)
+    assert profile.at(profile.duration)[0] == pytest.approx(length)
+    assert profile.at(profile.duration)[1] == 0.0
+    times = np.linspace(0, 1.1 * profile.duration, 60)
+    places = np.array([profile.at(t) for t in times])
+    assert np.all(np.diff(places[:, 0]) >= -1e-12)
+    assert np.all(places[:, 1] <= speed * (1 + 1e-9))
+    assert np.all(np.abs(np.diff(places[:, 1])) <= acceleration * np.diff(times) * (1 + 1e-6) + 1e-12)
+    time = part * profile.duration
+    braked = profile.braked(time, acceleration)
+    distance, moving = profile.at(time)
+    assert braked.at(time)[0] == pytest.approx(distance)
+    assert braked.at(1e9)[0] == pytest.approx(distance + moving**2 / (2 * acceleration))
+    assert braked.at(1e9)[0] <= length * (1 + 1e-9)
+    assert braked.at(time / 2) == profile.at(time / 2)
+
+
+def test_no_way_takes_no_time():
+    assert Profile.trapezoid(0.0, 0.1, 1.0).duration == 0.0
+
+
+def test_a_path_goes_through_its_poses_and_ends_at_the_floor():
+    path = PosePath([Pose((0, 0, 0.1)), Pose((0.1, 0, 0.1)), Pose((0.1, 0, -0.1), (0, 0, 0.3))])
+    assert path.at(0.05).position == pytest.approx((0.05, 0, 0.1))
+    assert path.at(0.2).rotation == pytest.approx((0, 0, 0.15))
+    assert path.above(0.0).length == pytest.approx(0.2)
+    assert path.above(0.0).at(9.0).position == pytest.approx((0.1, 0, 0.0))
+    assert path.above(-0.2) is path
+    assert PosePath([Pose((0, 0, 0.1)), Pose((0, 0, 0.1), (0, 0, 1))]).length == pytest.approx(0.1)
+
+
+def test_the_table_is_never_entered(clock, advance, tmp_path):
+    path = tmp_path / "cell.yaml"
+    path.write_text(
+        "format: stretch-cell/1\ndevices: {arm: {type: Arm, use: simulated, x: 200 mm}}\n"
+        "limits: {height: {min: -100 mm, max: 500 mm}}\n"
+    )
+    arm = open_cell(load_cell(path), now=clock, scene=load_scene("water_balloon")).devices["arm"]
+    motion = arm.move(Pose((0.2, 0, -0.05)), speed=0.2, owner="a")
+    assert advance(motion) is MotionState.BLOCKED
+    assert arm.pose(1.0).value.height == 0.0
+
+
+def test_the_fingers_end(clock, advance, tmp_path):
+    path = tmp_path / "cell.yaml"
+    path.write_text("format: stretch-cell/1\ndevices: {g: {type: Gripper, use: simulated, max_opening: 100 mm}}\n")
+    gripper = open_cell(load_cell(path), now=clock, scene=load_scene("water_balloon")).devices["g"]
+    assert advance(gripper.move(0.12, speed=0.1, owner="a")) is MotionState.BLOCKED
+    assert gripper.opening(1.0).value == 0.1
+    assert advance(gripper.move(0.06, speed=0.1, owner="a")) is MotionState.DONE
+
+
+def test_a_frame_shows_the_hand_as_it_was_at_exposure(make_cell, clock):
+    """A frame belongs to its own instant also when the arm was told something else since."""
+    cell = make_cell()
+    arm, camera = cell.devices["arm"], cell.devices["camera"]
+    arm.move(Pose((0, 0, 0.1)), speed=0.1, owner="a")
+    clock.time = 0.5
+    here = arm.pose(1.0).value.height
+    clock.time = 0.51
+    arm.move(Pose((0, 0, 0.2)), speed=0.1, owner="b")
+    clock.time = 0.52
+    frame = camera.frame(0.1)
+    assert frame.host_time == frame.value.time == 0.5
+    assert frame.value.hand_height == pytest.approx(here)
+    assert camera.frame(0.1) is frame
+    table = np.percentile(frame.value.depth, 99)
+    assert table == pytest.approx(0.2 + here, abs=1e-3)
+
+
+def test_a_press_is_seen_and_felt(make_cell, clock, advance):
+    cell = make_cell(scene="calibration_sphere")
+    arm, gripper, camera, sensor = (cell.devices[n] for n in ("arm", "gripper", "camera", "force_sensor"))
+    advance(gripper.move(0.085, speed=0.1, owner="a"))
+    advance(arm.move(Pose((0, 0, 0.05)), speed=0.1, owner="a"))
+    clock.time += 0.1
+    frame = camera.frame(0.1).value
+    assert frame.stretch == pytest.approx(0.03)
+    intrinsics = camera.intrinsics
+    top = frame.depth[int(intrinsics.cy) - 3 : int(intrinsics.cy) + 4, int(intrinsics.cx) - 3 : int(intrinsics.cx) + 4]
+    assert frame.plane_distance - top.mean() == pytest.approx(0.010, abs=3e-4)
+    forces = []
+    for _ in range(200):
+        clock.time += 0.001
+        forces.append(sensor.wrench(0.1).value.force)
+    truth = cell.truth()
+    assert np.mean(forces, axis=0) == pytest.approx((0, 0, truth["force"]), abs=4 * 0.02 / math.sqrt(200))
+    assert np.std(forces, axis=0) == pytest.approx(0.02, rel=0.25)
+    sensor.zero()
+    assert abs(sensor.wrench(0.1).value.force[2]) < 0.1
+
+
+def test_repeatability_is_what_the_scene_says(clock, advance, tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(
+        "format: stretch-scene/1\nobject: {type: sphere, diameter: 20 mm, rigid: true, base: 40 mm}\n"
+        "robot: {repeatability: 0.05 mm}\n"
+    )
+    cell = open_cell(load_cell("simulated"), now=clock, scene=load_scene(path))
+    arm, errors = cell.devices["arm"], []
+    for k in range(200):
+        advance(arm.move(Pose((0, 0, 0.052 if k % 2 else 0.05)), speed=0.25, owner="a"))
+        told = arm.pose(1.0).value.height
+        errors.append(cell.truth()["contact_height"] - cell.truth()["depth"] - told)
+    assert np.std(errors) == pytest.approx(5e-5, rel=0.2)
+    assert abs(np.mean(errors)) < 1.5e-5
