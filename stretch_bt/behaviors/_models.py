@@ -1,12 +1,14 @@
 """Force models by name, loaded once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 
+from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model import ForceModel
 from stretch_bt.units import Estimate
 
-__all__ = ["PAPER", "force_model", "inverted"]
+__all__ = ["PAPER", "force_model", "inverted", "within_range"]
 
 STEP = 1e-5  # m, over which the slope of a force is taken: far below any length of a press
 
@@ -25,3 +27,12 @@ def inverted(value: float, predict: Callable[[float], tuple[float, float]]) -> E
     force, sd = predict(value)
     slope = (predict(value + STEP)[0] - force) / STEP
     return Estimate(value, sd / slope if slope > 0 else 0.0)
+
+
+@contextmanager
+def within_range() -> Iterator[None]:
+    """Refuse what a model says lies outside its range: measured values got there, not a mistake in the tree."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise IllConditioned(str(error)) from error

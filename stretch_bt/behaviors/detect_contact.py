@@ -12,11 +12,11 @@ class DetectContact(Behavior):
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]
+    frame: In[DepthFrame]  # the next one; frames must come in order
     false_alarms: In[float] = port(
         1e-3, min=1e-9, max=0.1, doc="probability that a frame without contact counts as one"
     )
-    in_contact: Out[bool]
+    in_contact: Out[bool]  # whether this frame shows a touch
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)

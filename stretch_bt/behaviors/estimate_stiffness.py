@@ -12,11 +12,11 @@ class EstimateStiffness(Behavior):
 
     kind = "model"
     instant = True
-    force: In[Force] = port(min=0.0)
-    deflection: In[Length]
-    force_sd: In[Force] = port(0.0, min=0.0)
-    deflection_sd: In[Length] = port(0.0, min=0.0)
-    stiffness: Out[Stiffness]
+    force: In[Force] = port(min=0.0, doc="at the present press")
+    deflection: In[Length]  # how far the top has given way
+    force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
+    deflection_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of deflection")
+    stiffness: Out[Stiffness]  # force over deflection
 
     def update(self) -> Status:
         """Divide, with the standard deviations of both."""

@@ -13,8 +13,8 @@ class FitSphere(Behavior):
 
     kind = "perception"
     instant = True
-    contact: In[Contact]
-    sphere: Out[Sphere]
+    contact: In[Contact]  # points and rays of the contact
+    sphere: Out[Sphere]  # radius, centre and curvature, each with its standard deviation
     min_significance: In[float] = port(3.0, min=1.0, doc="accept when the curvature exceeds this many sd")
 
     def update(self) -> Status:

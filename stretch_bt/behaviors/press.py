@@ -16,7 +16,7 @@ class Press(MotionBehavior):
 
     arm: Uses[Arm]
     depth: In[Length] = port(min=0.0, max=0.030, doc="absolute, past first contact")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050)
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand")
     max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this")
 
     def start(self) -> Motion:

@@ -15,7 +15,7 @@ class Retract(MotionBehavior):
 
     arm: Uses[Arm]
     clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact")
-    speed: In[Speed] = port(0.020, min=0.001, max=0.250)
+    speed: In[Speed] = port(0.020, min=0.001, max=0.250, doc="of the hand")
 
     def start(self) -> Motion:
         """Move straight up."""

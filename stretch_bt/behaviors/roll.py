@@ -18,8 +18,8 @@ class Roll(MotionBehavior):
     """Press to a depth and move the hand once round a circle that begins and ends where it stands."""
 
     arm: Uses[Arm]
-    radius: In[Length] = port(0.015, min=0.001, max=0.060)
-    speed: In[Speed] = port(0.030, min=0.001, max=0.250)
+    radius: In[Length] = port(0.015, min=0.001, max=0.060, doc="of the circle")
+    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the circle")
     depth: In[Length] = port(0.005, min=0.0, max=0.030, doc="absolute, past first contact")
 
     def start(self) -> Motion:

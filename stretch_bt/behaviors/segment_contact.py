@@ -15,9 +15,9 @@ class SegmentContact(Behavior):
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]
+    frame: In[DepthFrame]  # with the hand's stretch, where it is known
     rule: In[Literal["mean", "either"]] = "mean"  # mean curvature, or the paper's convex along either axis
-    contact: Out[Contact]
+    contact: Out[Contact]  # labels, points, rays and noise of the contact
 
     def update(self) -> Status:
         """Segment."""

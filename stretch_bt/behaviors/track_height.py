@@ -18,9 +18,9 @@ class TrackHeight(Behavior):
 
     kind = "perception"
     instant = True
-    frame: In[DepthFrame]
+    frame: In[DepthFrame]  # the one to measure in
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
-    height: Out[Length]
+    height: Out[Length]  # of the object's top
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)

@@ -241,6 +241,10 @@ def _object(value: Map, cls: type, what: str) -> Any:
     return _Partial(cls.__name__, given)
 
 
+class _FieldNotGiven(UnsetKey, AttributeError):
+    """A field of a mocked object is read that the mocks file does not give."""
+
+
 class _Partial:
     """An object of which a mocks file gives some fields."""
 
@@ -249,7 +253,7 @@ class _Partial:
         self._name = name
 
     def __getattr__(self, field_name: str) -> Any:
-        raise UnsetKey(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")
+        raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")
 
 
 def iter_then(values: list[Any], then: str) -> Generator[Any, None, None]:
