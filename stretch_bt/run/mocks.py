@@ -281,7 +281,9 @@ class MockNode(FlowNode):
         self.context = context
         self.script = script
         self.runs = 0
-        self.statuses = iter_then(rule.statuses, rule.then)
+        longest = max((len(v) for _, v in outputs), default=0)
+        by_outputs = longest > len(rule.statuses)  # then `then` speaks of the outputs
+        self.statuses = iter_then(rule.statuses, "repeat_last" if by_outputs else rule.then)
         end = "repeat_last" if rule.then == "fail" else rule.then
         self.outputs = [(cell, iter_then(values, end)) for cell, values in outputs if values]
         self.limit = max((len(v) for _, v in outputs), default=0)

@@ -1,0 +1,5 @@
+"""`python -m stretch_bt.cli`."""
+
+from stretch_bt.cli import main
+
+main()

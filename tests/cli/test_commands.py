@@ -1,0 +1,201 @@
+"""The command line as scripts see it: one JSON document, exit codes, no traceback for a user's mistake."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stretch_bt.cli.app import app, main
+
+MOCKS = Path(__file__).parents[1] / "trees" / "mocks"
+
+
+@pytest.fixture
+def cli(tmp_path, monkeypatch, capfd):
+    """Run a command in an empty folder: (exit code, standard output, standard error)."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["stretch-bt", *map(str, arguments)])
+        with pytest.raises(SystemExit) as exited:
+            main()
+        return exited.value.code or 0, *capfd.readouterr()
+
+    return call
+
+
+RUN_FIELDS = {"status", "reason", "outputs", "truth", "ticks", "task_seconds", "wall_seconds", "cpu_seconds", "record"}
+
+
+@pytest.mark.parametrize(
+    ("tree", "mocks", "code", "status"),
+    [
+        ("palpate_stiffness", "palpate_stiffness_success", 0, "SUCCESS"),
+        ("palpate_stiffness", "palpate_stiffness_failure", 1, "FAILURE"),
+        ("watch_contact", "watch_contact_success", 0, "SUCCESS"),
+    ],
+)
+def test_run_prints_one_document(cli, tmp_path, tree, mocks, code, status):
+    exit_code, out, _ = cli("run", tree, "--mocks", MOCKS / f"{mocks}.yaml", "--json", "--out", "record")
+    result = json.loads(out)
+    assert (exit_code, result["status"]) == (code, status)
+    assert result.keys() >= RUN_FIELDS
+    assert result["record"] == str(tmp_path / "record")
+    assert {"run.json", "events.jsonl", "record.mcap", "result.json", "report.html"} == {
+        p.name for p in (tmp_path / "record").iterdir()
+    }
+    for output in result["outputs"].values():
+        assert output.keys() == {"value", "unit", "sd"}
+
+
+def test_run_for_a_person_names_the_failed_node_and_why(cli):
+    code, out, err = cli("run", "palpate_stiffness", "--mocks", MOCKS / "palpate_stiffness_failure.yaml")
+    assert code == 1
+    assert "main/fit_sphere: the cap carries no convex radius" in out
+    assert "main/fit_sphere" in err  # the live view
+
+
+def test_replay_of_a_record(cli, tmp_path):
+    cli("run", "watch_contact", "--mocks", MOCKS / "watch_contact_success.yaml", "--out", "record", "-q")
+    code, out, _ = cli("replay", "record", "--json")
+    assert code == 0
+    result = json.loads(out)
+    assert result["identical"] is True
+    assert result["first_difference"] is None
+    assert result["decisions"] > 20
+    events = (tmp_path / "record" / "events.jsonl").read_text()
+    (tmp_path / "record" / "events.jsonl").write_text(events.replace('"value":0.002', '"value":0.0021'))
+    code, out, _ = cli("replay", "record", "--json")
+    assert code == 1
+    assert json.loads(out)["first_difference"].keys() == {"tick", "node", "recorded", "replayed"}
+
+
+def test_the_record_folder_must_be_empty(cli, tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    code, out, _ = cli(
+        "run", "watch_contact", "--mocks", MOCKS / "watch_contact_success.yaml", "--out", "full", "--json"
+    )
+    assert code == 2
+    assert json.loads(out)["status"] == "ERROR"
+    assert [p.name for p in (tmp_path / "full").iterdir()] == ["mine.txt"]
+
+
+BAD = [
+    (["run", "palpate_stifness"], "did you mean 'palpate_stiffness'"),
+    (["run", "palpate_stiffness", "--set", "dropp=2mm"], "did you mean 'drop'"),
+    (["run", "palpate_stiffness", "--set", "drop=2"], "2 mm"),
+    (["run", "palpate_stiffness", "--set", "drop=200mm"], "10 mm"),
+    (["run", "palpate_stiffness", "--set", "drop"], "--set drop=2mm"),
+    (["run", "palpate_stiffness", "--scene", "water_baloon"], "water_balloon"),
+    (["run", "palpate_stiffness", "--cell", "simulatd"], "simulated"),
+    (["run", "palpate_stiffness", "--mocks", "nothing.yaml"], "no such file"),
+    (["run", "palpate_stiffness", "--seed", "x"], "--seed"),
+    (["nodes", "pres"], "press"),
+    (["schema", "trees"], "tree"),
+    (["show", "palpate_stiffness", "--format", "pdf"], "svg"),
+    (["replay", "nowhere"], "no such folder"),
+    (["report", "nowhere"], "no such folder"),
+    (["check", "nowhere.yaml"], "no such file"),
+    (["new", "tre", "mine"], "tree"),
+    (["new", "tree", "My Tree"], "small letters"),
+    (["frobnicate"], "frobnicate"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "said"), BAD, ids=[" ".join(a) for a, _ in BAD])
+def test_bad_input_is_exit_2_with_what_to_write_instead(cli, arguments, said):
+    code, out, err = cli(*arguments)
+    assert code == 2, err
+    assert said in " ".join((out + err).split())
+    assert "Traceback" not in out + err
+
+
+def test_check_json_is_the_contract(cli, tmp_path):
+    (tmp_path / "a.yaml").write_text("format: stretch-tree/1\ntrees:\n  main:\n    sequence:\n      - pres: {}\n")
+    code, out, _ = cli("check", "a.yaml", "--json")
+    assert code == 2
+    [finding] = json.loads(out)
+    assert finding == {
+        "file": "a.yaml",
+        "line": 5,
+        "column": 9,
+        "severity": "error",
+        "code": "node-unknown",
+        "message": finding["message"],
+        "hint": "did you mean 'press'?",
+    }
+    (tmp_path / "b.yaml").write_text(
+        "format: stretch-tree/1\ntrees:\n  main:\n    sequence:\n      - wait: {duration: 1 s}\n"
+    )
+    assert cli("check", "b.yaml", "--json")[:2] == (0, "[]\n")
+
+
+def test_check_for_a_person_shows_the_line(cli, tmp_path):
+    (tmp_path / "a.yaml").write_text("format: stretch-tree/1\ntrees:\n  main:\n    sequence:\n      - pres: {}\n")
+    _, out, _ = cli("check", "a.yaml")
+    assert "    5 |       - pres: {}\n      |         ^^^^\n" in out
+
+
+def test_nodes_json_is_the_contract(cli):
+    nodes = json.loads(cli("nodes", "--json")[1])
+    assert {"press", "fit_sphere", "set_stretch"} <= {n["name"] for n in nodes}
+    [press] = json.loads(cli("nodes", "press", "--json")[1])
+    assert press.keys() >= {"name", "kind", "doc", "module", "inputs", "outputs"}
+    depth = next(p for p in press["inputs"] if p["name"] == "depth")
+    assert depth.keys() >= {"name", "type", "unit", "default", "required", "doc"}
+    assert (depth["type"], depth["unit"], depth["required"]) == ("Length", "m", True)
+
+
+@pytest.mark.parametrize("kind", ["tree", "scene", "cell", "mocks"])
+def test_schema_is_json(cli, kind):
+    code, out, _ = cli("schema", kind)
+    assert code == 0
+    assert json.loads(out)["type"] == "object"
+
+
+@pytest.mark.parametrize("kind", ["tree", "scene"])
+def test_new_files_check_clean_and_are_not_overwritten(cli, tmp_path, kind):
+    assert cli("new", kind, "mine")[0] == 0
+    assert cli("check", "mine.yaml", "--json")[:2] == (0, "[]\n")
+    before = (tmp_path / "mine.yaml").read_text()
+    assert cli("new", kind, "mine")[0] == 2
+    assert (tmp_path / "mine.yaml").read_text() == before
+
+
+def test_a_new_node_runs_in_a_tree(cli, tmp_path):
+    assert cli("new", "node", "softness")[0] == 0
+    (tmp_path / "t.yaml").write_text(
+        "format: stretch-tree/1\nimports: {own: softness}\nkeys: {}\ntrees:\n  main:\n    out: {k: Stiffness}\n    sequence:\n"
+        "      - softness: {force: 1 N, deflection: 2 mm, stiffness: $k}\n"
+    )
+    command = [sys.executable, "-m", "stretch_bt.cli", "run", "t.yaml", "--json", "-q"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["outputs"]["k"] == {"value": 0.5, "unit": "N/mm", "sd": None}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_with_130_and_a_whole_record(tmp_path, number):
+    command = [sys.executable, "-m", "stretch_bt.cli", "run", "palpate_stiffness", "--json", "--out", "record"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ
+    )
+    for line in process.stderr:  # the arm is on its way down
+        if "main/approach" in line:
+            break
+    process.send_signal(number)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert json.loads(out)["status"] == "INTERRUPTED"
+    assert json.loads((tmp_path / "record" / "result.json").read_text())["status"] == "INTERRUPTED"
+
+
+def test_help_names_every_command(cli):
+    _, out, _ = cli("--help")
+    for command in app.registered_commands:
+        assert command.name in out

@@ -1,0 +1,69 @@
+"""The box mask that isolates the membrane, and the average of still frames."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.perception import average_frames, mask_membrane
+
+INTRINSICS = Intrinsics(400.0, 400.0, 99.5, 119.5, 200, 240)
+
+
+def frame(raw, **changes):
+    return DepthFrame(np.asarray(raw, np.uint16), 0.000125, INTRINSICS, 1.0, 7, plane_distance=0.2, **changes)
+
+
+@given(stretch=st.floats(0, 0.08), gauge=st.floats(0.05, 0.1), width=st.floats(0.04, 0.09))
+def test_the_box_follows_the_gripper(stretch, gauge, width):
+    masked = mask_membrane(frame(np.full((240, 200), 1600)), gauge=gauge, width=width, stretch=stretch)
+    v, u = np.nonzero(masked.raw)
+    metres = 0.2 / 400.0
+    length = min(gauge + stretch, 240 * metres + 0.008) - 0.008
+    across = min(width / np.sqrt((gauge + stretch) / gauge), 200 * metres + 0.008) - 0.008
+    assert (np.ptp(v) + 1) * metres == pytest.approx(length, abs=1.5 * metres)
+    assert (np.ptp(u) + 1) * metres == pytest.approx(across, abs=1.5 * metres)
+    assert masked.raw[v, u].tolist() == [1600] * len(v)
+
+
+def test_a_mask_needs_to_know_where_the_membrane_is():
+    bare = dataclasses.replace(frame(np.ones((240, 200))), plane_distance=None)
+    with pytest.raises(InvalidInput, match="plane_distance"):
+        mask_membrane(bare, gauge=0.1, width=0.09, stretch=0.0)
+    with pytest.raises(InvalidInput, match="positive"):
+        mask_membrane(frame(np.ones((240, 200))), gauge=0.1, width=0.0, stretch=0.0)
+
+
+def test_averaging_gains_what_quantisation_lost():
+    rng = np.random.default_rng(0)
+    truth = 0.1999
+    frames = [frame(np.rint((truth + rng.normal(0, 2e-4, (240, 200))) / 0.000125)) for _ in range(16)]
+    mean = average_frames(frames)
+    assert mean.unit == 0.000125 / 16
+    assert (mean.time, mean.sequence) == (1.0, 7)
+    assert mean.depth.std() == pytest.approx(2e-4 / 4, rel=0.1)
+    assert mean.depth.mean() == pytest.approx(truth, abs=2e-6)
+
+
+def test_a_pixel_needs_half_of_the_frames():
+    stack = np.full((4, 240, 200), 800)
+    stack[:2, 0, 0] = 0
+    stack[:3, 0, 1] = 0
+    mean = average_frames([frame(raw) for raw in stack])
+    assert mean.raw[0, 0] == mean.raw[5, 5] == 800 * 16
+    assert mean.raw[0, 1] == 0
+
+
+def test_far_frames_keep_their_unit():
+    assert average_frames([frame(np.full((240, 200), 60000))] * 2).raw.max() == 60000
+
+
+def test_frames_of_two_cameras_are_not_averaged():
+    other = dataclasses.replace(frame(np.ones((240, 200))), unit=0.001)
+    for frames in ([], [frame(np.ones((240, 200))), other]):
+        with pytest.raises(InvalidInput):
+            average_frames(frames)

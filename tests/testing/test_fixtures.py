@@ -1,0 +1,73 @@
+"""The fixtures that the package gives to tests."""
+
+import pytest
+
+from stretch_bt.errors import DeviceLost, InvalidInput
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.interfaces import INTERFACES, MotionState
+from stretch_bt.testing import ScriptedDevice
+
+TREE = """\
+format: stretch-tree/1
+devices: {arm: Arm}
+scene: water_balloon
+params: {time: {type: Time, default: 1 s}}
+trees:
+  main:
+    guard: arm.force < 2 N
+    sequence:
+      - wait: {duration: $params.time}
+"""
+
+
+def test_virtual_clock_moves_only_when_told(virtual_clock):
+    assert virtual_clock.now() == 0.0
+    virtual_clock.advance(1.5)
+    virtual_clock.wait_until(1.0)
+    assert virtual_clock.now() == 1.5
+
+
+def test_cell_opens_on_the_clock_and_closes(cell, virtual_clock):
+    opened = cell(scene="calibration_sphere", seed=3)
+    motion = opened.devices["arm"].move(Pose((0, 0, 0.19)), speed=0.05, owner="test")
+    assert motion.poll() is MotionState.MOVING
+    virtual_clock.advance(1.0)
+    assert motion.poll() is MotionState.DONE
+
+
+def test_run_takes_text_and_mocks(run):
+    assert run(TREE, params={"time": 0.2}).status == "SUCCESS"
+    mocks = "format: stretch-mocks/1\ntree: tree2.yaml\nmocks:\n  - {match: main/wait, status: failure}\nreadings: {arm.force: 1 N}\n"
+    assert run(TREE, mocks=mocks).reason == "main/wait: mocked failure"
+    mocks = "format: stretch-mocks/1\ntree: tree3.yaml\nreadings: {arm.force: [1 N, 3 N]}\n"
+    assert "does not hold: arm.force = 3 N" in run(TREE, mocks=mocks).reason
+
+
+@pytest.mark.parametrize("kind", INTERFACES)
+def test_scripted_device_is_its_interface(scripted_device, kind):
+    assert isinstance(scripted_device(kind, {"frame": None}), INTERFACES[kind]) or kind == "DepthCamera"
+
+
+def test_scripted_device_says_what_it_is_told(scripted_device, virtual_clock):
+    arm = scripted_device("Arm", {"pose": [Pose((0, 0, 1.0)), Pose((0, 0, 2.0))], "wrench": DeviceLost("arm", "gone")})
+    virtual_clock.advance(2.0)
+    assert [arm.pose(1).value.height for _ in range(3)] == [1.0, 2.0, 2.0]
+    assert arm.pose(1).host_time == 2.0
+    with pytest.raises(DeviceLost):
+        arm.wrench(1)
+
+
+def test_scripted_motion_has_an_owner():
+    arm = ScriptedDevice("Arm", motion=[MotionState.MOVING, MotionState.DONE])
+    first = arm.move(Pose(), speed=0.1, owner="a")
+    second = arm.move(Pose(), speed=0.1, owner="b")
+    first.stop()
+    assert first.poll() is MotionState.PREEMPTED
+    assert [second.poll(), second.poll(), second.poll()] == [MotionState.MOVING, MotionState.DONE, MotionState.DONE]
+    second.stop()
+    assert [(c.name, c.owner) for c in arm.commands] == [("move", "a"), ("move", "b"), ("stop", "b")]
+
+
+def test_scripted_device_of_no_kind():
+    with pytest.raises(InvalidInput, match="Arm"):
+        ScriptedDevice("Arms")

@@ -1,0 +1,177 @@
+"""One table over every registered node, and what the registry refuses."""
+
+import inspect
+import json
+import re
+from typing import Any, Literal
+
+import pytest
+
+from stretch_bt.tree import registry
+from stretch_bt.tree.flow import CONSTRUCTS
+from stretch_bt.tree.ports import Behavior, In, Out, Role, Status, port
+from stretch_bt.tree.registry import RESERVED, RegistryError, describe, load_all, lookup, node, snake_case
+from stretch_bt.tree.types import Family
+from stretch_bt.units import Length
+
+NODES = load_all()
+KINDS = {"actuation", "perception", "model", "condition", "action"}
+INPUT = {"name", "type", "unit", "default", "required", "doc"}
+
+
+@pytest.fixture
+def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a test register nodes that no other test sees."""
+    monkeypatch.setattr(registry, "_nodes", dict(registry._nodes))
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_a_node_is_named_documented_and_typed(name: str) -> None:
+    info = NODES[name]
+    assert re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name)
+    assert name == snake_case(info.cls.__name__)
+    assert name not in CONSTRUCTS
+    assert info.doc.endswith(".")
+    assert info.cls.kind in KINDS
+    assert info.cls.update is not Behavior.update
+    for declared in info.ports.values():
+        type_ = info.types[declared.name]
+        assert type_.name
+        if declared.role is Role.DEVICE:
+            continue
+        assert declared.doc, f"{name}.{declared.name} has no doc"
+        if type_.is_number and declared.role is Role.INPUT:
+            bounds = [b for b in (declared.min, declared.max) if b is not None]
+            assert bounds == sorted(bounds)
+            if isinstance(declared.default, int | float):
+                assert (declared.min is None or declared.default >= declared.min) and (
+                    declared.max is None or declared.default <= declared.max
+                )
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_a_node_is_made_without_a_device(name: str) -> None:
+    made = NODES[name].cls(f"main/{name}")
+    assert (made.path, made.name) == (f"main/{name}", name)
+    assert inspect.signature(NODES[name].cls).parameters.keys() == {"path"}
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_a_node_is_described_as_the_contract_says(name: str) -> None:
+    info = NODES[name]
+    found = describe(info)
+    assert json.loads(json.dumps(found)) == found
+    assert {"name", "kind", "doc", "module", "inputs", "outputs"} <= set(found)
+    assert found["module"] == info.cls.__module__
+    for entry in (*found["inputs"], *found["outputs"]):
+        assert set(entry) >= INPUT
+        assert isinstance(entry["required"], bool)
+        assert entry["doc"]
+    inputs = {entry["name"]: entry for entry in found["inputs"]}
+    assert set(inputs) == {p.name for p in info.of(Role.INPUT)}
+    for entry in inputs.values():
+        assert entry["required"] == info.ports[entry["name"]].required
+        assert not (entry["required"] and entry["default"] is not None)
+        assert (entry["unit"] is not None) == (info.types[entry["name"]].family is Family.QUANTITY)
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_every_number_that_a_node_writes_has_its_standard_deviation(name: str) -> None:
+    outputs = NODES[name].outputs
+    for declared in NODES[name].of(Role.OUTPUT):
+        assert declared.name in outputs
+        if outputs[declared.name].is_number and not declared.name.endswith("_sd"):
+            assert outputs[f"{declared.name}_sd"] == outputs[declared.name]
+
+
+CONTRACT = """
+set_stretch{stretch, speed} approach{speed, contact_height: out} press{depth, speed, max_force} retract{clearance, speed}
+roll{radius, speed, depth} capture{frame: out} average_frames{count, frame: out} segment_contact{frame, rule, contact: out}
+fit_sphere{contact, sphere: out} track_height{frame, contact, height: out} detect_contact{frame, in_contact: out}
+predict_force{radius, stretch, depth, model, force: out} next_indentation{radius, stretch, force, model, depth: out}
+choose_stretch{radius, depth, force, model, stretch: out} estimate_stiffness{force, deflection, stiffness: out}
+"""
+
+
+@pytest.mark.parametrize(("name", "ports"), re.findall(r"(\w+)\{([^}]*)\}", CONTRACT))
+def test_the_promised_ports_are_there(name: str, ports: str) -> None:
+    info = lookup(name)
+    assert info is not None
+    for text in ports.split(", "):
+        port_name, _, out = text.partition(": ")
+        assert info.ports[port_name].role is (Role.OUTPUT if out else Role.INPUT)
+
+
+def behavior(name: str = "Probe", doc: str | None = "A probe.", **ports: Any) -> type[Behavior]:
+    def update(self: Behavior) -> Status:
+        return Status.SUCCESS
+
+    members = {"__doc__": doc, "__module__": __name__, "__qualname__": name, "__annotations__": ports, "update": update}
+    return type(name, (Behavior,), members)
+
+
+@pytest.mark.parametrize("word", RESERVED)
+def test_reserved_words_cannot_be_ports(word: str, fresh: None) -> None:
+    with pytest.raises(RegistryError, match=rf"'{word}'; the word is reserved"):
+        node(behavior(**{word: In[Length]}))
+
+
+def test_a_name_is_taken_once(fresh: None) -> None:
+    class Press(Behavior):
+        """Not the press of the library."""
+
+    with pytest.raises(RegistryError, match=r"'press' of .* is already registered by stretch_bt\.behaviors\.press"):
+        node(Press)
+    assert lookup("press") is NODES["press"]
+
+
+def test_a_module_may_be_read_again(fresh: None) -> None:
+    first = node(behavior())
+    second = node(behavior())
+    assert first is not second
+    found = lookup("probe")
+    assert found is not None
+    assert found.cls is second
+
+
+@pytest.mark.parametrize("doc", [None, "", "  \n "])
+def test_a_node_needs_a_docstring(doc: str | None, fresh: None) -> None:
+    with pytest.raises(RegistryError, match="has no docstring"):
+        node(behavior(doc=doc))
+
+
+def test_a_port_needs_a_type_of_the_language(fresh: None) -> None:
+    with pytest.raises(RegistryError, match="port 'size'"):
+        node(behavior(size=In[Length | str]))
+
+
+def test_an_output_has_no_default() -> None:
+    with pytest.raises(TypeError, match="only an input port can have a default"):
+
+        class Probe(Behavior):
+            """A probe."""
+
+            size: Out[Length] = 0.0
+
+
+def test_types_and_options_of_ports_are_read_from_the_class(fresh: None) -> None:
+    class HTTPProbe2D(Behavior):
+        """A probe."""
+
+        size: In[Length] = port(0.01, min=0.001, max=0.1, doc="how large")
+        way: In[Literal["up", "down"]] = "up"  # where to
+        sizes: In[list[Length]]
+        found: Out[Length]
+
+    node(HTTPProbe2D)
+    info = lookup("http_probe2_d") or lookup("http_probe2d")
+    assert info is not None
+    assert info.types["way"].options == ("up", "down")
+    assert info.types["sizes"].name == "list[Length]"
+    assert [p.name for p in info.ports.values() if p.required] == ["sizes"]
+    entry = describe(info)["inputs"][0]
+    assert entry == {
+        "name": "size", "type": "Length", "unit": "m", "default": 0.01, "required": False, "doc": "how large",
+        "min": 0.001, "max": 0.1,
+    }  # fmt: skip
+    assert list(info.outputs) == ["found", "found_sd"]
