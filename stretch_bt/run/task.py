@@ -233,9 +233,18 @@ def run(
     if "main" not in program.document.trees:
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
     table = read_mocks(Path(mocks)) if mocks is not None else None
-    default = program.document.scene.text if program.document.scene and cell is None else None
+    default = _own_scene(program) if cell is None else None
     task = Task(program, params or {}, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
     return execute(task, out, view, watch)
+
+
+def _own_scene(program: Program) -> str | None:
+    """Return the scene that a tree names: a file beside the tree, or the name of a shipped one."""
+    named, path = program.document.scene, program.document.path
+    if named is None or path is None:
+        return None
+    beside = path.parent / named.text
+    return str(beside) if named.text.endswith((".yaml", ".yml")) and beside.exists() else named.text
 
 
 def execute(

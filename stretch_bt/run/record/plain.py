@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from stretch_bt.units import Estimate
+
 __all__ = ["dumps", "plain"]
 
 MAX_DEPTH = 12
@@ -50,6 +52,8 @@ def _name_of(value: float) -> str:
 def _compound(value: Any, depth: int) -> Any:
     if isinstance(value, Enum):
         return plain(value.value, depth)
+    if isinstance(value, Estimate):
+        return {"value": plain(float(value), depth), "sd": plain(value.sd, depth)}
     if isinstance(value, str | int | float | np.generic):
         return _number_or_text(value)
     if isinstance(value, np.ndarray):
