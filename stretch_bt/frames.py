@@ -65,7 +65,8 @@ class Pose:
             return np.eye(3)
         x, y, z = vector / angle
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+        turned: Array = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+        return turned
 
 
 @dataclass(frozen=True, slots=True)

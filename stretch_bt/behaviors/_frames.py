@@ -49,6 +49,6 @@ class FrameSource:
         stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value) if self.gripper is not None else frame.stretch
         distance = frame.plane_distance or geometry.plane_distance
         placed = replace(frame, hand_height=height, stretch=stretch, plane_distance=distance)
-        if self.gripper is None or stretch is None:
+        if self.arm is None and self.gripper is None:  # a camera alone may look at anything
             return placed
-        return perception.mask_membrane(placed, gauge=geometry.gauge, width=geometry.width, stretch=stretch)
+        return perception.mask_membrane(placed, gauge=geometry.gauge, width=geometry.width, stretch=stretch or 0.0)

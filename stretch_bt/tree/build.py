@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
@@ -17,6 +16,7 @@ from stretch_bt.tree.expression.typecheck import Origin, follow
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
+from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.scope import TreeScope
@@ -54,11 +54,13 @@ class BuiltTree:
     devices: set[str] = field(default_factory=set)
     #: readings in expressions, as `arm.force`
     readings: set[str] = field(default_factory=set)
+    #: whether a runner has it: nodes keep what they did, so a tree is run once
+    taken: bool = False
 
     def pending(self) -> list[CallNode]:
         """Return the called trees that were entered and still owe their `finally`, the innermost first."""
         calls = [n for n in self.nodes.values() if isinstance(n, CallNode)]
-        return [n for n in reversed(calls) if n.entered and n.finish is not None]
+        return [n for n in calls if n.entered and n.finish is not None]
 
     def outline(self) -> list[tuple[int, str, str]]:
         """Return (depth, path, label) of every node, from the root down."""
@@ -128,7 +130,7 @@ class Builder:
         self.program = program
         self.context = context
         self.substitutes = substitutes
-        self.names: dict[str, dict[int, str]] = {}
+        self.paths = Paths()
         self.nodes: dict[str, Node] = {}
         self.cells: list[Cell] = []
         self.devices: set[str] = set()
@@ -148,26 +150,11 @@ class Builder:
 
     def root(self, part: Part, base: str) -> Node:
         """Build the body of a tree, whose nodes are called by `base`."""
-        return self.place(part, self.paths([part], base)[id(part)])
+        return self.place(part, self.paths.root(part, base))
 
     def child(self, owner: Part, part: Part, path: str) -> Node:
         """Build a child of the part at `path`."""
-        base = path if owner.opens_path else path.rpartition("/")[0]
-        paths = self.paths(owner.children(), base) if owner.opens_path else self.names[base]
-        return self.place(part, paths[id(part)])
-
-    def paths(self, parts: Any, base: str) -> dict[int, str]:
-        """Return the paths of all parts that are called by `base`; same labels are told apart by [0], [1] ..."""
-        if base not in self.names:
-            together = [p for part in parts for p in _namespace(part)]
-            count = Counter(p.label for p in together)
-            used: Counter[str] = Counter()
-            table = self.names[base] = {}
-            for part in together:
-                index = f"[{used[part.label]}]" if count[part.label] > 1 else ""
-                used[part.label] += 1
-                table[id(part)] = f"{base}/{part.label}{index}"
-        return self.names[base]
+        return self.place(part, self.paths.child(owner, part, path))
 
     def place(self, part: Part, path: str) -> Node:
         """Build one part, or its stand-in, and register it by its path."""
@@ -308,14 +295,6 @@ class Builder:
         if key is not None:
             return self.cell(key)
         return _Computed(f"{path}/{declared.name}", self.thunk(wire))
-
-
-def _namespace(part: Part) -> Iterator[Part]:
-    """Yield the parts that share one path prefix: a part, and all inside it that it does not name."""
-    yield part
-    if not part.opens_path:
-        for child in part.children():
-            yield from _namespace(child)
 
 
 def _show(value: Any, type_: Type) -> str:

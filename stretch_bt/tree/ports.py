@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, overl
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.errors import NoAnswer, NodeError, StretchError, UnsetKey
+from stretch_bt.errors import DeviceFault, NoAnswer, NodeError, StretchError, UnsetKey
 from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
@@ -190,9 +190,9 @@ _SLOTS = {Role.INPUT: _InputSlot, Role.OUTPUT: _OutputSlot, Role.DEVICE: _Device
 class Behavior(py_trees.behaviour.Behaviour):
     """Base of every node that people write.
 
-    Override `update`, and where needed `initialise` (each time the node starts) and `terminate` (each time it ends or is
-    interrupted; it may come more than once and without `initialise` before it). Raise NoAnswer from `update` to fail
-    with its reason. `context` gives the time of the tick, the hand and the devices; `reason` explains a FAILURE.
+    Override `update`, and where needed `initialise` (each time the node starts) and `terminate` (once for each start,
+    when it ends, breaks or is interrupted). Raise NoAnswer from `update` to fail with its reason. `context` gives the
+    time of the tick, the hand and the devices; `reason` explains a FAILURE.
     """
 
     ports: ClassVar[dict[str, Port]] = {}
@@ -209,6 +209,7 @@ class Behavior(py_trees.behaviour.Behaviour):
         super().__init__(name=path.rpartition("/")[2] or type(self).__name__)
         self.path = path
         self.runs = 0
+        self.active = False
         self.ticking = False
         self.context: Context = cast("Context", None)
         self.wiring: dict[str, Callable[[], Any]] = {}
@@ -235,6 +236,7 @@ class Behavior(py_trees.behaviour.Behaviour):
             if self.status is not Status.RUNNING:
                 self.feedback_message = ""
                 self.runs += 1
+                self.active = True
                 self.initialise()
             status = self.update()
         except NoAnswer as refusal:
@@ -252,11 +254,18 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.ticking = False
         yield self
 
-    def stop(self, new_status: Status) -> None:
-        """End with this status; INVALID when interrupted."""
-        self.terminate(new_status)
-        self.status = new_status
-        self.iterator = self.tick()
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End with this status, INVALID when interrupted; `terminate` comes only when there was a start without an end."""
+        try:
+            if self.active:
+                self.active = False
+                self.terminate(new_status)
+        except DeviceFault:
+            raise
+        except Exception as error:
+            raise NodeError(self.path, f"terminate() broke ({type(error).__name__}: {error})") from error
+        finally:
+            self.status = new_status
 
 
 def _declared_ports(cls: type) -> dict[str, Port]:

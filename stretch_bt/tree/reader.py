@@ -24,7 +24,7 @@ from stretch_bt.tree.ports import MISSING, Port, Role
 from stretch_bt.tree.registry import RESERVED, NodeInfo
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, check_bounds, literal
+from stretch_bt.tree.values import Refused, check_bounds, literal, written
 from stretch_bt.units import NUMBER
 
 __all__ = ["Reader"]
@@ -359,6 +359,8 @@ class Reader:
         except Refused as refused:
             self.diagnostics.append(refused.diagnostic)
             return None
+        if wire is not None and not wire.text:
+            wire.text = written(value)
         return wire
 
     def list_value(self, value: Seq, type_: Type, what: str) -> Wire | None:

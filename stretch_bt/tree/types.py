@@ -109,7 +109,7 @@ def from_annotation(annotation: Any) -> Type:
             return from_annotation(options_[0])
     if annotation in _PLAIN:
         return _PLAIN[annotation]
-    if isinstance(annotation, type):
+    if isinstance(annotation, type) and annotation is not Any:
         return Type(annotation.__name__, Family.OBJECT, cls=annotation)
     raise TypeError(f"{annotation!r} is not a type of the tree language")
 

@@ -10,7 +10,7 @@ from stretch_bt.source import Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import Family, Type
 from stretch_bt.units import format_quantity, parse_quantity, unit_names
 
-__all__ = ["Refused", "check_bounds", "literal"]
+__all__ = ["Refused", "check_bounds", "literal", "written"]
 
 
 class Refused(StretchError):
@@ -48,6 +48,15 @@ def literal(value: Value, type_: Type, what: str) -> Any:
     if type_.family is Family.OBJECT:
         refuse(value.mark, "type-mismatch", f"{what} takes {type_}, which has no literal form", "give it a $key")
     return _plain(value, type_, what)
+
+
+def written(value: Value) -> str:
+    """Return a value as a file has it, on one line."""
+    if isinstance(value, Scalar):
+        return " ".join(value.text.split())
+    if isinstance(value, Seq):
+        return f"[{', '.join(written(item) for item in value.items)}]"
+    return f"{{{', '.join(f'{key.text}: {written(item)}' for key, item in value)}}}"
 
 
 def _plain(value: Scalar, type_: Type, what: str) -> Any:

@@ -15,6 +15,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.expression import Expression
+from stretch_bt.tree.fragments import Schema
 from stretch_bt.tree.ports import MISSING
 
 if TYPE_CHECKING:
@@ -98,6 +99,20 @@ class Part(ABC):
         """Return the parts inside, in order."""
         return ()
 
+    def written(self) -> dict[str, str]:
+        """Return what the file gives it besides its children, by name and as written."""
+        return {}
+
+    @classmethod
+    def schema(cls) -> Schema | None:
+        """Return the JSON Schema of what follows its keyword; None when no keyword introduces it."""
+        return None
+
+    @classmethod
+    def schema_beside(cls) -> Schema | None:
+        """Return the JSON Schema of its reserved word beside a node; None when it has none."""
+        return None
+
     @abstractmethod
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Check what is read against what is known to be written, and return what is known afterwards."""
@@ -136,6 +151,7 @@ class FlowNode(py_trees.behaviour.Behaviour):
     def __init__(self, path: str, child: py_trees.behaviour.Behaviour | None = None) -> None:
         super().__init__(name=path.rpartition("/")[2])
         self.path = path
+        self.ticking = False
         if child is not None:
             self.children.append(child)
             child.parent = self
@@ -159,6 +175,7 @@ class FlowNode(py_trees.behaviour.Behaviour):
 
     def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
         """Tick once."""
+        self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
         if self.status is not Status.RUNNING:
             self.feedback_message = ""
             self.begin()
@@ -166,6 +183,7 @@ class FlowNode(py_trees.behaviour.Behaviour):
         if status is not Status.RUNNING:
             self.end_children()
         self.status = status
+        self.ticking = False
         yield self
 
     def end_children(self) -> None:
@@ -181,7 +199,6 @@ class FlowNode(py_trees.behaviour.Behaviour):
                 if child.status is not Status.INVALID:
                     child.stop(Status.INVALID)
         self.status = new_status
-        self.iterator = self.tick()
 
     def tip(self) -> py_trees.behaviour.Behaviour | None:
         """Return the deepest node that decided the status."""

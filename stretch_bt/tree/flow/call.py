@@ -40,6 +40,11 @@ class Call(Part):
         """A called tree is taken to need more than one tick."""
         return self.long
 
+    def written(self) -> dict[str, str]:
+        """Return its ports."""
+        inputs = {name: wire.text for name, wire in self.inputs.items()}
+        return {**inputs, **{name: f"${key}" for name, (key, _) in self.outputs.items()}}
+
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS, because the called tree was checked for it."""
         data.read(self.inputs.values(), known)

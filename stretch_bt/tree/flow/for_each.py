@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.ports import Cell
 from stretch_bt.tree.types import Family, Type
 
@@ -52,6 +53,15 @@ class ForEach(Part):
         assert item is not None
         items = reader.value(fields["items"], Type(f"list[{item.type}]", Family.LIST, item=item.type), "for_each.items")
         return cls(mark, items, key, fields["as"].mark, do) if items and do else None
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return form({"items": ref("input_list"), "as": ref("key"), "do": ref("body")})
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"items": self.items.text, "as": f"${self.key}"}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The list may be empty, unless it is known at load."""

@@ -10,6 +10,7 @@ import py_trees
 
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, Known, Part, construct
+from stretch_bt.tree.fragments import Schema, ref
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -35,6 +36,11 @@ class Group(Part):
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read a list of at least one child."""
         return cls(mark, reader.children(value, mark, cls.keyword))
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return ref("children")
 
 
 @dataclass(slots=True)

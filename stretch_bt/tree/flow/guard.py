@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import BOOL
 
 if TYPE_CHECKING:
@@ -62,6 +63,20 @@ class Guard(Part):
             if wire is not None:
                 part = cls(item.mark, wire, part, name=name, beside=True)
         return part
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return form({"that": ref("condition"), "do": ref("body")})
+
+    @classmethod
+    def schema_beside(cls) -> Schema:
+        """Return the schema of its word beside a node."""
+        return ref("conditions")
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"that": self.that.text}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The condition is asked before anything inside has run."""
@@ -121,6 +136,15 @@ class Check(Part):
         that = reader.expression(fields["that"], BOOL, "check.that") if fields else None
         return cls(mark, that) if that else None
 
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return {"anyOf": [ref("condition"), form({"that": ref("condition")})]}
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"that": self.that.text}
+
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """It only reads."""
         data.read((self.that,), known)
@@ -165,6 +189,15 @@ class SkipIf(Part):
         """Read the `skip_if` beside a body."""
         that = reader.expression(value, BOOL, "skip_if")
         return cls(value.mark, that, part, name=f"{part.label}:skip_if", beside=True) if that else part
+
+    @classmethod
+    def schema_beside(cls) -> Schema:
+        """Return the schema of its word beside a node."""
+        return ref("condition")
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"that": self.that.text}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The body may be passed over."""

@@ -42,6 +42,12 @@ class Leaf(Part):
         """Return what feeds the inputs."""
         return list(self.inputs.values())
 
+    def written(self) -> dict[str, str]:
+        """Return its ports; a device only where it is not called like its port."""
+        devices = {port: name for port, name in self.devices.items() if port != name}
+        inputs = {name: wire.text for name, wire in self.inputs.items()}
+        return {**devices, **inputs, **{name: f"${key}" for name, (key, _) in self.outputs.items()}}
+
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS."""
         data.read(self.inputs.values(), known)

@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Scalar, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part
+from stretch_bt.tree.fragments import Schema
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -40,6 +41,15 @@ class Log(Part):
             return cls(value.mark, value.text, part, name=f"{part.label}:log", beside=True)
         reader.error(value.mark, "type-mismatch", "'log' takes text", "write 'log: felt the top'")
         return part
+
+    @classmethod
+    def schema_beside(cls) -> Schema:
+        """Return the schema of its word beside a node."""
+        return {"type": "string", "minLength": 1}
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"text": self.text}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """It changes nothing."""

@@ -11,6 +11,7 @@ from py_trees.common import ParallelPolicy
 
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.flow.base import Flow, Known, Part, construct
+from stretch_bt.tree.fragments import Schema, form, ref
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -57,6 +58,25 @@ class Parallel(Part):
         found._read_selected(reader, fields.get("selected"))
         found._one_writer_each(reader)
         return found
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return {
+            "anyOf": [
+                ref("children"),
+                form(
+                    {"children": ref("children")},
+                    {"policy": {"enum": list(POLICIES)}, "selected": {"type": "array", "items": {"type": "string"}}},
+                ),
+            ]
+        }
+
+    def written(self) -> dict[str, str]:
+        """Return the policy, and the children that it names."""
+        if not self.selected:
+            return {"policy": self.policy}
+        return {"policy": self.policy, "selected": ", ".join(self.parts[i].label for i in self.selected)}
 
     def _read_selected(self, reader: Reader, value: Value | None) -> None:
         labels = [part.label for part in self.parts]

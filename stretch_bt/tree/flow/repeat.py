@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Map, Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
+from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import INT
 
 if TYPE_CHECKING:
@@ -50,6 +51,15 @@ class _Counted(Part):
         """Read a whole number of at least one."""
         return reader.value(value, INT, f"{cls.keyword}.{cls.counter}", low=1, high=1_000_000)
 
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return form({cls.counter: ref("count"), "do": ref("body")})
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {self.counter: self.count.text}
+
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """At least one pass is run."""
         data.read((self.count,), known)
@@ -83,6 +93,11 @@ class Retry(_Counted):
         """Read the `retry` written beside a node: a number of attempts."""
         count = cls.read_count(reader, value)
         return cls(value.mark, count, part, name=f"{part.label}:retry", beside=True) if count else part
+
+    @classmethod
+    def schema_beside(cls) -> Schema:
+        """Return the schema of its word beside a node."""
+        return ref("count")
 
 
 class CountedNode(FlowNode):

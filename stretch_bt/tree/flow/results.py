@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Mark, Scalar, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, both, construct
+from stretch_bt.tree.fragments import Schema, ref
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -35,6 +36,11 @@ class _Result(Part):
         """Read the body: a node, or a list run as a sequence."""
         do = reader.body(value)
         return cls(mark, do) if do else None
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return ref("body")
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Success and failure change places, or fall together."""
@@ -107,6 +113,15 @@ class Fail(Part):
             return cls(mark, value.text)
         reader.error(value.mark, "type-mismatch", "'fail' takes its reason as text", "write 'fail: why it failed'")
         return None
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return ref("text")
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"reason": self.text}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """It cannot succeed."""

@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
+from stretch_bt.tree.fragments import Schema, ref
 from stretch_bt.tree.ports import Cell
 from stretch_bt.units import Estimate
 
@@ -67,6 +68,17 @@ class SetKeys(Part):
         if wire is not None:
             self.sds[of] = wire
         return True
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return {"type": "object", "minProperties": 1, "additionalProperties": ref("value")}
+
+    def written(self) -> dict[str, str]:
+        """Return the new values by key."""
+        return {key: wire.text for key, wire in self.wires.items()} | {
+            f"{key}_sd": w.text for key, w in self.sds.items()
+        }
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Everything is read before anything is written."""

@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
+from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import quantity
 from stretch_bt.units import KINDS
 
@@ -53,6 +54,20 @@ class Timeout(Part):
         """Read the `timeout` written beside a node."""
         after = reader.value(value, TIME, "timeout", low=0.0)
         return cls(value.mark, after, part, name=f"{part.label}:timeout", beside=True) if after else part
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return form({"after": ref("input_Time"), "do": ref("body")})
+
+    @classmethod
+    def schema_beside(cls) -> Schema:
+        """Return the schema of its word beside a node."""
+        return ref("input_Time")
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"after": self.after.text}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """It may fail at any time, so nothing is known then."""

@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Map, Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import BOOL, INT
 
 if TYPE_CHECKING:
@@ -48,6 +49,15 @@ class Until(Part):
         bound = reader.value(fields["max"], INT, "until.max", low=1, high=1_000_000) if "max" in fields else None
         do = reader.body(fields["do"])
         return cls(mark, that, bound, do) if that and bound and do else None
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the schema of its form."""
+        return form({"that": ref("condition"), "max": ref("count"), "do": ref("body")})
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        return {"that": self.that.text, "max": self.max.text}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The condition is asked after a pass, so it knows what the pass wrote."""

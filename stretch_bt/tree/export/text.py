@@ -1,0 +1,78 @@
+"""An outline for a terminal: the tree on the left, the path of each node on the right."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+
+from stretch_bt.tree.export.escape import clean
+from stretch_bt.tree.export.headings import Row, documents, facts, rows
+from stretch_bt.tree.export.view import View, views
+from stretch_bt.tree.program import Program
+
+__all__ = ["write"]
+
+WIDTH = 84
+NARROW = 24  # text keeps this much room, however deep it stands
+
+Line = tuple[str, str]
+
+
+def write(program: Program) -> str:
+    """Return the outline."""
+    document = program.document
+    head = [document.file, *textwrap.wrap(document.doc, WIDTH, initial_indent="  ", subsequent_indent="  "), ""]
+    head += [f"{name:<9}{text}" for name, text in facts(document).items()]
+    params = [row for d in documents(document) for row in rows(d.params.values(), d.prefix)]
+    head += _table("params", params)
+    if "main" in document.trees:
+        head += _table("out", rows(document.trees["main"].outs.values()))
+    body = [line for view in views(program) for line in ("", *_columns(list(_root(view))))]
+    return clean("\n".join([*head, *body]) + "\n")
+
+
+def _table(title: str, given: Sequence[Row]) -> Iterator[str]:
+    widths = [max((len(row[i]) for row in given), default=0) for i in range(4)]
+    for i, row in enumerate(given):
+        cells = "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=False) if width)
+        yield f"{title if i == 0 else '':<9}{cells}  {row.doc}".rstrip()
+
+
+def _columns(lines: list[Line]) -> Iterator[str]:
+    width = max(len(left) for left, path in lines if path)
+    for left, path in lines:
+        yield f"{left:<{width}}  {path}".rstrip()
+
+
+def _root(view: View) -> Iterator[Line]:
+    yield f"{view.title}:", view.path
+    yield from _below(view, "")
+
+
+def _below(view: View, prefix: str) -> Iterator[Line]:
+    inside = [(child, "") for child in view.children]
+    if view.finish is not None:
+        inside.append((view.finish, "finally: "))
+    for i, (child, word) in enumerate(inside):
+        last = i == len(inside) - 1
+        yield from _node(child, prefix + ("└─ " if last else "├─ "), prefix + ("   " if last else "│  "), word)
+
+
+def _node(view: View, first: str, rest: str, word: str) -> Iterator[Line]:
+    for text, path in view.around:
+        yield from _wrapped(text, first, rest, path)
+        first = rest
+    called = f" ({view.keyword})" if view.keyword != view.title and not view.keyword.endswith(f".{view.title}") else ""
+    settings = ", ".join(f"{name}: {value}" for name, value in view.settings.items())
+    text = f"{word}{view.title}{called}" + (f"  {settings}" if settings else "")
+    below = "│  " if view.children or view.finish else "   "
+    yield from _wrapped(text, first, rest + below, view.path)
+    yield from _below(view, rest)
+
+
+def _wrapped(text: str, first: str, rest: str, path: str) -> Iterator[Line]:
+    """Yield text within the width; the path stands beside its first line."""
+    room = max(WIDTH, len(rest) + NARROW)
+    lines = textwrap.wrap(text, room, initial_indent=first, subsequent_indent=rest + "  ", break_on_hyphens=False)
+    for i, line in enumerate(lines):
+        yield line, path if i == 0 else ""

@@ -1,0 +1,55 @@
+"""JSON Schemas of the files that people write, for completion and hover text in editors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.source import did_you_mean
+from stretch_bt.tree.fragments import Schema
+
+__all__ = ["schema"]
+
+
+def schema(kind: str) -> Schema:
+    """Return the JSON Schema of files of this kind: `tree`, `mocks`, `scene` or `cell`.
+
+    Trees and mocks are in draft-07, the newest that every release of the YAML language server understands; they hold all
+    nodes that are registered now, those of installed packages included.
+
+    Raises
+    ------
+    InvalidInput
+        There are no files of this kind.
+    """
+    if kind not in _SCHEMAS:
+        hint = did_you_mean(kind, _SCHEMAS) or f"one of {', '.join(_SCHEMAS)}"
+        raise InvalidInput(f"there is no schema of {kind!r}; {hint}")
+    return _SCHEMAS[kind]()
+
+
+def _tree() -> Schema:
+    from stretch_bt.tree.schema.tree import tree_schema
+
+    return tree_schema()
+
+
+def _mocks() -> Schema:
+    from stretch_bt.tree.schema.mocks import mocks_schema
+
+    return mocks_schema()
+
+
+def _scene() -> Schema:
+    from stretch_bt.simulation.scene import scene_schema
+
+    return scene_schema()
+
+
+def _cell() -> Schema:
+    from stretch_bt.hardware.cell_file import cell_schema
+
+    return cell_schema()
+
+
+_SCHEMAS: dict[str, Callable[[], Schema]] = {"tree": _tree, "mocks": _mocks, "scene": _scene, "cell": _cell}

@@ -1,0 +1,117 @@
+"""The schema of mocks files: which nodes of a tree are replaced, and what the run must come to."""
+
+from __future__ import annotations
+
+from stretch_bt.hardware.interfaces import INTERFACES, readings_of
+from stretch_bt.tree.fragments import Schema, ref
+from stretch_bt.tree.registry import load_all
+from stretch_bt.tree.schema.values import DRAFT, literal, value_definitions
+from stretch_bt.tree.types import from_annotation
+
+__all__ = ["mocks_schema"]
+
+_STATUSES = ["success", "failure", "running"]
+_RESULTS = ["success", "failure", "error", "fault", "interrupted"]
+
+
+def mocks_schema() -> Schema:
+    """Return the schema; outputs of every registered node are offered."""
+    return {
+        "$schema": DRAFT,
+        "title": "stretch-bt mocks",
+        "type": "object",
+        "required": ["format", "tree"],
+        "additionalProperties": False,
+        "properties": {
+            "format": {"const": "stretch-mocks/1", "description": "the first line of every mocks file"},
+            "doc": {"type": "string", "description": "what the mocks show"},
+            "tree": {"type": "string", "description": "the tree that they are for: a shipped one, or a path from here"},
+            "mocks": {"type": "array", "items": ref("mock"), "description": "the first that fits a path is taken"},
+            "readings": _readings(),
+            "expect": ref("expect"),
+        },
+        "$defs": {
+            **value_definitions(),
+            "mock": _mock(),
+            "pattern": _pattern(),
+            "patterns": _patterns(),
+            "expect": _expect(),
+        },
+    }
+
+
+def _pattern() -> Schema:
+    text = "the path of a node; `*` stands for one segment, `**` for any number, `press[1]` for the second of its name"
+    return {"type": "string", "minLength": 1, "description": text, "examples": ["**/press", "main/feel/*"]}
+
+
+def _mock() -> Schema:
+    status: Schema = {"enum": _STATUSES}
+    return {
+        "type": "object",
+        "required": ["match"],
+        "not": {"required": ["status", "status_when"]},
+        "additionalProperties": False,
+        "properties": {
+            "match": ref("pattern"),
+            "status": {
+                "description": "how it ends; a list is worked through, one each time it ends (default success)",
+                "anyOf": [status, {"type": "array", "minItems": 1, "items": status}],
+            },
+            "status_when": {"description": "SUCCESS when this holds, else FAILURE", "anyOf": [ref("condition")]},
+            "after": {"description": "how long it takes (default 0 s)", "anyOf": [ref("literal_Time")]},
+            "outputs": {
+                "description": "what it writes on SUCCESS, by port: a value, or a list with one for each time",
+                "type": "object",
+                "properties": _outputs(),
+                "additionalProperties": True,
+            },
+            "then": {
+                "description": "after the end of a list",
+                "enum": ["repeat_last", "cycle", "fail"],
+                "default": "repeat_last",
+            },
+            "message": {"type": "string", "description": "the reason that it gives for a FAILURE"},
+        },
+    }
+
+
+def _outputs() -> Schema:
+    """Return the output ports of all nodes, each with who writes it."""
+    writers: dict[str, list[str]] = {}
+    for info in load_all().values():
+        for name, type_ in info.outputs.items():
+            writers.setdefault(name, []).append(f"{info.name} ({type_.name})")
+    return {name: {"description": f"written by {', '.join(who)}"} for name, who in sorted(writers.items())}
+
+
+def _readings() -> Schema:
+    types = {name: from_annotation(a) for i in INTERFACES.values() for name, a in readings_of(i).items()}
+    entries = {}
+    for name, type_ in types.items():
+        one = literal(type_) or {}
+        entries[rf"^\w+\.{name}$"] = {"anyOf": [one, {"type": "array", "minItems": 1, "items": one}]}
+    return {
+        "type": "object",
+        "patternProperties": entries,
+        "additionalProperties": False,
+        "description": "what expressions read from devices, as in `arm.force: 1 N`; a list is worked through",
+    }
+
+
+def _patterns() -> Schema:
+    return {"type": "array", "items": ref("pattern")}
+
+
+def _expect() -> Schema:
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        "description": "what the run must come to",
+        "properties": {
+            "result": {"enum": _RESULTS},
+            "visited": {"description": "each must be ticked; `**/press#failure` must fail", "anyOf": [ref("patterns")]},
+            "never": {"description": "none may be ticked", "anyOf": [ref("patterns")]},
+            "ticks_max": {"type": "integer", "minimum": 1},
+        },
+    }

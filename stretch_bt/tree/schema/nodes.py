@@ -1,0 +1,85 @@
+"""Schemas of registered nodes: their ports, with types, units, bounds and docs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stretch_bt.tree.fragments import WORDS, Schema, ref
+from stretch_bt.tree.ports import MISSING, Port, Role
+from stretch_bt.tree.registry import NodeInfo
+from stretch_bt.tree.schema.values import wired
+from stretch_bt.tree.types import Family, Type
+from stretch_bt.units import format_quantity
+
+__all__ = ["as_text", "bounds_text", "described", "node_schema"]
+
+
+def node_schema(info: NodeInfo) -> Schema:
+    """Return the schema of what follows a node's name."""
+    ports = {port.name: _port(port, info.types[port.name]) for port in info.ports.values()}
+    ports |= {name: _output(info, name, type_) for name, type_ in info.outputs.items()}
+    required = [port.name for port in info.ports.values() if port.required]
+    return {
+        "title": info.name,
+        "description": info.doc,
+        "type": "object" if required else ["object", "null"],
+        "properties": {**ports, **{word: ref(f"word_{word}") for word in WORDS}},
+        **({"required": required} if required else {}),
+        "additionalProperties": False,
+    }
+
+
+def as_text(value: Any, type_: Type) -> str:
+    """Return a value of Python as a file would have it."""
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(as_text(item, type_.item or type_) for item in value)}]"
+    if isinstance(value, bool) or value is None:
+        return str(value).lower()
+    if type_.family is Family.QUANTITY:
+        return format_quantity(value, type_.kind, 6)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def bounds_text(low: float | None, high: float | None, type_: Type) -> str:
+    """Return bounds in words, or nothing when there are none."""
+    type_ = type_.item or type_
+    if low is None and high is None:
+        return ""
+    if high is None:
+        return f"at least {as_text(low, type_)}"
+    if low is None:
+        return f"at most {as_text(high, type_)}"
+    return f"{as_text(low, type_)} to {as_text(high, type_)}"
+
+
+def _port(port: Port, type_: Type) -> Schema:
+    if port.role is Role.DEVICE:
+        optional = ", used where the file declares one" if port.optional else ""
+        text = (
+            f"{port.doc or port.name} ({type_.name}{optional}); the device of this name, or the only one, unless told"
+        )
+        return {"type": "string", "pattern": r"^\$?[A-Za-z_]\w*$", "description": text}
+    facts = [type_.name, bounds_text(port.min, port.max, type_)]
+    given = port.default is not MISSING and port.default is not None
+    facts.append(f"default {as_text(port.default, type_)}" if given else "" if not port.required else "required")
+    found: Schema = {"description": _sentence(port.doc, facts), **described(wired(type_))}
+    if given:
+        plain = type_.family in (Family.BOOL, Family.INT, Family.FLOAT, Family.LIST)
+        found["default"] = port.default if plain else as_text(port.default, type_)
+    return found
+
+
+def _output(info: NodeInfo, name: str, type_: Type) -> Schema:
+    declared = info.ports.get(name)
+    doc = declared.doc if declared else f"standard deviation of {name.removesuffix('_sd')}"
+    return {"description": _sentence(doc, [type_.name, "output"]), **described(ref("key"))}
+
+
+def _sentence(doc: str, facts: list[str]) -> str:
+    inside = ", ".join(fact for fact in facts if fact)
+    return f"{doc} ({inside})" if doc else inside
+
+
+def described(schema: Schema) -> Schema:
+    """Return a schema that may stand beside a description, which a bare reference may not."""
+    return {"anyOf": [schema]} if "$ref" in schema else schema
