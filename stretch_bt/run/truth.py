@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stretch_bt.errors import NoAnswer
+from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.ports import MISSING, Cell
 from stretch_bt.units import parse_unit
@@ -14,22 +15,13 @@ from stretch_bt.units import parse_unit
 __all__ = ["Truths", "output_values"]
 
 
-class Truths:
+class Truths(Onlooker):
     """A watcher that asks the scene for the truth whenever an output is written; the last write counts."""
 
     def __init__(self, outputs: Mapping[str, tuple[Declared, Cell]], truth: Callable[[], Mapping[str, float]]) -> None:
         self.names = {cell.name: name for name, (_, cell) in outputs.items()}
         self.truth = truth
         self.found: dict[str, float] = {}
-
-    def begin_tick(self, tick: int, time: float) -> None:
-        """Nothing to do."""
-
-    def status(self, path: str, status: str, reason: str = "") -> None:
-        """Nothing to do."""
-
-    def note(self, kind: str, **fields: Any) -> None:
-        """Nothing to do."""
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
         """Ask for the truth of an output."""

@@ -1,0 +1,34 @@
+"""Whoever follows a run without taking part: does nothing until it overrides something."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["Onlooker", "Visits"]
+
+
+class Onlooker:
+    """A watcher that ignores everything."""
+
+    def begin_tick(self, tick: int, time: float) -> None:
+        """A tick begins, at `time`, s."""
+
+    def status(self, path: str, status: str, reason: str = "") -> None:
+        """A node came to another status."""
+
+    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
+        """A node wrote a key."""
+
+    def note(self, kind: str, **fields: Any) -> None:
+        """Anything else happened."""
+
+
+class Visits(Onlooker):
+    """Notes which node came to which status, for what a mocks file expects."""
+
+    def __init__(self) -> None:
+        self.seen: set[tuple[str, str]] = set()
+
+    def status(self, path: str, status: str, reason: str = "") -> None:
+        """Note it."""
+        self.seen.add((path, status))

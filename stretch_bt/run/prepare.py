@@ -1,0 +1,146 @@
+"""A run being prepared: everything that is known before a device is opened."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stretch_bt.errors import CellError
+from stretch_bt.run.context import RunContext
+from stretch_bt.run.mocks import Mocks
+from stretch_bt.source import Map, Scalar
+from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.document import Document
+from stretch_bt.tree.program import Program
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.cell_file import CellSpec
+
+__all__ = ["Task"]
+
+DEFAULT_CELL = "simulated"
+
+
+@dataclass(slots=True)
+class Task:
+    """A run being prepared: everything that is known before a device is opened."""
+
+    program: Program
+    params: Mapping[str, Any]
+    seed: int = 0
+    scene: str | None = None
+    cell: str | None = None
+    mocks: Mocks | None = None
+    context: RunContext = field(default_factory=RunContext)
+    built: BuiltTree = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.mocks is not None:
+            self.mocks.attach(self.context.mocked_readings)
+        self.built = build(self.program, self.context, self.mocks)
+        if self.mocks is not None:
+            self.mocks.check_matches([*self.built.nodes, *self.mocks.replaced])
+
+    def devices(self) -> set[str]:
+        """Return the devices that the run needs: those of nodes and readings that are not mocked."""
+        mocked = self.context.mocked_readings
+        return self.built.devices | {r.partition(".")[0] for r in self.built.readings if r not in mocked}
+
+    def cell_spec(self) -> CellSpec | None:
+        """Return the cell that the run opens, checked against what the tree declares; None when it needs none."""
+        wanted = self.devices()
+        if not wanted and self.cell is None:
+            return None
+        from stretch_bt.hardware.cell_file import load_cell
+
+        spec = load_cell(self.cell or DEFAULT_CELL)
+        declared = self.program.document.devices
+        findings = []
+        for name in sorted(wanted):
+            interface = declared[name].interface.__name__
+            present = spec.devices.get(name)
+            if present is None or present.type != interface:
+                what = f"the tree needs {name!r}, a device of kind {interface}"
+                hint = f"add 'devices: {{{name}: {{type: {interface}, use: ...}}}}', or run another cell"
+                findings.append(
+                    declared[name].mark.error("device-missing", f"{what}, and {spec.path.name} has none", hint)
+                )
+        if findings:
+            raise CellError(findings)
+        return spec
+
+    def header(self) -> dict[str, Any]:
+        """Return what identifies the run: the same for identical runs, without paths, hosts or times."""
+        document = self.program.document
+        outs = {
+            f"main/{n}": d.type.name
+            for n, d in {**self.program.main.signature.keys, **self.program.main.signature.outs}.items()
+        }
+        return {
+            "tree": Path(document.file).name,
+            "files": {Path(name).name: digest for name, digest in document.files.items()},
+            "params": {name: param.value for name, param in document.params.items()},
+            "seed": self.seed,
+            "scene": Path(self.scene).name if self.scene else None,
+            "cell": Path(self.cell).name if self.cell else None,
+            "mocks": Path(self.mocks.file).name if self.mocks else None,
+            "tick": document.tick_period,
+            "keys": outs,
+            "versions": versions("stretch-bt", "py_trees", "numpy"),
+        }
+
+    def run_info(self, spec: CellSpec | None) -> dict[str, Any]:
+        """Return what a replay needs and what a person may want to know."""
+        document = self.program.document
+        return {
+            "tree": str(document.path.resolve()) if document.path else document.file,
+            "sources": sources(self.program),
+            "set": {k: str(v) if not isinstance(v, int | float | list | bool) else v for k, v in self.params.items()},
+            "seed": self.seed,
+            "scene": self.scene,
+            "cell": self.cell,
+            "hand": asdict(spec.hand) if spec is not None else None,
+            "mocks": self.mocks.path.read_text("utf-8") if self.mocks else None,
+            "started": datetime.now().astimezone().isoformat(timespec="seconds"),
+            "host": platform.node(),
+            "command": sys.argv,
+            "python": platform.python_version(),
+            "versions": versions(
+                "stretch-bt", "py_trees", "numpy", "scipy", "opencv-contrib-python-headless", "pydantic"
+            ),
+        }
+
+
+def versions(*names: str) -> dict[str, str]:
+    """Return the installed versions of packages."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def sources(program: Program) -> dict[str, str]:
+    """Return the text of every tree file, by its path relative to the main one, so that a record can be replayed alone."""
+    main = program.document
+    assert main.path is not None
+    found = {main.path.name: main.path.read_text("utf-8")}
+
+    def visit(document: Document, folder: Path) -> None:
+        for key, imported in document.imports.items():
+            table = document.root.get("imports")
+            target = table.get(key) if isinstance(table, Map) else None
+            if isinstance(target, Scalar) and imported.path is not None:
+                found[str(folder / target.text)] = imported.path.read_text("utf-8")
+                visit(imported, (folder / target.text).parent)
+
+    visit(main, Path())
+    return found

@@ -1,0 +1,138 @@
+"""Ticking a recorded tree again, and comparing what it decided."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import Diagnostic, RecordError
+from stretch_bt.hardware.hand import Hand, HandGeometry
+from stretch_bt.run.clock import ReplayClock
+from stretch_bt.run.mocks import read_mocks
+from stretch_bt.run.record import RecordReader, RunRecord
+from stretch_bt.run.replay.devices import ReplayedCell
+from stretch_bt.run.replay.log import Log
+from stretch_bt.run.runner import Runner
+from stretch_bt.run.task import Task
+from stretch_bt.tree.program import load_program
+
+__all__ = ["ReplayResult", "replay"]
+
+#: events that are decisions of the tree
+DECISIONS = ("status", "command", "write")
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayResult:
+    """Whether a replay decided alike; the fields of `replay --json`."""
+
+    identical: bool
+    decisions: int
+    first_difference: dict[str, Any] | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields that `replay --json` prints."""
+        return asdict(self)
+
+
+def replay(record: str | Path) -> ReplayResult:
+    """Tick the recorded tree again on the recorded readings.
+
+    Raises
+    ------
+    RecordError
+        The folder holds no record that can be replayed.
+    """
+    reader = RecordReader(Path(record))
+    if "sources" not in reader.run_info:
+        raise RecordError(
+            [
+                Diagnostic(
+                    str(record),
+                    1,
+                    1,
+                    "error",
+                    "record-damaged",
+                    "run.json is missing or incomplete",
+                    "record the run again",
+                )
+            ]
+        )
+    with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder:
+        again = Path(folder)
+        _run_again(reader, again)
+        return _compare(reader, RecordReader(again / "record"))
+
+
+def _run_again(reader: RecordReader, folder: Path) -> None:
+    info = reader.run_info
+    task = _prepare(info, folder)
+    log = Log(reader)
+    written = RunRecord(folder / "record")
+    written.start(reader.header, {"sources": {}})
+    declared = task.program.document.devices
+    cell = ReplayedCell({name: declared[name].interface.__name__ for name in task.devices()}, log, written)
+    task.context.devices = cell.devices
+    if info.get("hand"):
+        task.context.hand = Hand(HandGeometry(**info["hand"]))
+    clock = ReplayClock([time for _, time in reader.ticks])
+    runner = Runner(
+        task.built,
+        task.context,
+        clock,
+        period=task.program.document.tick_period,
+        cell=cell,
+        watchers=[log, written],
+        interrupts=_interrupts(reader.events),
+    )
+    outcome = runner.run()
+    written.close(asdict(outcome))
+
+
+def _prepare(info: Mapping[str, Any], folder: Path) -> Task:
+    """Write the recorded files out again, deep enough for imports that go up, and build the tree from them."""
+    home = folder / "a" / "b" / "c"
+    names = list(info["sources"])
+    for name, text in info["sources"].items():
+        path = home / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    mocks = None
+    if info.get("mocks"):
+        (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
+        mocks = read_mocks(home / "mocks.yaml")
+    program = load_program(home / names[0], info.get("set") or {}).require()
+    return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
+
+
+def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
+    """Return after which tick the record was interrupted, and by what."""
+    found: dict[int, list[str]] = {}
+    for event in events:
+        if event["type"] == "interrupt":
+            found.setdefault(max(event["tick"], 0) + 1, []).extend(event["why"])
+    return found
+
+
+def _compare(recorded: RecordReader, replayed: RecordReader) -> ReplayResult:
+    decisions = sum(event["type"] in DECISIONS for event in recorded.events)
+    before, after = list(recorded.events), list(replayed.events)
+    if not recorded.complete:
+        after = after[: len(before)]
+    for old, new in zip(before, after, strict=False):
+        if old != new:
+            return ReplayResult(False, decisions, _difference(old, new))
+    if len(before) != len(after):
+        longer = before if len(before) > len(after) else after
+        extra = longer[min(len(before), len(after))]
+        return ReplayResult(False, decisions, _difference(*((extra, None) if longer is before else (None, extra))))
+    return ReplayResult(True, decisions, None)
+
+
+def _difference(old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) -> dict[str, Any]:
+    event = old or new or {}
+    node = event.get("path") or event.get("owner") or event.get("device") or event.get("type", "")
+    return {"tick": event.get("tick"), "node": node, "recorded": old, "replayed": new}
