@@ -25,6 +25,10 @@ def command(
     else:
         print_diagnostics(findings)
         warnings = len(findings) - len(errors)
-        what = f"{len(errors)} errors, {warnings} warnings" if findings else "no errors"
-        typer.echo(f"{len(files)} {'file' if len(files) == 1 else 'files'}: {what}")
+        what = f"{_count(len(errors), 'error')}, {_count(warnings, 'warning')}" if findings else "no errors"
+        typer.echo(f"{_count(len(files), 'file')}: {what}")
     raise typer.Exit(EXIT_BAD_INPUT if errors else 0)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -11,6 +11,7 @@ from rich.table import Table
 from stretch_bt.cli.output import emit_json
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import did_you_mean
+from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["command"]
 
@@ -48,18 +49,26 @@ def _one(entry: dict[str, Any]) -> None:
     console.print(f"[bold]{entry['name']}[/] ({entry['kind']}, {entry['module']})")
     console.print(entry["doc"], markup=False)
     table = Table(box=None, pad_edge=False, header_style="dim")
-    for heading in ("port", "", "type", "default", "doc"):
+    for heading in ("port", "", "type", "default", "bounds", "doc"):
         table.add_column(heading)
     for direction, key in (("in", "inputs"), ("out", "outputs")):
         for port in entry[key]:
-            default = "required" if port["required"] else _default(port)
-            table.add_row(port["name"], direction, port["type"], default, port["doc"])
+            default = "required" if port["required"] else _shown(port["default"], port["type"])
+            table.add_row(port["name"], direction, port["type"], default, _bounds(port), port["doc"])
     for device in entry["devices"]:
-        table.add_row(device["name"], "device", device["type"], "required" if device["required"] else "", "")
+        table.add_row(device["name"], "device", device["type"], "required" if device["required"] else "", "", "")
     console.print(table)
 
 
-def _default(port: dict[str, Any]) -> str:
-    if port["default"] is None:
+def _bounds(port: dict[str, Any]) -> str:
+    low, high = (_shown(port.get(end), port["type"]) for end in ("min", "max"))
+    if low and high:
+        return f"{low} to {high}"
+    return f"from {low}" if low else f"up to {high}" if high else ""
+
+
+def _shown(value: Any, type_: str) -> str:
+    """Return a default or a bound as a tree would have it."""
+    if value is None:
         return ""
-    return f"{port['default']} {port['unit']}" if port["unit"] else str(port["default"])
+    return format_quantity(value, KINDS[type_]) if type_ in KINDS else str(value)

@@ -26,6 +26,7 @@ _EXIT = {
     "INTERRUPTED": EXIT_INTERRUPTED,
 }
 _COLOR = {"SUCCESS": "green", "FAILURE": "yellow"}
+_SI = {"position": "m", "rotation": "rad", "force": "N", "torque": "N m", "opening": "m", "time": "s"}
 
 
 def command(
@@ -102,13 +103,23 @@ def show(result: RunResult, console: Console) -> None:
     if result.outputs:
         console.print(outputs_table(result))
     for name, value in result.readings.items():
-        console.print(f"  {name} = {value}", markup=False, highlight=False)
+        console.print(
+            f"  {name}: {in_words(value, name.rpartition('.')[2])}", markup=False, highlight=False, soft_wrap=True
+        )
     for text in [*result.errors, *result.unmet]:
         console.print(f"  {text}", style="red", markup=False, highlight=False)
     times = f"{result.ticks} ticks, {result.task_seconds:.1f} s of the task in {result.cpu_seconds:.1f} s of CPU"
     overruns = f", {result.overruns} ticks late" if result.overruns else ""
     console.print(times + overruns, style="dim")
     console.print(f"record: {result.record}", style="dim", markup=False, soft_wrap=True)
+
+
+def in_words(value: Any, name: str = "") -> str:
+    """Return a reading on one line, its numbers short and with their SI unit."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {in_words(item, key)}" for key, item in value.items())
+    text = f"({', '.join(_number(item) for item in value)})" if isinstance(value, list) else _number(value)
+    return f"{text} {_SI[name]}" if name in _SI else text
 
 
 def outputs_table(result: RunResult) -> Table:

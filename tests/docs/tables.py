@@ -1,0 +1,394 @@
+"""The tables of the documentation that are made from the code.
+
+`python tests/docs/tables.py` writes them into the pages, between `<!-- table: NAME -->` and `<!-- end -->`, and draws the
+picture of the README; the tests compare. Messages come from running each small mistake of mistakes.yaml.
+"""
+
+import ast
+import json
+import os
+import re
+import resource
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+import stretch_bt
+from stretch_bt.errors import Diagnostic, FileError
+from stretch_bt.units import KINDS, Dimension, format_quantity, unit_names
+
+ROOT = Path(__file__).parents[2]
+PAGES = ROOT / "docs"
+PACKAGE = Path(stretch_bt.__file__).parent
+MARKED = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+FORMATS = ("tree", "scene", "cell", "mocks")
+
+
+def rows(headings: list[str], content: list[list[str]]) -> str:
+    """Return a table in Markdown."""
+    safe = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in content]
+    lines = [headings, ["---"] * len(headings), *safe]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def code(text: str) -> str:
+    """Return text as code, or nothing."""
+    return f"`{text}`" if text else ""
+
+
+# --- nodes
+
+
+def described() -> list[dict[str, Any]]:
+    """Return every shipped node as `nodes --json` has it."""
+    from stretch_bt.tree.registry import describe, load_all
+
+    found = [describe(info) for info in load_all().values()]
+    return [entry for entry in found if entry["module"].startswith("stretch_bt.")]
+
+
+def nodes() -> str:
+    """Each node with its ports."""
+    parts = []
+    for entry in described():
+        uses = ", ".join(f"{d['name']}" + ("" if d["required"] else " (if declared)") for d in entry["devices"])
+        head = f"### {entry['name']}\n\n{entry['doc']} Kind: {entry['kind']}." + (f" Uses: {uses}." if uses else "")
+        ports = [port_row(p, "in") for p in entry["inputs"]]
+        ports += [port_row(p, "out") for p in entry["outputs"] if not is_sd(p, entry["outputs"])]
+        table = rows(["port", "", "type", "default", "bounds", "meaning"], ports)
+        parts.append(f"{head}\n\n{table}" if ports else f"{head}\n")
+    return "\n" + "\n".join(parts) + "\n"
+
+
+def is_sd(port: dict[str, Any], ports: list[dict[str, Any]]) -> bool:
+    """Whether a port is the standard deviation of another."""
+    return port["name"].removesuffix("_sd") in {p["name"] for p in ports} and port["name"].endswith("_sd")
+
+
+def port_row(port: dict[str, Any], direction: str) -> list[str]:
+    """Return the row of a port."""
+    kind = KINDS.get(port["type"])
+    default = ("required" if port["required"] else shown(port["default"], kind)) if direction == "in" else ""
+    low, high = (shown(port[end], kind) if end in port else "" for end in ("min", "max"))
+    return [code(port["name"]), direction, port["type"], default, bounds(low, high), port["doc"]]
+
+
+def bounds(low: str, high: str) -> str:
+    """Return the bounds of a port as text."""
+    if low and high:
+        return f"{low} to {high}"
+    return f"from {low}" if low else f"to {high}" if high else ""
+
+
+def shown(value: Any, kind: Any) -> str:
+    """Return a default as a file would have it."""
+    if value is None:
+        return "none"
+    return format_quantity(value, kind, 6) if kind else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+# --- types
+
+
+def types() -> str:
+    """The quantities with the units that can be written for them."""
+    content = []
+    for kind in KINDS.values():
+        units = dict.fromkeys([kind.unit, *unit_names(kind.dimension), kind.si_unit])
+        content.append([code(kind.name), ", ".join(code(u) for u in units), dimension(kind.dimension)])
+    return rows(["type", "units, the one it is shown in first", "dimension"], content)
+
+
+def dimension(given: Dimension) -> str:
+    """Return a dimension in base units."""
+    names = ("m", "kg", "s", "rad")
+    return " ".join(n if e == 1 else f"{n}^{e}" for n, e in zip(names, given, strict=True) if e)
+
+
+def objects() -> str:
+    """What expressions may read of the objects that nodes hand on."""
+    from stretch_bt.tree.registry import object_types
+    from stretch_bt.tree.types import attributes
+
+    content = []
+    for name, cls in sorted(object_types().items()):
+        if not cls.__module__.startswith("stretch_bt."):
+            continue
+        parts = ", ".join(f"`.{part}` {type_}" for part, type_ in attributes(cls).items())
+        content.append([code(name), parts or "nothing"])
+    return rows(["type", "attributes"], content)
+
+
+def readings() -> str:
+    """The readings of devices that expressions may use."""
+    from stretch_bt.hardware.interfaces import INTERFACES, readings_of
+    from stretch_bt.tree.types import from_annotation
+
+    content = []
+    for name, interface in INTERFACES.items():
+        parts = [f"`.{reading}` {from_annotation(a)}" for reading, a in readings_of(interface).items()]
+        content.append([code(name), (interface.__doc__ or "").split(";")[0].rstrip("."), ", ".join(parts) or "none"])
+    return rows(["kind", "what it is", "readings in expressions"], content)
+
+
+# --- files
+
+
+def scene() -> str:
+    """The fields of a scene file."""
+    from stretch_bt.simulation.scene import Scene
+
+    return file_table(Scene)
+
+
+def cell() -> str:
+    """The fields of a cell file, without the options of the implementations."""
+    from stretch_bt.hardware import cell_file
+
+    return file_table(cell_file._CellFile, skip=("devices",))
+
+
+def implementations() -> str:
+    """The options of each implementation of a device."""
+    from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class
+
+    parts = []
+    for kind, use in IMPLEMENTATIONS:
+        cls = driver_class(kind, use)
+        doc = " ".join((cls.__doc__ or "").split("\n\n")[0].split())
+        content = list(fields_of(cls.Options, "", ("type", "use")))
+        table = rows(["option", "default", "meaning"], content) if content else "It has no options.\n"
+        parts.append(f"#### {kind}, `use: {use}`\n\n{doc}\n\n{table}")
+    return "\n" + "\n".join(parts) + "\n"
+
+
+def file_table(model: Any, skip: tuple[str, ...] = ()) -> str:
+    """Return the fields of a pydantic model, nested ones with their path."""
+    return rows(["field", "default", "meaning"], list(fields_of(model, "", skip)))
+
+
+def fields_of(model: Any, prefix: str, skip: tuple[str, ...] = ()) -> Iterator[list[str]]:
+    """Yield a row for each field."""
+    from pydantic import BaseModel
+
+    for name, field in model.model_fields.items():
+        if name in skip:
+            continue
+        inner = [a for a in variants(field.annotation) if isinstance(a, type) and issubclass(a, BaseModel)]
+        own = not inner or any(a is str for a in variants(field.annotation))
+        if own or field.is_required():
+            yield [code(f"{prefix}{name}"), default_of(field), meaning(field)]
+        found = merged([list(fields_of(variant, f"{prefix}{name}.")) for variant in inner])
+        given = getattr(field.default, "model_fields_set", None)
+        yield from (with_default(row, field.default, f"{prefix}{name}.") if given else row for row in found)
+
+
+def merged(tables: list[list[list[str]]]) -> list[list[str]]:
+    """Return the rows of the variants of a union as one list; a row of some of them says of which."""
+    names = {row[0]: None for table in tables for row in sorted(table, key=lambda row: not row[0].endswith(".type`"))}
+    found = []
+    for name in names:
+        same = [(row, table) for table in tables for row in table if row[0] == name]
+        texts = dict.fromkeys(row[2] for row, _ in same)
+        of = [next(r[2] for r in table if r[0].endswith(".type`")) for _, table in same if len(same) < len(tables)]
+        note = [f"of {', '.join(of)}"] if of else []
+        found.append([name, same[0][0][1], "; ".join(text for text in [*note, ", ".join(texts)] if text)])
+    return found
+
+
+def with_default(row: list[str], whole: Any, prefix: str) -> list[str]:
+    """Return the row of a nested field with the default that the outer field gives it."""
+    name = row[0].strip("`").removeprefix(prefix)
+    field = type(whole).model_fields.get(name)
+    return row if field is None else [row[0], show_default(field, getattr(whole, name)), row[2]]
+
+
+def variants(annotation: Any) -> list[Any]:
+    """Return the types that an annotation allows."""
+    import typing
+
+    origin, args = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is typing.Annotated:
+        return variants(args[0])
+    if args and origin is not typing.Literal and origin not in (list, dict, tuple):
+        return [v for a in args for v in variants(a)]
+    return [annotation]
+
+
+def default_of(field: Any) -> str:
+    """Return the default of a field as a file would have it."""
+    return "required" if field.is_required() else show_default(field, field.default)
+
+
+def show_default(field: Any, value: Any) -> str:
+    """Return a value as a file would have it."""
+    from stretch_bt.units import Kind
+
+    kinds = [m for m in metadata(field) if isinstance(m, Kind)]
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return code(str(value).lower())
+    if isinstance(value, list):
+        return code(json.dumps(value))
+    return code(shown(value, kinds[0] if kinds else None)) if value != "" else "empty"
+
+
+def metadata(field: Any) -> list[Any]:
+    """Return what is annotated to a field, also inside an optional."""
+    import typing
+
+    found = list(field.metadata)
+    for part in (field.annotation, *typing.get_args(field.annotation)):
+        found += typing.get_args(part)[1:] if typing.get_origin(part) is typing.Annotated else ()
+    return found
+
+
+def meaning(field: Any) -> str:
+    """Return the description of a field with what it may hold."""
+    from stretch_bt.units import Kind, Within
+
+    marks = metadata(field)
+    kinds = [m for m in marks if isinstance(m, Kind)]
+    parts = [field.description] if field.description else []
+    for within in (m for m in marks if isinstance(m, Within)):
+        low, high = (shown(v, kinds[0] if kinds else None) for v in (within.min, within.max))
+        parts.append(f"{low} to {high}")
+    options = [str(a) for v in variants(field.annotation) for a in getattr(v, "__args__", ()) if isinstance(a, str)]
+    parts += [", ".join(code(o) for o in options)] if options else []
+    return "; ".join(parts)
+
+
+# --- diagnostics
+
+
+def codes_in_source() -> set[str]:
+    """Return every diagnostic code that the package can give."""
+    found: set[str] = set()
+    for path in PACKAGE.rglob("*.py"):
+        for call in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(call, ast.Call):
+                found |= set(code_of(call))
+    return found
+
+
+def code_of(call: ast.Call) -> Iterator[str]:
+    """Yield the code that a call makes a diagnostic with."""
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    texts = [a.value for a in call.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+    if name == "resolve" and texts:
+        yield f"{texts[-1]}-unknown"
+    elif name in ("error", "warning", "refuse", "_refuse", "_error", "Diagnostic", "ExpressionError"):
+        yield from [t for t in texts if re.fullmatch(r"[a-z]+(-[a-z]+)*", t) and t not in ("error", "warning")][:1]
+
+
+def mistakes() -> list[dict[str, Any]]:
+    """Return the small mistakes."""
+    return list(yaml.safe_load(Path(__file__).with_name("mistakes.yaml").read_text("utf-8")))
+
+
+def made_in(folder: Path, mistake: dict[str, Any]) -> Diagnostic:
+    """Make a mistake in an empty folder, which must be the working directory, and return what is said of it."""
+    write_mistake(folder / "given.yaml", mistake)
+    for name, text in mistake.get("beside", {}).items():
+        (folder / name).write_text(text)
+    for name, text in mistake.get("record", {}).items():
+        (folder / "given").mkdir(exist_ok=True)
+        (folder / "given" / name).write_text(text)
+    found = findings(mistake)
+    return next(d for d in found if d.code == mistake["code"])
+
+
+def write_mistake(path: Path, mistake: dict[str, Any]) -> None:
+    """Write the file that a mistake is in."""
+    made = {
+        "LARGE": "# " + "x" * 2_000_000,
+        "NESTED": "[" * 200 + "]" * 200,
+        "MANY": "a: [" + "1, " * 60_000 + "1]",
+    }
+    deep = "[" * 110 + "{wait: {duration: 1 s}}" + "]" * 110
+    for kind in FORMATS:
+        if kind in mistake:
+            body = f"trees: {{main: {{sequence: {deep}}}}}\n" if mistake[kind] == "DEEP" else mistake[kind]
+            path.write_text(f"format: stretch-{kind}/1\n{body}")
+    if mistake.get("text") == "LOOP":
+        path.symlink_to(path.name)
+    elif mistake.get("text") == "PIPE":
+        os.mkfifo(path)
+    elif "text" in mistake:
+        path.write_text(made.get(mistake["text"], mistake["text"]))
+    elif mistake.get("folder"):
+        path.mkdir()
+
+
+def findings(mistake: dict[str, Any]) -> list[Diagnostic]:
+    """Return what the mistake's command says."""
+    from stretch_bt.run.check import check
+    from stretch_bt.run.replay import replay
+    from stretch_bt.run.report import write_report
+    from stretch_bt.run.task import run
+
+    commands: dict[str, Callable[[], Any]] = {
+        "check": lambda: check("given.yaml"),
+        "run": lambda: run("given.yaml", params=mistake.get("set"), **mistake.get("arguments", {})),
+        "replay": lambda: replay("given"),
+        "report": lambda: write_report(run("given.yaml").record, Path("no/folder/report.html")),
+    }
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (mistake.get("disk", before[0]), before[1]))
+    try:
+        return list(commands[mistake.get("command", "check")]())
+    except FileError as error:
+        return error.diagnostics
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def codes() -> str:
+    """Every code with a message."""
+    content = []
+    here = Path.cwd()
+    for mistake in sorted(mistakes(), key=lambda m: m["code"]):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            try:
+                found = made_in(Path(folder), mistake)
+            finally:
+                os.chdir(here)
+        text = f"{found.message}; {found.hint}" if found.hint else found.message
+        content.append([code(found.code), text])
+    return rows(["code", "an example of what it says"], content)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "nodes": nodes,
+    "types": types,
+    "objects": objects,
+    "readings": readings,
+    "scene": scene,
+    "cell": cell,
+    "implementations": implementations,
+    "codes": codes,
+}
+
+
+def renewed(text: str) -> str:
+    """Return a page with its tables made anew."""
+    return MARKED.sub(lambda match: match[1] + TABLES[match[2]]() + match[3], text)
+
+
+def picture() -> str:
+    """Return the picture that the README shows."""
+    from stretch_bt.tree.export import export
+    from stretch_bt.tree.program import load_program
+
+    return export(load_program("palpate_stiffness").require(), "svg")
+
+
+if __name__ == "__main__":
+    (PAGES / "palpate_stiffness.svg").write_text(picture(), encoding="utf-8")
+    for page in sorted(PAGES.glob("*.md")):
+        page.write_text(renewed(page.read_text("utf-8")), encoding="utf-8")
