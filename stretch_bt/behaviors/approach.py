@@ -32,7 +32,7 @@ class Approach(MotionBehavior):
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
     speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="of the descent")
-    max_travel: In[Length] = port(0.150, min=0.001, max=0.500, doc="give up when nothing was met this far down")
+    max_travel: In[Length] = port(0.100, min=0.001, max=0.500, doc="give up when nothing was met this far down")
     max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this")
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +45,10 @@ def cell(virtual_clock: VirtualClock) -> Iterator[Callable[..., Cell]]:
 
 @pytest.fixture
 def run(tmp_path: Path) -> Callable[..., RunResult]:
-    """Run a tree, given by name, path or YAML text, with its record in the test's own folder; mocks may be text too."""
+    """Run a tree, given by name, path or YAML text, with its record in the test's own folder.
+
+    `mocks` may be text too; scripted `devices`, by the names that the tree declares, take the time of the run.
+    """
     from stretch_bt.run.task import run as run_tree
 
     count = 0
@@ -61,6 +64,8 @@ def run(tmp_path: Path) -> Callable[..., RunResult]:
         nonlocal count
         count += 1
         options.setdefault("out", tmp_path / f"record{count}")
+        if options.get("devices"):
+            options.setdefault("watch", lambda runner: _on_clock(options["devices"], runner.clock.now))
         if options.get("mocks") is not None:
             options["mocks"] = written(options["mocks"], "mocks")
         return run_tree(written(tree, "tree"), **options)
@@ -77,3 +82,8 @@ def scripted_device(virtual_clock: VirtualClock) -> Callable[..., ScriptedDevice
         return ScriptedDevice(kind, script or {}, now=virtual_clock.now, **options)
 
     return make
+
+
+def _on_clock(devices: Mapping[str, ScriptedDevice], now: Callable[[], float]) -> None:
+    for device in devices.values():
+        device.now = now

@@ -38,6 +38,10 @@ class ScriptedMotion:
         state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
         if isinstance(state, DeviceFault):
             raise state
+        if state is not MotionState.MOVING:
+            self.stopped = state
+            if self.device.moving is self:
+                self.device.moving = None
         return state
 
     def stop(self) -> None:

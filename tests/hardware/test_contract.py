@@ -228,10 +228,10 @@ def test_a_refused_command_leaves_the_motion_before_it(make_cell):
 def test_depth_is_limited_once_contact_is_known(make_cell):
     cell = make_cell()
     arm = cell.devices["arm"]
-    arm.move(Pose((0, 0, 0.03)), speed=0.1, owner="a")
+    arm.move(Pose((0, 0, 0.025)), speed=0.1, owner="a")
     cell.hand.contact_height = 0.06
-    with pytest.raises(LimitExceeded, match=r"depth 30 mm .* at most 25 mm"):
-        arm.move(Pose((0, 0, 0.03)), speed=0.1, owner="a")
+    with pytest.raises(LimitExceeded, match=r"depth 35 mm .* at most 30 mm"):
+        arm.move(Pose((0, 0, 0.025)), speed=0.1, owner="a")
 
 
 @pytest.mark.parametrize("speed", [0.0, -0.1, math.nan, math.inf])

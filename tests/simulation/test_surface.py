@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.objects import Cylinder, Plane, Sphere
+from stretch_bt.simulation.objects import Cylinder, Plane, Sphere, make_object
+from stretch_bt.simulation.scene import load_scene
 
 SPAN = 0.045
 SOLIDS = {
@@ -59,3 +60,12 @@ def test_no_depth_is_a_flat_sheet():
     surface = SOLIDS["sphere"].surface(0.0, SPAN)
     np.testing.assert_array_equal(surface.height([0.0, 0.01, 0.1]), 0.0)
     assert math.isclose(surface.edge, 0.0)
+
+
+@pytest.mark.parametrize("name", ["water_balloon", "calibration_sphere", "calibration_cylinder"])
+def test_every_depth_down_to_a_rounding_error_has_a_shape(name):
+    body = make_object(load_scene(name))
+    for depth in np.concatenate([np.geomspace(1e-19, 1e-2, 400), np.geomspace(6e-18, 8e-18, 50)]):
+        surface = body.surface(float(depth), 0.045)
+        assert surface.height(0.0) == pytest.approx(depth)
+        assert abs(float(surface.height(0.045 - 1e-12))) <= 1e-9 * depth + 1e-12

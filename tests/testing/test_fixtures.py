@@ -3,7 +3,7 @@
 import pytest
 
 from stretch_bt.errors import DeviceLost, InvalidInput
-from stretch_bt.frames import Pose
+from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, MotionState
 from stretch_bt.testing import ScriptedDevice
 
@@ -29,7 +29,7 @@ def test_virtual_clock_moves_only_when_told(virtual_clock):
 
 def test_cell_opens_on_the_clock_and_closes(cell, virtual_clock):
     opened = cell(scene="calibration_sphere", seed=3)
-    motion = opened.devices["arm"].move(Pose((0, 0, 0.19)), speed=0.05, owner="test")
+    motion = opened.devices["arm"].move(Pose((0, 0, 0.1)), speed=0.05, owner="test")
     assert motion.poll() is MotionState.MOVING
     virtual_clock.advance(1.0)
     assert motion.poll() is MotionState.DONE
@@ -65,9 +65,21 @@ def test_scripted_motion_has_an_owner():
     assert first.poll() is MotionState.PREEMPTED
     assert [second.poll(), second.poll(), second.poll()] == [MotionState.MOVING, MotionState.DONE, MotionState.DONE]
     second.stop()
-    assert [(c.name, c.owner) for c in arm.commands] == [("move", "a"), ("move", "b"), ("stop", "b")]
+    third = arm.move(Pose(), speed=0.1, owner="c")
+    third.stop()
+    assert third.poll() is MotionState.STOPPED
+    assert [c.name + c.owner for c in arm.commands] == ["movea", "moveb", "movec", "stopc"], (
+        "what has ended is not stopped"
+    )
 
 
 def test_scripted_device_of_no_kind():
     with pytest.raises(InvalidInput, match="Arm"):
         ScriptedDevice("Arms")
+
+
+def test_run_takes_scripted_devices(run, scripted_device):
+    arm = scripted_device("Arm", {"wrench": [Wrench((0.0, 0.0, 1.0))] * 3 + [Wrench((0.0, 0.0, 3.0))]})
+    result = run(TREE, devices={"arm": arm})
+    assert (result.status, result.ticks) == ("FAILURE", 4)
+    assert "arm.force = 3 N" in result.reason

@@ -71,8 +71,8 @@ def solve_edge(total: Callable[[float], float], depth: float, radius: float, spa
         raise NoEquilibrium(f"the membrane wraps around the object past a depth of {deepest} (limit point)")
 
     def residual(x: float) -> tuple[float, float]:
-        step = 1e-6 * limit
-        low, high = max(x - step, 0.0), min(x + step, limit)
+        step = 1e-5 * x  # small against x itself, which for a light touch is far below the limit
+        low, high = x - step, min(x + step, limit)
         return depth - total(x), (total(low) - total(high)) / (high - low)
 
     return find_root(residual, 0.0, limit, limit / 2, "shape of the membrane").x

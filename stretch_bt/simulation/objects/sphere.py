@@ -35,4 +35,4 @@ class Sphere:
         return Surface(depth, edge, edge * edge / self.radius, span, self.radius)
 
     def _cap(self, a: float) -> float:
-        return self.radius - math.sqrt(max(self.radius**2 - a * a, 0.0))
+        return a * a / (self.radius + math.sqrt(max(self.radius**2 - a * a, 0.0)))  # without cancellation
