@@ -98,8 +98,9 @@ def refused(error: StretchError) -> dict[str, Any]:
 def show(result: RunResult, console: Console) -> None:
     """Print a result for a person."""
     color = _COLOR.get(result.status, "red")
-    console.print(f"[bold {color}]{result.status}[/]", end=" ")
-    console.print(result.reason or "", markup=False, highlight=False)
+    console.print(f"[bold {color}]{result.status}[/]", end=" " if result.reason else "\n")
+    if result.reason:
+        console.print(result.reason, markup=False, highlight=False)
     if result.outputs:
         console.print(outputs_table(result))
     for name, value in result.readings.items():
