@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Annotated, Any, NamedTuple
 
 from stretch_bt.errors import InvalidInput
@@ -38,6 +39,7 @@ __all__ = [
     "kind_of",
     "parse_quantity",
     "parse_unit",
+    "suggest_quantity",
     "unit_names",
 ]
 
@@ -94,7 +96,11 @@ class Kind:
         """
         if isinstance(text, bool) or not isinstance(text, int | float | str):
             raise InvalidInput(f"{text!r} is not a {self.name}; write a number and a unit, such as '10 {self.unit}'")
-        value, dimension = parse_quantity(str(text))
+        try:
+            value, dimension = parse_quantity(str(text))
+        except InvalidInput as error:
+            hint = suggest_quantity(str(text), self.dimension)
+            raise InvalidInput(f"{error}; {hint}" if hint else str(error)) from None
         if dimension == DIMENSIONLESS and self.dimension != DIMENSIONLESS:
             raise InvalidInput(f"{text} has no unit; write '{text} {self.unit}'")
         if dimension != self.dimension:
@@ -209,6 +215,31 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "%": (1e-2, DIMENSIONLESS),
 }
 
+#: what people write for a unit
+_WORDS_FOR_UNITS = {
+    "sec": "s",
+    "second": "s",
+    "minute": "min",
+    "hour": "h",
+    "meter": "m",
+    "metre": "m",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "centimeter": "cm",
+    "centimetre": "cm",
+    "micron": "um",
+    "newton": "N",
+    "pascal": "Pa",
+    "kilopascal": "kPa",
+    "degree": "deg",
+    "°": "deg",
+    "radian": "rad",
+    "hertz": "Hz",
+    "gram": "g",
+    "kilogram": "kg",
+}
+
+_LIKE_A_QUANTITY = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\W\d_]\S*|°|)\s*")
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
 _FACTOR = re.compile(r"(1|%|[^\W\d_]+)(?:\^(-?\d{1,2})|([²³]))?")
 
@@ -302,6 +333,22 @@ def parse_quantity(text: str) -> tuple[float, Dimension]:
     if not math.isfinite(value):
         raise InvalidInput(f"{text!r} is not a finite number")
     return value, dimension
+
+
+def suggest_quantity(text: str, dimension: Dimension) -> str:
+    """Return what text that is no quantity should have been: `write '10 mm'` for `10 milimeter`, `10 MM` or `10,0 mm`."""
+    kind = kind_of(dimension)
+    unit = kind.unit if kind else next(iter(unit_names(dimension)), "")
+    match = _LIKE_A_QUANTITY.fullmatch(text)
+    if match is None:
+        return f"write a number and a unit, as in '10 {unit}'"
+    number, word = match[1].replace(",", "."), match[2]
+    spelt = get_close_matches(word.lower().removesuffix("s") or word, _WORDS_FOR_UNITS, n=1, cutoff=0.85)
+    meant = [_WORDS_FOR_UNITS[spelt[0]]] if spelt else []
+    known = {name: d for name, (_, d) in _UNITS.items()} | {k.unit: k.dimension for k in KINDS.values()}
+    alike = [name for name in known if name.lower() == word.lower()]
+    fitting = [name for name in (word, *meant, *alike) if known.get(name) == dimension]
+    return f"write '{number} {fitting[0]}'" if fitting else f"use one of {', '.join(unit_names(dimension))}"
 
 
 def format_quantity(value: float, kind: Kind | Dimension | None, digits: int = 4) -> str:

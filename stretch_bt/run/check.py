@@ -8,6 +8,7 @@ from pathlib import Path
 from stretch_bt.errors import Diagnostic, FileError
 from stretch_bt.run import mocks as mocks_files
 from stretch_bt.source import Map, Scalar, did_you_mean, parse, read_text
+from stretch_bt.tree.document import Document
 from stretch_bt.tree.headings import FORMAT as TREE
 from stretch_bt.tree.program import load_program
 
@@ -15,15 +16,35 @@ __all__ = ["check", "check_file"]
 
 
 def _tree(path: Path) -> list[Diagnostic]:
-    return load_program(path).diagnostics
+    program = load_program(path)
+    return [*program.diagnostics, *_scene_of(program.document)]
+
+
+def _scene_of(document: Document) -> list[Diagnostic]:
+    """Return what is wrong with the scene that a tree names."""
+    if document.scene is None:
+        return []
+    from stretch_bt.simulation.scene import load_scene
+
+    try:
+        load_scene(document.scene_path or "")
+    except FileError as error:
+        first = error.diagnostics[0]
+        unknown = first.code in ("scene-unknown", "file-missing")
+        return [document.scene.mark.error(first.code, first.message, first.hint)] if unknown else error.diagnostics
+    return []
 
 
 def _mocks(path: Path) -> list[Diagnostic]:
     found = mocks_files.read_mocks(path)
-    program = load_program(mocks_files.tree_of(found))
-    if not program.errors:
-        mocks_files.check_mocks(found, program)
-    return program.errors
+    tree = mocks_files.tree_of(found)
+    program = load_program(tree)
+    if program.errors:
+        assert found.tree is not None
+        what = f"the tree {found.tree.text!r} has {len(program.errors)} errors, so these mocks cannot be checked"
+        return [found.tree.mark.error("tree-wrong", what, f"see `stretch-bt check {tree}`")]
+    mocks_files.check_mocks(found, program)
+    return []
 
 
 def _scene(path: Path) -> list[Diagnostic]:

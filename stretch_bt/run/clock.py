@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 from typing import Protocol
 
 __all__ = ["Clock", "EndOfRecord", "RealClock", "ReplayClock", "VirtualClock"]
+
+#: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
+LONGEST = 0.05
 
 
 class EndOfRecord(Exception):
@@ -35,22 +39,22 @@ class RealClock:
 
     def __init__(self) -> None:
         self._start = time.monotonic()
-        self._event = threading.Event()
+        self._wakes: SimpleQueue[None] = SimpleQueue()  # an Event may deadlock when a signal handler sets it
 
     def now(self) -> float:
         """Return the time since the clock was made, s."""
         return time.monotonic() - self._start
 
     def wait_until(self, deadline: float) -> None:
-        """Sleep until the deadline, s, or until woken."""
+        """Sleep until the deadline, s, or until woken, and at most for a moment; whoever waits asks again."""
         remaining = deadline - self.now()
         if remaining > 0:
-            self._event.wait(remaining)
-        self._event.clear()
+            with suppress(Empty):
+                self._wakes.get(timeout=min(remaining, LONGEST))
 
     def wake(self) -> None:
         """End the wait."""
-        self._event.set()
+        self._wakes.put(None)
 
 
 class VirtualClock:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from py_trees.common import Status
 
 from stretch_bt.errors import DeviceFault, InvalidInput
+from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import Seen
 from stretch_bt.run.onlooker import Onlooker, Visits
@@ -91,10 +92,14 @@ class RunResult:
 
 
 def execute(
-    task: Task, out: str | Path | None = None, view: View | None = None, watch: Callable[[Runner], None] | None = None
+    task: Task,
+    out: str | Path | None = None,
+    view: View | None = None,
+    watch: Callable[[Runner], None] | None = None,
+    devices: Mapping[str, Device] | None = None,
 ) -> RunResult:
-    """Open what the task needs, run it, and close everything, whatever happens."""
-    spec = task.cell_spec()
+    """Open what the task needs, run it, and close everything, whatever happens; `devices` are used instead of a cell's."""
+    spec = task.cell_spec() if devices is None else None
     if spec is None:
         task.scene = None
     scene = _load_scene(task, spec)
@@ -103,8 +108,11 @@ def execute(
     record = RunRecord(Path(out) if out is not None else None)
     record.start(task.header(), task.run_info(spec))
     seen = Seen(record)
-    cell: Cell | None = None
+    cell: Cell | Given | None = None
     try:
+        if devices is not None:
+            cell = Given(devices)
+            task.context.devices = devices
         if spec is not None:
             from stretch_bt.hardware.cell import open_cell
 
@@ -121,6 +129,31 @@ def execute(
             cell.close()
 
 
+class Given:
+    """Devices that the caller gave, and keeps."""
+
+    def __init__(self, devices: Mapping[str, Device]) -> None:
+        self.devices = devices
+
+    def truth(self) -> dict[str, float]:
+        """Nothing is known."""
+        return {}
+
+    def stop(self) -> list[Exception]:
+        """Stop every device."""
+        errors: list[Exception] = []
+        for device in self.devices.values():
+            try:
+                device.stop()
+            except Exception as error:  # one that breaks must not keep the others moving
+                errors.append(error)
+        return errors
+
+    def close(self) -> list[Exception]:
+        """Leave them open."""
+        return []
+
+
 def _load_scene(task: Task, spec: CellSpec | None) -> Any:
     if spec is None or not spec.simulated:
         return None
@@ -133,7 +166,7 @@ def _load_scene(task: Task, spec: CellSpec | None) -> Any:
 
 def _drive(
     task: Task,
-    cell: Cell | None,
+    cell: Cell | Given | None,
     clock: Clock,
     record: RunRecord,
     seen: Seen,

@@ -7,8 +7,7 @@ name in its place. A pattern that matches nothing is an error.
 from __future__ import annotations
 
 import difflib
-import re
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,20 +15,22 @@ from typing import Any
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.errors import Diagnostic, FileError, MocksError, TreeError, UnsetKey
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean, load
-from stretch_bt.tree.build import Builder
-from stretch_bt.tree.context import Context
+from stretch_bt.errors import Diagnostic, FileError, MocksError, TreeError
+from stretch_bt.hardware.interfaces import INTERFACES, readings_of
+from stretch_bt.run.context import RunContext
+from stretch_bt.run.mock_node import Mock, MockNode, iter_then, mock_value, pattern_fits
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, load, unknown_key
+from stretch_bt.tree.build import Builder, BuiltTree, build
+from stretch_bt.tree.document import Document
 from stretch_bt.tree.expression import ExpressionError, bind, parse, typecheck
 from stretch_bt.tree.flow import Part
-from stretch_bt.tree.flow.base import FlowNode
 from stretch_bt.tree.ports import Cell
 from stretch_bt.tree.program import Program, find_tree
-from stretch_bt.tree.types import BOOL, Family, Type, attributes, quantity
-from stretch_bt.tree.values import Refused, literal
-from stretch_bt.units import KINDS, Estimate
+from stretch_bt.tree.types import BOOL, INT, Type, from_annotation, quantity
+from stretch_bt.tree.values import Refused, check_bounds, literal
+from stretch_bt.units import KINDS
 
-__all__ = ["FORMAT", "Expectation", "MockNode", "Mocks", "read_mocks"]
+__all__ = ["FORMAT", "Expectation", "Mocks", "check_mocks", "read_mocks", "tree_of"]
 
 FORMAT = "stretch-mocks/1"
 TOP = ("format", "doc", "tree", "mocks", "readings", "expect")
@@ -40,33 +41,13 @@ TIME = quantity(KINDS["Time"].dimension)
 
 
 @dataclass(slots=True)
-class Mock:
-    """One rule of a mocks file."""
-
-    pattern: str
-    mark: Mark
-    statuses: list[Status]
-    status_when: Scalar | None = None
-    after: float = 0.0
-    outputs: dict[str, list[Value]] = field(default_factory=dict)
-    output_marks: dict[str, Mark] = field(default_factory=dict)
-    then: str = "repeat_last"
-    message: str = ""
-    matched: int = 0
-    known_outputs: set[str] = field(default_factory=set)
-
-    def fits(self, path: str) -> bool:
-        """Whether the pattern means this path."""
-        return pattern_fits(self.pattern, path)
-
-
-@dataclass(slots=True)
 class Expectation:
     """What a mocks file says of the run: its result, what was visited, what never, and how many ticks at most."""
 
     result: str | None = None
     visited: list[tuple[str, str | None]] = field(default_factory=list)
     never: list[tuple[str, str | None]] = field(default_factory=list)
+    marks: list[tuple[str, Mark]] = field(default_factory=list)  # of every pattern of `visited` and `never`
     ticks_max: int | None = None
 
     def unmet(self, status: str, ticks: int, seen: set[tuple[str, str]]) -> list[str]:
@@ -79,18 +60,6 @@ class Expectation:
         if self.ticks_max is not None and ticks > self.ticks_max:
             found.append(f"expected at most {self.ticks_max} ticks, took {ticks}")
         return found
-
-
-def pattern_fits(pattern: str, path: str) -> bool:
-    """Whether a pattern means a path; a pattern without an index means every index."""
-    regex = ""
-    for segment in pattern.split("/"):
-        if segment == "**":
-            regex += r"(?:[^/]+/)*"
-        else:
-            index = "" if segment.endswith("]") else r"(?:\[\d+\])?"
-            regex += re.escape(segment).replace(r"\*", "[^/]*") + index + "/"
-    return re.fullmatch(regex, path + "/") is not None
 
 
 def _seen(wanted: tuple[str, str | None], seen: set[tuple[str, str]]) -> bool:
@@ -111,6 +80,7 @@ class Mocks:
         self.path = path
         self.rules: list[Mock] = []
         self.readings: dict[str, list[float]] = {}
+        self.reading_marks: dict[str, Mark] = {}
         self.expect = Expectation()
         self.diagnostics: list[Diagnostic] = []
         self.replaced: list[str] = []
@@ -154,26 +124,48 @@ class Mocks:
             given = iter_then(values, "repeat_last")
             readings[name] = lambda given=given: next(given)  # type: ignore[misc]
 
-    def check_matches(self, paths: list[str]) -> None:
-        """Note every rule that replaced nothing, with the closest path."""
+    def check_matches(self, built: BuiltTree, program: Program) -> None:
+        """Note every rule, expectation and reading that means nothing in the tree built with these mocks.
+
+        Raises
+        ------
+        MocksError
+            There are any, or mistakes that were found while the tree was built.
+        """
+        paths = [*built.nodes, *self.replaced]
         for rule in self.rules:
             if rule.matched == 0:
-                plain = rule.pattern.replace("**/", "")
-                close = difflib.get_close_matches(rule.pattern, paths, n=1, cutoff=0.3) or difflib.get_close_matches(
-                    plain, {p.rpartition("/")[2]: p for p in paths}, n=1, cutoff=0.3
-                )
-                by_tail = {p.rpartition("/")[2]: p for p in paths}
-                hint = (
-                    f"closest path: {by_tail.get(close[0], close[0])}"
-                    if close
-                    else "`stretch-bt show TREE` lists the paths"
-                )
-                self._error(rule.mark, "mock-unmatched", f"pattern {rule.pattern!r} matches no node", hint)
-            for name in rule.outputs if rule.matched else ():
-                if name not in rule.known_outputs:
-                    self._unknown_output(name, rule.output_marks[name], rule.pattern, sorted(rule.known_outputs))
+                self._idle(rule, paths, program)
+                continue
+            for name in rule.outputs.keys() - rule.known_outputs:
+                self._unknown_output(name, rule.output_marks[name], rule.pattern, sorted(rule.known_outputs))
+        for pattern, mark in self.expect.marks:
+            if not any(pattern_fits(pattern, path) for path in paths):
+                self._unmatched(pattern, mark, paths)
+        self._check_readings(program.document)
         if self.diagnostics:
-            raise MocksError(self.diagnostics)
+            raise MocksError(list(dict.fromkeys(self.diagnostics)))
+
+    def _idle(self, rule: Mock, paths: list[str], program: Program) -> None:
+        if any(rule.fits(path) for path in self.replaced):
+            message = f"every node that {rule.pattern!r} means is taken by a rule above it"
+            self._error(rule.mark, "mock-unmatched", message, "move it up, or make the other pattern narrower")
+        elif any(rule.fits(path) for path in build(program, RunContext()).nodes):
+            message = f"every node that {rule.pattern!r} means lies inside one that is replaced"
+            self._error(rule.mark, "mock-unmatched", message, "remove one of the two")
+        else:
+            self._unmatched(rule.pattern, rule.mark, paths)
+
+    def _check_readings(self, document: Document) -> None:
+        known = {f"{d.name}.{r}" for d in document.devices.values() for r in readings_of(d.interface)}
+        for name, mark in self.reading_marks.items():
+            if name not in known:
+                hint = did_you_mean(name, known) or "the tree declares no device with readings"
+                self._error(mark, "name-unknown", f"the tree has no reading {name!r}", hint)
+
+    def _unmatched(self, pattern: str, mark: Mark, paths: list[str]) -> None:
+        hint = _closest_path(pattern, paths) or "`stretch-bt show TREE` lists the paths"
+        self._error(mark, "mock-unmatched", f"pattern {pattern!r} matches no node", hint)
 
     def _error(self, mark: Mark, code: str, message: str, hint: str) -> None:
         self.diagnostics.append(mark.error(code, message, hint))
@@ -186,7 +178,7 @@ class Mocks:
         values = []
         for value in rule.outputs[name]:
             try:
-                values.append(_value(value, type_, name))
+                values.append(mock_value(value, type_, name))
             except Refused as refused:
                 self.diagnostics.append(refused.diagnostic)
         return cell, values
@@ -206,113 +198,6 @@ class Mocks:
             self._error(text.mark.shifted(error.offset, error.length), error.code, error.message, error.hint)
             return None
         return bind(expression, builder)
-
-
-def _value(value: Value, type_: Type, what: str) -> Any:
-    """Return what a mock writes: a literal, `{value, sd}` of a number, or the fields of an object."""
-    if type_.is_number and isinstance(value, Map):
-        fields = {k.text: literal(v, type_, f"{what}.{k.text}") for k, v in value}
-        if set(fields) != {"value", "sd"}:
-            raise Refused(
-                value.mark.error("type-mismatch", f"{what} takes a value and its sd", "write {value: 1 mm, sd: 0.1 mm}")
-            )
-        return Estimate(fields["value"], fields["sd"])
-    if type_.family is not Family.OBJECT or type_.cls is None:
-        return literal(value, type_, what)
-    if not isinstance(value, Map):
-        raise Refused(
-            value.mark.error("type-mismatch", f"{what} takes the fields of a {type_}", "write {field: value}")
-        )
-    return _object(value, type_.cls, what)
-
-
-def _object(value: Map, cls: type, what: str) -> Any:
-    """Return an object with only the fields that the mock gives; reading another one says so."""
-    known = attributes(cls)
-    given = {}
-    for key, inner in value:
-        if key.text not in known:
-            raise Refused(
-                key.mark.error(
-                    "attribute-unknown", f"{cls.__name__} has no {key.text!r}", did_you_mean(key.text, known)
-                )
-            )
-        given[key.text] = _value(inner, known[key.text], f"{what}.{key.text}")
-    return _Partial(cls.__name__, given)
-
-
-class _FieldNotGiven(UnsetKey, AttributeError):
-    """A field of a mocked object is read that the mocks file does not give."""
-
-
-class _Partial:
-    """An object of which a mocks file gives some fields."""
-
-    def __init__(self, name: str, given: dict[str, Any]) -> None:
-        self.__dict__.update(given)
-        self._name = name
-
-    def __getattr__(self, field_name: str) -> Any:
-        raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")
-
-
-def iter_then(values: list[Any], then: str) -> Generator[Any, None, None]:
-    """Yield the values, then what `then` says."""
-    yield from values
-    while True:
-        yield from values if then == "cycle" else ([values[-1]] if then == "repeat_last" else [Status.FAILURE])
-
-
-class MockNode(FlowNode):
-    """Stands in for a node: takes its time, writes its outputs, ends with its status."""
-
-    kind = "mock"
-
-    def __init__(
-        self,
-        path: str,
-        rule: Mock,
-        outputs: list[tuple[Cell, list[Any]]],
-        context: Context,
-        script: Callable[[], bool] | None,
-    ) -> None:
-        super().__init__(path)
-        self.rule = rule
-        self.context = context
-        self.script = script
-        self.runs = 0
-        longest = max((len(v) for _, v in outputs), default=0)
-        by_outputs = longest > len(rule.statuses)  # then `then` speaks of the outputs
-        self.statuses = iter_then(rule.statuses, "repeat_last" if by_outputs else rule.then)
-        end = "repeat_last" if rule.then == "fail" else rule.then
-        self.outputs = [(cell, iter_then(values, end)) for cell, values in outputs if values]
-        self.limit = max((len(v) for _, v in outputs), default=0)
-        self.until = 0.0
-
-    def begin(self) -> None:
-        """Start the time that the stand-in takes."""
-        self.runs += 1
-        self.until = self.context.now + self.rule.after
-
-    def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
-        """Run until the time is over, then write and end."""
-        yield from ()
-        if self.context.now < self.until - 1e-9:
-            return Status.RUNNING
-        status = self._status()
-        if status is Status.SUCCESS:
-            for cell, values in self.outputs:
-                cell.write(next(values), self.path)
-        elif status is Status.FAILURE:
-            self.feedback_message = self.rule.message or "mocked failure"
-        return status
-
-    def _status(self) -> Status:
-        if self.script is not None:
-            return Status.SUCCESS if self.script() else Status.FAILURE
-        if self.rule.then == "fail" and self.limit and self.runs > self.limit:
-            return Status.FAILURE
-        return next(self.statuses)  # type: ignore[no-any-return]
 
 
 def read_mocks(path: Path, name: str | None = None) -> Mocks:
@@ -360,9 +245,9 @@ class _Reader:
         return self.found
 
     def known(self, value: Map, known: tuple[str, ...], what: str) -> None:
-        for key, _ in value:
+        for key, given in value:
             if key.text not in known:
-                self.error(key.mark, "key-unknown", f"{what} has no {key.text!r}", did_you_mean(key.text, known))
+                self.error(key.mark, "key-unknown", f"{what} has no {key.text!r}", unknown_key(key, given, known))
 
     def items(self, value: Value | None, what: str) -> list[Value]:
         if value is None:
@@ -381,24 +266,28 @@ class _Reader:
         self.known(value, FIELDS, "a mock")
         match = value.get("match")
         if not isinstance(match, Scalar) or not match.text:
-            self.error(value.mark, "key-missing", "a mock needs 'match'", "add 'match: \"**/press\"'")
+            if not any(closest(key.text, ("match",)) for key, _ in value):
+                self.error(value.mark, "key-missing", "a mock needs 'match'", "add 'match: \"**/press\"'")
             return
         rule = Mock(match.text, match.mark, self.statuses(value.get("status")))
         when = value.get("status_when")
         rule.status_when = when if isinstance(when, Scalar) else None
+        if when is not None and rule.status_when is None:
+            self.error(when.mark, "type-mismatch", "'status_when' takes an expression", "write it as text, in quotes")
         if when is not None and "status" in value:
-            self.error(when.mark, "key-duplicate", "'status' and 'status_when' exclude each other", "keep one")
+            mark = value.key("status_when").mark
+            self.error(mark, "key-duplicate", "'status' and 'status_when' exclude each other", "keep one")
         self.options(rule, value)
         self.found.rules.append(rule)
 
     def options(self, rule: Mock, value: Map) -> None:
-        try:
-            after = value.get("after")
-            rule.after = literal(after, TIME, "after") if after is not None else 0.0
-        except Refused as refused:
-            self.found.diagnostics.append(refused.diagnostic)
+        after = value.get("after")
+        if after is not None:
+            rule.after = self.literal(after, TIME, "after", 0.0)
         rule.then = self.option(value.get("then"), THEN, "then", "repeat_last")
         message = value.get("message")
+        if message is not None and not isinstance(message, Scalar):
+            self.error(message.mark, "type-mismatch", "'message' takes text", "write it in quotes")
         rule.message = message.text if isinstance(message, Scalar) else ""
         outputs = value.get("outputs")
         if outputs is not None and not isinstance(outputs, Map):
@@ -420,23 +309,38 @@ class _Reader:
         self.error(value.mark, "option-unknown", f"{given!r} is not a {what}", did_you_mean(given, options))
         return default
 
+    def literal(self, value: Value, type_: Type, what: str, low: float) -> Any:
+        """Return a number of the file that is at least `low`; `low` itself, with an error, when it is none."""
+        try:
+            found = literal(value, type_, what)
+            check_bounds(found, type_, low, None, value.mark, what)
+        except Refused as refused:
+            self.found.diagnostics.append(refused.diagnostic)
+            return low
+        return found
+
     def statuses(self, value: Value | None) -> list[Status]:
         given = list(value.items) if isinstance(value, Seq) else [value]
-        return [STATUSES[self.option(item, tuple(STATUSES), "status", "success")] for item in given] or [Status.SUCCESS]
+        if not given and value is not None:
+            self.error(value.mark, "empty", "'status' has no values", "write one of success, failure, running")
+        return [STATUSES[self.option(item, tuple(STATUSES), "status", "success")] for item in given]
 
     def readings(self, value: Value | None) -> None:
-        from stretch_bt.hardware.interfaces import INTERFACES, readings_of
-        from stretch_bt.tree.types import from_annotation
-
+        if value is not None and not isinstance(value, Map):
+            self.error(value.mark, "type-mismatch", "'readings' takes a mapping", "write '{arm.force: 1 N}'")
         types = {n: from_annotation(a) for i in INTERFACES.values() for n, a in readings_of(i).items()}
         for key, given in value if isinstance(value, Map) else ():
             type_ = types.get(key.text.rpartition(".")[2])
-            if type_ is None:
-                self.error(key.mark, "name-unknown", f"{key.text!r} is not a reading", "write 'arm.force: 1 N'")
+            if type_ is None or "." not in key.text:
+                hint = did_you_mean(key.text, ("arm.force", "arm.height", "gripper.opening"))
+                self.error(key.mark, "name-unknown", f"{key.text!r} is not a reading", hint)
                 continue
+            values = given.items if isinstance(given, Seq) else (given,)
+            if not values:
+                self.error(given.mark, "empty", f"{key.text!r} has no values", "write at least one")
             try:
-                values = given.items if isinstance(given, Seq) else (given,)
                 self.found.readings[key.text] = [literal(v, type_, key.text) for v in values]
+                self.found.reading_marks[key.text] = key.mark
             except Refused as refused:
                 self.found.diagnostics.append(refused.diagnostic)
 
@@ -453,14 +357,37 @@ class _Reader:
             wanted.result = self.option(value.get("result"), results, "result", "success")
         for name in ("visited", "never"):
             for item in self.items(value.get(name), name):
-                if isinstance(item, Scalar):
-                    pattern, _, status = item.text.partition("#")
-                    getattr(wanted, name).append((pattern, status or None))
+                self.visit(item, getattr(wanted, name))
         ticks = value.get("ticks_max")
-        if isinstance(ticks, Scalar) and isinstance(ticks.value, int):
-            wanted.ticks_max = ticks.value
-        elif ticks is not None:
-            self.error(ticks.mark, "type-mismatch", "ticks_max takes a whole number", "write 'ticks_max: 400'")
+        if ticks is not None:
+            wanted.ticks_max = self.literal(ticks, INT, "ticks_max", 1)
+
+    def visit(self, item: Value, patterns: list[tuple[str, str | None]]) -> None:
+        """Read `path` or `path#status`."""
+        text = item.text if isinstance(item, Scalar) else ""
+        pattern, has_status, status = text.partition("#")
+        if not pattern:
+            self.error(item.mark, "type-mismatch", "a visit is a path, or path#status", "write 'main/press#success'")
+            return
+        if has_status:
+            mark = item.mark.shifted(len(pattern) + 1 + (isinstance(item, Scalar) and item.quoted), len(status) or 1)
+            self.option(Scalar(status, False, mark), (*STATUSES, "invalid"), "status", "")
+        patterns.append((pattern, status or None))
+        self.found.expect.marks.append((pattern, item.mark))
+
+
+def _closest_path(pattern: str, paths: list[str]) -> str:
+    """Return a hint with a pattern like the given one that means some node."""
+    last = {path.rpartition("/")[2].partition("[")[0]: path for path in paths}
+    head, _, tail = pattern.rpartition("/")
+    guess = closest(tail, last)
+    within = [path for path in paths if path.startswith(f"{head}/")]
+    candidates = difflib.get_close_matches(pattern, within, n=1, cutoff=0.3)
+    candidates += [f"{head}/{guess}"] if guess and head else []
+    candidates += difflib.get_close_matches(pattern, paths, n=1, cutoff=0.3)
+    candidates += [last[guess]] if guess else []
+    found = next((c for c in candidates if any(pattern_fits(c, path) for path in paths)), None)
+    return f"did you mean {found!r}?" if found else ""
 
 
 def tree_of(mocks: Mocks) -> str | Path:
@@ -479,8 +406,4 @@ def tree_of(mocks: Mocks) -> str | Path:
 
 def check_mocks(mocks: Mocks, program: Program) -> None:
     """Build the program with the mocks, so that every pattern and output is matched; raises MocksError."""
-    from stretch_bt.run.context import RunContext
-    from stretch_bt.tree.build import build
-
-    built = build(program, RunContext(), mocks)
-    mocks.check_matches([*built.nodes, *mocks.replaced])
+    mocks.check_matches(build(program, RunContext(), mocks), program)

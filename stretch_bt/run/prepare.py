@@ -45,7 +45,7 @@ class Task:
             self.mocks.attach(self.context.mocked_readings)
         self.built = build(self.program, self.context, self.mocks)
         if self.mocks is not None:
-            self.mocks.check_matches([*self.built.nodes, *self.mocks.replaced])
+            self.mocks.check_matches(self.built, self.program)
 
     def devices(self) -> set[str]:
         """Return the devices that the run needs: those of nodes and readings that are not mocked."""

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import signal
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from py_trees.common import Status
 
-from stretch_bt.errors import DeviceFault, NodeError, StretchError
+from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
+from stretch_bt.run.signals import signals
 from stretch_bt.run.stop import failed_at, stop_tree
+from stretch_bt.run.watcher import Careful, Watcher
 from stretch_bt.tree.build import BuiltTree, Node
 from stretch_bt.tree.ports import Cell
 
@@ -30,26 +30,6 @@ class Stoppable(Protocol):
 
     def stop(self) -> Sequence[Exception]:
         """Stop every device, and return what went wrong."""
-        ...
-
-
-class Watcher(Protocol):
-    """Whoever follows a run: the record, and the live view."""
-
-    def begin_tick(self, tick: int, time: float) -> None:
-        """A tick begins."""
-        ...
-
-    def status(self, path: str, status: str, reason: str = "") -> None:
-        """A node changed its status."""
-        ...
-
-    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """A node wrote a key."""
-        ...
-
-    def note(self, kind: str, **fields: Any) -> None:
-        """Anything else."""
         ...
 
 
@@ -72,7 +52,7 @@ class Runner:
     """Runs one built tree once.
 
     `interrupt` may be called from a signal handler or another thread; the first call stops the task at once and safely,
-    a second one also cuts `finally` short.
+    a second one also cuts `finally` short, as does the first when it comes during `finally`.
     """
 
     def __init__(
@@ -101,6 +81,9 @@ class Runner:
         self._running: set[str] = set()
         self._deadline = 0.0
         self._used = threading.Lock()
+        if tree.taken:
+            raise InvalidInput("this tree has a runner already; build a new tree for a new run")
+        tree.taken = True
         for cell_ in tree.cells:
             cell_.listener = self._written
 
@@ -111,27 +94,12 @@ class Runner:
         self._interrupts.append(why)
         self.clock.wake()
 
-    @contextmanager
-    def signals(self) -> Iterator[None]:
-        """Turn SIGINT and SIGTERM into interrupts while the block runs; only in the main thread, elsewhere do nothing."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        kept = {}
-        for number in (signal.SIGINT, signal.SIGTERM):
-            kept[number] = signal.signal(number, lambda n, _: self.interrupt(signal.Signals(n).name))
-        try:
-            yield
-        finally:
-            for number, handler in kept.items():
-                signal.signal(number, handler)
-
     def run(self) -> Outcome:
         """Tick to the end, stop safely, and return how it ended; raises only when it is called twice."""
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
         wall, cpu = time.perf_counter(), time.process_time()
-        with self.signals():
+        with signals(self.interrupt):
             self._drive()
             self._finish()
         outcome = self.outcome
@@ -145,11 +113,12 @@ class Runner:
 
     def _drive(self) -> None:
         """Tick the task until it ends, and note why."""
-        self.context.start = self.context.now = self._deadline = self.clock.now()
+        self._deadline = self.context.now = self.context.start = self.clock.now()
         try:
             while True:
                 status = self._tick(self.tree.root)
                 if status is None:
+                    self._deadline = self.clock.now()  # what follows a stop does not wait for the next tick
                     return self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
                 if status is not Status.RUNNING:
                     return self._end(status.name, self._explain(self.tree.root, status))
@@ -157,7 +126,7 @@ class Runner:
                     return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
-        except Exception as error:
+        except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
 
     def _tick(self, root: Node, limit: int = 0) -> Status | None:
@@ -170,6 +139,8 @@ class Runner:
         context = self.context
         context.ticks += 1
         context.now = self.clock.now()
+        if context.ticks == 1:
+            context.start = context.now
         for watcher in self.watchers:
             watcher.begin_tick(context.ticks, context.now)
         try:
@@ -197,6 +168,7 @@ class Runner:
         if late > 0 and self.period > 0:
             self.outcome.overruns += 1
             self.outcome.worst_overrun = max(self.outcome.worst_overrun, late)
+            self._note("overrun", seconds=late)
             self._deadline += self.period * int(late / self.period + 1)
 
     def _changed(self, node: Node) -> None:
@@ -228,21 +200,23 @@ class Runner:
     def _end(self, status: str, reason: str) -> None:
         self.outcome.status, self.outcome.reason = status, reason
 
-    def _failed(self, error: Exception) -> None:
-        status = "FAULT" if isinstance(error, DeviceFault) else "ERROR"
-        reason = str(error) if isinstance(error, StretchError) else f"{type(error).__name__}: {error}"
+    def _failed(self, error: BaseException) -> None:
+        self._shield()
+        status, reason = _kind(error), _told(error)
         if not isinstance(error, NodeError):
             at = self._ticking()
             reason = f"{at}: {reason}" if at else reason
         self._end(status, reason)
         self._note("error", error=type(error).__name__, reason=reason)
 
-    def _ticking(self) -> str:
-        """Return the path of the node whose code was running when an error came up."""
-        for node in self.tree.nodes.values():
-            if node.__dict__.get("ticking"):
-                return str(node.path)
-        return ""
+    def _shield(self) -> None:
+        """From now on no watcher that breaks may hold up the safe end."""
+        self.watchers = [w if isinstance(w, Careful) else Careful(w, self.outcome.errors) for w in self.watchers]
+
+    def _ticking(self, under: str = "") -> str:
+        """Return the path of the innermost node whose code was running when an error came up."""
+        paths = (path for path, node in self.tree.nodes.items() if getattr(node, "ticking", False))
+        return next((path for path in paths if path.startswith(under)), "")
 
     def _explain(self, root: Node, status: Status) -> str:
         if status is Status.SUCCESS:
@@ -252,56 +226,87 @@ class Runner:
 
     def _finish(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
+        self._shield()
         abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
         self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
-        calls = [n for n in self.tree.pending() if n.entered]
+        calls = self.tree.pending()
         errors = stop_tree(self.tree.root)
-        if (abnormal or errors) and self.cell is not None:
-            errors += self.cell.stop()
+        self._interrupted_nodes()
+        if abnormal or errors:
+            errors += self._stop_devices()
         for call in calls:
-            self._finally(call.finish)
-        self._finally(self.tree.finish)
-        if self.cell is not None:
-            errors += self.cell.stop()
+            errors += self._finally(call.finish)
+        errors += self._finally(self.tree.finish)
+        errors += self._stop_devices()
         for error in errors:
-            self.outcome.errors.append(str(error))
-            self._note("stop_error", error=type(error).__name__, reason=str(error))
-        if errors and self.outcome.status in ("SUCCESS", "FAILURE"):
-            fault = next((e for e in errors if isinstance(e, DeviceFault)), None)
-            self._end("FAULT" if fault else "ERROR", str(fault or errors[0]))
+            self.outcome.errors.append(_told(error))
+            self._note("stop_error", error=type(error).__name__, reason=_told(error))
+        worst = next((e for e in errors if isinstance(e, DeviceFault)), errors[0] if errors else None)
+        if worst is not None:
+            self._worse(_kind(worst), _told(worst))
 
-    def _finally(self, finish: Node | None) -> None:
-        """Tick a `finally` to its end; it is given one interrupt more than the task had."""
-        if finish is None:
-            return None
-        limit = len(self._interrupts)
+    def _stop_devices(self) -> list[BaseException]:
+        if self.cell is None:
+            return []
+        try:
+            return list(self.cell.stop())
+        except BaseException as error:
+            return [error]
+
+    def _finally(self, finish: Node | None) -> list[BaseException]:
+        """Tick a `finally` to its end or to one interrupt more than the task had; return what broke while stopping it."""
+        if finish is not None:
+            self._tick_finally(finish)
+            errors = stop_tree(finish)
+            self._interrupted_nodes()
+            return errors
+        return []
+
+    def _tick_finally(self, finish: Node) -> None:
+        name, limit = finish.path.rpartition("/")[0], len(self._interrupts)
         if limit > 1:
-            return self._unfinished(f"{finish.path} was not run: stopped twice")
+            return self._unfinished(f"{name} was not run: stopped twice")
         until = self.context.now + FINALLY_LIMIT
         try:
             while (status := self._tick(finish, limit)) is Status.RUNNING:
                 if self.context.now >= until:
-                    return self._unfinished(f"{finish.path} did not end within {FINALLY_LIMIT:g} s")
+                    return self._unfinished(f"{name} did not end within {FINALLY_LIMIT:g} s")
             if status is None:
-                self._unfinished(f"{finish.path} was cut short by {self._interrupts[-1]}")
+                self._unfinished(f"{name} was cut short by {self._interrupts[-1]}", "INTERRUPTED")
             elif status is Status.FAILURE:
                 self._unfinished(self._explain(finish, status))
         except EndOfRecord:
             pass
-        except Exception as error:
-            self._unfinished(f"{finish.path}: {error}", fault=isinstance(error, DeviceFault))
-        finally:
-            self.outcome.errors += [str(e) for e in stop_tree(finish)]
+        except BaseException as error:
+            at = "" if isinstance(error, NodeError) else f"{self._ticking(name) or name}: "
+            self._unfinished(at + _told(error), _kind(error))
 
-    def _unfinished(self, reason: str, fault: bool = False) -> None:
+    def _unfinished(self, reason: str, status: str = "FAILURE") -> None:
         self.outcome.errors.append(f"finally: {reason}")
         self._note("finally", reason=reason)
         if self.outcome.status == "SUCCESS":
-            self._end("FAULT" if fault else "FAILURE", f"the task was done, but its finally failed: {reason}")
+            self._end(status, f"the task was done, but its finally failed: {reason}")
+        elif status != "FAILURE":
+            self._worse(status, f"its finally failed: {reason}")
+
+    def _worse(self, status: str, reason: str) -> None:
+        """End with this status where the task itself came to an end; its own reason stays in front."""
+        if self.outcome.status in ("SUCCESS", "FAILURE"):
+            self._end(status, "; ".join(text for text in (self.outcome.reason, reason) if text))
 
     def _note(self, kind: str, **fields: Any) -> None:
         for watcher in self.watchers:
             watcher.note(kind, **fields)
+
+
+def _kind(error: BaseException) -> str:
+    if isinstance(error, KeyboardInterrupt):
+        return "INTERRUPTED"
+    return "FAULT" if isinstance(error, DeviceFault) else "ERROR"
+
+
+def _told(error: BaseException) -> str:
+    return str(error) if isinstance(error, StretchError) else f"{type(error).__name__}: {error}"
 
 
 _NEVER = (Status.INVALID, -1)

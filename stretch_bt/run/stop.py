@@ -1,4 +1,4 @@
-"""Stopping a tree so that every running node is told, whatever any of them does."""
+"""Stopping a tree so that every node that started is told, whatever any of them does."""
 
 from __future__ import annotations
 
@@ -8,36 +8,28 @@ from py_trees.common import Status
 
 from stretch_bt.tree.build import Node
 
-__all__ = ["failed_at", "running_leaves", "stop_tree"]
+__all__ = ["failed_at", "started_leaves", "stop_tree"]
 
 
-def running_leaves(root: Node) -> list[Node]:
-    """Return the running nodes that have no running child, in the order of the tree."""
-
-    def visit(node: Node) -> Iterator[Node]:
-        inner = [leaf for child in node.children for leaf in visit(child)]
-        if inner:
-            yield from inner
-        elif node.status is Status.RUNNING:
-            yield node
-
-    return list(visit(root))
+def started_leaves(root: Node) -> list[Node]:
+    """Return the leaves that started and did not end, in the order of the tree; one that broke half way is among them."""
+    leaves = (node for node in _all(root) if not node.children)
+    return [leaf for leaf in leaves if leaf.status is Status.RUNNING or getattr(leaf, "active", False)]
 
 
-def stop_tree(root: Node) -> list[Exception]:
-    """Interrupt the running leaves in reverse order, each error apart from the others, then mark the rest as ended.
+def stop_tree(root: Node) -> list[BaseException]:
+    """Interrupt the started leaves in reverse order, each error apart from the others, then mark the rest as ended.
 
-    `terminate` of each running leaf is called once; nodes that had already ended are not told again.
+    `terminate` of each is called once; nodes that had already ended are not told again.
     """
-    errors: list[Exception] = []
-    for leaf in reversed(running_leaves(root)):
+    errors: list[BaseException] = []
+    for leaf in reversed(started_leaves(root)):
         try:
             leaf.stop(Status.INVALID)
-        except Exception as error:  # a node that cannot stop must not keep the others from stopping
+        except BaseException as error:  # a node that cannot stop must not keep the others from stopping
             errors.append(error)
     for node in _all(root):
         node.status = Status.INVALID
-        node.iterator = node.tick()
     return errors
 
 

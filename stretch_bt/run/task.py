@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.execute import RunResult, View, execute
 from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.runner import Runner
-from stretch_bt.tree.program import Program, load_program
+from stretch_bt.tree.program import load_program
 
 __all__ = ["RunResult", "Task", "View", "execute", "run"]
 
@@ -27,6 +28,7 @@ def run(
     out: str | Path | None = None,
     view: View | None = None,
     watch: Callable[[Runner], None] | None = None,
+    devices: Mapping[str, Device] | None = None,
 ) -> RunResult:
     """Run a tree and return how it ended.
 
@@ -48,6 +50,9 @@ def run(
         Who shows the run while it goes on.
     watch
         Called with the runner before the first tick.
+    devices
+        Devices to use instead of a cell's, by the names that the tree declares; they are stopped at the end, not closed,
+        and their readings are not recorded.
 
     Raises
     ------
@@ -60,15 +65,6 @@ def run(
     if "main" not in program.document.trees:
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
     table = read_mocks(Path(mocks)) if mocks is not None else None
-    default = _own_scene(program) if cell is None else None
+    default = program.document.scene_path if cell is None else None
     task = Task(program, params or {}, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
-    return execute(task, out, view, watch)
-
-
-def _own_scene(program: Program) -> str | None:
-    """Return the scene that a tree names: a file beside the tree, or the name of a shipped one."""
-    named, path = program.document.scene, program.document.path
-    if named is None or path is None:
-        return None
-    beside = path.parent / named.text
-    return str(beside) if named.text.endswith((".yaml", ".yml")) and beside.exists() else named.text
+    return execute(task, out, view, watch, devices)

@@ -212,7 +212,6 @@ class Builder:
     def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
         """Return what reads a name of the present tree, and the attributes left to follow."""
         symbol = self.frame.scope.resolve(parts)
-        assert not isinstance(symbol, str)
         rest = parts[symbol.used :]
         context = self.context
         if symbol.origin is Origin.KEY:
@@ -241,8 +240,7 @@ class Builder:
         seen: list[tuple[str, Callable[[], Any], Type]] = []
         for name in names(wire.expression):
             symbol = self.frame.scope.resolve(name.parts)
-            assert not isinstance(symbol, str)
-            type_ = follow(name, symbol.type, name.parts[symbol.used :])
+            type_ = follow(name, symbol.type, symbol.used)
             seen.append((".".join(name.parts), bind(name, self), type_))
         return lambda: ", ".join(f"{text} = {_show(read(), type_)}" for text, read, type_ in seen)
 

@@ -8,6 +8,8 @@ from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Mark
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Known, Part, Wire
+from stretch_bt.tree.types import Family
+from stretch_bt.tree.values import sample
 
 __all__ = ["DataFlow", "check_flow"]
 
@@ -32,15 +34,21 @@ class DataFlow:
     def _unset(self, name: str, mark: Mark) -> Diagnostic:
         writers = [(who, m) for who, m in self.writers.get(name, []) if m != mark]
         if not writers:
-            hint = f"write it first, or give it a default in keys: {name}: {{type: ..., default: ...}}"
+            hint = f"write it first{self._or_default(name)}"
             return mark.error("read-before-write", f"${name} is never written", hint)
         places = ", ".join(f"{who!r} (line {m.line})" for who, m in writers[:3])
         later = all((m.line, m.column) > (mark.line, mark.column) for _, m in writers)
         why = "which comes after this read" if later else "which may fail or be passed over before this read"
+        hint = "write it before" if later else "write it on every way to this place"
         message = f"${name} may be unset here: it is written only in {places}, {why}"
-        return mark.error(
-            "read-before-write", message, "write it on every way to this place, or give it a default in keys"
-        )
+        return mark.error("read-before-write", message, f"{hint}{self._or_default(name)}")
+
+    def _or_default(self, name: str) -> str:
+        declared = self.signature.declared(name)
+        if declared is None or declared.type.family in (Family.OBJECT, Family.ANY):
+            return ""
+        value = "[]" if declared.type.item else sample(declared.type)
+        return f", or give it a default: '{name}: {{type: {declared.type}, default: {value}}}'"
 
 
 def check_flow(

@@ -87,10 +87,19 @@ class Document:
     tick_period: float = 0.05
     params: dict[str, Param] = field(default_factory=dict)
     devices: dict[str, DeviceDecl] = field(default_factory=dict)
+    doubtful: set[str] = field(default_factory=set)  # devices and imports that are declared, but wrongly
     imports: dict[str, Document] = field(default_factory=dict)
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)  # name -> sha256 of every file read
+
+    @property
+    def scene_path(self) -> str | None:
+        """The scene that the file names: a file beside it, or the name of a shipped one."""
+        if self.scene is None or self.path is None:
+            return None
+        beside = self.path.parent / self.scene.text
+        return str(beside) if self.scene.text.endswith((".yaml", ".yml")) and beside.exists() else self.scene.text
 
     def tree(self, name: str) -> Signature | None:
         """Return a tree by name, `contact.sense` for one of an imported file."""

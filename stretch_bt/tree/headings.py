@@ -6,23 +6,33 @@ import hashlib
 import sys
 from collections.abc import Mapping
 from importlib.resources import files
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
-from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, parse, read_text
+from stretch_bt.source import Map, Mark, Scalar, Value, closest, did_you_mean, parse, read_text
 from stretch_bt.tree import registry
+from stretch_bt.tree.declarations import Declarations, known_keys
 from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Signature
-from stretch_bt.tree.types import Family, Type, named
+from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, literal
-from stretch_bt.units import KINDS, parse_unit
+from stretch_bt.units import KINDS
 
 __all__ = ["FORMAT", "read_document"]
 
 FORMAT = "stretch-tree/1"
+MAX_FILES = 100
 TOP = ("format", "doc", "imports", "devices", "scene", "tick", "params", "keys", "trees")
 FRAME = ("in", "out", "keys", "doc", "guard", "finally")
+#: what people write for the words of FRAME
+FRAME_WORDS = {
+    **dict.fromkeys(("ins", "input", "inputs"), "in"),
+    **dict.fromkeys(("outs", "output", "outputs"), "out"),
+    **dict.fromkeys(("key", "local", "locals"), "keys"),
+}
+BODY = ("sequence", "selector", "parallel", "main")
 
 
 def shipped(name: str) -> Path:
@@ -32,13 +42,21 @@ def shipped(name: str) -> Path:
 
 def read_document(path: Path, name: str, overrides: Mapping[str, Any] | None = None) -> Document:
     """Read a tree file and all that it imports; raises FileError only when nothing of it can be read."""
-    return _Headings(path, name, dict(overrides or {}), "", ()).read()
+    return _Headings(path, name, dict(overrides or {}), "", (), [0]).read()
 
 
 class _Headings:
     """Reads one file; every mistake is noted, none stops the reading of the rest."""
 
-    def __init__(self, path: Path, name: str, overrides: dict[str, Any], prefix: str, stack: tuple[Path, ...]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        name: str,
+        overrides: dict[str, Any],
+        prefix: str,
+        stack: tuple[Path, ...],
+        count: list[int],
+    ) -> None:
         text = read_text(path, name)
         root = parse(text, name)
         if not isinstance(root, Map):
@@ -49,17 +67,21 @@ class _Headings:
         self.doc.files[name] = hashlib.sha256(text.encode()).hexdigest()
         self.overrides = overrides
         self.stack = (*stack, path.resolve())
+        self.count = count  # of the files imported so far, by all of them together
 
     def error(self, mark: Mark, code: str, message: str, hint: str = "") -> None:
         self.doc.diagnostics.append(mark.error(code, message, hint))
 
     def read(self) -> Document:
-        root = self.doc.root
-        self.known_keys(root, TOP, "a tree file")
+        below = "it belongs to a tree: indent it under the tree's name"
+        root = known_keys(
+            self.doc.root, TOP, "a tree file", self.doc.diagnostics, dict.fromkeys((*FRAME, *BODY), below)
+        )
+        self.doc.root = root
         self.format(root)
-        self.doc.doc = self.text(root.get("doc"))
         self.imports(root.get("imports"))
-        self.objects = registry.object_types()
+        self.declarations = Declarations(registry.object_types(), self.doc.diagnostics)
+        self.doc.doc = self.declarations.text(root.get("doc"))
         self.devices(root.get("devices"))
         self.scene(root.get("scene"))
         self.params(root.get("params"))
@@ -68,28 +90,13 @@ class _Headings:
         self.tick(root.get("tick"))
         return self.doc
 
-    def known_keys(self, value: Map, known: tuple[str, ...], what: str) -> None:
-        for key, _ in value:
-            if key.text not in known:
-                self.error(key.mark, "key-unknown", f"{what} has no {key.text!r}", did_you_mean(key.text, known))
-
     def format(self, root: Map) -> None:
         value = root.get("format")
         if value is None:
             self.error(root.mark, "format-missing", "the first key is not 'format'", f"begin with 'format: {FORMAT}'")
         elif not isinstance(value, Scalar) or value.text != FORMAT:
             given = value.text if isinstance(value, Scalar) else "this"
-            self.error(
-                value.mark, "format-unknown", f"{given!r} is not the format of a tree", f"write 'format: {FORMAT}'"
-            )
-
-    def text(self, value: Value | None) -> str:
-        if value is None:
-            return ""
-        if not isinstance(value, Scalar):
-            self.error(value.mark, "type-mismatch", "doc takes text", "write one sentence")
-            return ""
-        return " ".join(value.text.split())
+            self.error(value.mark, "format-unknown", f"{given!r} is not the format of a tree", f"write '{FORMAT}'")
 
     def entries(self, value: Value | None, what: str) -> list[tuple[Scalar, Value]]:
         if value is None or (isinstance(value, Scalar) and value.value is None):
@@ -101,40 +108,38 @@ class _Headings:
 
     def imports(self, value: Value | None) -> None:
         for key, target in self.entries(value, "imports"):
+            found = len(self.doc.diagnostics)
             if not isinstance(target, Scalar) or not target.text:
                 self.error(target.mark, "import", f"{key.text} names no file or module", "write 'name: lib/file.yaml'")
-            elif target.text.endswith((".yaml", ".yml")):
+            elif self.good_name(key, "import") and target.text.endswith((".yaml", ".yml")):
                 self.import_trees(key, target)
             else:
                 self.import_module(target)
+            if len(self.doc.diagnostics) > found and key.text not in self.doc.imports:
+                self.doc.doubtful.add(key.text)
 
     def import_trees(self, key: Scalar, target: Scalar) -> None:
         base = self.doc.path.parent if self.doc.path else Path()
-        path = next((p for p in (base / target.text, shipped(target.text)) if p.exists()), base / target.text)
+        beside, known = base / target.text, shipped(target.text)
+        path = known if known.exists() and not beside.exists() else beside
+        name = target.text if path is known else str(Path(self.doc.file).parent / target.text)
         if path.resolve() in self.stack:
             self.error(target.mark, "recursion", f"{target.text} imports itself", "move what both need to a third file")
             return
-        name = (
-            str(Path(self.doc.file).parent / target.text) if path.parent == (base / target.text).parent else target.text
-        )
+        self.count[0] += 1
+        if self.count[0] > MAX_FILES:
+            self.error(target.mark, "import", f"more than {MAX_FILES} files are imported", "import each file once")
+            return
         inner = {k.partition(".")[2]: v for k, v in self.overrides.items() if k.startswith(f"{key.text}.")}
         try:
-            document = _Headings(path, name, inner, f"{self.doc.prefix}{key.text}.", self.stack).read()
+            reader = _Headings(path, name, inner, f"{self.doc.prefix}{key.text}.", self.stack, self.count)
         except FileError as error:
-            missing = error.diagnostics[0].code == "file-missing"
-            self.doc.diagnostics += (
-                [
-                    target.mark.error(
-                        "import",
-                        f"no file {target.text!r} beside this one, nor among the shipped trees",
-                        "check the path",
-                    )
-                ]
-                if missing
-                else error.diagnostics
-            )
+            self.doc.diagnostics += error.diagnostics
+            if error.diagnostics[0].code == "file-missing":
+                message = f"no file {target.text!r} beside this one, nor among the shipped trees"
+                self.doc.diagnostics[-1:] = [target.mark.error("import", message, _nearby(target.text, base))]
             return
-        self.doc.imports[key.text] = document
+        self.doc.imports[key.text] = document = reader.read()
         self.doc.files.update(document.files)
 
     def import_module(self, target: Scalar) -> None:
@@ -144,14 +149,9 @@ class _Headings:
             sys.path.insert(0, folder)
         try:
             registry.import_nodes(target.text)
-        except Exception as error:
-            hint = "install the package, or check the module's name"
-            self.error(
-                target.mark,
-                "import",
-                f"module {target.text!r} cannot be imported: {type(error).__name__}: {error}",
-                hint,
-            )
+        except (Exception, SystemExit) as error:  # whatever the module of a third party does
+            message = f"module {target.text!r} cannot be imported: {type(error).__name__}: {error}"
+            self.error(target.mark, "import", message, "install the package, or check the module's name")
         finally:
             if added:
                 sys.path.remove(folder)
@@ -161,9 +161,9 @@ class _Headings:
             interface = INTERFACES.get(kind.text) if isinstance(kind, Scalar) else None
             if interface is None:
                 given = kind.text if isinstance(kind, Scalar) else "this"
-                self.error(
-                    kind.mark, "device-type", f"{given!r} is not a kind of device", did_you_mean(given, INTERFACES)
-                )
+                self.doc.doubtful.add(key.text)
+                hint = did_you_mean(given, INTERFACES)
+                self.error(kind.mark, "device-type", f"{given!r} is not a kind of device", hint)
             elif self.good_name(key, "device"):
                 self.doc.devices[key.text] = DeviceDecl(key.text, interface, key.mark)
 
@@ -201,13 +201,13 @@ class _Headings:
         for key, spec in self.entries(value, "params"):
             if not self.good_name(key, "parameter"):
                 continue
-            declared = self.declared(key, spec, "parameter")
-            if declared is not None:
-                param = Param(**{f: getattr(declared, f) for f in Declared.__slots__}, value=declared.default)
-                self.doc.params[key.text] = param
+            declared = self.declarations.read(key, spec, "parameter")
+            self.doc.params[key.text] = Param(
+                **{f: getattr(declared, f) for f in Declared.__slots__}, value=declared.default
+            )
         self.override()
         for param in self.doc.params.values():
-            if param.value is None and not param.has_default:
+            if param.value is None and not param.has_default and param.type is not ANY:
                 hint = f"give it a default, or --set {self.doc.prefix}{param.name}=..."
                 self.error(param.mark, "param-missing", f"parameter {param.name!r} has no value", hint)
 
@@ -234,63 +234,12 @@ class _Headings:
                     mark, "type-mismatch", f"{name} takes {param.type}, not {text!r}", f"write --set {name}=VALUE"
                 )
 
-    def declared(self, key: Scalar, spec: Value, what: str) -> Declared | None:
-        """Read `name: Type` or `name: {type, default, min, max, unit, doc}`."""
-        fields = ("type", "default", "min", "max", "unit", "doc")
-        if isinstance(spec, Map):
-            self.known_keys(spec, fields, f"a {what}")
-            type_value = spec.get("type")
-        else:
-            type_value, spec = spec, Map((), spec.mark)
-        if not isinstance(type_value, Scalar):
-            self.error(
-                key.mark, "type-missing", f"{what} {key.text!r} has no type", "write 'type: Length', or another type"
-            )
-            return None
-        type_ = named(type_value.text, self.objects)
-        if type_ is None:
-            known = [*KINDS, "int", "float", "bool", "str", *self.objects]
-            self.error(
-                type_value.mark, "type-unknown", f"no type {type_value.text!r}", did_you_mean(type_value.text, known)
-            )
-            return None
-        found = Declared(key.text, type_, key.mark, doc=self.text(spec.get("doc")))
-        try:
-            self.options(found, spec)
-        except Refused as refused:
-            self.doc.diagnostics.append(refused.diagnostic)
-        return found
-
-    def options(self, found: Declared, spec: Map) -> None:
-        bound_type = found.type.item or found.type
-        for name in ("min", "max"):
-            value = spec.get(name)
-            if value is not None:
-                setattr(found, name, literal(value, bound_type, name))
-        default = spec.get("default")
-        if default is not None:
-            found.default, found.has_default = literal(default, found.type, found.name), True
-            check_bounds(found.default, found.type, found.min, found.max, default.mark, found.name)
-        unit = spec.get("unit")
-        if isinstance(unit, Scalar):
-            found.unit = self.unit(unit, found.type)
-
-    def unit(self, value: Scalar, type_: Type) -> str | None:
-        try:
-            if parse_unit(value.text)[1] == type_.dimension:
-                return value.text
-        except ValueError:
-            pass
-        unit = type_.kind.unit if type_.kind else "none"
-        self.error(
-            value.mark, "unit-mismatch", f"{value.text!r} is not a unit of {type_}", f"write '{unit}', or leave it out"
-        )
-        return None
-
     def trees(self, value: Value | None) -> None:
-        if value is None:
-            self.error(self.doc.root.mark, "trees-missing", "the file has no trees", "add 'trees: {main: ...}'")
-        for key, body in self.entries(value, "trees"):
+        entries = self.entries(value, "trees")
+        if not entries and (value is None or isinstance(value, Map) or value.plain() is None):
+            mark = value.mark if value is not None else self.doc.root.mark
+            self.error(mark, "trees-missing", "the file has no trees", "add 'trees: {main: ...}'")
+        for key, body in entries:
             if not self.good_name(key, "tree"):
                 continue
             if not isinstance(body, Map):
@@ -300,9 +249,21 @@ class _Headings:
                 continue
             self.doc.trees[key.text] = self.signature(key, body)
 
+    def frame(self, body: Map) -> Map:
+        """Put right what stands for `in`, `out` and `keys` in other languages, and note it."""
+        pairs = []
+        for key, value in body:
+            word = FRAME_WORDS.get(key.text, "")
+            if word and word not in body and isinstance(value, Map):
+                self.error(key.mark, "key-unknown", f"a tree has no {key.text!r}", f"did you mean {word!r}?")
+                key = Scalar(word, False, key.mark)
+            pairs.append((key, value))
+        return Map(tuple(pairs), body.mark)
+
     def signature(self, key: Scalar, body: Map) -> Signature:
+        body = self.frame(body)
         inner = Map(tuple((k, v) for k, v in body.pairs if k.text not in ("in", "out", "keys", "doc")), body.mark)
-        found = Signature(key.text, key.mark, self.doc, inner, doc=self.text(body.get("doc")))
+        found = Signature(key.text, key.mark, self.doc, inner, doc=self.declarations.text(body.get("doc")))
         for field, table in (("in", found.ins), ("out", found.outs), ("keys", found.keys)):
             for name, spec in self.entries(body.get(field), field):
                 self.add_key(found, table, name, spec)
@@ -337,9 +298,16 @@ class _Headings:
         elif name.text in self.doc.devices:
             self.error(name.mark, "key-duplicate", f"${name.text} has the name of a device", "rename one of them")
         else:
-            declared = self.declared(name, spec, "key")
-            if declared is not None:
-                table[name.text] = declared
+            table[name.text] = self.declarations.read(name, spec, "key")
+
+
+def _nearby(target: str, base: Path) -> str:
+    """Return a hint with the file that the name of an import resembles."""
+    folder = (base / target).parent
+    present = [str(Path(target).parent / p.name) for p in islice(folder.glob("*.y*ml"), 100)]
+    known = [str(p.relative_to(shipped(""))) for p in islice(shipped("lib").glob("*.yaml"), 100)]
+    guess = closest(target, [*present, *known])
+    return f"did you mean {guess!r}?" if guess else "check the path, which is relative to this file"
 
 
 def _written(value: Any, type_: Type) -> str:

@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, FileError, TreeError
-from stretch_bt.source import Mark, Scalar, Value, did_you_mean
-from stretch_bt.tree import headings
+from stretch_bt.source import Map, Mark, closest, did_you_mean
+from stretch_bt.tree import headings, registry
 from stretch_bt.tree.dataflow import check_flow
-from stretch_bt.tree.document import Document, Signature
-from stretch_bt.tree.flow import Call, Part
+from stretch_bt.tree.document import DeviceDecl, Document, Signature
+from stretch_bt.tree.flow import CONSTRUCTS, Call, Part
 from stretch_bt.tree.flow.groups import Group
 from stretch_bt.tree.flow.guard import Guard
 from stretch_bt.tree.flow.parallel import Parallel
 from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.reader import Reader
+from stretch_bt.tree.registry import RESERVED
 
 __all__ = ["Program", "TreeBody", "find_tree", "load_program"]
 
@@ -122,6 +123,7 @@ class _Checker:
         for document in _documents(self.document):
             self.found += document.diagnostics
             for signature in document.trees.values():
+                self.check_names(signature)
                 self.read(signature)
         self.check_main()
         if not self.check_recursion():
@@ -150,7 +152,7 @@ class _Checker:
                 f"tree {signature.name!r} has no body",
                 "write 'sequence: [...]' under it",
             )
-        finish = self.finish(reader, finish_value)
+        finish = None if finish_value is None else reader.body(finish_value)
         self.found += reader.diagnostics
         if part is not None:
             body = TreeBody(signature, part, finish)
@@ -159,22 +161,26 @@ class _Checker:
                     body.writers.setdefault(key, []).append((who, mark))
             self.program.bodies[id(signature)] = body
 
-    @staticmethod
-    def finish(reader: Reader, value: Value | None) -> Part | None:
-        if value is None or (isinstance(value, Scalar) and value.value is None):
-            return None
-        return reader.body(value)
+    def check_names(self, signature: Signature) -> None:
+        """A tree called like a node or a construct would hide it, or be hidden by it, in silence."""
+        name = signature.name
+        taken = "construct" if name in (*CONSTRUCTS, *RESERVED, "run") else "node" if registry.lookup(name) else ""
+        if taken:
+            message = f"tree {name!r} has the name of a {taken}"
+            self.found.append(signature.mark.error("name", message, f"give it another name, such as 'my_{name}'"))
 
     def check_main(self) -> None:
         trees = self.document.trees
-        if "main" not in trees and not self.found and not self.is_library():
-            hint = did_you_mean("main", trees) or "call one tree 'main'"
-            self.found.append(self.document.root.mark.error("main-missing", "no tree is called 'main'", hint))
-
-    def is_library(self) -> bool:
-        """A file of trees for import has none called `main`, and every tree has a border."""
-        trees = self.document.trees.values()
-        return "main" not in self.document.trees and all(t.ins or t.outs for t in trees) and bool(trees)
+        if "main" in trees or not trees or any(t.ins or t.outs for t in trees.values()):
+            return  # a file without a main whose trees have borders is a library
+        meant = closest("main", trees)
+        if meant is not None:
+            message = "no tree is called 'main'"
+            self.found.append(trees[meant].mark.error("main-missing", message, "did you mean 'main'?"))
+        else:
+            message = "no tree is called 'main', so this file can be imported but not run"
+            mark = next(iter(trees.values())).mark
+            self.found.append(mark.warning("main-missing", message, "call the tree to run 'main'"))
 
     def check_recursion(self) -> bool:
         """Note trees that call themselves; return whether there are any."""
@@ -265,7 +271,9 @@ class _Checker:
             reached.add(id(body.signature))
             for call in body.calls():
                 target = self.program.bodies.get(id(call.target))
-                if target is not None and id(call.target) not in reached:
+                if target is None:
+                    reached.add(id(call.target))  # it has no body, which was noted
+                elif id(call.target) not in reached:
                     visit(target)
 
         visit(self.program.body(main))
@@ -296,24 +304,27 @@ class _Checker:
             )
 
     def check_devices(self) -> None:
-        for document in _documents(self.document):
-            for device in document.devices.values():
-                outer = self.document.devices.get(device.name)
-                if document is not self.document:
-                    if outer is None or outer.interface is not device.interface:
-                        name = device.interface.__name__
-                        message = f"the task declares no {device.name!r} of kind {name}, which {document.file} needs"
-                        self.found.append(
-                            self.document.root.mark.error(
-                                "device-undeclared", message, f"add 'devices: {{{device.name}: {name}}}'"
-                            )
-                        )
-                    elif device.used:
-                        outer.used = True
+        table = self.document.root.get("imports")
+        for prefix, imported in self.document.imports.items():
+            assert isinstance(table, Map)
+            for document in _documents(imported):
+                for device in document.devices.values():
+                    self.check_imported_device(device, document, table.key(prefix).mark)
         for device in self.document.devices.values():
             if not device.used and "main" in self.document.trees:
                 message = f"device {device.name!r} is declared but not used"
                 self.found.append(device.mark.warning("device-unused", message, "remove it"))
+
+    def check_imported_device(self, device: DeviceDecl, document: Document, mark: Mark) -> None:
+        outer = self.document.devices.get(device.name)
+        name = device.interface.__name__
+        if outer is None or outer.interface is not device.interface:
+            message = f"{document.file} needs a device {device.name!r} of kind {name}, and this file declares "
+            message += "none" if outer is None else f"it as {outer.interface.__name__}"
+            hint = f"add 'devices: {{{device.name}: {name}}}'" if outer is None else "rename one of them"
+            self.found.append(mark.error("device-undeclared", message, hint))
+        elif device.used:
+            outer.used = True
 
 
 def _documents(document: Document) -> Iterator[Document]:

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Iterator
 
-from stretch_bt.errors import Diagnostic
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, unknown_key
 from stretch_bt.tree import registry
-from stretch_bt.tree.document import Declared, Signature
-from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
-from stretch_bt.tree.expression.typecheck import Origin
-from stretch_bt.tree.flow import CONSTRUCTS, Call, Leaf, Part, Wire
+from stretch_bt.tree.document import Signature
+from stretch_bt.tree.flow import CONSTRUCTS, Broken, Call, Leaf, Part
 from stretch_bt.tree.flow.for_each import ForEach
 from stretch_bt.tree.flow.groups import Sequence
 from stretch_bt.tree.flow.guard import Guard, SkipIf
@@ -20,18 +16,17 @@ from stretch_bt.tree.flow.log import Log
 from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.set_keys import SetKeys
 from stretch_bt.tree.flow.timeout import Timeout
-from stretch_bt.tree.ports import MISSING, Port, Role
+from stretch_bt.tree.ports import Port, Role
 from stretch_bt.tree.registry import RESERVED, NodeInfo
-from stretch_bt.tree.scope import TreeScope
-from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, check_bounds, literal, written
-from stretch_bt.units import NUMBER
+from stretch_bt.tree.types import Type
+from stretch_bt.tree.values import braces, sample
+from stretch_bt.tree.wiring import Wiring
 
 __all__ = ["Reader"]
 
-_LITERAL = re.compile(
-    rf"\s*{NUMBER}\s*(?:[A-Za-z%µ][\w/%^µ²³]*|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*", re.IGNORECASE
-)
+#: words of a node that stand beside it, with where they are and what they are given
+Words = dict[str, tuple[Scalar, Value]]
+
 #: modifiers, from the innermost to the outermost
 _AROUND = (
     ("timeout", Timeout.around),
@@ -43,48 +38,66 @@ _AROUND = (
 )
 
 
-class Reader:
+class Reader(Wiring):
     """Reads the bodies of one tree; mistakes are noted and reading goes on."""
-
-    def __init__(self, signature: Signature) -> None:
-        self.signature = signature
-        self.document = signature.document
-        self.scope = TreeScope(signature)
-        self.diagnostics: list[Diagnostic] = []
-
-    def error(self, mark: Mark, code: str, message: str, hint: str = "") -> None:
-        """Note a mistake."""
-        self.diagnostics.append(mark.error(code, message, hint))
 
     # --- bodies
 
+    def __init__(self, signature: Signature) -> None:
+        super().__init__(signature)
+        self._bodies: dict[int, tuple[Value, Part | None]] = {}
+
     def body(self, value: Value) -> Part | None:
-        """Read one place of a tree: `{press: {...}}`, a bare name, or a list run as a sequence."""
+        """Read one place of a tree: `{press: {...}}`, a bare name, or a list run as a sequence; each is read once."""
+        if id(value) not in self._bodies:
+            self._bodies[id(value)] = value, self.read_body(value)
+        return self._bodies[id(value)][1]
+
+    def read_body(self, value: Value) -> Part | None:
+        """Read one place of a tree."""
         if isinstance(value, Seq):
             return Sequence(value.mark, self.children(value, value.mark, "sequence"))
         if isinstance(value, Scalar):
             if value.value is None:
-                self.error(
-                    value.mark,
-                    "body-missing",
-                    "there is no node here",
-                    "write '- press: {depth: 10 mm}', or remove the dash",
-                )
+                hint = "write '- press: {depth: 10 mm}', or remove the dash"
+                self.error(value.mark, "body-missing", "there is no node here", hint)
                 return None
             return self.place(value, Map((), value.mark), {})
+        words = {key.text: (key, v) for key, v in value if key.text in RESERVED}
         kinds: list[tuple[Scalar, Value]] = [(key, v) for key, v in value if key.text not in RESERVED]
-        if not kinds:
-            kinds += [(k, v) for k, v in value if k.text in CONSTRUCTS and isinstance(v, Map) and "do" in v][:1]
+        if "run" in value and "with" in value and isinstance(value.get("run"), Scalar):
+            pairs = (
+                (Scalar("tree", False, value.key("run").mark), value.get("run")),
+                (value.key("with"), value.get("with")),
+            )
+            call = Map(tuple((k, v) for k, v in pairs if v is not None), value.mark)
+            kinds = [(value.key("run"), call), *((k, v) for k, v in kinds if k.text not in ("run", "with"))]
+        if not kinds:  # a reserved word that is a construct too, as in `timeout: {after: 1 s, do: ...}`
+            forms = ((k, v) for k, v in words.values() if k.text in CONSTRUCTS and isinstance(v, Map) and "do" in v)
+            kinds += list(forms)[:1]
+        known = [(key, v) for key, v in kinds if self.is_known(key.text)]
+        if len(known) == 1 and len(kinds) > 1:
+            self.strange_words([pair for pair in kinds if pair not in known], [*words])
+            kinds = known
         if len(kinds) != 1:
-            names_ = ", ".join(repr(k.text) for k, _ in kinds) or "nothing"
+            names = ", ".join(repr(k.text) for k, _ in kinds) or "nothing"
             at = kinds[1][0].mark if kinds else value.mark
             self.error(
-                at, "body", f"a place in a tree names one node, here {names_}", "begin each node with its own '- '"
+                at, "body", f"a place in a tree names one node, here {names}", "begin each node with its own '- '"
             )
             return None
         key, given = kinds[0]
-        beside = {k.text: v for k, v in value if k is not key}
-        return self.place(key, given, beside)
+        words.pop(key.text, None)
+        return self.place(key, given, words)
+
+    def strange_words(self, pairs: list[tuple[Scalar, Value]], taken: list[str]) -> None:
+        """Note what stands beside a node and is neither a reserved word nor a node."""
+        for key, value in pairs:
+            guess = closest(key.text, [word for word in RESERVED if word not in taken])
+            hint = f"did you mean {guess!r}?" if guess else "indent it further if it is a port; else begin it with '- '"
+            if guess is None and unknown_key(key, value, ()):
+                hint = unknown_key(key, value, ())
+            self.error(key.mark, "key-unknown", f"{key.text!r} is neither a node nor a word beside one", hint)
 
     def children(self, value: Value, mark: Mark, what: str) -> list[Part]:
         """Read a list of at least one place."""
@@ -95,31 +108,39 @@ class Reader:
             self.error(mark, "empty", f"{what!r} has no children", "add a node, or remove it")
         return [part for item in value.items if (part := self.body(item)) is not None]
 
-    def place(self, key: Scalar, given: Value, beside: dict[str, Value]) -> Part | None:
+    def place(self, key: Scalar, given: Value, beside: Words) -> Part | None:
         """Read a node, construct or call with the reserved words inside and beside it."""
-        modifiers = dict(beside)
+        words = dict(beside)
         if isinstance(given, Map) and key.text != "set":
-            inside = {k.text for k, _ in given} & set(RESERVED)
-            modifiers |= {k.text: v for k, v in given if k.text in inside}
-            given = Map(tuple((k, v) for k, v in given if k.text not in inside), given.mark)
+            for inner, value in given:
+                if inner.text in RESERVED and inner.text in words:
+                    message = f"{inner.text!r} is given inside and beside the node"
+                    self.error(inner.mark, "key-duplicate", message, "keep one")
+                elif inner.text in RESERVED:
+                    words[inner.text] = (inner, value)
+            given = Map(tuple((k, v) for k, v in given if k.text not in RESERVED), given.mark)
         part = self.kind(key, given)
-        if part is None:
-            return None
-        part.name = self.name(modifiers.get("name")) or part.name
-        if "finally" in modifiers:
-            self.error(
-                modifiers["finally"].mark,
-                "finally",
-                "'finally' belongs to a tree, not to a node",
-                "move it under the tree's name",
-            )
+        part.name = self.name(words["name"][1]) if "name" in words else None
+        if "finally" in words:
+            message, hint = "'finally' belongs to a tree, not to a node", "move it under the tree's name"
+            self.error(words["finally"][0].mark, "finally", message, hint)
+        if "doc" in words and not isinstance(words["doc"][1], Scalar):
+            self.error(words["doc"][1].mark, "type-mismatch", "'doc' takes text", "write one sentence")
         for word, around in _AROUND:
-            if word in modifiers:
-                part = around(self, part, modifiers[word])
+            if word in words:
+                part = around(self, part, words[word][1])
         return part
 
-    def kind(self, key: Scalar, given: Value) -> Part | None:
+    def is_known(self, name: str) -> bool:
+        """Whether a name is that of a construct, a tree or a node."""
+        return name in CONSTRUCTS or name == "run" or bool(self.document.tree(name) or self.node(name))
+
+    def kind(self, key: Scalar, given: Value) -> Part:
         """Find out what a name is, and read it."""
+        return self.known_kind(key, given) or self.broken(key, given)
+
+    def known_kind(self, key: Scalar, given: Value) -> Part | None:
+        """Read what a name is; None, with an error, when it cannot be read."""
         construct = CONSTRUCTS.get(key.text)
         if construct is not None:
             return construct.read(self, key.mark, given)  # type: ignore[attr-defined, no-any-return]
@@ -128,19 +149,42 @@ class Reader:
         target = self.document.tree(key.text)
         if target is not None:
             return self.call(target, key.mark, given)
-        info = registry.lookup(key.text) or self.prefixed(key.text)
+        info = self.node(key.text)
         if info is not None:
             return self.leaf(info, key.mark, given)
-        known = [*registry.load_all(), *self.document.tree_names(), *CONSTRUCTS]
-        hint = did_you_mean(key.text, known) or "`stretch-bt nodes` lists all nodes"
+        if key.text.partition(".")[0] in self.document.doubtful:
+            return None
+        known = [*registry.load_all(), *self.document.tree_names(), *CONSTRUCTS, "run"]
+        guess = closest(registry.snake_case(key.text), known)
+        hint = f"did you mean {guess!r}?" if guess else did_you_mean(key.text, known)
+        hint = hint or "`stretch-bt nodes` lists all nodes"
         self.error(key.mark, "node-unknown", f"there is no node or tree {key.text!r}", hint)
         return None
 
+    def broken(self, key: Scalar, given: Value) -> Broken:
+        """Keep what can be read of a place with a mistake, so that the rest of the tree is judged as if it were there."""
+        found = Broken(key.mark, key.text)
+        places = list(given.items) if isinstance(given, Seq) else []
+        for name, value in given if isinstance(given, Map) else ():
+            if isinstance(value, Scalar) and value.text.startswith("$"):
+                found.keys[value.text[1:]] = value.mark
+            elif key.text == "set":
+                found.keys[name.text.removeprefix("$")] = name.mark
+            elif name.text == "do":
+                places.append(value)
+            elif name.text in ("children", "with") and isinstance(value, Seq | Map):
+                inner = Map(((name, value),), value.mark) if isinstance(value, Seq) else value
+                found.keys |= self.broken(key, inner).keys
+                places += value.items if isinstance(value, Seq) else ()
+        found.parts = [part for value in places if (part := self.body(value)) is not None]
+        return found
+
     @staticmethod
-    def prefixed(name: str) -> NodeInfo | None:
-        """Find a node written with the name of the module that it was imported under."""
+    def node(name: str) -> NodeInfo | None:
+        """Find a node, also one written with the name of the module that it was imported under."""
+        found = registry.lookup(name)
         _, dot, last = name.rpartition(".")
-        return registry.lookup(last) if dot else None
+        return registry.lookup(last) if found is None and dot else found
 
     def name(self, value: Value | None) -> str | None:
         """Read the name given to a place."""
@@ -148,29 +192,33 @@ class Reader:
             return None
         if isinstance(value, Scalar) and re.fullmatch(r"[A-Za-z_][\w-]*", value.text):
             return value.text
-        self.error(value.mark, "name", "a name is one word of letters, digits, _ and -", "write 'name: force_limit'")
+        word = re.sub(r"\W+", "_", value.text).strip("_") if isinstance(value, Scalar) else ""
+        hint = f"write '{word}'" if re.match(r"[A-Za-z_]", word) else "write 'name: force_limit'"
+        self.error(value.mark, "name", "a name is one word of letters, digits, _ and -", hint)
         return None
 
     # --- nodes and calls
 
-    def port_map(self, value: Value, mark: Mark, what: str) -> Map | None:
+    def port_map(self, value: Value, mark: Mark, what: str, required: list[str]) -> Map | None:
         """Return the wiring written after a name; nothing written means none."""
         if isinstance(value, Map):
             return value
         if isinstance(value, Scalar) and value.value is None and not value.quoted:
             return Map((), mark)
-        self.error(
-            value.mark, "type-mismatch", f"{what!r} takes a mapping of ports", f"write '{what}: {{port: value}}'"
-        )
+        given = value.text if isinstance(value, Scalar) and len(required) == 1 else "..."
+        ports = ", ".join(f"{name}: {given}" for name in required) or "port: value"
+        self.error(value.mark, "type-mismatch", f"{what!r} takes a mapping of ports", f"write '{what}: {{{ports}}}'")
         return None
 
     def leaf(self, info: NodeInfo, mark: Mark, value: Value) -> Part | None:
         """Read a node and wire its ports."""
-        ports = self.port_map(value, mark, info.name)
+        required = [p.name for p in info.ports.values() if p.required]
+        ports = self.port_map(value, mark, info.name, required)
         found = Leaf(mark, info)
         if ports is None:
-            return found
+            return None
         outputs = info.outputs
+        meant = self.unknown(ports, info.name, [*info.ports, *outputs], required)
         for key, given in ports:
             declared = info.ports.get(key.text)
             if declared is not None and declared.role is Role.INPUT:
@@ -179,48 +227,45 @@ class Reader:
                 self.device(found, declared, given)
             elif key.text in outputs:
                 self.sink(found.outputs, key, given, outputs[key.text], f"{info.name}.{key.text}")
-            else:
-                self.unknown_port(key, info.name, [*info.ports, *outputs])
-        self.complete(found, ports, mark)
+        for name in required:
+            if name not in ports and name not in meant:
+                self.missing(mark, info.name, name, info.types[name])
+        for declared in info.of(Role.DEVICE):
+            if declared.name not in ports:
+                self.default_device(found, declared, mark)
         return found
 
-    def complete(self, found: Leaf, ports: Map, mark: Mark) -> None:
-        """Note what is missing, and find the devices that the tree declares."""
-        for declared in found.info.ports.values():
-            if declared.required and declared.name not in ports:
-                type_ = found.info.types[declared.name]
-                self.error(
-                    mark,
-                    "port-missing",
-                    f"{found.info.name!r} needs {declared.name!r} ({type_})",
-                    f"add '{declared.name}: ...'",
-                )
-            elif declared.role is Role.DEVICE and declared.name not in ports:
-                self.default_device(found, declared, mark)
-
-    def unknown_port(self, key: Scalar, what: str, known: list[str]) -> None:
-        """Note a port that is not there."""
-        hint = did_you_mean(key.text, known) or f"ports of {what}: {', '.join(known) or 'none'}"
-        self.error(key.mark, "port-unknown", f"{what!r} has no port {key.text!r}", hint)
+    def missing(self, mark: Mark, what: str, name: str, type_: Type) -> None:
+        """Note an input that must be given and is not."""
+        self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", f"add '{name}: {sample(type_)}'")
 
     def device(self, found: Leaf, declared: Port, value: Value) -> None:
         """Wire a device port to a declared device."""
         name = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
         decl = self.document.devices.get(name)
         if decl is None:
+            if name in self.document.doubtful:
+                return
             self.error(
                 value.mark,
                 "device-undeclared",
                 f"no device {name!r} is declared",
-                did_you_mean(name, self.document.devices),
+                braces(value)
+                or did_you_mean(name, self.document.devices)
+                or self.fitting(found.info.types[declared.name].name),
             )
             return
         decl.used = True
         wanted = found.info.types[declared.name].name
         if decl.interface.__name__ != wanted:
             message = f"{found.info.name}.{declared.name} takes {wanted}, but {name!r} is {decl.interface.__name__}"
-            self.error(value.mark, "type-mismatch", message, "name another device")
+            self.error(value.mark, "type-mismatch", message, self.fitting(wanted))
         found.devices[declared.name] = name
+
+    def fitting(self, wanted: str) -> str:
+        """Return which device of the file is of the wanted kind."""
+        names = [d.name for d in self.document.devices.values() if d.interface.__name__ == wanted]
+        return f"write '{names[0]}'" if names else f"declare one: 'devices: {{name: {wanted}}}'"
 
     def default_device(self, found: Leaf, declared: Port, mark: Mark) -> None:
         """Wire a device port that is not written: the device of its name, or the only one of its kind."""
@@ -231,7 +276,7 @@ class Reader:
         if len(chosen) == 1:
             chosen[0].used = True
             found.devices[declared.name] = chosen[0].name
-        elif not declared.optional:
+        elif not declared.optional and not (self.document.doubtful and not chosen):
             what = f"{found.info.name!r} uses a {wanted}, and the file declares {'none' if not chosen else 'several'}"
             hint = (
                 f"add 'devices: {{{declared.name}: {wanted}}}'"
@@ -256,198 +301,22 @@ class Reader:
 
     def call(self, target: Signature, mark: Mark, value: Value) -> Part | None:
         """Read a call of a tree and wire what crosses its border."""
-        ports = self.port_map(value, mark, target.name)
+        required = [d.name for d in target.ins.values() if not d.has_default]
+        ports = self.port_map(value, mark, target.name, required)
+        if ports is None:
+            return None
         found = Call(mark, target)
-        for key, given in ports or ():
+        meant = self.unknown(ports, target.name, [*target.ins, *target.outs], required)
+        for key, given in ports:
             if key.text in target.ins:
                 declared = target.ins[key.text]
                 self.input(found.inputs, key, given, declared.type, f"{target.name}.{key.text}", declared)
             elif key.text in target.outs:
                 self.sink(found.outputs, key, given, target.outs[key.text].type, f"{target.name}.{key.text}")
-            else:
-                self.unknown_port(key, target.name, [*target.ins, *target.outs])
-        for declared in target.ins.values():
-            if ports is not None and not declared.has_default and declared.name not in ports:
-                self.error(
-                    mark,
-                    "port-missing",
-                    f"{target.name!r} needs {declared.name!r} ({declared.type})",
-                    f"add '{declared.name}: ...'",
-                )
+        for name in required:
+            if name not in ports and name not in meant:
+                self.missing(mark, target.name, name, target.ins[name].type)
         return found
-
-    # --- values
-
-    def fields(
-        self, value: Value, mark: Mark, what: str, required: tuple[str, ...] = (), optional: tuple[str, ...] = ()
-    ) -> dict[str, Value] | None:
-        """Return the fields of a construct, or None when one is missing."""
-        if not isinstance(value, Map):
-            self.error(value.mark, "type-mismatch", f"{what!r} takes a mapping", f"write its {', '.join(required)}")
-            return None
-        for key, _ in value:
-            if key.text not in (*required, *optional):
-                self.error(
-                    key.mark,
-                    "port-unknown",
-                    f"{what!r} has no {key.text!r}",
-                    did_you_mean(key.text, (*required, *optional)),
-                )
-        missing = [name for name in required if name not in value]
-        for name in missing:
-            self.error(mark, "port-missing", f"{what!r} needs {name!r}", f"add '{name}: ...'")
-        return None if missing else {k.text: v for k, v in value}
-
-    def input(
-        self, wires: dict[str, Wire], key: Scalar, value: Value, type_: Type, what: str, bounds: Port | Declared
-    ) -> None:
-        """Wire an input port."""
-        wire = self.value(value, type_, what, low=bounds.min, high=bounds.max)
-        if wire is not None:
-            wires[key.text] = wire
-
-    def sink(self, sinks: dict[str, tuple[str, Mark]], key: Scalar, value: Value, type_: Type, what: str) -> None:
-        """Wire an output port."""
-        name = self.output(value, type_, what)
-        if name is not None:
-            sinks[key.text] = (name, value.mark)
-
-    def output(self, value: Value, type_: Type | None, what: str) -> str | None:
-        """Return the key that an output writes."""
-        text = value.text if isinstance(value, Scalar) else ""
-        name = text.removeprefix("$")
-        if not re.fullmatch(r"\$[A-Za-z_]\w*", text):
-            hint = f"write '${name}'" if self.signature.declared(name) else "write '$key', with a key of this tree"
-            self.error(
-                value.mark, "output-literal", f"{what} is an output, so it takes a $key, not {text or 'this'!r}", hint
-            )
-            return None
-        declared = self.signature.declared(name)
-        if declared is None:
-            hint = did_you_mean(name, self.signature.names)
-            if "did you mean" not in hint:
-                hint = f"declare it: 'keys: {{{name}: {type_ or 'Length'}}}'"
-            self.error(value.mark, "key-undeclared", f"${name} is not declared in tree {self.signature.name!r}", hint)
-            return None
-        if name in self.signature.ins:
-            self.error(
-                value.mark,
-                "input-written",
-                f"${name} is an input of tree {self.signature.name!r} and cannot be written",
-                "use another key",
-            )
-            return None
-        if type_ is not None and not declared.type.accepts(type_):
-            message = f"${name} is {declared.type} (line {declared.mark.line}) but {what} gives {type_}"
-            self.error(value.mark, "type-mismatch", message, f"use a key of type {type_}")
-            return None
-        return name
-
-    def value(
-        self, value: Value, type_: Type, what: str, low: float | None = None, high: float | None = None
-    ) -> Wire | None:
-        """Return what feeds an input: a literal, or an expression over keys, parameters and readings."""
-        try:
-            if isinstance(value, Scalar) and self.is_expression(value, type_):
-                wire = self.expression(value, type_, what)
-            elif isinstance(value, Seq) and type_.family is Family.LIST:
-                wire = self.list_value(value, type_, what)
-            else:
-                wire = Wire(value.mark, value=literal(value, type_, what))
-            if wire is not None and wire.is_constant:
-                check_bounds(wire.value, type_, low, high, value.mark, what)
-        except Refused as refused:
-            self.diagnostics.append(refused.diagnostic)
-            return None
-        if wire is not None and not wire.text:
-            wire.text = written(value)
-        return wire
-
-    def list_value(self, value: Seq, type_: Type, what: str) -> Wire | None:
-        """Return a list whose items are literals or parameters."""
-        assert type_.item is not None
-        items = [self.value(item, type_.item, what) for item in value.items]
-        if any(item is None for item in items):
-            return None
-        for item in items:
-            if item is not None and not item.is_constant:
-                self.error(
-                    item.mark,
-                    "type-mismatch",
-                    f"{what}: an item of a list must be known at load",
-                    "use literals or params",
-                )
-                return None
-        return Wire(value.mark, value=[item.value for item in items if item is not None])
-
-    @staticmethod
-    def is_expression(value: Scalar, type_: Type) -> bool:
-        """Whether a scalar is to be read as an expression rather than as a literal."""
-        if value.text.startswith("$"):
-            return True
-        if type_.family in (Family.STR, Family.ENUM):
-            return False
-        if _LITERAL.fullmatch(value.text):
-            return False
-        return isinstance(value.value, str)
-
-    def expression(self, value: Value, type_: Type, what: str) -> Wire | None:
-        """Read an expression of the wanted type; constants are worked out now."""
-        if not isinstance(value, Scalar):
-            self.error(value.mark, "type-mismatch", f"{what} takes an expression", "write it as text, in quotes")
-            return None
-        try:
-            found = parse(value.text)
-            given = typecheck(found, self.scope)
-        except ExpressionError as error:
-            self.error(_inside(value, error.offset, error.length), error.code, error.message, error.hint)
-            return None
-        if not type_.accepts(given):
-            self.mismatch(value, found, given, type_, what)
-            return None
-        return self.wire(value, found)
-
-    def mismatch(self, value: Scalar, expression: Expression, given: Type, wanted: Type, what: str) -> None:
-        """Note a value of the wrong type."""
-        if wanted.family is Family.QUANTITY and given.is_number and not any(given.dimension):
-            self.error(
-                value.mark,
-                "unit-missing",
-                f"{what} takes {wanted}, but {value.text!r} has no unit",
-                "multiply it by a unit",
-            )
-            return
-        hint = f"use a value of type {wanted}"
-        symbol = self.scope.resolve(expression.parts) if hasattr(expression, "parts") else None
-        declared = self.signature.declared(symbol.name) if symbol is not None and not isinstance(symbol, str) else None
-        where = f" (declared on line {declared.mark.line})" if declared else ""
-        self.error(value.mark, "type-mismatch", f"{value.text} is {given}{where} but {what} takes {wanted}", hint)
-
-    def wire(self, value: Scalar, expression: Expression) -> Wire | None:
-        """Return the wire of a checked expression, with what it reads."""
-        wire = Wire(value.mark, expression, text=value.text)
-        constant = True
-        for name in names(expression):
-            symbol = self.scope.resolve(name.parts)
-            assert not isinstance(symbol, str)
-            if symbol.origin in (Origin.KEY, Origin.SD):
-                wire.reads += ((symbol.name, _inside(value, name.offset, name.length)),)
-            elif symbol.origin is Origin.READING:
-                wire.readings += (symbol.name,)
-            constant = constant and symbol.origin is Origin.PARAM
-        if not constant:
-            return wire
-        try:
-            wire.value = bind(expression, ParamEnvironment(self.scope))()
-        except (ArithmeticError, TypeError, IndexError, ValueError) as error:
-            self.error(
-                value.mark,
-                "expression",
-                f"{value.text!r} has no value: {error}",
-                "change the parameters, or the expression",
-            )
-            return None
-        return None if wire.value is None or wire.value is MISSING else wire
 
     def writes(self, part: Part) -> Iterator[tuple[str, str, Mark]]:
         """Yield every key that a part writes, with who writes it and where."""
@@ -460,24 +329,6 @@ class Reader:
                     yield key, "set", mark
             elif isinstance(inner, ForEach):
                 yield inner.key, "for_each", inner.key_mark
-
-
-class ParamEnvironment:
-    """Values of parameters, for expressions that need nothing else."""
-
-    def __init__(self, scope: TreeScope) -> None:
-        self.scope = scope
-
-    def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
-        """Return the value of a parameter."""
-        symbol = self.scope.resolve(parts)
-        assert not isinstance(symbol, str)
-        value = symbol.value
-        return (lambda: value), parts[symbol.used :]
-
-
-def _inside(value: Scalar, offset: int, length: int) -> Mark:
-    """Return the place of a part of a scalar; a quote shifts it by one, a folded text keeps its start."""
-    if value.mark.length < len(value.text):
-        return value.mark
-    return value.mark.shifted(offset + (1 if value.quoted else 0), max(length, 1))
+            elif isinstance(inner, Broken):
+                for key, mark in inner.keys.items():
+                    yield key, inner.label, mark

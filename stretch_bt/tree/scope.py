@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from stretch_bt.hardware.interfaces import readings_of
-from stretch_bt.source import did_you_mean
+from stretch_bt.hardware.interfaces import INTERFACES, readings_of
+from stretch_bt.source import closest, did_you_mean
 from stretch_bt.tree.document import Signature
-from stretch_bt.tree.expression.typecheck import Origin, Symbol
-from stretch_bt.tree.types import INT, Type, from_annotation, quantity
+from stretch_bt.tree.expression.typecheck import Origin, Symbol, Unresolved
+from stretch_bt.tree.types import ANY, INT, Type, from_annotation, quantity
 from stretch_bt.units import KINDS
 
 __all__ = ["TASK", "TreeScope"]
@@ -23,8 +23,8 @@ class TreeScope:
     def __init__(self, signature: Signature) -> None:
         self.signature = signature
 
-    def resolve(self, parts: tuple[str, ...]) -> Symbol | str:
-        """Return the symbol of a dotted name, or a hint when there is none."""
+    def resolve(self, parts: tuple[str, ...]) -> Symbol:
+        """Return the symbol of a dotted name; raises Unresolved, with a hint, when there is none."""
         first = parts[0]
         declared = self.signature.declared(first)
         if declared is not None:
@@ -39,36 +39,54 @@ class TreeScope:
             of = self.signature.declared(first.removesuffix("_sd"))
             if of is not None and of.type.is_number:
                 return Symbol(Origin.SD, of.name, of.type, 1)
-        return self._hint(first)
+        raise Unresolved(0, self._hint(parts))
 
-    def _param(self, parts: tuple[str, ...]) -> Symbol | str:
+    def is_doubtful(self, parts: tuple[str, ...]) -> bool:
+        """Whether a name is declared, but wrongly, which was noted there and is not to be noted at each use."""
+        document = self.signature.document
+        declared = self.signature.declared(parts[0])
+        if declared is not None:
+            return declared.type is ANY
+        if parts[0] == "params" and len(parts) > 1 and parts[1] in document.params:
+            return document.params[parts[1]].value is None
+        return parts[0] in document.doubtful
+
+    def _param(self, parts: tuple[str, ...]) -> Symbol:
         params = self.signature.document.params
         if len(parts) < 2 or parts[1] not in params:
             name = parts[1] if len(parts) > 1 else ""
-            return did_you_mean(name, params) or "declare it under 'params:'"
+            raise Unresolved(1, did_you_mean(name, params) or f"declare it: 'params: {{{name}: {{type: ...}}}}'")
         param = params[parts[1]]
         return Symbol(Origin.PARAM, param.name, param.type, 2, param.value)
 
-    def _reading(self, parts: tuple[str, ...]) -> Symbol | str:
+    def _reading(self, parts: tuple[str, ...]) -> Symbol:
         device = self.signature.document.devices[parts[0]]
-        types = {name: from_annotation(a) for name, a in readings_of(device.interface).items()}
         device.used = True
-        return self._table(parts, types, Origin.READING)
+        return self._table(parts, _readings(device.interface), Origin.READING)
 
     @staticmethod
-    def _table(parts: tuple[str, ...], types: Mapping[str, Type], origin: Origin) -> Symbol | str:
+    def _table(parts: tuple[str, ...], types: Mapping[str, Type], origin: Origin) -> Symbol:
         name = parts[1] if len(parts) > 1 else ""
         type_ = types.get(name)
         if type_ is None:
-            return did_you_mean(name, types) or f"{parts[0]} has no readings"
+            raise Unresolved(1, did_you_mean(name, types) or f"{parts[0]} has no readings")
         return Symbol(origin, ".".join(parts[:2]), type_, 2)
 
-    def _hint(self, name: str) -> str:
-        signature = self.signature
+    def _hint(self, parts: tuple[str, ...]) -> str:
+        name, signature = parts[0], self.signature
         if name in signature.document.params:
             return f"write 'params.{name}'"
-        known = [*signature.names, *signature.document.devices, "params", "task"]
+        known = [*signature.names, *signature.document.devices]
+        guess = closest(name, known)
+        if guess is None and len(parts) > 1:
+            kinds = [kind for kind, interface in INTERFACES.items() if parts[1] in _readings(interface)]
+            if kinds:
+                return f"add 'devices: {{{name}: {kinds[0]}}}'"
         others = sorted(t.name for t in signature.document.trees.values() if t is not signature and t.declared(name))
-        if others:
+        if others and guess is None:
             return f"it belongs to tree {others[0]!r}; pass it through 'in', or declare it in this tree"
-        return did_you_mean(name, known) or f"declare it: 'keys: {{{name}: Length}}'"
+        return did_you_mean(name, [*known, "params", "task"]) or f"declare it: 'keys: {{{name}: Length}}'"
+
+
+def _readings(interface: type) -> dict[str, Type]:
+    return {name: from_annotation(a) for name, a in readings_of(interface).items()}

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 from stretch_bt.units import DIMENSIONLESS, KINDS, Dimension, Kind, kind_of
 
-__all__ = ["BOOL", "FLOAT", "INT", "STR", "Family", "Type", "attributes", "from_annotation", "named", "quantity"]
+__all__ = ["ANY", "BOOL", "FLOAT", "INT", "STR", "Family", "Type", "attributes", "from_annotation", "named", "quantity"]
 
 
 class Family(Enum):
@@ -27,6 +27,7 @@ class Family(Enum):
     ENUM = "enum"
     LIST = "list"
     OBJECT = "object"
+    ANY = "any"  # of a declaration that is wrong, so that its uses are not reported as well
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +56,8 @@ class Type:
 
     def accepts(self, other: Type) -> bool:
         """Whether a value of the other type can be given where this one is asked for."""
+        if Family.ANY in (self.family, other.family):
+            return True
         if self.family is Family.QUANTITY or other.family is Family.QUANTITY:
             return self.is_number and other.is_number and self.dimension == other.dimension
         if self.family is Family.FLOAT:
@@ -74,6 +77,7 @@ BOOL = Type("bool", Family.BOOL)
 INT = Type("int", Family.INT)
 FLOAT = Type("float", Family.FLOAT)
 STR = Type("str", Family.STR)
+ANY = Type("any", Family.ANY)
 _PLAIN: dict[Any, Type] = {bool: BOOL, int: INT, float: FLOAT, str: STR}
 
 

@@ -6,11 +6,11 @@ import math
 from typing import Any, NoReturn
 
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
-from stretch_bt.source import Mark, Scalar, Seq, Value, did_you_mean
+from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.units import format_quantity, parse_quantity, unit_names
+from stretch_bt.units import format_quantity, parse_quantity, suggest_quantity, unit_names
 
-__all__ = ["Refused", "check_bounds", "literal", "written"]
+__all__ = ["Refused", "braces", "check_bounds", "example", "literal", "sample", "written"]
 
 
 class Refused(StretchError):
@@ -28,10 +28,15 @@ def refuse(mark: Mark, code: str, message: str, hint: str = "") -> NoReturn:
 
 def literal(value: Value, type_: Type, what: str) -> Any:
     """Return the SI or plain value that a literal stands for; `what` names it in messages."""
+    if type_.family is Family.ANY:
+        return written(value)
     if type_.family is Family.LIST:
         return _list(value, type_, what)
     if not isinstance(value, Scalar):
-        refuse(value.mark, "type-mismatch", f"{what} takes {type_}, not a list or mapping", _example(type_))
+        hint = braces(value) or example(type_)
+        refuse(value.mark, "type-mismatch", f"{what} takes {type_}, not a list or mapping", hint)
+    if not value.text and not value.quoted:
+        refuse(value.mark, "value-missing", f"{what} has no value", example(type_))
     if type_.family is Family.QUANTITY:
         return _quantity(value, type_, what)
     if type_.family is Family.ENUM:
@@ -46,7 +51,7 @@ def literal(value: Value, type_: Type, what: str) -> Any:
     if type_.family is Family.STR:
         return value.text
     if type_.family is Family.OBJECT:
-        refuse(value.mark, "type-mismatch", f"{what} takes {type_}, which has no literal form", "give it a $key")
+        refuse(value.mark, "type-mismatch", f"{what} takes {type_}, which has no literal form", example(type_))
     return _plain(value, type_, what)
 
 
@@ -57,6 +62,15 @@ def written(value: Value) -> str:
     if isinstance(value, Seq):
         return f"[{', '.join(written(item) for item in value.items)}]"
     return f"{{{', '.join(f'{key.text}: {written(item)}' for key, item in value)}}}"
+
+
+def braces(value: Value) -> str:
+    """Return a hint for `{key}`, which other tools take for the value of a key and YAML for a mapping."""
+    if isinstance(value, Map) and len(value.pairs) == 1:
+        [(key, inner)] = value.pairs
+        if isinstance(inner, Scalar) and not inner.text and not inner.quoted:
+            return f"write '${key.text}'"
+    return ""
 
 
 def _plain(value: Scalar, type_: Type, what: str) -> Any:
@@ -70,7 +84,13 @@ def _plain(value: Scalar, type_: Type, what: str) -> Any:
             return float(given)
         if isinstance(given, str) and given.rstrip().endswith("%"):
             return _percent(value, what)
-    refuse(value.mark, "type-mismatch", f"{what} takes {type_}, not {value.text!r}", _example(type_))
+    if value.quoted and Scalar(value.text, False, value.mark).value != value.text:
+        refuse(
+            value.mark, "type-mismatch", f"{what} takes {type_}, not text in quotes", f"remove the quotes: {value.text}"
+        )
+    truth = TRUTHS.get(value.text.lower()) if type_.family is Family.BOOL else None
+    hint = f"write '{truth}'" if truth else example(type_)
+    refuse(value.mark, "type-mismatch", f"{what} takes {type_}, not {value.text!r}", hint)
 
 
 def _percent(value: Scalar, what: str) -> float:
@@ -83,14 +103,10 @@ def _percent(value: Scalar, what: str) -> float:
 def _quantity(value: Scalar, type_: Type, what: str) -> float:
     try:
         number, dimension = parse_quantity(value.text)
-    except InvalidInput:
-        unit = type_.kind.unit if type_.kind else unit_names(type_.dimension)[0]
-        refuse(
-            value.mark,
-            "type-mismatch",
-            f"{what} takes {type_}, not {value.text!r}",
-            f"write a number and a unit, as in '10 {unit}'",
-        )
+    except InvalidInput as error:
+        hint = suggest_quantity(value.text, type_.dimension)
+        code = "type-mismatch" if hint.startswith("write a number") else "unit-unknown"
+        refuse(value.mark, code, f"{what} takes {type_}, and {error}", hint)
     if dimension == type_.dimension:
         return number
     unit = type_.kind.unit if type_.kind else ""
@@ -103,19 +119,28 @@ def _quantity(value: Scalar, type_: Type, what: str) -> float:
 def _list(value: Value, type_: Type, what: str) -> list[Any]:
     assert type_.item is not None
     if not isinstance(value, Seq):
-        refuse(value.mark, "type-mismatch", f"{what} takes {type_}", f"write it as in [{_sample(type_.item)}, ...]")
+        refuse(value.mark, "type-mismatch", f"{what} takes {type_}", f"write it as in [{sample(type_.item)}, ...]")
     return [literal(item, type_.item, what) for item in value.items]
 
 
-def _sample(type_: Type) -> str:
+def sample(type_: Type) -> str:
+    """Return a value of a type, as a file may have it."""
     if type_.kind is not None:
         return f"10 {type_.kind.unit}"
     samples = {Family.BOOL: "true", Family.INT: "3", Family.FLOAT: "0.5", Family.STR: "text"}
     return samples.get(type_.family, type_.options[0] if type_.options else "$key")
 
 
-def _example(type_: Type) -> str:
-    return f"write it as in {_sample(type_)!r}"
+def example(type_: Type) -> str:
+    """Return a hint that shows a value of a type."""
+    if type_.family is Family.BOOL:
+        return "write 'true' or 'false'"
+    if type_.family is Family.OBJECT:
+        return f"give it a $key of type {type_}"
+    if type_.family is Family.ENUM:
+        return f"write one of {', '.join(type_.options)}"
+    what = {Family.INT: "a whole number, ", Family.QUANTITY: "a number and a unit, "}.get(type_.family, "it ")
+    return f"write {what}as in {sample(type_)!r}"
 
 
 def check_bounds(value: Any, type_: Type, low: float | None, high: float | None, mark: Mark, what: str) -> None:
@@ -126,18 +151,21 @@ def check_bounds(value: Any, type_: Type, low: float | None, high: float | None,
         return
     if not type_.is_number:
         return
-    if (low is None or value >= low * (1 - 1e-12)) and (high is None or value <= high * (1 + 1e-12)):
+    if (low is None or value >= low - 1e-12 * abs(low)) and (high is None or value <= high + 1e-12 * abs(high)):
         return
-
-    def show(number: float) -> str:
-        return format_quantity(number, type_.dimension)
-
-    ends = f"{show(low) if low is not None else '...'} to {show(high) if high is not None else '...'}"
     nearest = high if high is not None and value > high else low
     assert nearest is not None
+    digits = next((d for d in range(4, 16) if _show(value, type_, d) != _show(nearest, type_, d)), 16)
+    ends = " to ".join("..." if end is None else _show(end, type_, digits) for end in (low, high))
     refuse(
         mark,
         "out-of-bounds",
-        f"{what}: {show(value)} is outside {ends}",
-        f"the nearest allowed value is {show(nearest)}",
+        f"{what}: {_show(value, type_, digits)} is outside {ends}",
+        f"write {_show(nearest, type_, digits)!r}, the nearest allowed value",
     )
+
+
+def _show(number: float, type_: Type, digits: int) -> str:
+    if type_.family is Family.INT:
+        return str(int(number))
+    return format_quantity(number, type_.dimension, digits)

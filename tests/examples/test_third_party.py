@@ -14,12 +14,8 @@ NODES = ("force_loss", "press_twice")
 PROBE = """
 import json, sys
 from pathlib import Path
-from stretch_bt.run.clock import VirtualClock
-from stretch_bt.run.context import RunContext
-from stretch_bt.run.mocks import read_mocks
-from stretch_bt.run.runner import Runner
+from stretch_bt import run
 from stretch_bt.source import load
-from stretch_bt.tree.build import build
 from stretch_bt.tree.program import load_program
 from stretch_bt.tree.registry import describe, load_all
 from stretch_bt.tree.schema import schema
@@ -28,13 +24,8 @@ folder = Path(sys.argv[1])
 nodes = load_all()
 tree = folder / "relaxation.yaml"
 program = load_program(tree)
-mocks = read_mocks(folder / "relaxation.mocks.yaml")
-context = RunContext()
-mocks.attach(context.mocked_readings)
-built = build(program.require(), context, mocks)
-mocks.check_matches([*built.nodes, *mocks.replaced])
-outcome = Runner(built, context, VirtualClock(), period=program.document.tick_period).run()
-_, loss = built.outputs["loss"]
+outcome = run(tree, mocks=folder / "relaxation.mocks.yaml", out="record")
+loss = outcome.outputs["loss"]
 print(json.dumps({
     "described": [describe(nodes[name]) for name in sys.argv[2:]],
     "modules": [nodes[name].cls.__module__ for name in sys.argv[2:]],
@@ -42,8 +33,8 @@ print(json.dumps({
     "schema": schema("tree"),
     "tree": load(tree).plain(),
     "status": outcome.status,
-    "loss": loss.value,
-    "sd": loss.sd,
+    "loss": loss["value"],
+    "sd": loss["sd"],
 }))
 """
 

@@ -1,3 +1,4 @@
+import os
 import signal
 import threading
 from typing import Any
@@ -5,7 +6,8 @@ from typing import Any
 import pytest
 
 from stretch_bt.errors import DeviceFault
-from stretch_bt.run.clock import RealClock, VirtualClock
+from stretch_bt.run import clock as clock_module
+from stretch_bt.run.clock import RealClock, ReplayClock, VirtualClock
 from stretch_bt.run.runner import FINALLY_LIMIT
 
 ENDING = "{{probe: {{script: {0}, name: a}}, finally: [probe: {{script: {1}, stop_script: '{2}', name: end}}]}}"
@@ -94,17 +96,14 @@ def test_an_interrupt_from_another_thread_ends_the_wait(bench: Any) -> None:
     threading.Thread(target=lambda: _when_waiting(runner)).start()
     outcome = runner.run()
     assert (outcome.status, outcome.reason) == ("INTERRUPTED", "stopped by a test")
+    assert (outcome.ticks, bench.trace[-1]) == (2, "end.term(S)")
+    assert runner.clock.now() < 60.0, "neither the task nor its `finally` waits for the next tick"
 
 
 def _when_waiting(runner: Any) -> None:
     while runner.context.ticks < 1:
         threading.Event().wait(0.001)
     runner.interrupt("a test")
-    while not runner.context.ticks or runner.outcome.status == "ERROR":
-        threading.Event().wait(0.001)
-    runner.clock.wait_until = lambda deadline: None  # `finally` has its own deadline, a minute ahead
-    runner.clock.now = lambda: 120.0
-    runner.clock.wake()
 
 
 def test_every_finally_that_is_owed_runs_from_the_inside_out(bench: Any) -> None:
@@ -259,6 +258,35 @@ def test_a_wake_up_ends_a_wait_at_once_from_a_signal_handler_too() -> None:
     assert clock.now() < 60.0
 
 
+def test_a_wake_up_from_another_thread_ends_a_long_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clock_module, "LONGEST", 3600.0)
+    clock = RealClock()
+    threading.Timer(0.01, clock.wake).start()
+    clock.wait_until(60.0)
+    assert clock.now() < 60.0
+
+
+def test_a_signal_that_another_thread_catches_ends_a_wait_too(bench: Any) -> None:
+    runner = bench.runner("probe: {script: R, name: a}", clock=RealClock(), period=60.0)
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
+    try:
+        sender = threading.Thread(target=_kill_when_waiting, args=(runner,))
+        sender.start()
+        outcome = runner.run()
+        sender.join()
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+    assert (outcome.status, outcome.reason) == ("INTERRUPTED", "stopped by SIGTERM")
+    assert runner.clock.now() < 60.0
+
+
+def _kill_when_waiting(runner: Any) -> None:
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+    while runner.context.ticks < 1:
+        threading.Event().wait(0.001)
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
 def test_the_clock_of_a_run_begins_with_its_first_tick(bench: Any) -> None:
-    outcome = bench.run("probe: {script: RRS}", clock=VirtualClock(start=7.5))
-    assert (outcome.task_seconds, bench.events.ticks[0]) == (pytest.approx(0.1), (1, 7.5))
+    outcome = bench.run("probe: {script: RRS}", clock=ReplayClock([7.5, 7.55, 7.625]))
+    assert (outcome.task_seconds, bench.events.ticks[0]) == (pytest.approx(0.125), (1, 7.5))

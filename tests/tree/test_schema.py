@@ -97,6 +97,7 @@ trees:
       - parallel: {policy: success_on_selected, selected: [a], children: [{wait: {duration: 1 ms, name: a}}, {check: count > 0}]}
       - selector: [{invert: {check: count > 5}}, {force_failure: [{check: count > 0}]}, {force_success: {fail: never mind}}]
       - run: {tree: look, with: {from: $depth, top: $top}}
+      - {run: look, with: {from: $depth, top: $top}}
       - look: {from: 1 mm, top: $top, timeout: 5 s}
     finally: {retract: {clearance: 20 mm}}
   look:
@@ -221,7 +222,7 @@ def test_every_node_port_and_construct_is_described() -> None:
         assert part.schema(), f"{name} has no schema"
         assert definitions[f"construct_{name}"]["description"]
         assert name in definitions["node"]["properties"]
-    assert set(definitions["node"]["properties"]) == {*load_all(), *CONSTRUCTS, *WORDS, "run"}
+    assert set(definitions["node"]["properties"]) == {*load_all(), *CONSTRUCTS, *WORDS, "run", "with"}
 
 
 def test_no_reference_leads_nowhere() -> None:

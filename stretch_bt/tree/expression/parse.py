@@ -16,6 +16,7 @@ from stretch_bt.units import NUMBER, parse_quantity
 __all__ = ["Binary", "Call", "Constant", "Expression", "ExpressionError", "Name", "Unary", "parse"]
 
 MAX_LENGTH = 1000
+MAX_TOKENS = 200
 MAX_DEPTH = 50
 
 
@@ -118,6 +119,9 @@ def parse(text: str) -> Expression:
 class _Parser:
     def __init__(self, text: str) -> None:
         self.tokens = list(self.scan(text))
+        if len(self.tokens) > MAX_TOKENS:
+            message = f"an expression of more than {MAX_TOKENS} words and signs"
+            raise ExpressionError(0, 1, "expression", message, "split it with 'set'")
         self.position = 0
         self.depth = 0
 
@@ -132,7 +136,7 @@ class _Parser:
                 kind = "operator" if match[0] in ("and", "or", "not") else str(match.lastgroup)
                 tokens.append(_Token(kind, match[0], position))
             position = match.end()
-        tokens.append(_Token("end", "", len(text)))
+        tokens.append(_Token("end", "", len(text.rstrip())))
         return tokens
 
     def whole(self) -> Expression:
@@ -224,15 +228,20 @@ class _Parser:
 
 def _unexpected(text: str, position: int) -> ExpressionError:
     hints = {
-        "=": "use '==' to compare",
-        "&": "use 'and'",
-        "|": "use 'or'",
-        "!": "use 'not'",
-        "[": "write '.0' to index",
+        "=": "write '==' to compare",
+        "&&": "write 'and'",
+        "&": "write 'and'",
+        "||": "write 'or'",
+        "|": "write 'or'",
+        "!": "write 'not '",
+        "[": "write '.0' in place of '[0]' to take an item",
+        "{": "write '$key' without braces",
+        "**": "write 'x * x'",
+        "^": "write 'x * x'",
     }
-    character = text[position]
-    hint = hints.get(character, "expressions know names, numbers with units, + - * /, comparisons, and, or, not")
-    return ExpressionError(position, 1, "expression", f"{character!r} has no meaning in an expression", hint)
+    sign = next((s for s in hints if text.startswith(s, position)), text[position])
+    hint = hints.get(sign, "expressions know names, numbers with units, + - * /, comparisons, and, or, not")
+    return ExpressionError(position, len(sign), "expression", f"{sign!r} has no meaning in an expression", hint)
 
 
 def _number(token: _Token) -> Constant:

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+from stretch_bt.errors import StretchError
 from stretch_bt.source import did_you_mean
 from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, ExpressionError, Name, Unary
 from stretch_bt.tree.types import BOOL, FLOAT, INT, Family, Type, attributes, quantity
 from stretch_bt.units import DIMENSIONLESS, unit_names
 
-__all__ = ["Origin", "Scope", "Symbol", "names", "typecheck"]
+__all__ = ["Origin", "Scope", "Symbol", "Unresolved", "names", "typecheck"]
 
 
 class Origin(Enum):
@@ -36,11 +37,19 @@ class Symbol:
     value: object = None
 
 
+class Unresolved(StretchError):
+    """A dotted name means nothing: `at` counts the part that is not known, `hint` says what to write."""
+
+    def __init__(self, at: int, hint: str) -> None:
+        self.at, self.hint = at, hint
+        super().__init__(hint)
+
+
 class Scope(Protocol):
     """Where names are looked up."""
 
-    def resolve(self, parts: tuple[str, ...]) -> Symbol | str:
-        """Return the symbol of a dotted name, or a hint when there is none."""
+    def resolve(self, parts: tuple[str, ...]) -> Symbol:
+        """Return the symbol of a dotted name; raises Unresolved when there is none."""
         ...
 
 
@@ -79,22 +88,36 @@ def _infer(expression: Expression, scope: Scope) -> Type:
 
 
 def _name(name: Name, scope: Scope) -> Type:
-    symbol = scope.resolve(name.parts)
-    if isinstance(symbol, str):
-        raise _error(name, "name-unknown", f"{'.'.join(name.parts)!r} is not known here", symbol)
-    return follow(name, symbol.type, name.parts[symbol.used :])
+    try:
+        symbol = scope.resolve(name.parts)
+    except Unresolved as unknown:
+        message = f"{'.'.join(name.parts)!r} is not known here"
+        offset, length = _part(name, unknown.at)
+        raise ExpressionError(offset, length, "name-unknown", message, unknown.hint) from None
+    return follow(name, symbol.type, symbol.used)
 
 
-def follow(name: Expression, type_: Type, parts: tuple[str, ...]) -> Type:
-    """Return the type of an attribute or an item; raises ExpressionError when there is none."""
-    for part in parts:
+def _part(name: Name, at: int) -> tuple[int, int]:
+    """Return offset and length of a part of a dotted name; the first one has the dollar, if there is any."""
+    if at >= len(name.parts):
+        return name.offset, name.length
+    dollar = name.length - len(".".join(name.parts))
+    if at == 0:
+        return name.offset, dollar + len(name.parts[0])
+    return name.offset + dollar + len(".".join(name.parts[:at])) + 1, len(name.parts[at])
+
+
+def follow(name: Name, type_: Type, used: int) -> Type:
+    """Return the type of the attributes and items after the `used` first parts; raises ExpressionError at a wrong one."""
+    for at, part in enumerate(name.parts[used:], used):
         if type_.family is Family.LIST and type_.item is not None and part.isdigit():
             type_ = type_.item
             continue
         known = attributes(type_.cls) if type_.cls is not None else {}
         if part not in known:
-            hint = did_you_mean(part, known) if known else f"a {type_} has no parts"
-            raise _error(name, "attribute-unknown", f"{type_} has no {part!r}", hint)
+            hint = did_you_mean(part, known) if known else f"remove it: a {type_} has no parts"
+            offset, length = _part(name, at)
+            raise ExpressionError(offset, length, "attribute-unknown", f"{type_} has no {part!r}", hint)
         type_ = known[part]
     return type_
 
@@ -162,6 +185,13 @@ def _same_dimension(expression: Binary, left: Type, right: Type) -> None:
     if isinstance(plain, Constant) and other.dimension != DIMENSIONLESS:
         unit = other.kind.unit if other.kind else " or ".join(unit_names(other.dimension))
         raise _error(plain, "unit-missing", f"{plain.value} has no unit", f"write '{plain.value} {unit}'")
+    if isinstance(expression.right, Constant) != isinstance(expression.left, Constant):
+        on_right = isinstance(expression.right, Constant)
+        at, other = (expression.right, left) if on_right else (expression.left, right)
+        units = ", ".join(unit_names(other.dimension))
+        advice = f"use one of {units}" if any(other.dimension) else "write it without a unit"
+        message = f"{left} and {right} do not go together"
+        raise _error(at, "unit-mismatch", message, f"the other side is {other}: {advice}")
     raise _units(expression, left, right)
 
 

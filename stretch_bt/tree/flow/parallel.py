@@ -44,7 +44,7 @@ class Parallel(Part):
         if isinstance(value, Seq):
             value = Map(((Scalar("children", False, value.mark), value),), value.mark)
         fields = reader.fields(value, mark, "parallel", required=("children",), optional=("policy", "selected"))
-        if fields is None:
+        if fields is None or not isinstance(value, Map):
             return None
         found = cls(mark, reader.children(fields["children"], mark, "parallel"))
         policy = fields.get("policy")
@@ -55,7 +55,15 @@ class Parallel(Part):
             reader.error(
                 policy.mark, "option-unknown", f"{text!r} is not a policy of 'parallel'", did_you_mean(text, POLICIES)
             )
-        found._read_selected(reader, fields.get("selected"))
+        if (found.policy == "success_on_selected") == ("selected" in value):
+            found._read_selected(reader, fields.get("selected"))
+        elif "selected" in value:
+            message = f"'selected' has no use with the policy {found.policy!r}"
+            reader.error(value.key("selected").mark, "port-missing", message, "add 'policy: success_on_selected'")
+        else:
+            names = ", ".join(part.label for part in found.parts)
+            message = "the policy 'success_on_selected' needs 'selected'"
+            reader.error(mark, "port-missing", message, f"add 'selected: [...]' with some of {names}")
         found._one_writer_each(reader)
         return found
 
@@ -79,25 +87,22 @@ class Parallel(Part):
         return {"policy": self.policy, "selected": ", ".join(self.parts[i].label for i in self.selected)}
 
     def _read_selected(self, reader: Reader, value: Value | None) -> None:
+        if value is None:
+            return
         labels = [part.label for part in self.parts]
-        for item in value.items if isinstance(value, Seq) else ():
+        if not isinstance(value, Seq) or not value.items:
+            reader.error(value.mark, "type-mismatch", "'selected' takes a list of names", f"write '[{labels[0]}]'")
+            return
+        for item in value.items:
             name = item.text if isinstance(item, Scalar) else ""
-            if name in labels:
+            if labels.count(name) == 1:
                 self.selected.append(labels.index(name))
+            elif name in labels:
+                message = f"several children of this 'parallel' are called {name!r}"
+                reader.error(item.mark, "name-unknown", message, "tell them apart with 'name:'")
             else:
-                reader.error(
-                    item.mark,
-                    "name-unknown",
-                    f"no child of this 'parallel' is called {name!r}",
-                    did_you_mean(name, labels),
-                )
-        if (self.policy == "success_on_selected") != bool(value is not None):
-            reader.error(
-                self.mark,
-                "port-missing",
-                "'selected' and the policy 'success_on_selected' go together",
-                "give both or none",
-            )
+                message = f"no child of this 'parallel' is called {name!r}"
+                reader.error(item.mark, "name-unknown", message, did_you_mean(name, labels))
 
     def _one_writer_each(self, reader: Reader) -> None:
         first: dict[str, Part] = {}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.source import Map, Mark, Value
+from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import INT
@@ -35,14 +35,10 @@ class _Counted(Part):
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read the count, which is mandatory, and `do`."""
-        if isinstance(value, Map) and cls.counter not in value:
-            reader.error(
-                mark, "unbounded-loop", f"{cls.keyword!r} has no bound", f"add '{cls.counter}: 3', or another number"
-            )
-        fields = reader.fields(value, mark, cls.keyword, required=("do",), optional=(cls.counter,))
+        fields = reader.fields(value, mark, cls.keyword, required=("do",), bound=(cls.counter, 3))
         if fields is None:
             return None
-        count = cls.read_count(reader, fields[cls.counter]) if cls.counter in fields else None
+        count = cls.read_count(reader, fields[cls.counter])
         do = reader.body(fields["do"])
         return cls(mark, count, do) if count and do else None
 

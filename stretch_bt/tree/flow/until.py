@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.source import Map, Mark, Value
+from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import BOOL, INT
@@ -39,14 +39,11 @@ class Until(Part):
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read `{that, max, do}`; the bound is mandatory."""
-        if isinstance(value, Map) and "max" not in value:
-            reader.error(mark, "unbounded-loop", "'until' has no bound", "add 'max: 100', or another number of passes")
-            value = Map((*value.pairs,), value.mark)
-        fields = reader.fields(value, mark, "until", required=("that", "do"), optional=("max",))
+        fields = reader.fields(value, mark, "until", required=("that", "do"), bound=("max", 100))
         if fields is None:
             return None
         that = reader.expression(fields["that"], BOOL, "until.that")
-        bound = reader.value(fields["max"], INT, "until.max", low=1, high=1_000_000) if "max" in fields else None
+        bound = reader.value(fields["max"], INT, "until.max", low=1, high=1_000_000)
         do = reader.body(fields["do"])
         return cls(mark, that, bound, do) if that and bound and do else None
 

@@ -154,10 +154,11 @@ def _places(nodes: dict[str, NodeInfo]) -> Schema:
     names = {name: ref(f"construct_{name}") for name in CONSTRUCTS if name not in WORDS}
     names |= {name: ref(f"node_{name}") for name in nodes}
     names["run"] = {"description": "Call a tree by name.", "anyOf": [ref("text"), form({"tree": ref("text")}, _with())]}
+    names |= _with()
     both = {word: {"anyOf": [ref(f"word_{word}"), ref(f"construct_{word}")]} for word in WORDS if word in CONSTRUCTS}
     words = {word: ref(f"word_{word}") for word in WORDS} | both
     bare = [name for name, info in nodes.items() if not any(port.required for port in info.ports.values())]
-    beside: Schema = {"anyOf": [{"required": [word]} for word in WORDS]}
+    beside: Schema = {"anyOf": [{"required": [word]} for word in (*WORDS, "with")]}
     return {
         "call": {
             "type": ["object", "null"],

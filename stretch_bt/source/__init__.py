@@ -1,0 +1,28 @@
+"""Text files with positions: YAML 1.2 core values, duplicate keys refused, every value knows its line and column.
+
+A file is read into `Scalar`, `Seq` and `Map` values; `validate` fits one to a pydantic model and reports every mistake at
+once, at its place, with a suggestion. Anchors are expanded by copying, within a budget, so no two places share an object.
+"""
+
+from stretch_bt.source.compose import parse
+from stretch_bt.source.fit import validate
+from stretch_bt.source.read import load, read_text, resolve
+from stretch_bt.source.suggest import closest, did_you_mean, unknown_key
+from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value
+
+__all__ = [
+    "TRUTHS",
+    "Map",
+    "Mark",
+    "Scalar",
+    "Seq",
+    "Value",
+    "closest",
+    "did_you_mean",
+    "load",
+    "parse",
+    "read_text",
+    "resolve",
+    "unknown_key",
+    "validate",
+]

@@ -1,0 +1,141 @@
+"""From YAML events to values: anchors expanded by copying within a budget, duplicate keys and tags refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NoReturn
+
+import yaml
+
+from stretch_bt.errors import Diagnostic, FileError
+from stretch_bt.source.syntax import explain_syntax
+from stretch_bt.source.values import Map, Mark, Scalar, Seq, Value
+
+__all__ = ["parse", "refuse"]
+
+MAX_NODES = 50_000
+MAX_DEPTH = 150
+
+_LOADER = getattr(yaml, "CLoader", yaml.Loader)
+
+
+def parse(text: str, file: str) -> Value:
+    """Read YAML text; raises FileError with the place of the mistake."""
+    try:
+        return _Composer(text, file).document()
+    except yaml.MarkedYAMLError as error:
+        place, message, hint = explain_syntax(text, error)
+        line, column = (place.line + 1, place.column + 1) if place else (1, 1)
+        refuse(file, "yaml-syntax", message, hint, line, column)
+    except yaml.YAMLError as error:  # a character that YAML forbids
+        position = getattr(error, "position", 0)
+        line, start = text.count("\n", 0, position) + 1, text.rfind("\n", 0, position) + 1
+        message = f"this is not YAML: the character {text[position : position + 1]!r} is forbidden"
+        refuse(file, "yaml-syntax", message, "remove the character", line, position - start + 1)
+
+
+def refuse(file: str, code: str, message: str, hint: str, line: int = 1, column: int = 1) -> NoReturn:
+    """Raise FileError with one error."""
+    raise FileError([Diagnostic(file, line, column, "error", code, message, hint)])
+
+
+class _Composer:
+    """Builds values from YAML events, within limits, without recursion into the parser's own objects."""
+
+    def __init__(self, text: str, file: str) -> None:
+        self.file = file
+        self.events = yaml.parse(text, Loader=_LOADER)
+        self.anchors: dict[str, tuple[Value, int]] = {}
+        self.count = 0
+
+    def document(self) -> Value:
+        found: Value | None = None
+        for event in self.events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if found is not None:
+                    self.refuse(event, "yaml-documents", "a second document begins here", "keep one document a file")
+                found = self.value(next(self.events), 0)
+        if found is None:
+            refuse(self.file, "file-empty", "the file is empty", "begin with 'format: ...'")
+        return found
+
+    def refuse(self, event: yaml.Event, code: str, message: str, hint: str) -> NoReturn:
+        mark = self.mark(event, 1)
+        refuse(self.file, code, message, hint, mark.line, mark.column)
+
+    def value(self, event: yaml.Event, depth: int) -> Value:
+        self.spend(event, 1)
+        if depth > MAX_DEPTH:
+            self.refuse(event, "yaml-depth", f"nesting deeper than {MAX_DEPTH}", "use subtrees")
+        if isinstance(event, yaml.AliasEvent):
+            return self.alias(event)
+        assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)
+        if event.tag is not None:
+            self.refuse(event, "yaml-tag", f"tags such as {event.tag!r} have no meaning here", "remove the tag")
+        before = self.count
+        if isinstance(event, yaml.ScalarEvent):
+            made: Value = self.scalar(event)
+        elif isinstance(event, yaml.SequenceStartEvent):
+            made = Seq(tuple(self.items(depth)), self.mark(event, 1))
+        else:
+            made = self.mapping(event, depth)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (made, self.count - before + 1)
+        return made
+
+    def spend(self, event: yaml.Event, nodes: int) -> None:
+        self.count += nodes
+        if self.count > MAX_NODES:
+            self.refuse(
+                event,
+                "yaml-size",
+                f"more than {MAX_NODES} values, anchors expanded",
+                "remove anchors, or split the file",
+            )
+
+    def alias(self, event: yaml.AliasEvent) -> Value:
+        if event.anchor not in self.anchors:
+            self.refuse(event, "yaml-anchor", f"no anchor &{event.anchor} stands before this", "define it first")
+        value, size = self.anchors[event.anchor]
+        self.spend(event, size)
+        return _copy(value)
+
+    def items(self, depth: int) -> Iterator[Value]:
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            yield self.value(event, depth + 1)
+
+    def mapping(self, event: yaml.Event, depth: int) -> Map:
+        pairs: dict[str, tuple[Scalar, Value]] = {}
+        while not isinstance(key_event := next(self.events), yaml.MappingEndEvent):
+            if not isinstance(key_event, yaml.ScalarEvent):
+                self.refuse(key_event, "yaml-key", "a key must be plain text", "put the value under a name")
+            key = self.scalar(key_event)
+            if key.text in pairs:
+                first = pairs[key.text][0].mark.line
+                self.refuse(
+                    key_event, "yaml-duplicate", f"{key.text!r} stands twice (first on line {first})", "keep one"
+                )
+            if key.text == "<<" and not key.quoted:
+                self.refuse(key_event, "yaml-merge", "merge keys (<<) are not YAML 1.2", "write the values out")
+            pairs[key.text] = (key, self.value(next(self.events), depth + 1))
+        return Map(tuple(pairs.values()), self.mark(event, 1))
+
+    def scalar(self, event: yaml.ScalarEvent) -> Scalar:
+        start, end = event.start_mark, event.end_mark
+        assert start is not None
+        assert end is not None
+        length = end.column - start.column if end.line == start.line else 1
+        return Scalar(event.value, event.style not in (None, ""), self.mark(event, max(length, 1)))
+
+    def mark(self, event: yaml.Event, length: int) -> Mark:
+        start = event.start_mark
+        assert start is not None
+        return Mark(self.file, start.line + 1, start.column + 1, length)
+
+
+def _copy(value: Value) -> Value:
+    if isinstance(value, Scalar):
+        return Scalar(value.text, value.quoted, value.mark)
+    if isinstance(value, Seq):
+        return Seq(tuple(_copy(item) for item in value.items), value.mark)
+    return Map(tuple((key, _copy(item)) for key, item in value.pairs), value.mark)

@@ -1,0 +1,59 @@
+"""What is wrong where the YAML parser gives up, in the words of somebody who writes a file."""
+
+from __future__ import annotations
+
+import re
+
+import yaml
+
+__all__ = ["explain_syntax"]
+
+
+def explain_syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[yaml.Mark | None, str, str]:
+    """Return the place, the message and the hint for a mistake that the YAML parser found."""
+    context, problem = error.context or "", error.problem or ""
+    place = error.problem_mark or error.context_mark
+    lines = text.split("\n")
+    row = lines[place.line] if place is not None and place.line < len(lines) else ""
+    if "scanning an a" in context or "stream" in problem:  # an alias, an anchor, or a quote that is never closed
+        place = error.context_mark or place
+    message = f"this is not YAML: {' '.join(part for part in (context, problem) if part)}"
+    if "flow" in context and error.context_mark is not None and place is not None:
+        return _open_bracket(text, error.context_mark, place, row)
+    if place is not None and "\t" in row[: place.column + 1]:
+        return place, "this is not YAML: a tab is used for indentation", "indent with spaces, not tabs"
+    if "quoted scalar" in context and "stream" in problem:
+        return place, "this is not YAML: the quote that opens here is never closed", "close the quote"
+    if "mapping values" in problem and place is not None:
+        return place, *_stray_colon(row[: place.column])
+    if place is not None and row[place.column : place.column + 1] in tuple("*&!|>%@`"):
+        quote = "put quotes around text that begins with a special character"
+        return place, f"this is not YAML: text cannot begin with {row[place.column]!r}", quote
+    return place, message, "check indentation, brackets and quotes on this line and the one before"
+
+
+def _stray_colon(before: str) -> tuple[str, str]:
+    if ": " in before:
+        return "this is not YAML: a second ': ' on one line", "put quotes around text that holds ': '"
+    return (
+        "this is not YAML: a key is not expected here",
+        "indent it like the keys around it, or add ':' to the line above",
+    )
+
+
+def _open_bracket(text: str, opened: yaml.Mark, place: yaml.Mark, row: str) -> tuple[yaml.Mark, str, str]:
+    bracket = text.split("\n")[opened.line][opened.column]
+    closing = {"{": "}", "[": "]"}.get(bracket, bracket)
+    before, after = row[: place.column], row[place.column :]
+    word = re.search(r"[^\s,{[:]+$", before)
+    if word and after.startswith("["):
+        number = re.match(r"\[\s*(\d+)\s*\]", after)
+        hint = f"put quotes around '{word[0]}{number[0] if number else '[...]'}'"
+        if word[0].startswith("$"):
+            hint = f"write '{word[0]}.{number[1] if number else 0}' to take an item"
+        return place, "this is not YAML: a bracket is not expected here", hint
+    if not "".join(text.split("\n")[place.line :])[place.column :].strip() or place.line > opened.line:
+        message = f"this is not YAML: the {bracket!r} that opens here is not closed"
+        return opened, message, f"add {closing!r} where it ends"
+    message = f"this is not YAML: ',' or {closing!r} is missing here"
+    return place, message, f"add {closing!r}, or put quotes around text that holds a bracket, brace or comma"

@@ -1,0 +1,129 @@
+"""Reading what a file declares by name: parameters, keys, inputs and outputs, each with its type, default and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from stretch_bt.errors import Diagnostic, InvalidInput
+from stretch_bt.source import Map, Scalar, Value, closest, did_you_mean, unknown_key
+from stretch_bt.tree.document import Declared
+from stretch_bt.tree.types import ANY, Type, named
+from stretch_bt.tree.values import Refused, check_bounds, literal, refuse
+from stretch_bt.units import KINDS, kind_of, parse_quantity, parse_unit
+
+__all__ = ["Declarations", "known_keys"]
+
+FIELDS = ("type", "default", "min", "max", "unit", "doc")
+
+
+def known_keys(
+    value: Map, known: Iterable[str], what: str, found: list[Diagnostic], hints: Mapping[str, str] | None = None
+) -> Map:
+    """Note every key that is not known, and return the mapping with those that are only misspelt put right."""
+    known = list(known)
+    pairs: list[tuple[Scalar, Value]] = []
+    for key, given in value:
+        guess = key.text
+        if key.text not in known:
+            guess = closest(key.text, [name for name in known if name not in value]) or key.text
+            hint = (hints or {}).get(key.text) or unknown_key(key, given, known)
+            found.append(key.mark.error("key-unknown", f"{what} has no {key.text!r}", hint))
+        if guess not in {k.text for k, _ in pairs}:
+            pairs.append((Scalar(guess, key.quoted, key.mark), given))
+    return Map(tuple(pairs), value.mark)
+
+
+class Declarations:
+    """Reads declarations; mistakes are added to `found`."""
+
+    def __init__(self, objects: Mapping[str, type], found: list[Diagnostic]) -> None:
+        self.objects = objects
+        self.found = found
+
+    def read(self, key: Scalar, spec: Value, what: str) -> Declared:
+        """Read `name: Type` or `name: {type, default, min, max, unit, doc}`; a wrong type is taken for any type."""
+        if isinstance(spec, Map):
+            spec = known_keys(spec, FIELDS, f"a {what}", self.found)
+            type_value = spec.get("type")
+        else:
+            type_value, spec = spec, Map((), spec.mark)
+        made = Declared(key.text, self.type(key, type_value, what), key.mark, doc=self.text(spec.get("doc")))
+        made.has_default = "default" in spec
+        for read in (self.bounds, self.default, self.unit):
+            try:
+                read(made, spec)
+            except Refused as refused:
+                self.found.append(refused.diagnostic)
+        return made
+
+    def text(self, value: Value | None) -> str:
+        """Read a doc."""
+        if value is None:
+            return ""
+        if not isinstance(value, Scalar):
+            self.found.append(value.mark.error("type-mismatch", "doc takes text", "write one sentence, in quotes"))
+            return ""
+        return " ".join(value.text.split())
+
+    def type(self, key: Scalar, value: Value | None, what: str) -> Type:
+        """Read the name of a type."""
+        if not isinstance(value, Scalar) or not value.text:
+            message, hint = f"{what} {key.text!r} has no type", "add 'type: Length', or another type"
+            self.found.append(key.mark.error("type-missing", message, hint))
+            return ANY
+        type_ = named(value.text, self.objects)
+        if type_ is None:
+            known = [*KINDS, "int", "float", "bool", "str", *self.objects]
+            hint = _meant_as_default(value) or did_you_mean(value.text, known) or f"known here: {', '.join(known)}"
+            self.found.append(value.mark.error("type-unknown", f"no type {value.text!r}", hint))
+        return type_ or ANY
+
+    def bounds(self, made: Declared, spec: Map) -> None:
+        """Read `min` and `max`, for a number or for each item of a list."""
+        bounded = made.type.item or made.type
+        for name in ("min", "max"):
+            value = spec.get(name)
+            if value is None or made.type is ANY:
+                continue
+            if not bounded.is_number:
+                hint = f"remove it: only numbers have bounds, and {made.name!r} is {made.type}"
+                refuse(spec.key(name).mark, "type-mismatch", f"{name} has no meaning here", hint)
+            setattr(made, name, literal(value, bounded, name))
+        if made.min is not None and made.max is not None and made.min > made.max:
+            made.min = made.max = None
+            given = spec.get("min")
+            assert given is not None
+            refuse(given.mark, "out-of-bounds", f"{made.name}: min is above max", "swap them")
+
+    def default(self, made: Declared, spec: Map) -> None:
+        """Read `default`."""
+        value = spec.get("default")
+        if value is not None and made.type is not ANY:
+            default = literal(value, made.type, made.name)
+            made.default = default
+            check_bounds(default, made.type, made.min, made.max, value.mark, made.name)
+
+    def unit(self, made: Declared, spec: Map) -> None:
+        """Read the unit in which an output is shown."""
+        value = spec.get("unit")
+        if value is None or made.type is ANY:
+            return
+        text = value.text if isinstance(value, Scalar) else "this"
+        with suppress(InvalidInput):
+            if made.type.kind is not None and parse_unit(text)[1] == made.type.dimension:
+                made.unit = text
+                return
+        hint = f"write '{made.type.kind.unit}', or leave it out" if made.type.kind else "leave it out"
+        refuse(value.mark, "unit-mismatch", f"{text!r} is not a unit of {made.type}", hint)
+
+
+def _meant_as_default(value: Scalar) -> str:
+    """Return a hint for `depth: 10 mm`, which gives a value where a type belongs."""
+    given: Any = value.value
+    name = {bool: "bool", int: "int", float: "float"}.get(type(given))
+    with suppress(InvalidInput):
+        kind = kind_of(parse_quantity(value.text)[1])
+        name = kind.name if kind else name
+    return f"write '{{type: {name}, default: {value.text}}}'" if name else ""

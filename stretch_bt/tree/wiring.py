@@ -1,0 +1,277 @@
+"""What feeds the ports of a tree: literals, keys, parameters and expressions, each typed and at its place."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from stretch_bt.errors import Diagnostic
+from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, unknown_key
+from stretch_bt.tree.document import Declared, Signature
+from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
+from stretch_bt.tree.expression.parse import Name
+from stretch_bt.tree.expression.typecheck import Origin
+from stretch_bt.tree.flow import Wire
+from stretch_bt.tree.ports import Port
+from stretch_bt.tree.registry import RESERVED
+from stretch_bt.tree.scope import TreeScope
+from stretch_bt.tree.types import Family, Type
+from stretch_bt.tree.values import Refused, braces, check_bounds, example, literal, written
+from stretch_bt.units import NUMBER
+
+__all__ = ["Wiring"]
+
+#: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
+_LITERAL = re.compile(
+    rf"\s*(?:{NUMBER}|[-+]?\d[\d.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
+    re.IGNORECASE,
+)
+
+
+class Wiring:
+    """Reads the values that a tree gives to ports; mistakes are noted and reading goes on."""
+
+    def __init__(self, signature: Signature) -> None:
+        self.signature = signature
+        self.document = signature.document
+        self.scope = TreeScope(signature)
+        self.diagnostics: list[Diagnostic] = []
+
+    def error(self, mark: Mark, code: str, message: str, hint: str = "") -> None:
+        """Note a mistake."""
+        self.diagnostics.append(mark.error(code, message, hint))
+
+    def fields(
+        self,
+        value: Value,
+        mark: Mark,
+        what: str,
+        required: tuple[str, ...] = (),
+        optional: tuple[str, ...] = (),
+        bound: tuple[str, int] | None = None,
+    ) -> dict[str, Value] | None:
+        """Return the fields of a construct, or None when one is missing; `bound` is the field that ends a loop."""
+        if bound is not None:
+            required = (*required, bound[0])
+        if not isinstance(value, Map):
+            form = ", ".join(f"{name}: ..." for name in required)
+            self.error(value.mark, "type-mismatch", f"{what!r} takes a mapping", f"write '{what}: {{{form}}}'")
+            return None
+        meant = self.unknown(value, what, (*required, *optional), required)
+        missing = [name for name in required if name not in value]
+        for name in missing:
+            if bound is not None and name == bound[0] and name not in meant:
+                hint = f"add '{name}: {bound[1]}', or another whole number"
+                self.error(mark, "unbounded-loop", f"{what!r} has no bound", hint)
+            elif name not in meant:
+                self.error(mark, "port-missing", f"{what!r} needs {name!r}", f"add '{name}: ...'")
+        return None if missing else {k.text: v for k, v in value}
+
+    def unknown(self, value: Map, what: str, known: Iterable[str], required: Iterable[str]) -> set[str]:
+        """Note every key that is not known, and return what the author seems to have meant by them."""
+        known = list(known)
+        meant = set()
+        for key, given in value:
+            if key.text in known:
+                continue
+            absent = [name for name in required if name not in value and name not in meant]
+            guess = closest(key.text, [name for name in (*known, *RESERVED) if name not in value])
+            if guess is None and len(absent) == 1:
+                guess = absent[0]
+            hint = f"did you mean {guess!r}?" if guess else unknown_key(key, given, known)
+            self.error(key.mark, "port-unknown", f"{what!r} has no {key.text!r}", hint or f"{what!r} has no ports")
+            meant |= {guess} if guess else set()
+        return meant
+
+    def input(
+        self, wires: dict[str, Wire], key: Scalar, value: Value, type_: Type, what: str, bounds: Port | Declared
+    ) -> None:
+        """Wire an input port."""
+        wire = self.value(value, type_, what, low=bounds.min, high=bounds.max)
+        if wire is not None:
+            wires[key.text] = wire
+
+    def sink(self, sinks: dict[str, tuple[str, Mark]], key: Scalar, value: Value, type_: Type, what: str) -> None:
+        """Wire an output port; a key that two outputs of one node write keeps only one of them."""
+        name = self.output(value, type_, what)
+        if name is None:
+            return
+        other = next((port for port, (used, _) in sinks.items() if used == name), None)
+        if other is not None:
+            message = f"${name} takes both {other!r} and {key.text!r} of this node"
+            self.error(value.mark, "key-duplicate", message, "use two keys")
+        sinks[key.text] = (name, value.mark)
+
+    def output(self, value: Value, type_: Type | None, what: str) -> str | None:
+        """Return the key that an output writes."""
+        text = value.text if isinstance(value, Scalar) else ""
+        name = text.removeprefix("$")
+        if not re.fullmatch(r"\$[A-Za-z_]\w*", text):
+            message = f"{what} is an output, so it takes a $key, not {text or 'this'!r}"
+            self.error(value.mark, "output-literal", message, braces(value) or self.as_key(name, type_))
+            return None
+        declared = self.signature.declared(name)
+        if declared is None:
+            self.undeclared(value.mark, name, type_)
+            return None
+        if name in self.signature.ins:
+            message = f"${name} is an input of tree {self.signature.name!r} and cannot be written"
+            self.error(value.mark, "input-written", message, "use another key")
+            return None
+        if type_ is not None and not declared.type.accepts(type_):
+            message = f"${name} is {declared.type} (line {declared.mark.line}) but {what} gives {type_}"
+            self.error(value.mark, "type-mismatch", message, f"use a key of type {type_}")
+            return None
+        return name
+
+    def as_key(self, name: str, type_: Type | None) -> str:
+        """Return how an output names the key that was written without its dollar."""
+        if self.signature.declared(name):
+            return f"write '${name}'"
+        if name.isidentifier():
+            return f"write '${name}', and declare it: 'keys: {{{name}: {type_ or 'Length'}}}'"
+        return "write '$key', with a key of this tree"
+
+    def undeclared(self, mark: Mark, name: str, type_: Type | None) -> None:
+        """Note a key that is not declared, with the declared one that fits best."""
+        guess = closest(name, self.signature.names)
+        hint = f"did you mean '${guess}'?" if guess else f"declare it: 'keys: {{{name}: {type_ or 'Length'}}}'"
+        self.error(mark, "key-undeclared", f"${name} is not declared in tree {self.signature.name!r}", hint)
+
+    def value(
+        self, value: Value, type_: Type, what: str, low: float | None = None, high: float | None = None
+    ) -> Wire | None:
+        """Return what feeds an input: a literal, or an expression over keys, parameters and readings."""
+        try:
+            if isinstance(value, Scalar) and self.is_expression(value, type_):
+                wire = self.expression(value, type_, what)
+            elif isinstance(value, Seq) and type_.family is Family.LIST:
+                wire = self.list_value(value, type_, what)
+            else:
+                wire = Wire(value.mark, value=literal(value, type_, what))
+            if wire is not None and wire.is_constant:
+                check_bounds(wire.value, type_, low, high, value.mark, what)
+        except Refused as refused:
+            self.diagnostics.append(refused.diagnostic)
+            return None
+        if wire is not None and not wire.text:
+            wire.text = written(value)
+        return wire
+
+    def list_value(self, value: Seq, type_: Type, what: str) -> Wire | None:
+        """Return a list whose items are literals or parameters."""
+        assert type_.item is not None
+        items = [self.value(item, type_.item, what) for item in value.items]
+        if any(item is None for item in items):
+            return None
+        for item in items:
+            if item is not None and not item.is_constant:
+                message = f"{what}: an item of a list must be known at load"
+                self.error(item.mark, "type-mismatch", message, "use literals or params")
+                return None
+        return Wire(value.mark, value=[item.value for item in items if item is not None])
+
+    @staticmethod
+    def is_expression(value: Scalar, type_: Type) -> bool:
+        """Whether a scalar is to be read as an expression rather than as a literal."""
+        if value.text.startswith("$"):
+            return True
+        if type_.family in (Family.STR, Family.ENUM):
+            return False
+        if not value.text or _LITERAL.fullmatch(value.text):
+            return False
+        return isinstance(value.value, str)
+
+    def expression(self, value: Value, type_: Type, what: str) -> Wire | None:
+        """Read an expression of the wanted type; constants are worked out now."""
+        if not isinstance(value, Scalar):
+            hint = braces(value) or "write it as text, in quotes"
+            self.error(value.mark, "type-mismatch", f"{what} takes an expression", hint)
+            return None
+        if not value.text:
+            self.error(value.mark, "value-missing", f"{what} has no value", example(type_))
+            return None
+        try:
+            found = parse(value.text)
+            if any(self.scope.is_doubtful(name.parts) for name in names(found)):
+                return None
+            given = typecheck(found, self.scope)
+        except ExpressionError as error:
+            hint = self.literal_meant(value, type_, error)
+            self.error(_inside(value, error.offset, error.length), error.code, error.message, hint)
+            return None
+        if not type_.accepts(given):
+            self.mismatch(value, found, given, type_, what)
+            return None
+        return self.wire(value, found)
+
+    @staticmethod
+    def literal_meant(value: Scalar, type_: Type, error: ExpressionError) -> str:
+        """Return the hint for a word that may have been meant as a literal and was read as a name."""
+        is_word = error.code == "name-unknown" and value.text.isidentifier()
+        if is_word and type_.family is Family.BOOL and value.text.lower() in TRUTHS:
+            return f"write '{TRUTHS[value.text.lower()]}'"
+        if is_word and type_.is_number and error.hint.startswith("known here"):
+            return f"{example(type_)}; {error.hint}"
+        return error.hint
+
+    def mismatch(self, value: Scalar, expression: Expression, given: Type, wanted: Type, what: str) -> None:
+        """Note a value of the wrong type."""
+        if wanted.family is Family.QUANTITY and given.is_number and not any(given.dimension):
+            message = f"{what} takes {wanted}, but {value.text!r} has no unit"
+            self.error(value.mark, "unit-missing", message, "multiply it by a unit")
+            return
+        hint = f"use a value of type {wanted}"
+        if wanted.family is Family.BOOL and given.is_number:
+            zero = f"0 {given.kind.unit}" if given.kind else "0"
+            hint = f"compare it with something, as in '{value.text} > {zero}'"
+        symbol = self.scope.resolve(expression.parts) if isinstance(expression, Name) else None
+        declared = self.signature.declared(symbol.name) if symbol is not None and symbol.origin is Origin.KEY else None
+        where = f" (declared on line {declared.mark.line})" if declared else ""
+        self.error(value.mark, "type-mismatch", f"{value.text} is {given}{where} but {what} takes {wanted}", hint)
+
+    def wire(self, value: Scalar, expression: Expression) -> Wire | None:
+        """Return the wire of a checked expression, with what it reads."""
+        wire = Wire(value.mark, expression, text=value.text)
+        constant = True
+        for name in names(expression):
+            symbol = self.scope.resolve(name.parts)
+            if symbol.origin in (Origin.KEY, Origin.SD):
+                wire.reads += ((symbol.name, _inside(value, name.offset, name.length)),)
+            elif symbol.origin is Origin.READING:
+                wire.readings += (symbol.name,)
+            constant = constant and symbol.origin is Origin.PARAM
+        if not constant:
+            return wire
+        try:
+            wire.value = bind(expression, _Params(self.scope))()
+        except (ArithmeticError, IndexError, ValueError) as error:
+            message = f"{value.text!r} has no value: {error}"
+            self.error(value.mark, "expression", message, "change the parameters, or the expression")
+            return None
+        if isinstance(wire.value, float) and not math.isfinite(wire.value):
+            message = f"{value.text!r} is not a finite number"
+            self.error(value.mark, "expression", message, "change the parameters, or the expression")
+            return None
+        return wire
+
+
+class _Params:
+    """Values of parameters, for expressions that need nothing else."""
+
+    def __init__(self, scope: TreeScope) -> None:
+        self.scope = scope
+
+    def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
+        """Return the value of a parameter."""
+        symbol = self.scope.resolve(parts)
+        return (lambda: symbol.value), parts[symbol.used :]
+
+
+def _inside(value: Scalar, offset: int, length: int) -> Mark:
+    """Return the place of a part of a scalar; a quote shifts it by one, a folded text keeps its start."""
+    if value.mark.length < len(value.text):
+        return value.mark
+    return value.mark.shifted(offset + (1 if value.quoted else 0), max(length, 1))

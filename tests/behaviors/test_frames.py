@@ -1,0 +1,187 @@
+"""Nodes that look: fresh frames only, and refusals with their reason."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stretch_bt import perception
+from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.perception.types import Contact
+from stretch_bt.run.clock import VirtualClock
+from stretch_bt.run.context import RunContext
+from stretch_bt.tree.ports import MISSING, Behavior, Role, Status
+from stretch_bt.tree.registry import lookup
+
+LENS = Intrinsics(475.0, 475.0, 4.0, 3.0, 8, 6)
+
+
+class Camera:
+    """A camera whose latest frame a test sets."""
+
+    def __init__(self) -> None:
+        self.latest = self.reading(0, 0.0)
+        self.ended = False
+
+    def reading(self, number: int, time: float) -> Reading[DepthFrame]:
+        raw = np.full((6, 8), 1600 + number, np.uint16)
+        return Reading(DepthFrame(raw, 125e-6, LENS, time, number, 0.2), time, time, number)
+
+    def show(self, number: int, time: float) -> None:
+        self.latest = self.reading(number, time)
+
+    def frame(self, max_age: float) -> Reading[DepthFrame]:
+        return self.latest
+
+
+def node(name: str, devices: dict[str, Any], context: RunContext | None = None, **inputs: Any) -> Behavior:
+    info = lookup(name)
+    assert info is not None
+    made = info.cls(f"main/{name}")
+    made.context = context or RunContext()
+    made.context.devices = devices
+    made.device_names = {p.name: p.name for p in info.of(Role.DEVICE) if p.name in devices}
+    for p in info.of(Role.INPUT):
+        made.wiring[p.name] = partial(inputs.get, p.name, p.default)
+    return made
+
+
+def tick(made: Behavior) -> Status:
+    for _ in made.tick():
+        pass
+    status: Status = made.status
+    return status
+
+
+def test_capture_waits_for_a_frame_exposed_after_it_began_and_takes_each_once() -> None:
+    camera = Camera()
+    capture = node("capture", {"camera": camera})
+    capture.context.now = 1.0
+    camera.show(7, 0.98)
+    assert tick(capture) is Status.RUNNING
+    camera.show(8, 1.01)
+    assert tick(capture) is Status.SUCCESS
+    assert capture.sinks["frame"].value.sequence == 8
+    capture.context.now = 1.0
+    assert tick(capture) is Status.RUNNING, "frame 8 was handed out before"
+    camera.show(9, 1.05)
+    assert tick(capture) is Status.SUCCESS
+    camera.ended = True
+    assert tick(capture) is Status.FAILURE
+    assert capture.reason == "the recording has ended"
+
+
+def test_average_frames_takes_so_many_different_ones() -> None:
+    camera = Camera()
+    average = node("average_frames", {"camera": camera}, count=3)
+    for number in (0, 0, 1, 1):
+        camera.show(number, number / 30)
+        assert tick(average) is Status.RUNNING
+    camera.show(2, 0.1)
+    assert tick(average) is Status.SUCCESS
+    mean = average.sinks["frame"].value
+    assert mean.raw * mean.unit == pytest.approx(np.full((6, 8), 1601 * 125e-6), abs=mean.unit)
+
+
+def contact_of(points: np.ndarray) -> Contact:
+    rays = points - [0.0, 0.0, 0.2]
+    labels = np.full((2, 2), 2, np.uint8)
+    return Contact(points, rays / np.linalg.norm(rays, axis=1)[:, None], labels, 2e-4, 0.1, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("curvature", [0.0, -30.0])
+def test_fit_sphere_refuses_what_carries_no_convex_radius(curvature: float) -> None:
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-0.01, 0.01, (2, 400))
+    z = 0.01 - curvature * (x**2 + y**2) / 2 + rng.normal(0, 2e-4, 400)
+    fit = node("fit_sphere", {}, contact=contact_of(np.column_stack((x, y, z))))
+    assert tick(fit) is Status.FAILURE
+    assert fit.reason
+    assert fit.sinks["sphere"].value is MISSING
+
+
+def test_fit_sphere_writes_what_it_finds() -> None:
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-0.01, 0.01, (2, 400))
+    z = np.sqrt(0.03**2 - x**2 - y**2) - 0.02 + rng.normal(0, 1e-4, 400)
+    fit = node("fit_sphere", {}, contact=contact_of(np.column_stack((x, y, z))))
+    assert tick(fit) is Status.SUCCESS
+    sphere = fit.sinks["sphere"].value
+    assert abs(sphere.radius - 0.03) < 4 * sphere.radius_sd < 0.01
+
+
+@pytest.fixture
+def approached(cell: Callable[..., Any], virtual_clock: VirtualClock) -> Callable[..., tuple[Behavior, Any]]:
+    """Run `approach` alone from a little above the object; returns the node after it ended, and the cell."""
+
+    def run(scene: str, above: float = 0.008, **inputs: Any) -> tuple[Behavior, Any]:
+        opened = cell(scene)
+        start = opened.devices["arm"].pose(1.0).value
+        opened._bench.twin.place(start.at_height(opened.truth()["contact_height"] + above))
+        context = RunContext(opened.hand)
+        approach = node("approach", opened.devices, context, **{"max_travel": 0.025, "average": 2, **inputs})
+        for _ in range(2000):
+            context.now = virtual_clock.now()
+            if tick(approach) is not Status.RUNNING:
+                break
+            virtual_clock.advance(0.05)
+        return approach, opened
+
+    return run
+
+
+def moving(opened: Any, virtual_clock: VirtualClock) -> float:
+    """Return how far the hand goes after it has had time to brake, m."""
+    virtual_clock.advance(0.5)
+    before = opened.devices["arm"].pose(1.0).value.height
+    virtual_clock.advance(1.0)
+    return abs(opened.devices["arm"].pose(1.0).value.height - before)
+
+
+def test_approach_finds_the_undeformed_top(approached: Callable[..., Any]) -> None:
+    approach, opened = approached("water_balloon")
+    assert approach.status is Status.SUCCESS
+    found = approach.sinks["contact_height"]
+    assert abs(found.value - opened.truth()["contact_height"]) < 4 * found.sd < 0.002
+    assert opened.hand.contact_height == found.value
+
+
+def test_approach_gives_up_where_nothing_is(approached: Callable[..., Any], virtual_clock: VirtualClock) -> None:
+    approach, opened = approached("water_balloon", above=0.060)
+    assert (approach.status, approach.reason) == (Status.FAILURE, "nothing was met within 25 mm")
+    assert opened.hand.contact_height is None
+    assert moving(opened, virtual_clock) == 0
+
+
+def test_approach_stops_at_too_much_force(approached: Callable[..., Any], virtual_clock: VirtualClock) -> None:
+    approach, opened = approached("calibration_sphere", max_force=0.05)
+    assert approach.status is Status.FAILURE
+    assert "N exceeds the limit of 0.05 N" in approach.reason
+    assert moving(opened, virtual_clock) == 0
+
+
+def test_approach_finds_out_a_false_alarm(
+    approached: Callable[..., Any], virtual_clock: VirtualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(perception.ContactDetector, "update", lambda self, frame: True)
+    approach, opened = approached("water_balloon", above=0.060, readings=2)
+    assert approach.status is Status.FAILURE
+    assert approach.reason == "only 0 of 4 depths showed the top of an object"
+    assert opened.hand.contact_height is None
+    assert moving(opened, virtual_clock) == 0
+
+
+def test_approach_interrupted_stops_the_arm(
+    cell: Callable[..., Any], virtual_clock: VirtualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = cell("water_balloon")
+    approach = node("approach", opened.devices, RunContext(opened.hand))
+    while approach.reason != "moving down":
+        approach.context.now = virtual_clock.now()
+        assert tick(approach) is Status.RUNNING
+        virtual_clock.advance(0.05)
+    approach.stop(Status.INVALID)
+    assert moving(opened, virtual_clock) == 0

@@ -1,0 +1,84 @@
+"""Nodes that compute: what they write carries its error, and what has no answer is a FAILURE with its reason."""
+
+from functools import partial
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.run.context import RunContext
+from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
+from stretch_bt.tree.registry import lookup
+
+radii = st.floats(0.006, 0.040)
+stretches = st.floats(0.0, 0.060)
+depths = st.floats(0.004, 0.014)
+
+
+def run(name: str, **inputs: Any) -> tuple[Behavior, Cell]:
+    info = lookup(name)
+    assert info is not None
+    node = info.cls(f"main/{name}")
+    node.context = RunContext()
+    for port in info.of(Role.INPUT):
+        node.wiring[port.name] = partial(inputs.get, port.name, port.default)
+    for _ in node.tick():
+        pass
+    return node, next(iter(node.sinks.values()))
+
+
+@given(radius=radii, stretch=stretches, depth=depths)
+def test_the_next_indentation_gives_the_same_force(radius: float, stretch: float, depth: float) -> None:
+    _, force = run("predict_force", radius=radius, stretch=stretch, depth=depth)
+    node, start = run("next_indentation", radius=radius, stretch=stretch, force=force.value)
+    assert node.status is Status.SUCCESS
+    assert start.value == pytest.approx(depth, rel=1e-6)
+    _, harder = run("next_indentation", radius=radius, stretch=stretch + 0.02, force=force.value)
+    assert harder.value < depth, "a tenser membrane needs less depth"
+
+
+@given(radius=radii, stretch=stretches, depth=depths)
+def test_the_chosen_stretch_gives_the_wanted_force(radius: float, stretch: float, depth: float) -> None:
+    _, force = run("predict_force", radius=radius, stretch=stretch, depth=depth)
+    node, found = run("choose_stretch", radius=radius, depth=depth, force=force.value)
+    assert node.status is Status.SUCCESS
+    assert found.value == pytest.approx(stretch, abs=1e-6)
+    assert found.sd is not None
+    assert found.sd >= 0
+
+
+@given(radius=radii, stretch=stretches, depth=depths, sd=st.floats(1e-5, 1e-3))
+def test_the_error_of_a_force_grows_with_those_of_radius_and_depth(
+    radius: float, stretch: float, depth: float, sd: float
+) -> None:
+    given_ = {"radius": radius, "stretch": stretch, "depth": depth}
+    sds = [run("predict_force", **given_, **more)[1].sd for more in ({}, {"radius_sd": sd}, {"depth_sd": sd})]
+    assert all(value is not None and value > 0 for value in sds)
+    assert sds[1] > sds[0] < sds[2]  # type: ignore[operator]
+
+
+def test_above_the_membrane_there_is_no_force() -> None:
+    node, force = run("predict_force", radius=0.02, stretch=0.0, depth=-0.001)
+    assert (node.status, force.value) == (Status.SUCCESS, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "inputs"),
+    [
+        ("estimate_stiffness", {"force": 1.0, "deflection": 0.001, "deflection_sd": 0.0005}),
+        ("estimate_stiffness", {"force": 1.0, "deflection": -0.001}),
+        ("choose_stretch", {"radius": 0.01, "depth": 0.005, "force": 100.0}),
+    ],
+)
+def test_what_has_no_answer_fails_with_its_reason_and_writes_nothing(name: str, inputs: dict[str, float]) -> None:
+    node, written = run(name, **inputs)
+    assert node.status is Status.FAILURE
+    assert len(node.reason) > 20
+    assert written.value is MISSING
+
+
+def test_stiffness_is_the_force_over_what_was_lost() -> None:
+    node, stiffness = run("estimate_stiffness", force=1.5, deflection=0.0015, force_sd=0.03, deflection_sd=0.00003)
+    assert (node.status, stiffness.value) == (Status.SUCCESS, pytest.approx(1000.0))
+    assert stiffness.sd == pytest.approx(1000 * (0.02**2 + 0.02**2) ** 0.5, rel=1e-6)

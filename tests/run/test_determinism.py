@@ -1,0 +1,149 @@
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stretch_bt.run import execute
+from stretch_bt.run.clock import VirtualClock
+from stretch_bt.run.replay import replay
+from stretch_bt.run.task import run
+from stretch_bt.tree.ports import Status
+
+TREE = "palpate_stiffness"
+TWIN = """\
+format: stretch-tree/1
+devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
+scene: water_balloon
+keys: {frame: DepthFrame, shallow: {type: DepthFrame}}
+trees:
+  main:
+    sequence:
+      - set_stretch: {stretch: 10 mm, speed: 100 mm/s}
+      - capture: {frame: $frame}
+      - average_frames: {count: 3, frame: $shallow}
+      - retract: {clearance: 5 mm}
+      - check: {that: arm.force < 5 N}
+    finally: [set_stretch: {stretch: 0 mm, speed: 100 mm/s}]
+"""
+MOCKS = """\
+format: stretch-mocks/1
+tree: palpate_stiffness
+readings: {arm.force: [1 N, 2 N]}
+mocks:
+  - {match: "**/approach", after: 100 ms, outputs: {contact_height: {value: 100 mm, sd: 0.1 mm}}}
+  - {match: "**/feel", outputs: {height: [{value: 99 mm, sd: 1 mm}, {value: 98 mm, sd: 1 mm}], contact: {}}}
+  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 1 mm}}}
+  - {match: "**/press", after: 100 ms}
+  - {match: "**/set_stretch"}
+  - {match: "**/retract", after: 100 ms}
+  - {match: "**/predict_force", outputs: {force: {value: 1 N, sd: 0.1 N}}}
+  - {match: "**/estimate_stiffness", outputs: {stiffness: {value: 1 N/mm, sd: 0.1 N/mm}}}
+"""
+
+
+@pytest.fixture
+def jobs(tmp_path: Path) -> dict[str, dict[str, Any]]:
+    """A run in the twin and one under mocks, as arguments of `run`."""
+    (tmp_path / "twin.yaml").write_text(TWIN, encoding="utf-8")
+    (tmp_path / "mocks.yaml").write_text(MOCKS, encoding="utf-8")
+    return {"twin": {"tree": tmp_path / "twin.yaml"}, "mocks": {"tree": TREE, "mocks": tmp_path / "mocks.yaml"}}
+
+
+def log_of(job: dict[str, Any], out: Path, seed: int = 0) -> bytes:
+    result = run(**job, out=out, seed=seed)
+    assert result.status == "SUCCESS", result.reason
+    return (out / "events.jsonl").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["twin", "mocks"])
+def test_the_same_seed_gives_the_same_log_in_one_process(
+    jobs: dict[str, dict[str, Any]], name: str, tmp_path: Path
+) -> None:
+    logs = [log_of(jobs[name], tmp_path / str(n)) for n in range(3)]
+    assert logs[0] == logs[1] == logs[2]
+    assert len(logs[0].splitlines()) > 20
+
+
+def test_another_seed_gives_other_readings(jobs: dict[str, dict[str, Any]], tmp_path: Path) -> None:
+    records = [tmp_path / str(seed) for seed in range(2)]
+    first, second = (log_of(jobs["twin"], out, seed) for seed, out in enumerate(records))
+    assert first != second
+    assert first.splitlines()[1:] != second.splitlines()[1:], "not only the seed in the header"
+
+
+@pytest.mark.parametrize("name", ["twin", "mocks"])
+def test_fresh_processes_with_other_hash_seeds_give_the_same_log(
+    jobs: dict[str, dict[str, Any]], name: str, tmp_path: Path
+) -> None:
+    job = {key: str(value) for key, value in jobs[name].items()}
+    digests = set()
+    for hash_seed in ("1", "4242"):
+        out = tmp_path / hash_seed
+        code = f"from stretch_bt.run.task import run; run(**{job!r}, out={str(out)!r})"
+        env = {**os.environ, "PYTHONHASHSEED": hash_seed}
+        subprocess.run([sys.executable, "-c", code], check=True, env=env, cwd=tmp_path, timeout=120)
+        digests.add(hashlib.sha256((out / "events.jsonl").read_bytes()).hexdigest())
+    digests.add(hashlib.sha256(log_of(jobs[name], tmp_path / "here")).hexdigest())
+    assert len(digests) == 1
+
+
+def test_nothing_of_the_place_or_the_hour_is_in_the_log(jobs: dict[str, dict[str, Any]], tmp_path: Path) -> None:
+    log = log_of(jobs["twin"], tmp_path / "out").decode()
+    assert str(tmp_path) not in log
+    assert os.uname().nodename not in log
+    assert '"time":0.0' in log
+
+
+def test_two_trees_ticked_in_turn_do_not_see_each_other(bench: Any) -> None:
+    body = """
+        {{sequence: [set: {{n: {0}}}, {{repeat: {{times: 5, do: {{sequence: [probe: {{script: RS, name: p}}, set: {{n: n + {0}}}]}}}}}}],
+         out: {{n: int}}}}
+    """
+    trees = [bench.build(body.format(step)) for step in (1, 100)]
+    runners = [bench.runner(tree, clock=VirtualClock(), watchers=[]) for tree in trees]
+    while any(tree.root.status is not Status.SUCCESS for tree in trees):
+        for runner in runners:
+            runner._tick(runner.tree.root)
+    assert [tree.outputs["n"][1].value for tree in trees] == [6, 600]
+
+
+WAITING = """\
+format: stretch-tree/1
+tick: 1 ms
+keys: {at: Time}
+trees:
+  main:
+    out: {total: Time}
+    sequence:
+      - until: {that: task.time >= 20 ms, max: 1000, do: {set: {at: task.time}}}
+      - set: {total: task.time}
+"""
+
+
+def test_a_run_on_the_real_clock_replays_alike_however_late_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tree.yaml").write_text(WAITING, encoding="utf-8")
+    monkeypatch.setattr(execute, "VirtualClock", Sleepy)
+    result = run(tmp_path / "tree.yaml", out=tmp_path / "record")
+    assert (result.status, result.overruns > 0) == ("SUCCESS", True)
+    assert '"type":"overrun"' in (tmp_path / "record" / "events.jsonl").read_text("utf-8")
+    again = replay(tmp_path / "record")
+    assert again.identical, again.first_difference
+
+
+class Sleepy(VirtualClock):
+    """A clock that is late by more and more, as that of a busy machine."""
+
+    def __init__(self) -> None:
+        super().__init__(start=0.7)
+        self.asked = 0
+
+    def now(self) -> float:
+        self.asked += 1
+        self._now += 3e-4 * (self.asked % 7)
+        return self._now
