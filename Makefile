@@ -16,7 +16,7 @@ demo: $(VENV)/ready
 	$(BIN)/stretch-bt run palpate_stiffness --scene water_balloon
 
 test: $(VENV)/ready
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 slow: $(VENV)/ready
 	$(BIN)/python -m pytest -m slow -s

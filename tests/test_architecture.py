@@ -3,6 +3,7 @@
 import ast
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -42,7 +43,7 @@ def test_heavy_packages_are_imported_where_they_are_used():
     """Importing the package must not load what only some users need."""
     code = "import stretch_bt, stretch_bt.perception, stretch_bt.model, sys; print([m for m in %r if m in sys.modules])"
     heavy = ["cv2", "scipy", "py_trees", "pymodbus", "rtde_control", "mcap"]
-    done = subprocess.run(["python", "-c", code % heavy], capture_output=True, text=True, check=True, cwd=ROOT)
+    done = subprocess.run([sys.executable, "-c", code % heavy], capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stdout.strip() == "[]"
 
 

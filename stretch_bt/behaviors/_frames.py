@@ -45,8 +45,11 @@ class FrameSource:
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:
         geometry = self.context.hand.geometry
-        height = self.arm.pose(MAX_AGE).value.height if self.arm is not None else frame.hand_height
-        stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value) if self.gripper is not None else frame.stretch
+        height, stretch = frame.hand_height, frame.stretch  # those at exposure, where the camera's driver knows them
+        if height is None and self.arm is not None:
+            height = self.arm.pose(MAX_AGE).value.height
+        if stretch is None and self.gripper is not None:
+            stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value)
         distance = frame.plane_distance or geometry.plane_distance
         placed = replace(frame, hand_height=height, stretch=stretch, plane_distance=distance)
         if self.arm is None and self.gripper is None:  # a camera alone may look at anything

@@ -1,14 +1,17 @@
-"""Force models by name, loaded once."""
+"""What nodes that ask a force model have in common: the model by name, loaded once a run and before anything moves."""
+
+from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from typing import ClassVar
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
+from stretch_bt.tree.ports import Behavior, In
 from stretch_bt.units import Estimate
 
-__all__ = ["PAPER", "force_model", "inverted", "within_range"]
+__all__ = ["PAPER", "ModelBehavior", "inverted", "within_range"]
 
 STEP = 1e-5  # m, over which the slope of a force is taken: far below any length of a press
 
@@ -16,17 +19,45 @@ STEP = 1e-5  # m, over which the slope of a force is taken: far below any length
 PAPER = "paper"
 
 
-@lru_cache(maxsize=16)
-def force_model(name: str) -> ForceModel:
-    """Return the shipped model of this name, or the one that a calibration file holds."""
-    return ForceModel.default() if name == PAPER else ForceModel.load(name)
+class ModelBehavior(Behavior):
+    """A node that asks a force model."""
+
+    kind = "model"
+    instant: ClassVar[bool] = True
+    model: In[str] = PAPER  # 'paper' for the shipped calibration, or the path of a calibration file
+
+    def prepare(self) -> None:
+        """Load the model when its name is known already."""
+        try:
+            self.force_model()
+        except UnsetKey:  # a key names it, and nothing wrote it yet
+            return
+
+    def force_model(self) -> ForceModel:
+        """Return the shipped model, or the one that a calibration file holds; each is read once a run."""
+        name, memory = self.model, self.context.memory
+        if (ForceModel, name) not in memory:
+            memory[ForceModel, name] = ForceModel.default() if name == PAPER else ForceModel.load(name)
+        model: ForceModel = memory[ForceModel, name]
+        return model
 
 
 def inverted(value: float, predict: Callable[[float], tuple[float, float]]) -> Estimate:
-    """Return an inverted value, m, with the standard deviation that the model's own error in force gives it."""
+    """Return an inverted value, m, with the standard deviation that the model's own error in force gives it.
+
+    Raises
+    ------
+    IllConditioned
+        The force does not grow with the value there, so its error says nothing of the value's.
+    """
     force, sd = predict(value)
-    slope = (predict(value + STEP)[0] - force) / STEP
-    return Estimate(value, sd / slope if slope > 0 else 0.0)
+    try:
+        slope = (predict(value + STEP)[0] - force) / STEP
+    except InvalidInput:  # the value lies at the end of the model's range
+        slope = (force - predict(value - STEP)[0]) / STEP
+    if not slope > 0:
+        raise IllConditioned("the force does not grow there, so the model cannot be inverted")
+    return Estimate(value, sd / slope)
 
 
 @contextmanager

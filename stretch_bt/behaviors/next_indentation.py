@@ -1,27 +1,24 @@
 """The depth at which to begin at the next stretch."""
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._models import PAPER, force_model, inverted, within_range
-from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.behaviors._models import ModelBehavior, inverted, within_range
+from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length
 
 
 @node
-class NextIndentation(Behavior):
+class NextIndentation(ModelBehavior):
     """Find the depth of the membrane that gives the same force at another stretch, so that the force never falls."""
 
-    kind = "model"
-    instant = True
     radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
     stretch: In[Length] = port(min=0.0, max=0.080, doc="the next stretch")
     force: In[Force] = port(min=0.0, doc="to be kept")
-    model: In[str] = PAPER  # 'paper' for the shipped calibration, or the path of a calibration file
     depth: Out[Length]  # of the membrane, past first contact
 
     def update(self) -> Status:
         """Invert the force model."""
-        model, radius, stretch = force_model(self.model), self.radius, self.stretch
+        model, radius, stretch = self.force_model(), self.radius, self.stretch
         with within_range():
             depth = mechanics.next_indentation(model, radius, stretch, self.force)
             self.depth = inverted(depth, lambda d: model.predict(radius, stretch, d))

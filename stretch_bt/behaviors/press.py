@@ -27,6 +27,10 @@ class Press(MotionBehavior):
         pose = self.arm.pose(MAX_AGE).value
         return self.arm.move(pose.at_height(contact - self.depth), speed=self.speed, owner=self.path)
 
+    def arrived(self) -> Status:
+        """Look at the force once more."""
+        return self.watch() or Status.SUCCESS
+
     def watch(self) -> Status | None:
         """Stop at the limit of force."""
         force = self.arm.wrench(MAX_AGE).value.magnitude

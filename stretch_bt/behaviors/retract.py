@@ -11,7 +11,7 @@ MAX_AGE = 0.5
 
 @node
 class Retract(MotionBehavior):
-    """Raise the hand clear of the object: above first contact, or above where it is when there was none; never lower it."""
+    """Raise the hand clear of the object: above first contact, or above where it is when none is known; never lower it."""
 
     arm: Uses[Arm]
     clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact")
@@ -21,5 +21,5 @@ class Retract(MotionBehavior):
         """Move straight up."""
         pose = self.arm.pose(MAX_AGE).value
         contact = self.context.hand.contact_height
-        target = pose.height if contact is None else max(contact + self.clearance, pose.height)
+        target = max((pose.height if contact is None else contact) + self.clearance, pose.height)
         return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Annotated
@@ -11,7 +13,7 @@ import typer
 
 import stretch_bt
 from stretch_bt import cli
-from stretch_bt.cli.output import EXIT_INTERRUPTED, report_error
+from stretch_bt.cli.output import EXIT_BAD_INPUT, EXIT_INTERRUPTED, report_error
 from stretch_bt.errors import StretchError
 
 __all__ = ["app", "main"]
@@ -48,12 +50,25 @@ for _module in iter_modules(cli.__path__):
 
 def main() -> None:
     """Run the command line."""
+    interrupted = threading.Event()
+
+    def interrupt(number: int, frame: object) -> None:
+        interrupted.set()
+        raise KeyboardInterrupt
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupt)
     try:
         app()
     except StretchError as error:
         sys.exit(report_error(error))
-    except KeyboardInterrupt:
-        sys.exit(EXIT_INTERRUPTED)
-    except BrokenPipeError:  # whoever read the output has enough
-        sys.stderr.close()
-        sys.exit(0)
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):  # whoever read the output has enough
+            sys.stderr.close()
+            sys.exit(0)
+        typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
+        sys.exit(EXIT_BAD_INPUT)
+    except (KeyboardInterrupt, SystemExit) as ended:
+        if interrupted.is_set() or isinstance(ended, KeyboardInterrupt):
+            sys.exit(EXIT_INTERRUPTED)
+        raise

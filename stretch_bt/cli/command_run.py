@@ -36,7 +36,7 @@ def command(
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="A parameter, as in drop=2mm; may be repeated.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of everything random in a simulation.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not show the tree while it runs.")] = False,
@@ -52,6 +52,10 @@ def command(
         result = run(
             tree, scene=scene, cell=cell, params=parameters(set_ or []), seed=seed, mocks=mocks, out=out, view=view
         )
+    except KeyboardInterrupt as error:
+        if json_:
+            emit_json({**refused(InvalidInput("stopped before the first tick")), "status": "INTERRUPTED"})
+        raise typer.Exit(EXIT_INTERRUPTED) from error
     except StretchError as error:
         if json_:
             emit_json(refused(error))

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from py_trees.common import Status
 
-from stretch_bt.errors import DeviceFault, InvalidInput
+from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import Seen
 from stretch_bt.run.onlooker import Onlooker, Visits
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.record import RunRecord
+from stretch_bt.run.record.plain import plain
 from stretch_bt.run.report import write_report
 from stretch_bt.run.runner import Outcome, Runner, Watcher
+from stretch_bt.run.signals import signals
 from stretch_bt.run.truth import Truths, output_values
 from stretch_bt.tree.build import BuiltTree
 
@@ -88,7 +91,8 @@ class RunResult:
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `run --json` prints."""
-        return asdict(self)
+        fields: dict[str, Any] = plain(asdict(self))
+        return fields
 
 
 def execute(
@@ -100,6 +104,9 @@ def execute(
 ) -> RunResult:
     """Open what the task needs, run it, and close everything, whatever happens; `devices` are used instead of a cell's."""
     spec = task.cell_spec() if devices is None else None
+    missing = sorted(task.devices() - devices.keys()) if devices is not None else []
+    if missing:
+        raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
     if spec is None:
         task.scene = None
     scene = _load_scene(task, spec)
@@ -107,26 +114,100 @@ def execute(
     clock: Clock = RealClock() if real else VirtualClock()
     record = RunRecord(Path(out) if out is not None else None)
     record.start(task.header(), task.run_info(spec))
-    seen = Seen(record)
-    cell: Cell | Given | None = None
-    try:
-        if devices is not None:
-            cell = Given(devices)
-            task.context.devices = devices
-        if spec is not None:
-            from stretch_bt.hardware.cell import open_cell
+    run = _Run(task, clock, record, view, watch)
+    with signals(run.interrupted):
+        return run.whole(spec, scene, devices)
 
-            cell = open_cell(spec, now=clock.now, seed=task.seed, scene=scene, journal=seen, only=task.devices())
-            task.context.devices, task.context.hand = cell.devices, cell.hand
-        return _drive(task, cell, clock, record, seen, view, watch)
-    except BaseException as error:
-        kinds = {DeviceFault: "FAULT", KeyboardInterrupt: "INTERRUPTED"}
-        status = next((name for kind, name in kinds.items() if isinstance(error, kind)), "ERROR")
-        record.close({"status": status, "reason": str(error)})
-        raise
-    finally:
-        if cell is not None:
-            cell.close()
+
+class _Run:
+    """One run, from opening to closing."""
+
+    def __init__(
+        self,
+        task: Task,
+        clock: Clock,
+        record: RunRecord,
+        view: View | None,
+        watch: Callable[[Runner], None] | None,
+    ) -> None:
+        self.task = task
+        self.clock = clock
+        self.record = record
+        self.view = view
+        self.watch = watch
+        self.seen = Seen(record)
+        self.opening = True
+
+    def interrupted(self, why: str) -> None:
+        """While devices open, end at once; later the runner hears of signals, and closing is not held up by one."""
+        if self.opening:
+            raise KeyboardInterrupt(why)
+
+    def whole(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> RunResult:
+        """Open, drive, close."""
+        cell: Cell | Given | None = None
+        try:
+            cell = self.open(spec, scene, devices)
+            self.opening = False
+            return self.drive(cell)
+        except BaseException as error:
+            self.opening = False
+            kinds = {DeviceFault: "FAULT", KeyboardInterrupt: "INTERRUPTED"}
+            status = next((name for kind, name in kinds.items() if isinstance(error, kind)), "ERROR")
+            with suppress(RecordError):  # what ended the run is told, not what became of its record
+                self.record.close({"status": status, "reason": str(error)})
+            raise
+        finally:
+            if cell is not None:
+                cell.close()
+
+    def open(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> Cell | Given | None:
+        """Open the devices, or take those that were given."""
+        context = self.task.context
+        if devices is not None:
+            context.devices = devices
+            return Given(devices)
+        if spec is None:
+            return None
+        from stretch_bt.hardware.cell import open_cell
+
+        cell = open_cell(
+            spec, now=self.clock.now, seed=self.task.seed, scene=scene, journal=self.seen, only=self.task.devices()
+        )
+        context.devices, context.hand = cell.devices, cell.hand
+        return cell
+
+    def drive(self, cell: Cell | Given | None) -> RunResult:
+        """Tick to the end, close the devices, and write down what came of it."""
+        built = self.task.built
+        truths, visits = Truths(built.outputs, cell.truth if cell is not None else dict), Visits()
+        watchers: list[Watcher] = [self.record, truths, visits]
+        if self.view is not None:
+            watchers.append(Shown(self.view, built))
+        period = self.task.program.document.tick_period
+        runner = Runner(built, self.task.context, self.clock, period=period, cell=cell, watchers=watchers)
+        if self.watch is not None:
+            self.watch(runner)
+        try:
+            if self.view is not None:
+                self.view.start(built.outline())
+            outcome = runner.run()
+        finally:
+            if self.view is not None:
+                self.view.stop()
+        errors = cell.close() if cell is not None else []
+        outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
+        result = _result(self.task, outcome, truths, visits, self.seen, self.record)
+        self.write_down(result)
+        return result
+
+    def write_down(self, result: RunResult) -> None:
+        """Close the record and write the report; a disk that fails does not undo the run."""
+        for step in (lambda: self.record.close(result.to_json()), lambda: write_report(self.record.folder)):
+            try:
+                step()
+            except RecordError as error:
+                result.errors.append(str(error))
 
 
 class Given:
@@ -162,39 +243,6 @@ def _load_scene(task: Task, spec: CellSpec | None) -> Any:
     if task.scene is None:
         raise InvalidInput("a simulated cell needs a scene; name one with --scene, or in the tree")
     return load_scene(task.scene)
-
-
-def _drive(
-    task: Task,
-    cell: Cell | Given | None,
-    clock: Clock,
-    record: RunRecord,
-    seen: Seen,
-    view: View | None,
-    watch: Callable[[Runner], None] | None,
-) -> RunResult:
-    truths = Truths(task.built.outputs, cell.truth if cell is not None else dict)
-    visits = Visits()
-    watchers: list[Watcher] = [record, truths, visits]
-    if view is not None:
-        watchers.append(Shown(view, task.built))
-        view.start(task.built.outline())
-    runner = Runner(
-        task.built, task.context, clock, period=task.program.document.tick_period, cell=cell, watchers=watchers
-    )
-    if watch is not None:
-        watch(runner)
-    try:
-        outcome = runner.run()
-    finally:
-        if view is not None:
-            view.stop()
-    errors = cell.close() if cell is not None else []
-    outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
-    result = _result(task, outcome, truths, visits, seen, record)
-    record.close(result.to_json())
-    write_report(record.folder)
-    return result
 
 
 def _result(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:

@@ -11,12 +11,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.errors import CellError
+from stretch_bt.errors import CellError, InvalidInput
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.mocks import Mocks
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
+from stretch_bt.tree.ports import Behavior
 from stretch_bt.tree.program import Program
 
 if TYPE_CHECKING:
@@ -41,11 +42,16 @@ class Task:
     built: BuiltTree = field(init=False)
 
     def __post_init__(self) -> None:
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise InvalidInput(f"a seed is a whole number from 0 on, not {self.seed!r}")
         if self.mocks is not None:
             self.mocks.attach(self.context.mocked_readings)
         self.built = build(self.program, self.context, self.mocks)
         if self.mocks is not None:
             self.mocks.check_matches(self.built, self.program)
+        for node in self.built.nodes.values():
+            if isinstance(node, Behavior):
+                node.prepare()
 
     def devices(self) -> set[str]:
         """Return the devices that the run needs: those of nodes and readings that are not mocked."""

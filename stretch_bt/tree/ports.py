@@ -216,6 +216,9 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.role is Role.OUTPUT}
         self.device_names: dict[str, str] = {}
 
+    def prepare(self) -> None:
+        """Look at what is known before any device is opened; raise InvalidInput for what cannot work. Called once a run."""
+
     @property
     def reason(self) -> str:
         """Why the node failed, or what it is doing."""

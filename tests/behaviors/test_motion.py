@@ -85,7 +85,7 @@ def test_press_without_approach_moves_nothing(place: Callable[..., Any]) -> None
 
 @pytest.mark.parametrize(
     ("contact", "height", "target"),
-    [(None, 0.080, 0.080), (TOUCHED, 0.090, 0.120), (TOUCHED, 0.200, 0.200), (TOUCHED, 0.120, 0.120)],
+    [(None, 0.080, 0.100), (TOUCHED, 0.090, 0.120), (TOUCHED, 0.200, 0.200), (TOUCHED, 0.120, 0.120)],
 )
 def test_retract_never_lowers(place: Callable[..., Any], contact: Any, height: float, target: float) -> None:
     node, arm = place("retract", {"pose": Pose((0.0, 0.0, height))}, contact=contact)

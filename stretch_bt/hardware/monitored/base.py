@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -66,6 +66,8 @@ class Monitored(Generic[D]):
                 self.driver.open()
             except BaseException:
                 self._state = DeviceState.DISCONNECTED
+                with suppress(Exception):  # what was half open is closed; why it did not open is what is told
+                    self.driver.close()
                 raise
         self._state = DeviceState.FAULT if self._fault else DeviceState.READY
 

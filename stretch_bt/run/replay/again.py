@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import Diagnostic, RecordError
+from stretch_bt.errors import Diagnostic, RecordError, StretchError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.run.clock import ReplayClock
 from stretch_bt.run.mocks import read_mocks
@@ -49,29 +50,26 @@ def replay(record: str | Path) -> ReplayResult:
         The folder holds no record that can be replayed.
     """
     reader = RecordReader(Path(record))
-    if "sources" not in reader.run_info:
-        raise RecordError(
-            [
-                Diagnostic(
-                    str(record),
-                    1,
-                    1,
-                    "error",
-                    "record-damaged",
-                    "run.json is missing or incomplete",
-                    "record the run again",
-                )
-            ]
-        )
+    if not reader.run_info.get("sources"):
+        raise _damaged(record, "run.json is missing or incomplete")
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder:
-        again = Path(folder)
-        _run_again(reader, again)
-        return _compare(reader, RecordReader(again / "record"))
+        again = Path(folder).resolve()
+        try:
+            task = _prepare(reader.run_info, again)
+            _run_again(reader, task, again)
+            return _compare(reader, RecordReader(again / "record"))
+        except (LookupError, TypeError, AttributeError, ValueError) as error:
+            if isinstance(error, StretchError):
+                raise
+            raise _damaged(record, f"it cannot be read: {type(error).__name__}: {error}") from error
 
 
-def _run_again(reader: RecordReader, folder: Path) -> None:
+def _damaged(record: str | Path, message: str) -> RecordError:
+    return RecordError([Diagnostic(str(record), 1, 1, "error", "record-damaged", message, "record the run again")])
+
+
+def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
     info = reader.run_info
-    task = _prepare(info, folder)
     log = Log(reader)
     written = RunRecord(folder / "record")
     written.start(reader.header, {"sources": {}})
@@ -95,19 +93,33 @@ def _run_again(reader: RecordReader, folder: Path) -> None:
 
 
 def _prepare(info: Mapping[str, Any], folder: Path) -> Task:
-    """Write the recorded files out again, deep enough for imports that go up, and build the tree from them."""
-    home = folder / "a" / "b" / "c"
+    """Write the recorded files out again and build the tree from them; writes nothing outside `folder`."""
+    home = folder / "a" / "b" / "c"  # deep enough for imports that go up
+    home.mkdir(parents=True)
     names = list(info["sources"])
     for name, text in info["sources"].items():
-        path = home / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        _write_source(name, text, home, folder)
     mocks = None
     if info.get("mocks"):
         (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
         mocks = read_mocks(home / "mocks.yaml")
-    program = load_program(home / names[0], info.get("set") or {}).require()
+    origin = str(Path(info["tree"]).parent)
+    sys.path.append(origin)  # where the tree found the Python modules beside it
+    try:
+        program = load_program(home / names[0], info.get("set") or {}).require()
+    finally:
+        sys.path.remove(origin)
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
+
+
+def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
+    """Write one recorded file; one that was imported from a fixed place has to be there as it was."""
+    path = (home / name).resolve()
+    if path.is_relative_to(folder):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    elif not path.is_file() or path.read_text("utf-8") != text:
+        raise _damaged(path, "the file was imported from here and is gone, or has changed since")
 
 
 def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
