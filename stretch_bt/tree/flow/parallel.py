@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 import py_trees
-from py_trees.common import ParallelPolicy
+from py_trees.common import ParallelPolicy, Status
 
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.flow.base import Flow, Known, Part, construct
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stretch_bt.tree.dataflow import DataFlow
     from stretch_bt.tree.reader import Reader
 
-__all__ = ["Parallel"]
+__all__ = ["Parallel", "ParallelNode"]
 
 POLICIES = ("success_on_all", "success_on_one", "success_on_selected")
 
@@ -132,12 +132,41 @@ class Parallel(Part):
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return a py_trees Parallel; a child that succeeded is not ticked again."""
-        node: py_trees.composites.Parallel = builder.group(
-            py_trees.composites.Parallel(path, ParallelPolicy.SuccessOnOne()), self, path
-        )
+        node = builder.group(ParallelNode(path, ParallelPolicy.SuccessOnOne()), self, path)
         if self.policy == "success_on_all":
             node.policy = ParallelPolicy.SuccessOnAll(synchronise=True)
         elif self.policy == "success_on_selected":
             chosen = [node.children[i] for i in self.selected]
             node.policy = ParallelPolicy.SuccessOnSelected(children=chosen, synchronise=True)
         return node
+
+
+class ParallelNode(py_trees.composites.Parallel):
+    """A Parallel that starts no further branch in the tick in which one failed: a motion begun then is one too many."""
+
+    def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
+        """Tick the branches in order, up to the first FAILURE."""
+        if self.status is not Status.RUNNING:
+            for child in self.children:
+                if child.status is not Status.INVALID:
+                    child.stop(Status.INVALID)
+        status = Status.RUNNING
+        for child in self.children:
+            if self.policy.synchronise and child.status is Status.SUCCESS:
+                continue
+            yield from child.tick()
+            if child.status is Status.FAILURE:
+                status = Status.FAILURE
+                break
+        if status is Status.RUNNING and self._done():
+            status = Status.SUCCESS
+        if status is not Status.RUNNING:
+            self.stop(status)
+        self.status = status
+        yield self
+
+    def _done(self) -> bool:
+        if isinstance(self.policy, ParallelPolicy.SuccessOnOne):
+            return any(child.status is Status.SUCCESS for child in self.children)
+        chosen = self.policy.children if isinstance(self.policy, ParallelPolicy.SuccessOnSelected) else self.children
+        return all(child.status is Status.SUCCESS for child in chosen)
