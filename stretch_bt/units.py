@@ -241,7 +241,7 @@ _WORDS_FOR_UNITS = {
 
 _LIKE_A_QUANTITY = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\W\d_]\S*|°|)\s*")
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
-_FACTOR = re.compile(r"(1|%|[^\W\d_]+)(?:\^(-?\d{1,2})|([²³]))?")
+_FACTOR = re.compile(r"(1|%|[^\W\d_²³]+)(?:\^(-?\d{1,2})|([²³]))?")
 
 
 class Estimate(float):
@@ -264,6 +264,9 @@ class Estimate(float):
     def __eq__(self, other: object) -> bool:
         same = float(self) == other
         return same and self.sd == other.sd if isinstance(other, Estimate) else same
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
     def __hash__(self) -> int:
         return float.__hash__(self)
@@ -340,7 +343,7 @@ def suggest_quantity(text: str, dimension: Dimension) -> str:
     kind = kind_of(dimension)
     unit = kind.unit if kind else next(iter(unit_names(dimension)), "")
     match = _LIKE_A_QUANTITY.fullmatch(text)
-    if match is None:
+    if match is None or not math.isfinite(float(match[1].replace(",", "."))):
         return f"write a number and a unit, as in '10 {unit}'"
     number, word = match[1].replace(",", "."), match[2]
     spelt = get_close_matches(word.lower().removesuffix("s") or word, _WORDS_FOR_UNITS, n=1, cutoff=0.85)

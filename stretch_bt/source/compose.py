@@ -13,7 +13,7 @@ from stretch_bt.source.values import Map, Mark, Scalar, Seq, Value
 
 __all__ = ["parse", "refuse"]
 
-MAX_NODES = 50_000
+MAX_NODES = 20_000
 MAX_DEPTH = 150
 
 _LOADER = getattr(yaml, "CLoader", yaml.Loader)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 from pathlib import Path
 
@@ -21,10 +22,10 @@ def read_text(path: Path, name: str | None = None) -> str:
     try:
         if path.is_dir():
             refuse(file, "file-folder", "this is a folder, not a file", "name the YAML file in it")
-        if not stat.S_ISREG(path.stat().st_mode):  # reading a pipe may wait for ever, and a device never end
-            refuse(file, "file-special", "this is a pipe or a device, not a file", "save it as a file first")
-        with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+        with open(path, "rb", opener=_without_waiting) as stream:
+            if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+                refuse(file, "file-special", "this is a pipe or a device, not a file", "save it as a file first")
+            data = stream.read(MAX_BYTES + 1) or b""
         if len(data) > MAX_BYTES:
             refuse(file, "file-size", f"the file is over {MAX_BYTES // 1_000_000} MB", "split it, and use imports")
     except FileNotFoundError:
@@ -40,6 +41,11 @@ def read_text(path: Path, name: str | None = None) -> str:
         line = text.count("\n", 0, text.index("\0")) + 1
         refuse(file, "file-binary", "the file holds NUL bytes, so it is not text", "name a YAML file", line)
     return text
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open even a pipe at once: nobody may ever write to it."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def resolve(given: str | Path, shipped: Path, kind: str) -> Path:

@@ -18,7 +18,11 @@ def explain_syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[yaml.Mark | 
     if "scanning an a" in context or "stream" in problem:  # an alias, an anchor, or a quote that is never closed
         place = error.context_mark or place
     message = f"this is not YAML: {' '.join(part for part in (context, problem) if part)}"
-    if "flow" in context and error.context_mark is not None and place is not None:
+    if (
+        ("flow mapping" in context or "flow sequence" in context)
+        and error.context_mark is not None
+        and place is not None
+    ):
         return _open_bracket(text, error.context_mark, place, row)
     if place is not None and "\t" in row[: place.column + 1]:
         return place, "this is not YAML: a tab is used for indentation", "indent with spaces, not tabs"
@@ -42,7 +46,7 @@ def _stray_colon(before: str) -> tuple[str, str]:
 
 
 def _open_bracket(text: str, opened: yaml.Mark, place: yaml.Mark, row: str) -> tuple[yaml.Mark, str, str]:
-    bracket = text.split("\n")[opened.line][opened.column]
+    bracket = text.split("\n")[opened.line][opened.column : opened.column + 1]
     closing = {"{": "}", "[": "]"}.get(bracket, bracket)
     before, after = row[: place.column], row[place.column :]
     word = re.search(r"[^\s,{[:]+$", before)

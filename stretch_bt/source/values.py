@@ -44,11 +44,18 @@ class Mark:
 
     def error(self, code: str, message: str, hint: str = "") -> Diagnostic:
         """Return an error at this place."""
-        return Diagnostic(self.file, self.line, self.column, "error", code, message, hint, self.length)
+        return Diagnostic(self.file, self.line, self.column, "error", code, _short(message), _short(hint), self.length)
 
     def warning(self, code: str, message: str, hint: str = "") -> Diagnostic:
         """Return a warning at this place."""
-        return Diagnostic(self.file, self.line, self.column, "warning", code, message, hint, self.length)
+        return Diagnostic(
+            self.file, self.line, self.column, "warning", code, _short(message), _short(hint), self.length
+        )
+
+
+def _short(text: str) -> str:
+    """Return a text that quotes a file, without the middle where it would fill the screen."""
+    return text if len(text) <= 500 else f"{text[:250]} ... {text[-200:]}"
 
 
 @dataclass(frozen=True, slots=True)

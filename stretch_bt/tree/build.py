@@ -8,20 +8,21 @@ from typing import Any, Protocol, TypeVar
 
 import py_trees
 
-from stretch_bt.errors import NodeError
+from stretch_bt.errors import NoAnswer, NodeError
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature
-from stretch_bt.tree.expression import bind, names
-from stretch_bt.tree.expression.typecheck import Origin, follow
+from stretch_bt.tree.explained import Explained
+from stretch_bt.tree.expression import bind
+from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
 from stretch_bt.tree.paths import Paths
-from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role
+from stretch_bt.tree.ports import MISSING, Behavior, Cell, Port, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Type
-from stretch_bt.units import format_quantity
+from stretch_bt.tree.values import outside, within
 
 __all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
 
@@ -231,18 +232,10 @@ class Builder:
         substitute = self.substitutes.condition(path, self) if self.substitutes else None
         if substitute is not None:
             return Condition(wire.text, substitute, lambda: "mocked")
-        return Condition(wire.text, self.thunk(wire), self.values(wire))
-
-    def values(self, wire: Wire) -> Callable[[], str]:
-        """Return a callable that writes out the values a condition sees."""
         if wire.expression is None:
-            return lambda: ""
-        seen: list[tuple[str, Callable[[], Any], Type]] = []
-        for name in names(wire.expression):
-            symbol = self.frame.scope.resolve(name.parts)
-            type_ = follow(name, symbol.type, symbol.used)
-            seen.append((".".join(name.parts), bind(name, self), type_))
-        return lambda: ", ".join(f"{text} = {_show(read(), type_)}" for text, read, type_ in seen)
+            return Condition(wire.text, self.thunk(wire), lambda: "")
+        seen = Explained(wire.expression, self, self.frame.scope)
+        return Condition(wire.text, seen.holds, seen.shown)
 
     # --- nodes and calls
 
@@ -255,7 +248,9 @@ class Builder:
         self.devices.update(part.devices.values())
         for declared in part.info.of(Role.INPUT):
             wire = part.inputs.get(declared.name)
-            node.wiring[declared.name] = self.thunk(wire or Wire(part.mark, value=declared.default))
+            thunk = self.thunk(wire or Wire(part.mark, value=declared.default))
+            bounded = wire is not None and not wire.is_constant and (declared.min, declared.max) != (None, None)
+            node.wiring[declared.name] = _bounded(thunk, declared, part.info.types[declared.name]) if bounded else thunk
         for declared in part.info.of(Role.OUTPUT):
             cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
             sd = part.outputs.get(f"{declared.name}_sd")
@@ -295,5 +290,15 @@ class Builder:
         return _Computed(f"{path}/{declared.name}", self.thunk(wire))
 
 
-def _show(value: Any, type_: Type) -> str:
-    return format_quantity(value, type_.dimension) if type_.is_number else str(value)
+def _bounded(thunk: Callable[[], Any], declared: Port, type_: Type) -> Callable[[], Any]:
+    """Hold what is not known at load against the bounds of its port; the node fails when it is outside."""
+    low, high = declared.min, declared.max
+
+    def read() -> Any:
+        value = thunk()
+        for number in value if isinstance(value, list) else (value,):
+            if number is not None and not within(number, low, high):
+                raise NoAnswer(f"{declared.name}: {outside(number, type_.item or type_, low, high)}")
+        return value
+
+    return read

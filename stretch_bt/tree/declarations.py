@@ -23,16 +23,15 @@ def known_keys(
 ) -> Map:
     """Note every key that is not known, and return the mapping with those that are only misspelt put right."""
     known = list(known)
-    pairs: list[tuple[Scalar, Value]] = []
+    pairs: dict[str, tuple[Scalar, Value]] = {}
     for key, given in value:
         guess = key.text
         if key.text not in known:
             guess = closest(key.text, [name for name in known if name not in value]) or key.text
             hint = (hints or {}).get(key.text) or unknown_key(key, given, known)
             found.append(key.mark.error("key-unknown", f"{what} has no {key.text!r}", hint))
-        if guess not in {k.text for k, _ in pairs}:
-            pairs.append((Scalar(guess, key.quoted, key.mark), given))
-    return Map(tuple(pairs), value.mark)
+        pairs.setdefault(guess, (Scalar(guess, key.quoted, key.mark), given))
+    return Map(tuple(pairs.values()), value.mark)
 
 
 class Declarations:

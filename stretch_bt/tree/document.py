@@ -89,6 +89,7 @@ class Document:
     devices: dict[str, DeviceDecl] = field(default_factory=dict)
     doubtful: set[str] = field(default_factory=set)  # devices and imports that are declared, but wrongly
     imports: dict[str, Document] = field(default_factory=dict)
+    modules: set[str] = field(default_factory=set)  # names under which Python modules are imported
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)  # name -> sha256 of every file read

@@ -12,12 +12,12 @@ from typing import Any
 
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
-from stretch_bt.source import Map, Mark, Scalar, Value, closest, did_you_mean, parse, read_text
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, parse, read_text
 from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations, known_keys
 from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Signature
 from stretch_bt.tree.types import ANY, Family, Type
-from stretch_bt.tree.values import Refused, check_bounds, literal
+from stretch_bt.tree.values import Refused, check_bounds, example, literal
 from stretch_bt.units import KINDS
 
 __all__ = ["FORMAT", "read_document"]
@@ -114,6 +114,7 @@ class _Headings:
             elif self.good_name(key, "import") and target.text.endswith((".yaml", ".yml")):
                 self.import_trees(key, target)
             else:
+                self.doc.modules.add(key.text)
                 self.import_module(target)
             if len(self.doc.diagnostics) > found and key.text not in self.doc.imports:
                 self.doc.doubtful.add(key.text)
@@ -224,15 +225,12 @@ class _Headings:
                 self.error(at, "param-unknown", f"there is no parameter {name!r}", did_you_mean(name, known))
                 continue
             try:
-                value = _moved(parse(_written(text, param.type), "--set"), mark)
-                param.value = literal(value, param.type, name)
+                param.value = literal(_given(text, param.type, mark), param.type, name)
                 check_bounds(param.value, param.type, param.min, param.max, mark, name)
             except Refused as refused:
                 self.doc.diagnostics.append(refused.diagnostic)
             except FileError:
-                self.error(
-                    mark, "type-mismatch", f"{name} takes {param.type}, not {text!r}", f"write --set {name}=VALUE"
-                )
+                self.error(mark, "type-mismatch", f"{name} takes {param.type}, not {text!r}", example(param.type))
 
     def trees(self, value: Value | None) -> None:
         entries = self.entries(value, "trees")
@@ -242,12 +240,7 @@ class _Headings:
         for key, body in entries:
             if not self.good_name(key, "tree"):
                 continue
-            if not isinstance(body, Map):
-                self.error(
-                    body.mark, "type-mismatch", f"tree {key.text!r} has no body", "write 'sequence: [...]' under it"
-                )
-                continue
-            self.doc.trees[key.text] = self.signature(key, body)
+            self.doc.trees[key.text] = self.signature(key, _as_body(body))
 
     def frame(self, body: Map) -> Map:
         """Put right what stands for `in`, `out` and `keys` in other languages, and note it."""
@@ -267,6 +260,9 @@ class _Headings:
         for field, table in (("in", found.ins), ("out", found.outs), ("keys", found.keys)):
             for name, spec in self.entries(body.get(field), field):
                 self.add_key(found, table, name, spec)
+        if found.ins and found.name == "main" and not self.doc.prefix:
+            at, hint = body.key("in").mark, "make it a parameter, under 'params:', or a key"
+            self.error(at, "key-unknown", "'main' is called by nobody, so it has no 'in'", hint)
         return found
 
     def main_keys(self, value: Value | None) -> None:
@@ -310,6 +306,14 @@ def _nearby(target: str, base: Path) -> str:
     return f"did you mean {guess!r}?" if guess else "check the path, which is relative to this file"
 
 
+def _given(text: Any, type_: Type, mark: Mark) -> Value:
+    """Return an override as a value of a file; only a list is written in YAML."""
+    written = _written(text, type_)
+    if type_.family is Family.LIST:
+        return _moved(parse(written, "--set"), mark)
+    return Scalar(written, type_.family in (Family.STR, Family.ENUM), mark)
+
+
 def _written(value: Any, type_: Type) -> str:
     """Return an override as a file would have it; numbers given from Python are SI."""
     if isinstance(value, str):
@@ -319,6 +323,17 @@ def _written(value: Any, type_: Type) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value!r} {type_.kind.si_unit}" if type_.kind else str(value)
+
+
+def _as_body(value: Value) -> Map:
+    """Return a tree's body as a mapping; a list is a sequence, and a bare name a node, as everywhere."""
+    if isinstance(value, Map):
+        return value
+    if isinstance(value, Seq):
+        return Map(((Scalar("sequence", False, value.mark), value),), value.mark)
+    if value.value is None:
+        return Map((), value.mark)
+    return Map(((value, Scalar("", False, value.mark)),), value.mark)
 
 
 def _moved(value: Value, mark: Mark) -> Value:

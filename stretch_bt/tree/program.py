@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,37 +12,13 @@ from stretch_bt.source import Map, Mark, closest, did_you_mean
 from stretch_bt.tree import headings, registry
 from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
-from stretch_bt.tree.flow import CONSTRUCTS, Call, Part
-from stretch_bt.tree.flow.groups import Group
-from stretch_bt.tree.flow.guard import Guard
-from stretch_bt.tree.flow.parallel import Parallel
-from stretch_bt.tree.flow.timeout import Timeout
+from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
+from stretch_bt.tree.structure import check_structure
+from stretch_bt.tree.tree_body import TreeBody
 
 __all__ = ["Program", "TreeBody", "find_tree", "load_program"]
-
-MAX_DEPTH = 100
-
-
-@dataclass(slots=True)
-class TreeBody:
-    """One tree, read: its body, its `finally`, and who writes each key."""
-
-    signature: Signature
-    part: Part
-    finish: Part | None
-    writers: dict[str, list[tuple[str, Mark]]] = field(default_factory=dict)
-
-    def parts(self) -> Iterator[Part]:
-        """Yield every part of the body and of `finally`."""
-        yield from self.part.walk()
-        if self.finish is not None:
-            yield from self.finish.walk()
-
-    def calls(self) -> Iterator[Call]:
-        """Yield the calls of other trees."""
-        return (p for p in self.parts() if isinstance(p, Call))
 
 
 @dataclass(slots=True)
@@ -126,10 +102,9 @@ class _Checker:
                 self.check_names(signature)
                 self.read(signature)
         self.check_main()
-        if not self.check_recursion():
-            self.check_flows()
-            self.check_structure()
-            self.check_devices()
+        self.check_flows()
+        self.found += check_structure(self.program.bodies, self.document.trees.get("main"))
+        self.check_devices()
         self.sort()
         return self.program
 
@@ -182,126 +157,10 @@ class _Checker:
             mark = next(iter(trees.values())).mark
             self.found.append(mark.warning("main-missing", message, "call the tree to run 'main'"))
 
-    def check_recursion(self) -> bool:
-        """Note trees that call themselves; return whether there are any."""
-        found = False
-        state: dict[int, int] = {}
-
-        def visit(body: TreeBody) -> None:
-            nonlocal found
-            state[id(body)] = 1
-            for call in body.calls():
-                target = self.program.bodies.get(id(call.target))
-                if target is None:
-                    continue
-                if state.get(id(target)) == 1:
-                    found = True
-                    message = f"{call.target.name!r} calls itself, through {body.signature.name!r}"
-                    self.found.append(call.mark.error("recursion", message, "use 'until' or 'repeat' with a bound"))
-                elif id(target) not in state:
-                    visit(target)
-            state[id(body)] = 2
-
-        for body in list(self.program.bodies.values()):
-            if id(body) not in state:
-                visit(body)
-        return found
-
     def check_flows(self) -> None:
         for body in self.program.bodies.values():
             extras = [body.finish] if body.finish else []
             self.found += check_flow(body.signature, body.part, extras, body.writers)
-
-    def check_structure(self) -> None:
-        for body in self.program.bodies.values():
-            for call in body.calls():
-                target = self.program.bodies.get(id(call.target))
-                call.long = target is None or self.is_long(target.part)
-        for body in self.program.bodies.values():
-            for part in body.parts():
-                if isinstance(part, Group) and part.reactive:
-                    self.check_reactive(part)
-            self.check_preempted_finally(body)
-        main = self.document.trees.get("main")
-        if main is not None and id(main) in self.program.bodies:
-            self.check_reach(main)
-            self.check_depth(self.program.body(main))
-
-    def is_long(self, part: Part) -> bool:
-        if isinstance(part, Call):
-            target = self.program.bodies.get(id(part.target))
-            return target is None or self.is_long(target.part)
-        children = part.children()
-        return any(self.is_long(c) for c in children) if children else part.is_long()
-
-    def check_reactive(self, group: Group) -> None:
-        long = [part for part in group.children() if self.is_long(part)]
-        for extra in long[1:]:
-            message = (
-                f"{group.keyword!r} may hold one long action; {extra.label!r} is the second, after {long[0].label!r}"
-            )
-            self.found.append(
-                extra.mark.error("reactive-action", message, "put the actions in a 'sequence' of their own")
-            )
-
-    def check_preempted_finally(self, body: TreeBody) -> None:
-        """A called tree's `finally` needs ticks, so nothing but the end of the run may interrupt the call."""
-
-        def visit(part: Part, why: str) -> None:
-            if isinstance(part, Call):
-                target = self.program.bodies.get(id(part.target))
-                if why and target is not None and target.finish is not None:
-                    message = f"{part.label!r} has a 'finally', but {why} may interrupt it here"
-                    self.found.append(part.mark.error("finally", message, "move the 'finally' to 'main'"))
-                elif why and target is not None:
-                    visit(target.part, why)
-            reactive = isinstance(part, Group) and part.reactive
-            ends_run = isinstance(part, Guard) and part is body.part and body.signature.name == "main"
-            interrupts = reactive or (isinstance(part, Parallel | Timeout | Guard) and not ends_run)
-            inner = part.keyword if interrupts else ""
-            for child in part.children():
-                visit(child, f"{inner!r} (line {part.mark.line})" if inner else why)
-
-        visit(body.part, "")
-
-    def check_reach(self, main: Signature) -> None:
-        reached: set[int] = set()
-
-        def visit(body: TreeBody) -> None:
-            reached.add(id(body.signature))
-            for call in body.calls():
-                target = self.program.bodies.get(id(call.target))
-                if target is None:
-                    reached.add(id(call.target))  # it has no body, which was noted
-                elif id(call.target) not in reached:
-                    visit(target)
-
-        visit(self.program.body(main))
-        for signature in self.document.trees.values():
-            if id(signature) not in reached:
-                message = f"tree {signature.name!r} is never called from 'main'"
-                self.found.append(signature.mark.error("unreachable", message, "call it, or remove it"))
-
-    def check_depth(self, body: TreeBody) -> None:
-        deepest: tuple[int, Part] = (0, body.part)
-
-        def visit(part: Part, depth: int) -> None:
-            nonlocal deepest
-            if depth > deepest[0]:
-                deepest = (depth, part)
-            children: Sequence[Part] = part.children()
-            if isinstance(part, Call):
-                target = self.program.bodies.get(id(part.target))
-                children = [target.part] if target else []
-            if depth <= MAX_DEPTH:
-                for child in children:
-                    visit(child, depth + 1)
-
-        visit(body.part, 1)
-        if deepest[0] > MAX_DEPTH:
-            self.found.append(
-                deepest[1].mark.error("depth", f"the tree is deeper than {MAX_DEPTH} here", "flatten nested composites")
-            )
 
     def check_devices(self) -> None:
         table = self.document.root.get("imports")

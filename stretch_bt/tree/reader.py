@@ -27,6 +27,8 @@ __all__ = ["Reader"]
 #: words of a node that stand beside it, with where they are and what they are given
 Words = dict[str, tuple[Scalar, Value]]
 
+#: constructs in which a reserved word belongs to what stands inside: a key to be set, a node whose result is changed
+_OWN_WORDS = ("set", "invert", "force_success", "force_failure")
 #: modifiers, from the innermost to the outermost
 _AROUND = (
     ("timeout", Timeout.around),
@@ -111,7 +113,7 @@ class Reader(Wiring):
     def place(self, key: Scalar, given: Value, beside: Words) -> Part | None:
         """Read a node, construct or call with the reserved words inside and beside it."""
         words = dict(beside)
-        if isinstance(given, Map) and key.text != "set":
+        if isinstance(given, Map) and key.text not in _OWN_WORDS:
             for inner, value in given:
                 if inner.text in RESERVED and inner.text in words:
                     message = f"{inner.text!r} is given inside and beside the node"
@@ -165,26 +167,26 @@ class Reader(Wiring):
         """Keep what can be read of a place with a mistake, so that the rest of the tree is judged as if it were there."""
         found = Broken(key.mark, key.text)
         places = list(given.items) if isinstance(given, Seq) else []
-        for name, value in given if isinstance(given, Map) else ():
+        pairs = list(given.pairs) if isinstance(given, Map) else []
+        for name, value in pairs:
             if isinstance(value, Scalar) and value.text.startswith("$"):
                 found.keys[value.text[1:]] = value.mark
             elif key.text == "set":
                 found.keys[name.text.removeprefix("$")] = name.mark
             elif name.text == "do":
                 places.append(value)
-            elif name.text in ("children", "with") and isinstance(value, Seq | Map):
-                inner = Map(((name, value),), value.mark) if isinstance(value, Seq) else value
-                found.keys |= self.broken(key, inner).keys
-                places += value.items if isinstance(value, Seq) else ()
+            elif name.text == "children" and isinstance(value, Seq):
+                places += value.items
+            elif name.text == "with" and isinstance(value, Map):
+                pairs += value.pairs
         found.parts = [part for value in places if (part := self.body(value)) is not None]
         return found
 
-    @staticmethod
-    def node(name: str) -> NodeInfo | None:
+    def node(self, name: str) -> NodeInfo | None:
         """Find a node, also one written with the name of the module that it was imported under."""
         found = registry.lookup(name)
-        _, dot, last = name.rpartition(".")
-        return registry.lookup(last) if found is None and dot else found
+        prefix, dot, last = name.rpartition(".")
+        return registry.lookup(last) if found is None and dot and prefix in self.document.modules else found
 
     def name(self, value: Value | None) -> str | None:
         """Read the name given to a place."""

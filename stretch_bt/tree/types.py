@@ -121,6 +121,8 @@ def from_annotation(annotation: Any) -> Type:
 def named(text: str, objects: Mapping[str, type]) -> Type | None:
     """Return the type that a file names, or None; `objects` are the classes that ports carry."""
     text = text.strip()
+    if len(text) > 200:  # no name is that long
+        return None
     if text.startswith("list[") and text.endswith("]"):
         item = named(text[5:-1], objects)
         return None if item is None else Type(f"list[{item.name}]", Family.LIST, item=item)

@@ -10,7 +10,7 @@ from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mea
 from stretch_bt.tree.types import Family, Type
 from stretch_bt.units import format_quantity, parse_quantity, suggest_quantity, unit_names
 
-__all__ = ["Refused", "braces", "check_bounds", "example", "literal", "sample", "written"]
+__all__ = ["Refused", "braces", "check_bounds", "example", "literal", "outside", "sample", "within", "written"]
 
 
 class Refused(StretchError):
@@ -139,6 +139,8 @@ def example(type_: Type) -> str:
         return f"give it a $key of type {type_}"
     if type_.family is Family.ENUM:
         return f"write one of {', '.join(type_.options)}"
+    if type_.item is not None:
+        return f"write it as in [{sample(type_.item)}]"
     what = {Family.INT: "a whole number, ", Family.QUANTITY: "a number and a unit, "}.get(type_.family, "it ")
     return f"write {what}as in {sample(type_)!r}"
 
@@ -148,21 +150,33 @@ def check_bounds(value: Any, type_: Type, low: float | None, high: float | None,
     if isinstance(value, list):
         for item in value:
             check_bounds(item, type_.item or type_, low, high, mark, what)
-        return
-    if not type_.is_number:
-        return
-    if (low is None or value >= low - 1e-12 * abs(low)) and (high is None or value <= high + 1e-12 * abs(high)):
-        return
+    elif type_.is_number and not within(value, low, high):
+        nearest = _nearest(value, low, high)
+        hint = f"write {_show(nearest, type_, _digits(value, nearest, type_))!r}, the nearest allowed value"
+        refuse(mark, "out-of-bounds", f"{what}: {outside(value, type_, low, high)}", hint)
+
+
+def within(value: float, low: float | None, high: float | None) -> bool:
+    """Whether a number lies within its bounds, rounding aside."""
+    return (low is None or value >= low - 1e-12 * abs(low)) and (high is None or value <= high + 1e-12 * abs(high))
+
+
+def outside(value: float, type_: Type, low: float | None, high: float | None) -> str:
+    """Return what is said of a number that is out of its bounds: `50 mm is outside 0 mm to 30 mm`."""
+    digits = _digits(value, _nearest(value, low, high), type_)
+    ends = " to ".join("..." if end is None else _show(end, type_, digits) for end in (low, high))
+    return f"{_show(value, type_, digits)} is outside {ends}"
+
+
+def _nearest(value: float, low: float | None, high: float | None) -> float:
     nearest = high if high is not None and value > high else low
     assert nearest is not None
-    digits = next((d for d in range(4, 16) if _show(value, type_, d) != _show(nearest, type_, d)), 16)
-    ends = " to ".join("..." if end is None else _show(end, type_, digits) for end in (low, high))
-    refuse(
-        mark,
-        "out-of-bounds",
-        f"{what}: {_show(value, type_, digits)} is outside {ends}",
-        f"write {_show(nearest, type_, digits)!r}, the nearest allowed value",
-    )
+    return nearest
+
+
+def _digits(value: float, nearest: float, type_: Type) -> int:
+    """Return how many digits tell a number from its bound."""
+    return next((d for d in range(4, 16) if _show(value, type_, d) != _show(nearest, type_, d)), 16)
 
 
 def _show(number: float, type_: Type, digits: int) -> str:

@@ -210,6 +210,8 @@ class Wiring:
     @staticmethod
     def literal_meant(value: Scalar, type_: Type, error: ExpressionError) -> str:
         """Return the hint for a word that may have been meant as a literal and was read as a name."""
+        if not value.quoted and value.text.count("(") > value.text.count(")"):
+            return "put quotes around it: between braces a comma ends the value"
         is_word = error.code == "name-unknown" and value.text.isidentifier()
         if is_word and type_.family is Family.BOOL and value.text.lower() in TRUTHS:
             return f"write '{TRUTHS[value.text.lower()]}'"

@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 import yaml
 
-from stretch_bt import check
+from stretch_bt import check, run
+from stretch_bt.errors import FileError
+from stretch_bt.hardware import cell as cells
 
 TABLES = Path(__file__).parents[1] / "mistakes"
 MISTAKES = [
@@ -99,3 +101,99 @@ def test_each_mistake_is_found_at_its_place_with_a_hint_that_is_right(entry, tmp
         again = write(tmp_path, corrected(files, entry["fix"], main.hint))
         left = [d for d in check([again]) if d.severity == "error"]
         assert left == [], f"after the correction by {main.hint!r}: {left}"
+
+
+OPTIONS = {"stretch-tree": "tree", "stretch-mocks": "mocks", "stretch-scene": "scene", "stretch-cell": "cell"}
+
+
+@pytest.mark.parametrize("entry", [p for p in MISTAKES if p.values[0]["code"] not in ("file-missing", "tree-wrong")])
+def test_no_mistake_reaches_a_device(entry, tmp_path, monkeypatch):
+    """A run refuses what `check` refuses, before it opens a device or begins a record."""
+
+    def opened(*_: Any, **__: Any) -> None:
+        raise AssertionError("a device was opened")
+
+    monkeypatch.setattr(cells, "open_cell", opened)
+    path = write(tmp_path, written(entry))
+    kind = next((OPTIONS[f] for f in OPTIONS if f in path.read_text("utf-8")), "tree")
+    options: dict[str, Any] = {} if kind == "tree" else {kind: path}
+    tree = path if kind == "tree" else tmp_path / "tree.yaml" if kind == "mocks" else "watch_contact"
+    with pytest.raises(FileError) as caught:
+        run(tree, out=tmp_path / "record", **options)
+    assert any(d.code == entry["code"] for d in caught.value.diagnostics) or kind == "mocks"
+    assert not (tmp_path / "record").exists()
+
+
+def test_there_are_sixty_mistakes_and_more_of_every_kind_of_file():
+    assert len(MISTAKES) > 200
+    assert {param.id.partition(":")[0] for param in MISTAKES} == {"trees", "mocks", "scenes", "cells"}
+
+
+def test_a_tree_is_deep_at_most_a_hundred(tmp_path):
+    """However deep: by nesting within the limit of YAML, and by calls."""
+    calls = "".join(f"  t{i}: {{sequence: [t{i + 1}]}}\n" for i in range(120))
+    path = tmp_path / "tree.yaml"
+    path.write_text(
+        f"format: stretch-tree/1\ntrees:\n  main: {{sequence: [t0]}}\n{calls}  t120: {{sequence: [fail: no]}}\n"
+    )
+    [found] = check(path)
+    assert (found.code, found.hint) == ("depth", "flatten nested composites")
+
+
+def test_a_tree_has_ten_thousand_nodes_at_most(tmp_path):
+    calls = "".join(f"  t{i}: {{sequence: [t{i + 1}, t{i + 1}]}}\n" for i in range(40))
+    path = tmp_path / "tree.yaml"
+    path.write_text(
+        f"format: stretch-tree/1\ntrees:\n  main: {{sequence: [t0]}}\n{calls}  t40: {{sequence: [fail: no]}}\n"
+    )
+    [found] = check(path)
+    assert found.code == "size"
+
+
+def test_every_mistake_of_a_file_is_found_in_one_pass(tmp_path):
+    path = tmp_path / "tree.yaml"
+    path.write_text(
+        """
+format: stretch-tree/1
+devices: {arm: Arm, camera: DepthCamera}
+keys: {h: Length, f: DepthFrame}
+trees:
+  main:
+    guard: arm.forse < 5 N
+    sequence:
+      - press: {dept: 3 mm}
+      - pres: {depth: 3 mm}
+      - press: {depth: 3}
+      - press: {depth: 300 mm}
+      - capture: {frame: $g}
+      - check: h > 3 mm
+      - until: {that: h > 3 N, do: [sub]}
+  sub: {sequence: [sub]}
+"""
+    )
+    found = [(d.line, d.code) for d in check(path)]
+    assert found == [
+        (7, "name-unknown"),
+        (9, "port-unknown"),
+        (10, "node-unknown"),
+        (11, "unit-missing"),
+        (12, "out-of-bounds"),
+        (13, "key-undeclared"),
+        (14, "read-before-write"),
+        (15, "unbounded-loop"),
+        (16, "recursion"),
+    ]
+
+
+def test_files_are_checked_in_the_order_given_and_warnings_are_no_errors(tmp_path):
+    good, spare, wrong = (tmp_path / f"{name}.yaml" for name in ("good", "spare", "wrong"))
+    good.write_text("format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 1 s}]}}\n")
+    spare.write_text(
+        "format: stretch-tree/1\ndevices: {arm: Arm}\ntrees: {main: {sequence: [wait: {duration: 1 s}]}}\n"
+    )
+    wrong.write_text("")
+    found = check([wrong, good, spare])
+    assert [(Path(d.file).stem, d.severity, d.code) for d in found] == [
+        ("wrong", "error", "file-empty"),
+        ("spare", "warning", "device-unused"),
+    ]

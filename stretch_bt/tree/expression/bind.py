@@ -63,7 +63,7 @@ def _bind_name(name: Name, environment: Environment) -> Thunk:
     def follow() -> Any:
         value = read()
         for part in rest:
-            value = _item(value, int(part), text) if part.isdigit() else getattr(value, part, None)
+            value = _item(value, int(part), text) if part.isdigit() else getattr(value, part)
             if value is None:
                 raise UnsetKey(f"{text} has no value: .{part} is not set")
         return value

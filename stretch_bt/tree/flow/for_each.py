@@ -39,6 +39,10 @@ class ForEach(Part):
         """Return the body."""
         return (self.do,)
 
+    def is_long(self) -> bool:
+        """Each pass begins in a tick of its own."""
+        return True
+
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read `{items, as, do}`."""

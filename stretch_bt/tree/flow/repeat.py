@@ -32,6 +32,10 @@ class _Counted(Part):
         """Return the body."""
         return (self.do,)
 
+    def is_long(self) -> bool:
+        """Each pass begins in a tick of its own."""
+        return True
+
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read the count, which is mandatory, and `do`."""

@@ -36,6 +36,10 @@ class Until(Part):
         """Return the body."""
         return (self.do,)
 
+    def is_long(self) -> bool:
+        """Each pass begins in a tick of its own."""
+        return True
+
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read `{that, max, do}`; the bound is mandatory."""

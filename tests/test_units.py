@@ -1,0 +1,184 @@
+"""Units: what is parsed, shown and refused; what is shown is parsed to the same."""
+
+import copy
+import math
+import pickle
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.units import (
+    DIMENSIONLESS,
+    KINDS,
+    Dimension,
+    Estimate,
+    Length,
+    Within,
+    format_quantity,
+    kind_of,
+    parse_quantity,
+    parse_unit,
+    suggest_quantity,
+    unit_names,
+)
+
+kinds = st.sampled_from(sorted(KINDS.values(), key=lambda kind: kind.name))
+numbers = st.floats(-1e9, 1e9, allow_nan=False).filter(lambda x: x == 0 or abs(x) > 1e-9)
+
+#: text -> SI value, name of the kind
+QUANTITIES = {
+    "10 mm": (0.010, "Length"),
+    "10mm": (0.010, "Length"),
+    " 1.5 N ": (1.5, "Force"),
+    "-3 um": (-3e-6, "Length"),
+    "3 µm": (3e-6, "Length"),
+    "+.5 cm": (0.005, "Length"),
+    "1e3 mm": (1.0, "Length"),
+    "4 kPa": (4000.0, "Pressure"),
+    "1.5 N/mm": (1500.0, "Stiffness"),
+    "250 mm/s": (0.25, "Speed"),
+    "1 mm/s^2": (0.001, "Acceleration"),
+    "1 mm/s²": (0.001, "Acceleration"),
+    "1 m s^-1": (1.0, "Speed"),
+    "2 N mm": (0.002, "Torque"),
+    "2 N*mm": (0.002, "Torque"),
+    "2 Nmm": (0.002, "Torque"),
+    "1/mm": None,
+    "3 1/mm": (3000.0, "Curvature"),
+    "30 Hz": (30.0, "Frequency"),
+    "180 deg": (math.pi, "Angle"),
+    "180 deg/s": (math.pi, "AngularSpeed"),
+    "2 cm^2": (2e-4, "Area"),
+    "2 mm³": (2e-9, "Volume"),
+    "2 min": (120.0, "Time"),
+    "7 g": (0.007, "Mass"),
+}
+
+
+@pytest.mark.parametrize("text", [t for t, found in QUANTITIES.items() if found])
+def test_quantities_are_read_in_si(text: str) -> None:
+    expected = QUANTITIES[text]
+    assert expected is not None
+    value, dimension = parse_quantity(text)
+    assert value == pytest.approx(expected[0], rel=1e-12)
+    assert dimension == KINDS[expected[1]].dimension
+    assert KINDS[expected[1]].parse(text) == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "mm",
+        "ten mm",
+        "1,5 mm",
+        "1:30",
+        "1.2.3 mm",
+        "10 furlong",
+        "10 mm mm/",
+        "10 /mm",
+        "1e999 m",
+        "nan m",
+        "0x10 mm",
+        "1/mm",
+    ],
+)
+def test_what_is_no_quantity_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInput):
+        KINDS["Length"].parse(text)
+
+
+@given(numbers, kinds)
+def test_what_is_shown_is_read_again(value: float, kind) -> None:
+    text = format_quantity(value, kind, digits=17)
+    assert kind.parse(text) == pytest.approx(value, rel=1e-12)
+
+
+@given(numbers, kinds, st.data())
+def test_every_unit_of_a_dimension_means_the_same(value: float, kind, data: st.DataObject) -> None:
+    unit = data.draw(st.sampled_from([*unit_names(kind.dimension), kind.unit, kind.si_unit]))
+    scale, dimension = parse_unit(unit)
+    assert dimension == kind.dimension
+    assert kind.parse(f"{value!r} {unit}") == pytest.approx(value * scale, rel=1e-12)
+
+
+@given(
+    st.tuples(*[st.integers(-3, 3)] * 4).map(lambda t: Dimension(*t)),
+    st.tuples(*[st.integers(-3, 3)] * 4).map(lambda t: Dimension(*t)),
+)
+def test_dimensions_multiply_and_divide(a: Dimension, b: Dimension) -> None:
+    assert a.times(b).times(b, -1) == a
+    assert a.times(DIMENSIONLESS) == a
+    assert str(a)
+
+
+def test_every_kind_is_the_one_of_its_dimension() -> None:
+    assert [kind_of(kind.dimension) for kind in KINDS.values()] == list(KINDS.values())
+    assert all(parse_unit(kind.si_unit) == (1.0, kind.dimension) for kind in KINDS.values())
+
+
+#: text, kind, part of what the error says to write
+REFUSED = [
+    ("10", "Length", "write '10 mm'"),
+    (10, "Length", "write '10 mm'"),
+    ("10 N", "Length", "use one of m, dm, cm, mm, um"),
+    ("10 milimeters", "Length", "write '10 mm'"),
+    ("10 MM", "Length", "write '10 mm'"),
+    ("1,5 mm", "Length", "write '1.5 mm'"),
+    ("3 sec", "Time", "write '3 s'"),
+    ("3 seconds", "Time", "write '3 s'"),
+    ("90 °", "Angle", "write '90 deg'"),
+    ("3 newtons", "Force", "write '3 N'"),
+    ("5 in", "Length", "use one of"),
+    ("1:30", "Time", "as in '10 s'"),
+    (True, "Length", "'10 mm'"),
+    (None, "Length", "'10 mm'"),
+    ([1], "Length", "'10 mm'"),
+]
+
+
+@pytest.mark.parametrize(("text", "kind", "hint"), REFUSED)
+def test_the_error_says_what_to_write(text: object, kind: str, hint: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        KINDS[kind].parse(text)
+    assert hint in str(caught.value)
+
+
+@given(st.text("0123456789.,:eE+- mMsNkPa°/^%", max_size=15), kinds)
+def test_a_suggestion_is_right_when_it_is_one(text: str, kind) -> None:
+    hint = suggest_quantity(text, kind.dimension)
+    assert hint
+    if hint.startswith("write '"):
+        assert kind.parse(hint.split("'")[1]) == kind.parse(hint.split("'")[1])
+
+
+def test_fields_of_files_carry_units_and_bounds() -> None:
+    from typing import Annotated
+
+    adapter = TypeAdapter(Annotated[Length, Within(0.001, 0.01, "Length")])
+    assert adapter.validate_python("5 mm") == 0.005
+    for text, said in (("5", "write '5 mm'"), ("5 cm", "at most 10 mm"), ("0 mm", "at least 1 mm")):
+        with pytest.raises(ValidationError, match=said):
+            adapter.validate_python(text)
+
+
+@given(numbers, st.floats(0, 1e6))
+def test_an_estimate_counts_as_its_value_and_keeps_its_sd(value: float, sd: float) -> None:
+    made = Estimate(value, sd)
+    assert made == value
+    assert hash(made) == hash(value)
+    assert made + 1 == value + 1
+    assert type(made * 2) is float
+    assert Estimate(value, sd) == made
+    assert Estimate(value, sd + 1) != made
+    for again in (pickle.loads(pickle.dumps(made)), copy.deepcopy(made), eval(repr(made), {"Estimate": Estimate})):
+        assert (again.value, again.sd) == (value, sd)
+
+
+def test_a_number_without_a_kind_is_shown_plain() -> None:
+    assert format_quantity(0.25, None) == "0.25"
+    assert format_quantity(0.25, Dimension(5)) == "0.25"
+    assert format_quantity(0.25, Dimension(1)) == "250 mm"

@@ -1,0 +1,490 @@
+"""What every construct does in a run, tick by tick, on a virtual clock."""
+
+from typing import Any
+
+import pytest
+
+from stretch_bt.run.context import RunContext
+from stretch_bt.tree.flow import CONSTRUCTS
+from stretch_bt.tree.registry import RESERVED
+
+N = "keys: {n: {type: int, default: 0}}"
+LIST = 'params: {steps: {type: "list[Length]", default: [1 mm, 2 mm]}, nothing: {type: "list[Length]", default: []}}'
+KEY = "keys: {d: {type: Length, default: 9 mm}, l: 'list[Length]', e: 'list[Length]'}"
+
+#: name -> (body, head, how it ends, ticks, what the steps did: + begins, ! is interrupted)
+RUNS: dict[str, tuple[str, str, str, int, str]] = {
+    "sequence keeps what is done": (
+        "sequence: [step: {script: RS, name: a}, step: {script: RRS, name: b}]",
+        "",
+        "SUCCESS",
+        4,
+        "a+ aR aS b+ bR bR bS",
+    ),
+    "sequence ends at the first failure": (
+        "sequence: [step: {name: a}, step: {script: F, name: b}, step]",
+        "",
+        "FAILURE",
+        1,
+        "a+ aS b+ bF",
+    ),
+    "a list is a sequence": ("force_success: [step: {name: a}, step: {name: b}]", "", "SUCCESS", 1, "a+ aS b+ bS"),
+    "selector goes on after a failure": (
+        "selector: [step: {script: RF, name: a}, step: {name: b}, step]",
+        "",
+        "SUCCESS",
+        2,
+        "a+ aR aF b+ bS",
+    ),
+    "selector fails when all did": (
+        "selector: [step: {script: F, name: a}, step: {script: F, name: b}]",
+        "",
+        "FAILURE",
+        1,
+        "a+ aF b+ bF",
+    ),
+    "reactive sequence asks again": (
+        "reactive_sequence: [ask: {script: SSF, name: a}, step: {script: R, name: b}]",
+        "",
+        "FAILURE",
+        3,
+        "a+ aS b+ bR a+ aS bR a+ aF b!",
+    ),
+    "reactive selector takes the first that can": (
+        "reactive_selector: [ask: {script: FFS, name: a}, step: {script: R, name: b}]",
+        "",
+        "SUCCESS",
+        3,
+        "a+ aF b+ bR a+ aF bR a+ aS b!",
+    ),
+    "parallel waits for all": (
+        "parallel: [step: {script: RRS, name: a}, step: {script: S, name: b}]",
+        "",
+        "SUCCESS",
+        3,
+        "a+ aR b+ bS aR aS",
+    ),
+    "parallel ends with the first failure": (
+        "parallel: [step: {script: R, name: a}, step: {script: RF, name: b}]",
+        "",
+        "FAILURE",
+        2,
+        "a+ aR b+ bR aR bF a!",
+    ),
+    "parallel is content with one": (
+        "parallel: {policy: success_on_one, children: [step: {script: R, name: a}, step: {script: RS, name: b}]}",
+        "",
+        "SUCCESS",
+        2,
+        "a+ aR b+ bR aR bS a!",
+    ),
+    "parallel is content with the selected": (
+        "parallel: {policy: success_on_selected, selected: [a], children: [step: {script: RS, name: a}, step: {script: R, name: b}]}",
+        "",
+        "SUCCESS",
+        2,
+        "a+ aR b+ bR aS bR b!",
+    ),
+    "for_each takes every item in a tick of its own": (
+        "for_each: {items: $params.steps, as: $d, do: {show: {value: $d}}}",
+        f"{LIST}\n{KEY}",
+        "SUCCESS",
+        2,
+        "1 2",
+    ),
+    "for_each of nothing runs nothing": (
+        "for_each: {items: $params.nothing, as: $d, do: {show: {value: $d}}}",
+        f"{LIST}\n{KEY}",
+        "SUCCESS",
+        1,
+        "",
+    ),
+    "for_each takes a zero for an item": (
+        "sequence: [many: {some: $l, none: $e}, for_each: {items: $l, as: $d, do: {show: {value: $d}}}]",
+        KEY,
+        "SUCCESS",
+        3,
+        "1 0 3",
+    ),
+    "for_each of a list that a node found empty": (
+        "sequence: [many: {some: $l, none: $e}, for_each: {items: $e, as: $d, do: {show: {value: $d}}}, show: {value: $d}]",
+        KEY,
+        "SUCCESS",
+        1,
+        "9",
+    ),
+    "for_each ends at the first failure": (
+        "for_each: {items: [1 mm, 2 mm, 3 mm], as: $d, do: [show: {value: $d}, step: {script: SF, name: a}]}",
+        KEY,
+        "FAILURE",
+        2,
+        "1 a+ aS 2 a+ aF",
+    ),
+    "until asks after each pass": (
+        "until: {that: n >= 2, max: 9, do: [step: {name: a}, set: {n: n + 1}]}",
+        N,
+        "SUCCESS",
+        2,
+        "a+ aS a+ aS",
+    ),
+    "until fails when its passes are over": (
+        "until: {that: n > 9, max: 3, do: [step: {name: a}]}",
+        N,
+        "FAILURE",
+        3,
+        "a+ aS a+ aS a+ aS",
+    ),
+    "until fails when a pass does": (
+        "until: {that: n > 9, max: 3, do: {step: {name: a, script: SF}}}",
+        N,
+        "FAILURE",
+        2,
+        "a+ aS a+ aF",
+    ),
+    "until waits for a pass that takes time": (
+        "until: {that: n == 0, max: 3, do: {step: {name: a, script: RRS}}}",
+        N,
+        "SUCCESS",
+        3,
+        "a+ aR aR aS",
+    ),
+    "repeat counts the passes": ("repeat: {times: 3, do: {step: {name: a}}}", "", "SUCCESS", 3, "a+ aS a+ aS a+ aS"),
+    "repeat ends at the first failure": (
+        "repeat: {times: 3, do: {step: {name: a, script: SF}}}",
+        "",
+        "FAILURE",
+        2,
+        "a+ aS a+ aF",
+    ),
+    "retry counts all attempts": (
+        "retry: {attempts: 3, do: {step: {name: a, script: F}}}",
+        "",
+        "FAILURE",
+        3,
+        "a+ aF a+ aF a+ aF",
+    ),
+    "retry ends at the first success": (
+        "retry: {attempts: 3, do: {step: {name: a, script: FS}}}",
+        "",
+        "SUCCESS",
+        2,
+        "a+ aF a+ aS",
+    ),
+    "retry beside a node": (
+        "sequence: [step: {name: a, script: FFS, retry: 3}]",
+        "",
+        "SUCCESS",
+        3,
+        "a+ aF a+ aF a+ aS",
+    ),
+    "timeout interrupts what is late": (
+        "timeout: {after: 100 ms, do: {step: {name: a, script: R}}}",
+        "",
+        "FAILURE",
+        3,
+        "a+ aR aR a!",
+    ),
+    "timeout lets pass what is in time": (
+        "timeout: {after: 100 ms, do: {step: {name: a, script: RS}}}",
+        "",
+        "SUCCESS",
+        2,
+        "a+ aR aS",
+    ),
+    "a success that comes late is none": (
+        "timeout: {after: 100 ms, do: {step: {name: a, script: RRS}}}",
+        "",
+        "FAILURE",
+        3,
+        "a+ aR aR a!",
+    ),
+    "timeout begins anew with each start": (
+        "repeat: {times: 3, do: {step: {name: a, script: RSRSRS, timeout: 100 ms}}}",
+        "",
+        "SUCCESS",
+        6,
+        "a+ aR aS a+ aR aS a+ aR aS",
+    ),
+    "timeout inside retry is for each attempt": (
+        "sequence: [step: {name: a, script: RRRS, timeout: 100 ms, retry: 2}]",
+        "",
+        "SUCCESS",
+        5,
+        "a+ aR aR a! a+ aR aS",
+    ),
+    "a guard is asked on every tick and interrupts": (
+        "guard: task.ticks < 3\nsequence: [step: {name: a, script: R}]",
+        "",
+        "FAILURE",
+        3,
+        "a+ aR aR a!",
+    ),
+    "a guard that does not hold starts nothing": (
+        "guard: task.ticks < 1\nsequence: [step: {name: a}]",
+        "",
+        "FAILURE",
+        1,
+        "",
+    ),
+    "while is a guard beside a node": (
+        "sequence: [step: {name: a, script: R, while: task.ticks < 3}]",
+        "",
+        "FAILURE",
+        3,
+        "a+ aR aR a!",
+    ),
+    "guard around a body": (
+        "guard: {that: task.ticks < 3, do: {step: {name: a, script: R}}}",
+        "",
+        "FAILURE",
+        3,
+        "a+ aR aR a!",
+    ),
+    "all of several guards must hold": (
+        "guard: [task.ticks < 9, task.ticks < 2]\nsequence: [step: {name: a, script: R}]",
+        "",
+        "FAILURE",
+        2,
+        "a+ aR a!",
+    ),
+    "check asks once": (
+        "sequence: [check: task.ticks == 1, step: {name: a, script: RS}]",
+        "",
+        "SUCCESS",
+        2,
+        "a+ aR aS",
+    ),
+    "skip_if passes a node over": (
+        "sequence: [step: {name: a, skip_if: task.ticks == 1}, step: {name: b}]",
+        "",
+        "SUCCESS",
+        1,
+        "b+ bS",
+    ),
+    "skip_if is asked before the start alone": (
+        "sequence: [step: {name: a, script: RRS, skip_if: task.ticks == 2}]",
+        "",
+        "SUCCESS",
+        3,
+        "a+ aR aR aS",
+    ),
+    "invert": (
+        "sequence: [invert: {step: {name: a, script: RF}}, invert: {step: {name: b}}]",
+        "",
+        "FAILURE",
+        2,
+        "a+ aR aF b+ bS",
+    ),
+    "force_success": (
+        "sequence: [force_success: {step: {name: a, script: RF}}, force_success: {step: {name: b}}]",
+        "",
+        "SUCCESS",
+        2,
+        "a+ aR aF b+ bS",
+    ),
+    "force_failure": (
+        "selector: [force_failure: {step: {name: a}}, force_failure: {step: {name: b, script: F}}]",
+        "",
+        "FAILURE",
+        1,
+        "a+ aS b+ bF",
+    ),
+    "fail": ("selector: [fail: on purpose, step: {name: a}]", "", "SUCCESS", 1, "a+ aS"),
+    "set reads all before it writes any": (
+        "sequence: [set: {d: 1 mm, g: 2 mm}, set: {d: g, g: d}, show: {value: $d}, show: {value: $g}]",
+        "keys: {d: Length, g: Length}",
+        "SUCCESS",
+        1,
+        "2 1",
+    ),
+    "log changes nothing": ("sequence: [step: {name: a, script: RS, log: felt it}]", "", "SUCCESS", 2, "a+ aR aS"),
+    "words beside a node and among its ports do the same": (
+        "sequence: [{step: {name: a, script: FS}, retry: 2}, step: {name: b, script: FS, retry: 2}]",
+        "",
+        "SUCCESS",
+        3,
+        "a+ aF a+ aS b+ bF b+ bS",
+    ),
+    "finally runs after a success": (
+        "sequence: [step: {name: a}]\nfinally: [step: {name: z}]",
+        "",
+        "SUCCESS",
+        1,
+        "a+ aS z+ zS",
+    ),
+    "finally runs after a failure": (
+        "sequence: [step: {name: a, script: F}]\nfinally: [step: {name: z}]",
+        "",
+        "FAILURE",
+        1,
+        "a+ aF z+ zS",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_construct_does_what_it_says(task: Any, name: str) -> None:
+    body, head, status, ticks, did = RUNS[name]
+    outcome = task.run(body, head)
+    assert (outcome.status, task.did) == (status, did), outcome.reason
+    assert (outcome.ticks == ticks) or "finally" in name
+
+
+def test_every_construct_and_word_is_run() -> None:
+    used = " ".join(f"{body}" for body, *_ in RUNS.values())
+    missing = {word for word in {*CONSTRUCTS, *RESERVED} - {"doc"} if f"{word}:" not in used}
+    assert missing == set()
+
+
+#: body -> the reason of the failure
+REASONS = {
+    "sequence: [fail: the object is gone]": "the object is gone",
+    "sequence: [check: n > 3]": "'n > 3' does not hold: n = 0",
+    "sequence: [check: d > 3 mm]": "'d > 3 mm' does not hold: d = 1.5 mm",
+    "guard: task.ticks < 2\nsequence: [step: {script: R}]": "'task.ticks < 2' does not hold: task.ticks = 2",
+    "timeout: {after: 100 ms, do: {step: {script: R}}}": "out of time while main/timeout/step was running",
+    "retry: {attempts: 2, do: {step: {script: F}}}": "2 attempts failed",
+    "until: {that: n > 3, max: 2, do: {step: {}}}": "still does not hold after 2 passes",
+}
+
+
+@pytest.mark.parametrize("body", REASONS)
+def test_a_failure_says_why_with_the_values_it_saw(task: Any, body: str) -> None:
+    outcome = task.run(body, "keys: {n: {type: int, default: 0}, d: {type: Length, default: 1.5 mm}}")
+    assert outcome.status == "FAILURE"
+    assert REASONS[body] in outcome.reason
+
+
+def test_the_text_of_log_reaches_the_log_with_the_end_of_the_node(task: Any) -> None:
+    task.run("sequence: [step: {name: a, script: RS, log: felt the top}]")
+    assert [(tick, status) for tick, _, status, reason in task.events.statuses if reason == "felt the top"] == [
+        (2, "SUCCESS")
+    ]
+
+
+def test_a_division_by_zero_in_a_run_is_an_error_with_the_place_and_no_traceback(task: Any) -> None:
+    outcome = task.run("sequence: [check: 1 / n > 2]", N)
+    assert outcome.status == "ERROR"
+    assert "main/check" in outcome.reason
+
+
+def test_time_is_that_of_the_run(task: Any) -> None:
+    outcome = task.run("sequence: [wait: {duration: 0.5 s}, set: {t: task.time}]", "keys: {t: Time}")
+    assert outcome.status == "SUCCESS"
+    assert task.events.writes[-1] == ("main/t", pytest.approx(0.5))
+
+
+def test_readings_are_asked_when_they_are_needed(task: Any) -> None:
+    context = RunContext()
+    values = iter([1.0, 2.0, 7.0])
+    context.mocked_readings["arm.force"] = lambda: next(values)
+    outcome = task.run(
+        "guard: arm.force < 5 N\nsequence: [step: {name: a, script: R}]", "devices: {arm: Arm}", context=context
+    )
+    assert (outcome.status, task.did) == ("FAILURE", "a+ aR aR a!")
+
+
+SUBTREE = """
+sub:
+  in: {depth: Length, often: {type: int, default: 2}}
+  out: {seen: Length, count: int}
+  keys: {half: {type: Length, default: 0 mm}, total: {type: int, default: 0}}
+  sequence:
+    - repeat: {times: $often, do: {set: {total: total + 1, half: half + depth / 2}}}
+    - set: {seen: half, count: total}
+"""
+
+
+def test_a_called_tree_has_fresh_keys_at_each_start(task: Any) -> None:
+    body = """
+    out: {first: Length, second: Length, count: int}
+    sequence:
+      - repeat: {times: 2, do: {sub: {depth: 4 mm, seen: $first}}}
+      - sub: {depth: 2 mm, often: 3, seen: $second, count: $count}
+    """
+    outcome = task.run(body, trees=SUBTREE)
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert task.output("first") == (pytest.approx(0.004), None)
+    assert task.output("second") == (pytest.approx(0.003), None)
+    assert task.output("count")[0] == 3
+
+
+def test_an_input_is_the_callers_key_and_an_expression_is_worked_out_at_each_read(task: Any) -> None:
+    body = """
+    keys: {d: Length}
+    sequence:
+      - set: {d: 1 mm}
+      - parallel:
+          - sequence: [step: {script: RS, name: a}, set: {d: 5 mm}]
+          - watch: {same: $d, twice: $d * 2, fixed: 3 mm}
+    """
+    trees = """
+    watch:
+      in: {same: Length, twice: Length, fixed: Length}
+      sequence:
+        - show: {value: $same}
+        - step: {script: RRS, name: b}
+        - show: {value: $same}
+        - show: {value: $twice}
+        - show: {value: $fixed}
+    """
+    outcome = task.run(body, trees=trees)
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert task.did == "a+ aR 1 b+ bR aS bR bS 5 10 3"
+
+
+def test_an_output_is_seen_by_the_caller_at_once_and_may_be_what_was_given(task: Any) -> None:
+    body = "out: {d: Length}\nsequence: [set: {d: 1 mm}, deeper: {from: $d, to: $d}, deeper: {from: $d, to: $d}]"
+    outcome = task.run(
+        body, trees="deeper: {in: {from: Length}, out: {to: Length}, sequence: [set: {to: from + 2 mm}]}"
+    )
+    assert outcome.status == "SUCCESS"
+    assert task.output("d")[0] == pytest.approx(0.005)
+
+
+def test_a_standard_deviation_goes_with_its_value_and_can_be_read_and_kept(task: Any) -> None:
+    body = """
+    out: {a: Length, b: Length, c: Length, s: Length}
+    sequence:
+      - measure: {length: $a, length_sd: $s}
+      - set: {b: a * 2, b_sd: a_sd * 2, c: a}
+      - show: {value: $a_sd}
+    """
+    outcome = task.run(body)
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert task.output("a") == (pytest.approx(0.007), pytest.approx(0.001))
+    assert task.output("b") == (pytest.approx(0.014), pytest.approx(0.002))
+    assert task.output("c") == (pytest.approx(0.007), None)
+    assert task.output("s")[0] == pytest.approx(0.001)
+    assert task.did == "1"
+
+
+def test_a_standard_deviation_that_is_not_there_says_so(task: Any) -> None:
+    outcome = task.run("keys: {a: Length}\nsequence: [set: {a: 1 mm}, check: a_sd < 1 mm]")
+    assert outcome.status == "ERROR"
+    assert "no standard deviation" in outcome.reason
+
+
+def test_finally_of_called_trees_runs_once_innermost_first_whatever_the_body_ended_with(task: Any) -> None:
+    trees = """
+    outer: {sequence: [inner, step: {name: b, script: F}], finally: [step: {name: y, script: RS}]}
+    inner: {sequence: [step: {name: a}], finally: [step: {name: x}]}
+    """
+    outcome = task.run("selector: [outer, step: {name: c}]\nfinally: [step: {name: z}]", trees=trees)
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert task.did == "a+ aS x+ xS b+ bF y+ yR yS c+ cS z+ zS"
+
+
+def test_a_failing_finally_of_a_called_tree_fails_the_call(task: Any) -> None:
+    trees = "sub: {sequence: [step: {name: a}], finally: [step: {name: z, script: F}]}"
+    outcome = task.run("sequence: [sub]", trees=trees)
+    assert outcome.status == "FAILURE"
+    assert "finally failed" in outcome.reason
+
+
+def test_a_value_out_of_the_bounds_of_its_port_fails_the_node(task: Any) -> None:
+    """What is not known at load is held against the bounds of the port in the run."""
+    body = "keys: {s: Length}\nsequence: [set: {s: task.ticks * 1 m}, predict_force: {radius: 30 mm, stretch: $s, depth: 1 mm, force: $f}]"
+    outcome = task.run(body, "keys: {f: Force}")
+    assert outcome.status == "FAILURE"
+    assert "main/predict_force: stretch: 1000 mm is outside 0 mm to 80 mm" in outcome.reason
