@@ -251,7 +251,9 @@ def test_G10_parallel_runs_a_finished_child_once_and_ends_with_the_first_failure
         """
     )
     assert outcome.status == "FAILURE", "any failure fails it"
-    assert not [entry for entry in bench.trace if entry.startswith("z.")], "never started: its motion would be one too many"
+    assert not [entry for entry in bench.trace if entry.startswith("z.")], (
+        "never started: its motion would be one too many"
+    )
 
 
 def test_G11_a_timeout_goes_by_the_clock_of_the_run_and_a_late_success_is_none(bench: Any) -> None:
