@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -132,7 +131,3 @@ class DepthFrame:
     def depth(self) -> npt.NDArray[np.float32]:
         """(h, w) float32, m, 0 where invalid."""
         return self.raw * np.float32(self.unit)
-
-    def metadata(self) -> dict[str, Any]:
-        """Return everything but the image, for a log."""
-        return {"shape": list(self.raw.shape), "unit": self.unit, "time": self.time, "sequence": self.sequence}

@@ -21,7 +21,7 @@ __all__ = [
     "report_error",
 ]
 
-EXIT_OK, EXIT_FAILURE, EXIT_BAD_INPUT, EXIT_FAULT, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
+EXIT_FAILURE, EXIT_BAD_INPUT, EXIT_FAULT, EXIT_INTERRUPTED = 1, 2, 3, 130
 
 
 def emit_json(document: Any) -> None:

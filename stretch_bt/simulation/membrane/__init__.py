@@ -1,1 +1,1 @@
-"""The membrane of the twin, one module a fidelity."""
+"""The membrane of the twin, one module a solver: `hertz`, `axisymmetric` and `sheet`."""

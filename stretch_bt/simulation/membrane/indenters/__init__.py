@@ -1,0 +1,1 @@
+"""Rigid bodies that press on the membrane, one file a shape."""

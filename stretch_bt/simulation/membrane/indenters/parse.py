@@ -1,0 +1,46 @@
+"""Indenters as people write them: `sphere:20mm`, `cylinder:20mm:1mm`, `cone:45deg:0.5mm`, `cube:40mm`."""
+
+from __future__ import annotations
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.cone import Cone
+from stretch_bt.simulation.membrane.indenters.cube import Cube
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.source import closest
+from stretch_bt.units import KINDS
+
+__all__ = ["parse_indenter"]
+
+_FORMS = {
+    "sphere": "sphere:20mm, a diameter",
+    "cylinder": "cylinder:20mm or cylinder:20mm:1mm, a diameter and a rim fillet",
+    "cone": "cone:45deg or cone:45deg:0.5mm, the angle to the membrane plane and a tip radius",
+    "cube": "cube:40mm, the side of its face",
+}
+
+
+def parse_indenter(text: str) -> Indenter:
+    """Return the indenter that a text such as `sphere:20mm` names.
+
+    Raises
+    ------
+    InvalidInput
+        The name, the number of sizes or a unit is wrong; the text says what to write.
+    """
+    name, *sizes = (part.strip() for part in text.split(":"))
+    if name not in _FORMS:
+        near = closest(name, _FORMS)
+        hint = f"; did you mean {near}?" if near else ""
+        raise InvalidInput(f"{name!r} is no indenter; choose from {', '.join(_FORMS)}{hint}")
+    most = 1 if name in ("sphere", "cube") else 2
+    if not 1 <= len(sizes) <= most:
+        raise InvalidInput(f"{text!r} has {len(sizes)} sizes; write {_FORMS[name]}")
+    if name == "cone":
+        angle, tip = KINDS["Angle"].parse(sizes[0]), [KINDS["Length"].parse(s) for s in sizes[1:]]
+        return Cone(angle, *tip)
+    lengths = [KINDS["Length"].parse(size) for size in sizes]
+    if name == "sphere":
+        return Sphere(*lengths)
+    return Cylinder(*lengths) if name == "cylinder" else Cube(*lengths)

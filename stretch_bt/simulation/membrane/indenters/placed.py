@@ -1,0 +1,79 @@
+"""An indenter somewhere in the membrane frame: what the sheet presses against."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Indenter, Zone
+from stretch_bt.simulation.membrane.indenters.several import Part, Several
+
+__all__ = ["Placed", "place"]
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """An indenter with its origin (3,), m, and its rotation (3, 3) in the membrane frame."""
+
+    indenter: Indenter
+    origin: Array
+    rotation: Array
+    turned: bool
+
+    @property
+    def top(self) -> float:
+        """Height of its highest point, m."""
+        return float(self.origin[2]) + self.indenter.top(self.rotation)
+
+    def gap(self, points: Array) -> Gap:
+        """Return distance, normal and curvature at points (n, 3), m, membrane frame."""
+        local = points - self.origin
+        if not self.turned:
+            return self.indenter.gap(local)
+        from stretch_bt.simulation.membrane.indenters.distance_kernel import rotate
+
+        gap = self.indenter.gap(np.ascontiguousarray(local @ self.rotation))
+        rotate(self.rotation, gap.normal, gap.curvature)
+        return gap
+
+    def zones(self, gauge: float) -> tuple[list[Zone], list[Zone]]:
+        """Return where small elements are needed along x and y, m, membrane frame."""
+        along = self.indenter.zones(self.rotation, gauge)
+        x, y = (
+            [Zone(z.low + o, z.high + o, z.size) for z in zones]
+            for zones, o in zip(along, self.origin[:2].tolist(), strict=True)
+        )
+        return x, y
+
+
+def place(
+    indenter: Indenter | Several, at: tuple[float, float], tilt: tuple[float, float], depth: float
+) -> tuple[Placed, ...]:
+    """Return the bodies of an indenter with its origin over (x, y), m, and its highest point at z = depth, m.
+
+    `tilt` turns it about its origin by tilt[0], rad, about x and then by tilt[1] about y.
+    """
+    if not all(math.isfinite(v) for v in (*at, *tilt, depth)):
+        raise InvalidInput(f"a place needs finite numbers, not at={at}, tilt={tilt}, depth={depth}")
+    if not all(abs(t) < math.pi / 2 for t in tilt):
+        raise InvalidInput(f"a tilt must stay within 90 degrees, not {tilt} rad")
+    rotation, turned = _tilted(tilt), tuple(tilt) != (0.0, 0.0)
+    parts = indenter.parts if isinstance(indenter, Several) else (Part(indenter, (0.0, 0.0)),)
+    flat = np.eye(3)
+    # before any tilt each part's top lies `below` the highest; after it the group is shifted up or down as one
+    origins = [rotation @ np.array([*p.at, -p.below - p.indenter.top(flat)]) for p in parts]
+    highest = max(float(o[2]) + p.indenter.top(rotation) for o, p in zip(origins, parts, strict=True))
+    if len(parts) == 1:
+        origins[0][:2] = 0.0
+    shift = np.array([at[0], at[1], depth - highest])
+    return tuple(Placed(p.indenter, o + shift, rotation, turned) for p, o in zip(parts, origins, strict=True))
+
+
+def _tilted(tilt: tuple[float, float]) -> Array:
+    (ca, sa), (cb, sb) = ((math.cos(t), math.sin(t)) for t in tilt)
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]])
+    about_y = np.array([[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]])
+    return np.asarray(about_y @ about_x)

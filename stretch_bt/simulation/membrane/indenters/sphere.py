@@ -1,0 +1,62 @@
+"""A hemisphere on a shank of its own diameter."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+
+__all__ = ["Sphere"]
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A hemisphere of `diameter`, m, on a shank; the origin is its centre."""
+
+    diameter: float
+
+    def __post_init__(self) -> None:
+        positive("the diameter of a sphere", self.diameter)
+
+    @property
+    def feature(self) -> float:
+        """Its radius, m."""
+        return self.diameter / 2
+
+    @property
+    def tip_radius(self) -> float:
+        """Its radius, m."""
+        return self.diameter / 2
+
+    @property
+    def flat(self) -> float:
+        """0: it is round."""
+        return 0.0
+
+    @property
+    def bulk(self) -> float:
+        """Endless: it goes on downwards."""
+        return math.inf
+
+    def crest(self, rotation: Array) -> tuple[float, float]:
+        """Return (0, 0): it is round, m."""
+        return 0.0, 0.0
+
+    def gap(self, points: Array) -> Gap:
+        """Return distance, normal and curvature at points (n, 3), m."""
+        from stretch_bt.simulation.membrane.indenters.distance_kernel import shaft
+
+        gap = empty_gap(len(points))
+        shaft(points, 0.0, self.diameter / 2, *gap)
+        return gap
+
+    def top(self, rotation: Array) -> float:
+        """Return its radius, m: a tilt turns it about its centre."""
+        return self.diameter / 2
+
+    def zones(self, rotation: Array, gauge: float) -> tuple[list[Zone], list[Zone]]:
+        """Return four elements on either side of the centre."""
+        size = spacing(self.diameter / 2, gauge)
+        zone = [Zone(-4 * size, 4 * size, size)]
+        return zone, zone

@@ -1,0 +1,7 @@
+"""Materials of the membrane, one file each."""
+
+from stretch_bt.simulation.membrane.materials.base import Material
+from stretch_bt.simulation.membrane.materials.mooney_rivlin import MooneyRivlin
+from stretch_bt.simulation.membrane.materials.neo_hookean import NeoHookean
+
+__all__ = ["Material", "MooneyRivlin", "NeoHookean"]

@@ -1,0 +1,283 @@
+"""One press of the membrane by any of its solvers: `hertz`, `axisymmetric` or `sheet`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
+from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.cone import Cone
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.parse import parse_indenter
+from stretch_bt.simulation.membrane.indenters.several import Several
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.membrane.materials import Material, NeoHookean
+from stretch_bt.simulation.membrane.sheet.effects import Effects
+from stretch_bt.simulation.membrane.sheet.geometry import Sheet
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+
+if TYPE_CHECKING:  # numba comes along with it
+    from stretch_bt.simulation.membrane.sheet.result import SheetPress
+
+__all__ = ["SOLVERS", "ContactPatch", "PressResult", "press"]
+
+SHEAR_MODULUS = 47.4e3  # Pa, the neo-Hookean value of EcoFlex 00-50 from its 100 % modulus of 83 kPa
+WIDTH, THICKNESS, GAUGE = 0.090, 0.002, 0.100
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPatch:
+    """Where the indenter touches: deformed area, m^2, and quadrature points in contact.
+
+    `radius`, m, is that of the disc with the area seen along z; None where the indenter is not a body of revolution.
+    """
+
+    area: float
+    radius: float | None
+    nodes: int
+
+
+@dataclass(frozen=True, slots=True)
+class PressResult:
+    """A press: force and its estimated error, N, along z; `seconds` is CPU time of the solve.
+
+    `detail` is what the solver itself returned: a SheetPress can start another press.
+    """
+
+    force: float
+    force_error: float
+    contact: ContactPatch
+    balance: float
+    iterations: int
+    residual: float
+    seconds: float
+    warnings: tuple[str, ...] = ()
+    detail: SheetPress | AxisymmetricPress | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields that `press --json` prints."""
+        radius = self.contact.radius
+        return {
+            "force_N": self.force,
+            "force_error_N": self.force_error,
+            "contact": {
+                "area_mm2": self.contact.area * 1e6,
+                "radius_mm": None if radius is None else radius * 1e3,
+                "nodes": self.contact.nodes,
+            },
+            "balance": self.balance,
+            "iterations": self.iterations,
+            "residual": self.residual,
+            "seconds": self.seconds,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    indenter: Indenter | Several
+    stretch: float
+    depth: float
+    at: tuple[float, float]
+    tilt: tuple[float, float]
+    sheet: Sheet
+    settings: Settings
+    start: SheetPress | None
+
+
+def press(
+    indenter: str | Indenter | Several,
+    stretch: float,
+    depth: float,
+    *,
+    solver: str = "sheet",
+    mesh: float | None = None,
+    shear_modulus: float = SHEAR_MODULUS,
+    mount_prestretch: float = 0.0,
+    gauge: float = GAUGE,
+    at: tuple[float, float] = (0.0, 0.0),
+    tilt: tuple[float, float] = (0.0, 0.0),
+    effects: Iterable[str] | Effects = (),
+    width: float = WIDTH,
+    thickness: float = THICKNESS,
+    material: Material | None = None,
+    settings: Settings | None = None,
+    start: PressResult | SheetPress | None = None,
+) -> PressResult:
+    """Return the force with which an indenter presses on the stretched membrane, and what it touches.
+
+    The membrane is `width` x `gauge` x `thickness`, its ends clamped with their width held, its sides free; the depth
+    counts from the flat stretched plane to the highest point of the indenter. No friction, weight or other effect acts
+    unless it is named.
+
+    Parameters
+    ----------
+    indenter
+        A shape, or text such as `sphere:20mm`.
+    stretch, depth
+        How far the clamps are pulled past the gauge, and how far the indenter is pressed, m.
+    solver
+        `sheet`, the finite-strain membrane; `axisymmetric`, a round membrane of the same area and mean stretch; or
+        `hertz`, the calibrated law of the hand.
+    mesh
+        Length of the smallest elements of the sheet, m; by default it suits the indenter.
+    shear_modulus, material
+        Of a neo-Hookean membrane, Pa, or any other material.
+    mount_prestretch
+        By how much the clamps are further apart at stretch 0 than the unstressed membrane is long, m.
+    at, tilt
+        Where the indenter's axis is, (x, y), m, and its turns about x and then y, rad.
+    effects
+        Names of effects, or Effects with their parameters.
+    start
+        An earlier press of the same membrane by the sheet solver to start from; it stays as it is.
+
+    Raises
+    ------
+    InvalidInput
+        An argument is out of range, or the solver does not take it.
+    NoEquilibrium
+        There is no equilibrium, or none was found within the budget; `.reason` says which.
+    """
+    if solver not in SOLVERS:
+        raise InvalidInput(f"the solver must be one of {', '.join(SOLVERS)}, not {solver!r}")
+    _finite("stretch", stretch, 0.0, "m")
+    _finite("depth", depth, 0.0, "m")
+    if depth == 0:
+        raise InvalidInput("the depth must be above 0 m: at 0 nothing presses")
+    body = parse_indenter(indenter) if isinstance(indenter, str) else indenter
+    if not isinstance(body, Indenter | Several):
+        raise InvalidInput(f"an indenter is a shape or text such as 'sphere:20mm', not {indenter!r}")
+    chosen = effects if isinstance(effects, Effects) else Effects.named(effects)
+    sheet = Sheet(gauge, width, thickness, material or NeoHookean(shear_modulus), mount_prestretch, chosen)
+    if settings is None:
+        settings = Settings(mesh=mesh)
+    elif mesh is not None:
+        raise InvalidInput("give the mesh on its own or within the settings, not both")
+    return SOLVERS[solver](_Request(body, stretch, depth, _pair(at), _pair(tilt), sheet, settings, _earlier(start)))
+
+
+def _earlier(start: PressResult | SheetPress | None) -> SheetPress | None:
+    """Return the sheet that a press may start from."""
+    if start is None:
+        return None
+    from stretch_bt.simulation.membrane.sheet.result import SheetPress
+
+    earlier = start.detail if isinstance(start, PressResult) else start
+    if not isinstance(earlier, SheetPress):
+        raise InvalidInput("only a press by the sheet solver can start another one")
+    return earlier
+
+
+def _sheet(request: _Request) -> PressResult:
+    from stretch_bt.simulation.membrane.sheet.result import Load
+    from stretch_bt.simulation.membrane.sheet.solver import solve
+
+    load = Load(request.indenter, request.stretch, request.depth, request.at, request.tilt)
+    solved = solve(request.sheet, load, request.settings, request.start)
+    region = solved.region()
+    turned = isinstance(request.indenter, Sphere | Cylinder | Cone)
+    return PressResult(
+        float(solved.force[2]),
+        solved.force_error,
+        ContactPatch(region.area, region.radius if turned else None, solved.nodes),
+        solved.balance,
+        solved.iterations,
+        solved.residual,
+        solved.seconds,
+        solved.warnings,
+        solved,
+    )
+
+
+def _axisymmetric(request: _Request) -> PressResult:
+    sheet, body = request.sheet, request.indenter
+    _plain("axisymmetric", request)
+    if not isinstance(body, Sphere):
+        raise InvalidInput("the axisymmetric solver takes a sphere only")
+    length = sheet.gauge + sheet.mount_prestretch + request.stretch
+    # a round membrane of the same deformed area, stretched in both directions by the same area ratio
+    narrow = sheet.width * (sheet.gauge / length) ** 0.5
+    clamp = math.sqrt(length * narrow / math.pi)
+    round_sheet = CircularMembrane(clamp, sheet.thickness, sheet.material, (length / sheet.gauge) ** 0.25)
+    solved = round_sheet.press(body.diameter / 2, request.depth)
+    radius = solved.contact_radius
+    area = 2 * math.pi * (body.diameter / 2) ** 2 * (1 - math.cos(solved.contact_angle))
+    return PressResult(
+        solved.force,
+        solved.force_error,
+        ContactPatch(area, radius, 0),
+        solved.residual,
+        solved.iterations,
+        solved.residual,
+        solved.seconds,
+        ("the axisymmetric solver stands a round membrane in for the rectangular one",),
+        solved,
+    )
+
+
+def _hertz(request: _Request) -> PressResult:
+    from stretch_bt.model.calibrated import CalibratedHertz
+    from stretch_bt.model.force_model import ForceModel
+    from stretch_bt.model.hertz import hertz_force
+
+    body, sheet = request.indenter, request.sheet
+    _plain("hertz", request)
+    if not isinstance(body, Sphere | Cylinder):
+        raise InvalidInput("the hertz solver takes a sphere or a cylinder")
+    model = ForceModel.default()
+    assert isinstance(model, CalibratedHertz)
+    model.range.check(depth=request.depth)
+    began = time.process_time()
+    radius, shape = body.diameter / 2, "sphere" if isinstance(body, Sphere) else "cylinder"
+    modulus, sd = model.modulus(radius, request.stretch)
+    # the calibration is that of the membrane of the hand; a force is proportional to shear modulus x thickness
+    scale = sheet.material.shear_modulus * sheet.thickness / (SHEAR_MODULUS * THICKNESS)
+    force = scale * float(hertz_force(shape, request.depth, modulus, radius=radius))
+    touching = math.sqrt(radius * request.depth) if shape == "sphere" else radius
+    return PressResult(
+        force,
+        force * math.hypot(model.relative_sd, sd / modulus),
+        ContactPatch(math.pi * touching**2, touching, 0),
+        0.0,
+        0,
+        0.0,
+        time.process_time() - began,
+    )
+
+
+def _plain(solver: str, request: _Request) -> None:
+    """Raise InvalidInput for what only the sheet solver takes."""
+    extras = {
+        "at": request.at != (0.0, 0.0),
+        "tilt": request.tilt != (0.0, 0.0),
+        "effects": request.sheet.effects != Effects(),
+        "mesh": request.settings != Settings(),
+        "start": request.start is not None,
+    }
+    given = [name for name, is_given in extras.items() if is_given]
+    if given:
+        raise InvalidInput(f"the {solver} solver takes no {given[0]}; the sheet solver does")
+
+
+def _finite(name: str, value: float, least: float, unit: str) -> None:
+    if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
+        raise InvalidInput(f"{name} must be a finite number of at least {least:g} {unit}, not {value!r}")
+
+
+def _pair(values: Iterable[float]) -> tuple[float, float]:
+    pair = tuple(float(v) for v in values)
+    if len(pair) != 2:
+        raise InvalidInput(f"a place and a tilt have two numbers each, not {len(pair)}")
+    return pair[0], pair[1]
+
+
+SOLVERS: dict[str, Callable[[_Request], PressResult]] = {
+    "hertz": _hertz,
+    "axisymmetric": _axisymmetric,
+    "sheet": _sheet,
+}

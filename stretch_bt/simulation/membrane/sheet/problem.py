@@ -1,0 +1,151 @@
+"""The equations of one press: energy, gradient and Hessian of a sheet against placed bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stretch_bt.simulation.membrane.indenters.placed import Placed
+from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
+from stretch_bt.simulation.membrane.sheet.bending import Bending
+from stretch_bt.simulation.membrane.sheet.elastic_kernel import EXACT, GRADIENT, PROJECTED
+from stretch_bt.simulation.membrane.sheet.mesh import Mesh
+from stretch_bt.simulation.membrane.sheet.spline import Array
+
+__all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem"]
+
+_NO_FRICTION = np.empty((0, 10))
+_LARGEST_STEP = 8.0
+_NO_BAND = np.empty((0, 0))
+_NO_PEAK = np.empty((0, 0, 0, 0))
+
+
+@dataclass(slots=True)
+class Contact:
+    """A body with the stiffness of its contact and the offset that makes up for the mean penetration; sheet units."""
+
+    body: Placed
+    stiffness: float
+    offset: float = 0.0
+
+
+@dataclass(slots=True)
+class Evaluation:
+    """Energy and gradient at some control points; per body: force (3,), pressure integral, area,
+    points, and the pressure integral on flanks that face away.
+    """
+
+    energy: float
+    gradient: Array
+    totals: Array
+
+    @property
+    def force(self) -> Array:
+        """Force (3,) of all bodies on the sheet."""
+        return np.asarray(self.totals[:, :3].sum(axis=0))
+
+
+@dataclass(slots=True)
+class Problem:
+    """A mesh, a material law and the bodies; all in the sheet's unit of length, which is `unit` metres."""
+
+    mesh: Mesh
+    law: Array
+    contacts: list[Contact]
+    unit: float
+    peak: Array = field(default_factory=lambda: _NO_PEAK)
+    flat: bool = False
+    weight: float = 0.0
+    bending: Bending | None = None
+    evaluations: int = 0
+    _bands: list[Array] = field(default_factory=list)
+
+    @property
+    def unknowns(self) -> int:
+        """How many unknowns there are: three for each control point that is not clamped."""
+        ny, nx, _ = self.mesh.shape
+        return 3 * nx * (ny - 2)
+
+    @property
+    def largest_step(self) -> float:
+        """How far a control point may move at once: not through a thin body."""
+        return min([_LARGEST_STEP, *(c.body.indenter.bulk / self.unit / 4 for c in self.contacts)])
+
+    def room(self) -> Array:
+        """Return one of two zeroed bands (n, half-bandwidth + 1) in turn, so that a factor outlives the next Hessian."""
+        width = 3 * (2 * self.mesh.shape[1] + 2) + 3
+        if not self._bands:
+            self._bands = [np.empty((self.unknowns, width)) for _ in range(2)]
+        self._bands.reverse()
+        self._bands[0][:] = 0.0
+        return self._bands[0]
+
+    def evaluate(self, control: Array, mode: int, band: Array | None = None) -> Evaluation:
+        """Return energy and gradient at control points (ny, nx, 3); a Hessian is added to band (n, width)."""
+        band = _NO_BAND if band is None else band
+        self.evaluations += 1
+        x, y = self.mesh.strain
+        gradient = np.zeros(self.mesh.shape)
+        energy = elastic_kernel.elastic(
+            control, x.value, x.slope, x.weight, y.value, y.slope, y.weight, self.law, self.peak, mode, gradient, band
+        )
+        totals = np.zeros((len(self.contacts), 7))
+        if np.isfinite(energy):
+            for contact, row in zip(self.contacts, totals, strict=True):
+                energy += self._touch(contact, control, mode, gradient, band, row)
+            energy += self._other(control, mode, gradient, band)
+        if self.flat:
+            self._hold_flat(gradient, band, mode)
+        return Evaluation(energy, gradient, totals)
+
+    def _touch(self, contact: Contact, control: Array, mode: int, gradient: Array, band: Array, row: Array) -> float:
+        metres = control * self.unit
+        elements = self._near(contact, metres)
+        if not len(elements):
+            return 0.0
+        x, y = self.mesh.touch
+        points = np.empty((len(elements) * 16, 3))
+        contact_kernel.gauss_points(metres, elements, x.value, y.value, points)
+        gap = contact.body.gap(points)
+        return float(
+            contact_kernel.contact(
+                elements, gap.distance / self.unit, gap.normal, gap.curvature * self.unit, _NO_FRICTION,
+                contact.offset, contact.stiffness, x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
+            )
+        )  # fmt: skip
+
+    def _other(self, control: Array, mode: int, gradient: Array, band: Array) -> float:
+        """Add weight and bending, where they act; return their energy."""
+        energy = 0.0
+        if self.weight:
+            pull = self.weight * self.mesh.areas
+            gradient[..., 2] += pull
+            energy += float(np.vdot(pull, control[..., 2]))
+        if self.bending is not None:
+            forces = self.bending.gradient(control)
+            gradient += forces
+            energy += float(np.vdot(forces, control)) / 2
+            if mode != GRADIENT:
+                self.bending.add(band)
+        return energy
+
+    def raised_peak(self, control: Array) -> Array:
+        """Return the largest energy seen at each Gauss point, this shape included."""
+        x, y = self.mesh.strain
+        peak = self.peak.copy()
+        elastic_kernel.peaks(control, x.value, x.slope, y.value, y.slope, self.law, peak)
+        return peak
+
+    def _near(self, contact: Contact, metres: Array) -> Array:
+        """Return the elements that may touch: the distance changes by no more than a point moves."""
+        count = self.mesh.x.elements * self.mesh.y.elements
+        centres, radii = np.empty((count, 3)), np.empty(count)
+        contact_kernel.bounds(metres, centres, radii)
+        return np.asarray(np.nonzero(contact.body.gap(centres).distance < radii + contact.offset * self.unit)[0])
+
+    def _hold_flat(self, gradient: Array, band: Array, mode: int) -> None:
+        """Take z out of the equations: in the plane it is coupled to nothing, so a push-free z stays where it is."""
+        gradient[..., 2] = 0.0
+        if mode != GRADIENT:
+            band[2::3, 0] += 10.0

@@ -1,0 +1,37 @@
+"""How finely and how exactly the sheet is solved."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stretch_bt.errors import InvalidInput
+
+__all__ = ["Settings"]
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How finely and how exactly to solve.
+
+    `mesh` is the length of the smallest elements, m; None chooses it by indenter and depth. Elements grow by `growth`
+    away from the contact; 1 makes all alike. `coarsen` scales the length. `exact` iterates until the forces balance to
+    1e-7; without it a press stops when the force has settled to about 0.1 %, as a control loop wants. `budget` bounds
+    the Newton iterations of a press.
+    """
+
+    mesh: float | None = None
+    growth: float = 1.6
+    coarsen: float = 1.0
+    exact: bool = True
+    budget: int = 200
+
+    def __post_init__(self) -> None:
+        if self.mesh is not None and not (self.mesh > 0 and math.isfinite(self.mesh)):
+            raise InvalidInput(f"the mesh must be a length above 0 m, not {self.mesh!r}")
+        if not 1 <= self.growth <= 3:
+            raise InvalidInput(f"the growth of elements must lie from 1 to 3, not {self.growth!r}")
+        if not 0.05 <= self.coarsen <= 20:
+            raise InvalidInput(f"coarsen must lie from 0.05 to 20, not {self.coarsen!r}")
+        if self.budget < 1:
+            raise InvalidInput(f"the budget must be at least 1 iteration, not {self.budget!r}")

@@ -1,0 +1,262 @@
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.simulation import press
+from stretch_bt.simulation.membrane.indenters.base import Zone
+from stretch_bt.simulation.membrane.indenters.placed import place
+from stretch_bt.simulation.membrane.indenters.several import Part, Several
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.membrane.indenters.wire import Wire
+from stretch_bt.simulation.membrane.materials import MooneyRivlin
+from stretch_bt.simulation.membrane.sheet import elastic_kernel
+from stretch_bt.simulation.membrane.sheet.bending import Bending
+from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
+from stretch_bt.simulation.membrane.sheet.problem import EXACT, Contact, Problem
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.membrane.sheet.spline import Axis
+
+FAST = Settings(exact=False, coarsen=1.25)
+
+
+@pytest.mark.parametrize(("depth", "force"), [(0.005, 5.74), (0.010, 15.19), (0.015, 27.42)])
+def test_known_forces(depth, force):
+    found = press("sphere:20mm", 0.03, depth, shear_modulus=1e3)
+    assert found.force * 1e3 == pytest.approx(force, rel=0.01)
+    assert abs(found.force * 1e3 - force) < 3 * found.force_error * 1e3 + 0.004 * force  # the value's own error
+    assert found.balance < 1e-6
+    assert found.detail.pivot == 1
+    assert not found.warnings
+
+
+def small_problem(law=(0.5, 0.0, 1.0, 0.0, 0.0, 0.0), bending=False):
+    zones = [Zone(-4.0, 4.0, 3.0)]
+    mesh = Mesh(Axis(breakpoints(90.0, zones, 2.0)), Axis(breakpoints(100.0, zones, 2.0)))
+    (body,) = place(Sphere(0.02), (0.0, 0.0), (0.1, 0.0), 0.008)
+    problem = Problem(mesh, np.array(law), [Contact(body, 2.0, 0.05)], 1e-3)
+    problem.weight = 1e-3
+    if bending:
+        problem.bending = Bending.of(mesh, 1.3)
+    rng = np.random.default_rng(4)
+    control = np.concatenate([mesh.rest * [0.95, 1.3], np.zeros((*mesh.shape[:2], 1))], axis=2)
+    control[..., 2] = 8.05 * np.exp(-(control[..., 0] ** 2 + control[..., 1] ** 2) / 400)
+    return problem, np.ascontiguousarray(control + rng.normal(0, 0.02, control.shape))
+
+
+@pytest.mark.parametrize("bending", [False, True])
+@pytest.mark.parametrize("law", [(0.5, 0.0, 1.0, 0.0, 0.0, 0.0), (0.4, 0.1, 1e-3, 0.0, 0.0, 0.0)])
+def test_gradient_and_hessian_are_derivatives(law, bending):
+    problem, control = small_problem(law, bending)
+    band = problem.room()
+    here = problem.evaluate(control, EXACT, band)
+    assert here.totals[0, 5] > 10  # points in contact
+    rng = np.random.default_rng(5)
+    direction = np.zeros(control.shape)
+    direction[1:-1] = rng.normal(size=control[1:-1].shape)
+    step = 1e-6
+    ahead, behind = (problem.evaluate(control + s * step * direction, 0) for s in (1, -1))
+    assert (ahead.energy - behind.energy) / (2 * step) == pytest.approx(np.vdot(here.gradient, direction), rel=1e-6)
+    change = ((ahead.gradient - behind.gradient) / (2 * step))[1:-1].ravel()
+    lower = np.zeros((problem.unknowns, problem.unknowns))
+    for k in range(band.shape[1]):
+        np.fill_diagonal(lower[k:], band[: problem.unknowns - k, k])
+    full = lower + np.tril(lower, -1).T
+    np.testing.assert_allclose(full @ direction[1:-1].ravel(), change, rtol=1e-4, atol=1e-4 * np.abs(change).max())
+
+
+def test_splines_reproduce_a_line_and_meshes_mirror():
+    axis = Axis(breakpoints(100.0, [Zone(-7.0, 3.0, 1.1)], 1.6))
+    mirrored = Axis(breakpoints(100.0, [Zone(-3.0, 7.0, 1.1)], 1.6))
+    np.testing.assert_allclose(axis.breaks, -mirrored.breaks[::-1], atol=1e-10)
+    table = axis.gauss(4)
+    control = 3 * axis.greville - 1
+    local = np.stack([control[i : i + axis.elements] for i in range(3)], axis=-1)
+    np.testing.assert_allclose(np.einsum("eqi,ei->eq", table.value, local), 3 * table.place - 1, atol=1e-12)
+    np.testing.assert_allclose(np.einsum("eqi,ei->eq", table.slope, local), 3.0, atol=1e-12)
+    np.testing.assert_allclose(table.bend.sum(axis=-1), 0.0, atol=1e-12)
+    assert table.weight.sum() == pytest.approx(100.0)
+
+
+def test_units_and_modulus_scale_exactly():
+    base = press("sphere:20mm", 0.03, 0.01, shear_modulus=1e3)
+    for factor in (1e-6, 1e6):
+        scaled = press("sphere:20mm", 0.03, 0.01, shear_modulus=1e3 * factor)
+        assert scaled.force == pytest.approx(base.force * factor, rel=1e-8)
+    big = press(Sphere(0.2), 0.3, 0.1, shear_modulus=1e3, gauge=1.0, width=0.9, thickness=0.02)
+    assert big.force == pytest.approx(base.force * 100, rel=1e-8)
+
+
+@pytest.mark.parametrize("shape", ["sphere:16mm", "cube:20mm"])
+def test_mirrored_presses_give_one_force(shape):
+    base = press(shape, 0.04, 0.008, at=(0.011, 0.007), tilt=(0.1, -0.2))
+    for sx, sy in ((-1, 1), (1, -1), (-1, -1)):
+        other = press(shape, 0.04, 0.008, at=(sx * 0.011, sy * 0.007), tilt=(sy * 0.1, sx * -0.2))
+        assert other.force == pytest.approx(base.force, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("change", "options"),
+    [("deeper", {"depth": 0.011}), ("sideways", {"at": (0.001, 0.002)}), ("stretch", {"stretch": 0.035}), ("back", {})],
+)
+def test_warm_starts_agree_with_cold_ones(change, options):
+    first = press("sphere:20mm", 0.03, 0.012 if change == "back" else 0.010)
+    before = first.detail.shape.control.copy()
+    arguments = {"stretch": 0.03, "depth": 0.010} | options
+    warm = press("sphere:20mm", **arguments, start=first)
+    cold = press("sphere:20mm", **arguments)
+    assert warm.force == pytest.approx(cold.force, rel=3e-3)
+    assert warm.iterations < cold.iterations + 5
+    np.testing.assert_array_equal(first.detail.shape.control, before)
+
+
+def test_a_fast_path_stays_near_the_exact_one():
+    state = None
+    for depth in np.arange(1, 9) * 1e-3:
+        state = press("sphere:20mm", 0.03, float(depth), settings=FAST, start=state)
+        if depth > 2.5e-3:
+            exact = press("sphere:20mm", 0.03, float(depth))
+            assert abs(state.force - exact.force) < 3 * state.force_error
+            assert state.force == pytest.approx(exact.force, rel=0.012)
+
+
+def test_the_surface_lies_on_the_sphere_where_it_touches():
+    found = press("sphere:20mm", 0.03, 0.01).detail
+    region = found.region()
+    away = np.linalg.norm(region.points - [0.0, 0.0, 0.0], axis=1) - 0.01
+    assert np.abs(away).max() < 0.08e-3
+    height = found.shape.height(np.array([0.0, 0.0, 0.2]), np.array([0.0, 0.064, 0.0]))
+    assert height[0] == pytest.approx(0.01, abs=0.05e-3)
+    assert height[1] < 0.5e-3
+    assert np.isnan(height[2])
+    edges = found.shape.points(5, 7)
+    np.testing.assert_allclose(edges[0, :, 1], -0.065, atol=1e-12)
+    np.testing.assert_allclose(edges[[0, -1], :, 2], 0.0, atol=1e-12)
+
+
+def test_force_is_the_derivative_of_the_energy():
+    energies = [press("sphere:20mm", 0.03, 0.010 + k * 5e-4).detail.energy for k in (-1, 1)]
+    assert press("sphere:20mm", 0.03, 0.010).force == pytest.approx((energies[1] - energies[0]) / 1e-3, rel=5e-3)
+
+
+def test_two_bodies_share_the_load_of_the_middle():
+    pair = Several((Part(Sphere(0.012), (-0.014, 0.0)), Part(Sphere(0.012), (0.014, 0.0))))
+    both, one = press(pair, 0.03, 0.006), press("sphere:12mm", 0.03, 0.006)
+    assert one.force < both.force < 2 * one.force
+    assert both.balance < 1e-6
+    assert press(Wire(0.0015, 0.2), 0.03, 0.004).balance < 1e-6
+
+
+def test_effects_act_as_they_should():
+    plain = press("sphere:20mm", 0.01, 0.008)
+    change = {
+        e: press("sphere:20mm", 0.01, 0.008, effects=[e]).force / plain.force - 1
+        for e in ("wrinkling", "bending", "sag")
+    }
+    assert -0.01 < change["wrinkling"] <= 1e-4  # relaxation cannot stiffen, and hardly matters under tension
+    assert 0 < change["bending"] < 0.5
+    assert change["sag"] > 0  # the sheet hangs towards the indenter
+    first = press("sphere:20mm", 0.01, 0.012, effects=["mullins"])
+    again = press("sphere:20mm", 0.01, 0.008, effects=["mullins"], start=first)
+    assert press("sphere:20mm", 0.01, 0.008, effects=["mullins"]).force == pytest.approx(plain.force, rel=1e-9)
+    assert again.force < 0.99 * plain.force
+    with pytest.raises(InvalidInput, match="wrinkling"):
+        press("sphere:20mm", 0.01, 0.008, effects=["wrinkle"])
+
+
+def test_the_second_invariant_softens_a_long_pull():
+    neo = press("sphere:20mm", 0.05, 0.01)
+    mooney = press("sphere:20mm", 0.05, 0.01, material=MooneyRivlin(47.4e3, 0.3))
+    assert 0.8 * neo.force < mooney.force < 0.98 * neo.force  # uniaxial stress falls as c1 + c2 / stretch
+
+
+HARD = {
+    "stretch exactly 0": ({"stretch": 0.0, "depth": 0.005}, "force"),
+    "1 um deep": ({"depth": 1e-6}, "force"),
+    "15 mm in one step": ({"depth": 0.015}, "force"),
+    "needle": ({"indenter": "sphere:0.5mm", "depth": 0.005}, "NoEquilibrium"),
+    "flat cylinder": ({"indenter": "cylinder:20mm"}, "force"),
+    "cone": ({"indenter": "cone:45deg"}, "force"),
+    "large face": ({"indenter": "cube:40mm"}, "force"),
+    "tilted": ({"indenter": "cylinder:20mm", "tilt": (0.3, 0.1)}, "force"),
+    "beside the clamp": ({"at": (0.0, 0.055)}, "force"),
+    "at the free edge": ({"at": (0.036, 0.0)}, "force"),
+    "modulus x 1e-6": ({"shear_modulus": 47.4e-3}, "force"),
+    "modulus x 1e6": ({"shear_modulus": 47.4e9}, "force"),
+    "long elements": ({"width": 0.3}, "force"),
+    "mesh coarser than the contact": ({"mesh": 0.008, "depth": 0.002}, "warning"),
+    "past the limit point": ({"indenter": "sphere:8mm", "stretch": 0.08, "depth": 0.03}, "NoEquilibrium"),
+    "beside the sheet": ({"at": (0.2, 0.0)}, "NoEquilibrium"),
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_hard_cases(name):
+    options, expected = HARD[name]
+    arguments = {"indenter": "sphere:20mm", "stretch": 0.03, "depth": 0.01} | options
+    if expected == "NoEquilibrium":
+        with pytest.raises(NoEquilibrium) as caught:
+            press(**arguments)
+        assert len(caught.value.reason) > 20
+        return
+    found = press(**arguments)
+    assert found.force > 0
+    assert found.force_error > 0
+    assert found.balance < 1e-6
+    assert all(math.isfinite(v) for v in (found.force, found.force_error, found.residual, found.contact.area))
+    assert any("finer mesh" in w for w in found.warnings) == (expected == "warning")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"depth": 0.0},
+        {"depth": float("nan")},
+        {"stretch": -0.01},
+        {"indenter": 20},
+        {"solver": "fem"},
+        {"mesh": -0.002},
+        {"mesh": 1e-5},
+        {"at": (0.0,)},
+        {"gauge": 0.0},
+        {"solver": "hertz", "at": (0.01, 0.0)},
+        {"solver": "axisymmetric", "indenter": "cube:20mm"},
+        {"solver": "hertz", "indenter": "cone:45deg"},
+        {"mesh": 0.002, "settings": FAST},
+    ],
+)
+def test_bad_input(arguments):
+    with pytest.raises(InvalidInput):
+        press(**{"indenter": "sphere:20mm", "stretch": 0.03, "depth": 0.01} | arguments)
+
+
+def test_solvers_agree_roughly_and_speak_one_json():
+    found = {s: press("sphere:20mm", 0.03, 0.01, solver=s) for s in ("hertz", "axisymmetric", "sheet")}
+    for result in found.values():
+        document = result.to_json()
+        assert set(document) == {
+            "force_N", "force_error_N", "contact", "balance", "iterations", "residual", "seconds",
+        }  # fmt: skip
+        assert set(document["contact"]) == {"area_mm2", "radius_mm", "nodes"}
+        assert document["force_error_N"] >= 0
+    assert found["axisymmetric"].force == pytest.approx(found["sheet"].force, rel=0.3)
+
+
+def test_a_collapsed_element_has_no_energy():
+    problem, control = small_problem()
+    control[3, 3] = control[8, 8] * 50
+    control[4] = control[3]
+    control[5] = control[3]
+    assert problem.evaluate(control, elastic_kernel.GRADIENT).energy == math.inf
+
+
+def test_numba_is_imported_when_a_sheet_is_solved_and_not_before():
+    code = (
+        "import sys, stretch_bt.simulation as s; s.press('sphere:20mm', 0.03, 0.01, solver='hertz');"
+        "print('numba' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -1,0 +1,38 @@
+"""palpate_stiffness in the twin, against what the scene knows at the instant of the answer."""
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("scene", "seed"), [("air_balloon", 0), ("water_balloon", 1), ("pudding_balloon", 2), ("seeds_balloon", 3)]
+)
+def test_each_output_lies_by_the_truth_within_its_stated_error(run, scene, seed):
+    result = run("palpate_stiffness", scene=scene, seed=seed)
+    assert result.status == "SUCCESS", result.reason
+    for name in ("stiffness", "force", "deflection", "radius"):
+        output, truth = result.outputs[name], result.truth[name]
+        assert output["unit"] == truth["unit"]
+        assert abs(output["value"] - truth["value"]) < 4 * output["sd"], name
+    assert result.outputs["deflection"]["value"] >= 1.5
+    assert result.outputs["stiffness"]["value"] == pytest.approx(
+        result.outputs["force"]["value"] / result.outputs["deflection"]["value"]
+    )
+    assert result.outputs["stiffness"]["value"] == pytest.approx(result.truth["stiffness"]["value"], rel=0.03)
+
+
+def test_a_depth_limit_below_the_first_press_is_refused_before_moving(run):
+    result = run("palpate_stiffness", params={"max_depth": 0.005})
+    assert result.status == "FAILURE"
+    assert result.reason.startswith("main/depth_allowed: ")
+
+
+def test_the_hand_is_clear_of_the_object_however_the_approach_ends(run):
+    runners = []
+
+    def stop_while_feeling(runner):
+        runners.append(runner)
+        runner._planned = {180: ["SIGINT"]}
+
+    result = run("palpate_stiffness", scene="seeds_balloon", watch=stop_while_feeling)
+    assert result.status == "INTERRUPTED"
+    assert runners[0].cell.truth()["force"] == 0.0
