@@ -102,6 +102,9 @@ BAD = [
     (["report", "nowhere"], "no such folder"),
     (["check", "nowhere.yaml"], "no such file"),
     (["new", "tre", "mine"], "tree"),
+    (["press", "--indenter", "ball:20mm", "--stretch", "30mm", "--depth", "10mm"], "sphere"),
+    (["press", "--indenter", "sphere:20mm", "--stretch", "30", "--depth", "10mm"], "30 mm"),
+    (["press", "--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "10mm", "--at", "5mm"], "pair"),
     (["new", "tree", "My Tree"], "small letters"),
     (["frobnicate"], "frobnicate"),
 ]
@@ -199,3 +202,20 @@ def test_help_names_every_command(cli):
     _, out, _ = cli("--help")
     for command in app.registered_commands:
         assert command.name in out
+
+
+def test_press_json_is_the_contract(cli, tmp_path):
+    wanted = ["--indenter", "sphere:20mm", "--stretch", "30 mm", "--depth", "10mm", "--shear-modulus", "40kPa"]
+    code, out, _ = cli("press", *wanted, "--json", "--plot", "sheet.png")
+    result = json.loads(out)
+    assert code == 0
+    assert result["force_N"] == pytest.approx(0.6074, rel=0.01)
+    assert result["contact"].keys() == {"area_mm2", "radius_mm", "nodes"}
+    assert result.keys() == {"force_N", "force_error_N", "contact", "balance", "iterations", "residual", "seconds"}
+    assert (tmp_path / "sheet.png").stat().st_size > 1000
+
+
+def test_press_without_an_answer_says_so(cli):
+    code, out, _ = cli("press", "--indenter", "sphere:8mm", "--stretch", "80mm", "--depth", "60mm", "--json")
+    assert code == 1
+    assert json.loads(out).keys() == {"error", "reason"}

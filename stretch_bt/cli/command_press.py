@@ -1,0 +1,89 @@
+"""`stretch-bt press`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.units import KINDS
+
+__all__ = ["command"]
+
+
+def command(
+    indenter: Annotated[str, typer.Option(help="sphere:20mm, cylinder:20mm[:rim], cone:45deg[:tip] or cube:20mm")],
+    stretch: Annotated[str, typer.Option(help="How far past the gauge, as in 30mm.")],
+    depth: Annotated[str, typer.Option(help="From the flat stretched plane, as in 10mm.")],
+    solver: Annotated[str, typer.Option(help="hertz, axisymmetric or sheet")] = "sheet",
+    mesh: Annotated[str | None, typer.Option(help="Length of the smallest elements.")] = None,
+    shear_modulus: Annotated[str, typer.Option(help="Of the membrane.")] = "47.4kPa",
+    mount_prestretch: Annotated[str, typer.Option(help="By how much it is pulled at stretch 0.")] = "0mm",
+    gauge: Annotated[str, typer.Option(help="Length between the clamps at stretch 0.")] = "100mm",
+    at: Annotated[str, typer.Option(help="Where the indenter stands, as in 5mm,0mm.")] = "0mm,0mm",
+    tilt: Annotated[str, typer.Option(help="Its turns about x and y, as in 5deg,0deg.")] = "0deg,0deg",
+    effects: Annotated[str, typer.Option(help="Names with commas, as in wrinkling,sag.")] = "",
+    plot: Annotated[Path | None, typer.Option(help="Draw the pressed sheet into this PNG file.")] = None,
+    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Press an indenter into the membrane, and print the force and what it touches."""
+    from stretch_bt.simulation import press
+
+    length = KINDS["Length"].parse
+    try:
+        result = press(
+            indenter,
+            length(stretch),
+            length(depth),
+            solver=solver,
+            mesh=length(mesh) if mesh else None,
+            shear_modulus=KINDS["Pressure"].parse(shear_modulus),
+            mount_prestretch=length(mount_prestretch),
+            gauge=length(gauge),
+            at=_pair(at, "Length"),
+            tilt=_pair(tilt, "Angle"),
+            effects=[name.strip() for name in effects.split(",") if name.strip()],
+        )
+    except NoEquilibrium as error:
+        if json_:
+            emit_json({"error": type(error).__name__, "reason": error.reason})
+        typer.secho(f"no equilibrium: {error.reason}", fg=typer.colors.RED, err=True)
+        raise typer.Exit(EXIT_FAILURE) from None
+    if plot is not None:
+        _draw(result, plot)
+    if json_:
+        emit_json(result.to_json())
+    else:
+        _show(result)
+
+
+def _pair(text: str, kind: str) -> tuple[float, float]:
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InvalidInput(
+            f"{text!r} is not a pair; write two quantities with a comma, as in '5 {KINDS[kind].unit},0 {KINDS[kind].unit}'"
+        )
+    return KINDS[kind].parse(parts[0]), KINDS[kind].parse(parts[1])
+
+
+def _draw(result: Any, path: Path) -> None:
+    from stretch_bt.simulation.membrane.picture import save_press
+    from stretch_bt.simulation.membrane.sheet.result import SheetPress
+
+    if not isinstance(result.detail, SheetPress):
+        raise InvalidInput("only the sheet solver has a surface to draw; leave out --solver, or --plot")
+    save_press(result.detail, path)
+
+
+def _show(result: Any) -> None:
+    fields = result.to_json()
+    contact = fields["contact"]
+    typer.echo(f"force    {fields['force_N']:.4g} N, within {fields['force_error_N']:.2g} N")
+    radius = "" if contact["radius_mm"] is None else f", as large as a disc of radius {contact['radius_mm']:.3g} mm"
+    typer.echo(f"contact  {contact['area_mm2']:.4g} mm^2{radius}")
+    typer.echo(
+        f"balance  {fields['balance']:.1e} of the load, {fields['iterations']} iterations, {1e3 * fields['seconds']:.1f} ms of CPU"
+    )
