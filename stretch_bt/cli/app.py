@@ -56,8 +56,7 @@ def main() -> None:
         interrupted.set()
         raise KeyboardInterrupt
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, interrupt)
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         app()
     except StretchError as error:
@@ -72,3 +71,6 @@ def main() -> None:
         if interrupted.is_set() or isinstance(ended, KeyboardInterrupt):
             sys.exit(EXIT_INTERRUPTED)
         raise
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

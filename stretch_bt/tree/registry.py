@@ -17,6 +17,8 @@ from stretch_bt.units import Estimate
 __all__ = ["RESERVED", "NodeInfo", "RegistryError", "describe", "load_all", "lookup", "node", "object_types"]
 
 GROUP = "stretch_bt.nodes"
+#: by name, because the node library stands above this module
+BUILTIN = "stretch_bt.behaviors"
 
 #: words that a tree may put beside the ports of any node
 RESERVED = ("name", "doc", "timeout", "retry", "while", "guard", "skip_if", "finally", "log")
@@ -107,14 +109,15 @@ def load_all() -> dict[str, NodeInfo]:
     """Return every registered node by name; imports the packages that offer nodes, once."""
     global _loaded
     if not _loaded:
-        _loaded = True
-        for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: (e.name != "builtin", e.name)):
+        importlib.import_module(BUILTIN)
+        for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
             try:
                 entry.load()
             except RegistryError:
                 raise
             except Exception as error:
                 raise RegistryError(f"the nodes of {entry.value!r} cannot be imported: {error}") from error
+        _loaded = True
     return dict(sorted(_nodes.items()))
 
 

@@ -66,7 +66,7 @@ def folder(tmp_path, monkeypatch, request):
             path = tmp_path / block.marks["file"]
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(block.text, encoding="utf-8")
-    known, modules = dict(registry._nodes), set(sys.modules)
+    known, modules = registry.load_all(), set(sys.modules)
     yield tmp_path
     registry._nodes.clear()
     registry._nodes.update(known)

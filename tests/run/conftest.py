@@ -162,7 +162,7 @@ class Bench:
 def own_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forget at the end of the test what it registered."""
     registry.load_all()
-    monkeypatch.setattr(registry, "_nodes", dict(registry._nodes))
+    monkeypatch.setattr(registry, "_nodes", registry.load_all())
 
 
 @pytest.fixture

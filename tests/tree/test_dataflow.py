@@ -86,7 +86,7 @@ class ChosenContext(RunContext):
 @pytest.fixture(autouse=True, scope="module")
 def nodes() -> Iterator[None]:
     registry.load_all()
-    before = dict(registry._nodes)
+    before = registry.load_all()
     for cls in (Give, Take):
         registry.node(cls)
     yield

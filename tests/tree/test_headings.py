@@ -165,7 +165,7 @@ class HalveLength(Behavior):
 
 def test_a_module_beside_the_tree_brings_its_nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     registry.load_all()
-    monkeypatch.setattr(registry, "_nodes", dict(registry._nodes))
+    monkeypatch.setattr(registry, "_nodes", registry.load_all())
     (tmp_path / "halving_nodes.py").write_text(NODES)
     tree = tmp_path / "tree.yaml"
     text = "format: stretch-tree/1\nimports: {mine: halving_nodes}\nkeys: {h: Length}\ntrees: {main: {sequence: [%s: {whole: 4 mm, half: $h}]}}\n"

@@ -22,7 +22,7 @@ INPUT = {"name", "type", "unit", "default", "required", "doc"}
 @pytest.fixture
 def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a test register nodes that no other test sees."""
-    monkeypatch.setattr(registry, "_nodes", dict(registry._nodes))
+    monkeypatch.setattr(registry, "_nodes", registry.load_all())
 
 
 @pytest.mark.parametrize("name", NODES)
