@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -49,9 +51,9 @@ def command(
 
     try:
         view = None if quiet else _view()
-        result = run(
-            tree, scene=scene, cell=cell, params=parameters(set_ or []), seed=seed, mocks=mocks, out=out, view=view
-        )
+        with redirect_stdout(sys.stderr):  # what nodes print must not get among the result
+            params = parameters(set_ or [])
+            result = run(tree, scene=scene, cell=cell, params=params, seed=seed, mocks=mocks, out=out, view=view)
     except KeyboardInterrupt as error:
         if json_:
             emit_json({**refused(InvalidInput("stopped before the first tick")), "status": "INTERRUPTED"})

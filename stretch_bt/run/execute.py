@@ -51,24 +51,34 @@ class View(Protocol):
 
 
 class Shown(Onlooker):
-    """Tells a view of every change, and at each tick what the running nodes say they are doing."""
+    """Tells a view of every change, and at each tick what the running nodes say they are doing.
+
+    A view that breaks, as when its terminal is closed, is left alone from then on: the task goes on.
+    """
 
     def __init__(self, view: View, built: BuiltTree) -> None:
         self.view = view
         self.built = built
         self.now = 0.0
+        self.broken = False
 
     def begin_tick(self, tick: int, time: float) -> None:
         """Show the time, and what runs."""
         self.now = time
-        running = {
-            p: (n.status.name, n.feedback_message) for p, n in self.built.nodes.items() if n.status is Status.RUNNING
-        }
-        self.view.update(time, running)
+        nodes = self.built.nodes.items()
+        self._show({p: (n.status.name, n.feedback_message) for p, n in nodes if n.status is Status.RUNNING})
 
     def status(self, path: str, status: str, reason: str = "") -> None:
         """Show a change."""
-        self.view.update(self.now, {path: (status, reason)})
+        self._show({path: (status, reason)})
+
+    def _show(self, statuses: Mapping[str, tuple[str, str]]) -> None:
+        if self.broken:
+            return
+        try:
+            self.view.update(self.now, statuses)
+        except (Exception, SystemExit):  # rich turns a closed pipe into SystemExit
+            self.broken = True
 
 
 @dataclass(slots=True)
@@ -194,7 +204,8 @@ class _Run:
             outcome = runner.run()
         finally:
             if self.view is not None:
-                self.view.stop()
+                with suppress(Exception, SystemExit):  # its terminal may be gone
+                    self.view.stop()
         errors = cell.close() if cell is not None else []
         outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
         result = _result(self.task, outcome, truths, visits, self.seen, self.record)

@@ -14,6 +14,7 @@ import typing
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import Enum
+from math import isfinite
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, overload
 
 import py_trees
@@ -166,6 +167,8 @@ class _OutputSlot:
         return node.sinks[self.name].value
 
     def __set__(self, node: Behavior, value: Any) -> None:
+        if isinstance(value, float) and not (isfinite(value) and isfinite(getattr(value, "sd", 0.0))):
+            raise NodeError(node.path, f"wrote {value!r} to {self.name!r}; a node without an answer raises NoAnswer")
         node.sinks[self.name].write(value, node.path)
 
 

@@ -192,9 +192,12 @@ class Reader(Wiring):
         """Read the name given to a place."""
         if value is None:
             return None
-        if isinstance(value, Scalar) and re.fullmatch(r"[A-Za-z_][\w-]*", value.text):
+        if isinstance(value, Scalar) and re.fullmatch(r"[A-Za-z_][\w-]*", value.text) and value.text != "finally":
             return value.text
         word = re.sub(r"\W+", "_", value.text).strip("_") if isinstance(value, Scalar) else ""
+        if word == "finally":
+            self.error(value.mark, "name", "'finally' is reserved for the end of a tree", "write 'name: at_the_end'")
+            return None
         hint = f"write '{word}'" if re.match(r"[A-Za-z_]", word) else "write 'name: force_limit'"
         self.error(value.mark, "name", "a name is one word of letters, digits, _ and -", hint)
         return None

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from stretch_bt.errors import Diagnostic
+from stretch_bt.errors import Diagnostic, UnsetKey
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, unknown_key
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
@@ -249,7 +249,7 @@ class Wiring:
             return wire
         try:
             wire.value = bind(expression, _Params(self.scope))()
-        except (ArithmeticError, IndexError, ValueError) as error:
+        except (ArithmeticError, IndexError, ValueError, UnsetKey) as error:
             message = f"{value.text!r} has no value: {error}"
             self.error(value.mark, "expression", message, "change the parameters, or the expression")
             return None

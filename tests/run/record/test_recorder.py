@@ -2,6 +2,7 @@ import json
 import math
 import resource
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -163,29 +164,30 @@ def test_a_run_that_never_started_still_has_a_result(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "r/result.json").read_text())["value"] == {"value": "NaN", "sd": 1.0}
 
 
-@pytest.fixture
-def full_disk() -> Iterator[Callable[[int], None]]:
-    """Let files of this process grow no further than a size, as a full disk does."""
+@contextmanager
+def full_disk(size: int) -> Iterator[None]:
+    """Let files of this process grow no further than a size, as a full disk does; pytest itself may write to one."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def test_a_full_disk_is_said_once_and_leaves_what_was_written(
-    tmp_path: Path, full_disk: Callable[[int], None], sample: Any
-) -> None:
+def test_a_full_disk_is_said_once_and_leaves_what_was_written(tmp_path: Path, sample: Any) -> None:
     record = RunRecord(tmp_path / "r")
     record.start({}, {})
-    full_disk(20_000)
     refusals: list[str] = []
-    for tick in range(60):
-        try:
-            record.begin_tick(tick, tick / 20)
-        except RecordError as error:
-            refusals += [d.code for d in error.diagnostics]
-        record.reading("camera", "frame", sample.frame(tick))
-        record.status("main", f"{tick}")
-    record.close({"status": "ERROR"})
+    with full_disk(20_000):
+        for tick in range(60):
+            try:
+                record.begin_tick(tick, tick / 20)
+            except RecordError as error:
+                refusals += [d.code for d in error.diagnostics]
+            record.reading("camera", "frame", sample.frame(tick))
+            record.status("main", f"{tick}")
+        record.close({"status": "ERROR"})
     reader = RecordReader(tmp_path / "r")
     assert refusals == ["record-write"]
     assert not reader.complete
@@ -196,11 +198,10 @@ def test_a_full_disk_is_said_once_and_leaves_what_was_written(
     )
 
 
-def test_a_disk_full_at_the_end_is_said_by_close(tmp_path: Path, full_disk: Callable[[int], None], sample: Any) -> None:
+def test_a_disk_full_at_the_end_is_said_by_close(tmp_path: Path, sample: Any) -> None:
     record = RunRecord(tmp_path / "r")
     sample.run(record)
-    full_disk(100)
-    with pytest.raises(RecordError, match="cannot write"):
+    with full_disk(100), pytest.raises(RecordError, match="cannot write"):
         record.close({"status": "SUCCESS"})
     record.close({"status": "SUCCESS"})
     assert not RecordReader(tmp_path / "r").complete
