@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from py_trees.common import Status
 
 from stretch_bt.tree.build import Node
+from stretch_bt.tree.flow.base import failed_at
 
 __all__ = ["failed_at", "started_leaves", "stop_tree"]
 
@@ -37,13 +38,3 @@ def _all(root: Node) -> Iterator[Node]:
     yield root
     for child in root.children:
         yield from _all(child)
-
-
-def failed_at(root: Node) -> Node:
-    """Return the node that made the tree fail: the last failed one, as deep as failures go."""
-    node = root
-    while True:
-        failed = [child for child in node.children if child.status is Status.FAILURE]
-        if not failed or node.feedback_message:
-            return node
-        node = failed[-1]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stretch_bt.tree.dataflow import DataFlow
     from stretch_bt.tree.reader import Reader
 
-__all__ = ["CONSTRUCTS", "Flow", "FlowNode", "Known", "Part", "Wire", "both", "construct"]
+__all__ = ["CONSTRUCTS", "Flow", "FlowNode", "Known", "Part", "Wire", "both", "construct", "failed_at", "why_failed"]
 
 Known = frozenset[str]
 
@@ -205,3 +205,19 @@ class FlowNode(py_trees.behaviour.Behaviour):
         if self.children and self.children[0].status is not Status.INVALID:
             return self.children[0].tip()
         return self if self.status is not Status.INVALID else None
+
+
+def failed_at(root: Any) -> Any:
+    """Return the node that made the tree fail: the last failed one, as deep as failures go."""
+    node = root
+    while True:
+        failed = [child for child in node.children if child.status is Status.FAILURE]
+        if not failed or node.feedback_message:
+            return node
+        node = failed[-1]
+
+
+def why_failed(node: Any) -> str:
+    """Return the path and the reason of what made a node fail."""
+    at = failed_at(node)
+    return f"{at.path}: {at.feedback_message or 'failed'}"

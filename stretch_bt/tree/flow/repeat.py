@@ -10,7 +10,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct, why_failed
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import INT
 
@@ -123,5 +123,5 @@ class CountedNode(FlowNode):
         if self.passes < self.count():
             return Status.RUNNING
         if status is Status.FAILURE:
-            self.feedback_message = f"{self.passes} attempts failed"
+            self.feedback_message = f"{self.passes} attempts failed, the last at {why_failed(self.child)}"
         return status

@@ -10,7 +10,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, why_failed
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import BOOL, INT
 
@@ -93,7 +93,7 @@ class UntilNode(FlowNode):
         yield from self.child.tick()
         if self.child.status is not Status.SUCCESS:
             if self.child.status is Status.FAILURE:
-                self.feedback_message = f"pass {self.passes + 1} failed"
+                self.feedback_message = f"pass {self.passes + 1} failed at {why_failed(self.child)}"
             return self.child.status
         self.passes += 1
         if self.that():
