@@ -13,7 +13,7 @@ import typer
 
 import stretch_bt
 from stretch_bt import cli
-from stretch_bt.cli.output import EXIT_BAD_INPUT, EXIT_INTERRUPTED, report_error
+from stretch_bt.cli.output import EXIT_BAD_INPUT, EXIT_INTERRUPTED, emit_json, report_error
 from stretch_bt.errors import StretchError
 
 __all__ = ["app", "main"]
@@ -60,6 +60,8 @@ def main() -> None:
     try:
         app()
     except StretchError as error:
+        if "--json" in sys.argv:
+            emit_json({"error": type(error).__name__, "reason": str(error)})
         sys.exit(report_error(error))
     except OSError as error:
         if isinstance(error, BrokenPipeError):  # whoever read the output has enough

@@ -219,3 +219,17 @@ def test_press_without_an_answer_says_so(cli):
     code, out, _ = cli("press", "--indenter", "sphere:8mm", "--stretch", "80mm", "--depth", "60mm", "--json")
     assert code == 1
     assert json.loads(out).keys() == {"error", "reason"}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["nodes", "pres"],
+        ["replay", "nowhere"],
+        ["press", "--indenter", "ball:1mm", "--stretch", "1mm", "--depth", "1mm"],
+    ],
+)
+def test_bad_input_is_one_document_too(cli, arguments):
+    code, out, _ = cli(*arguments, "--json")
+    assert code == 2
+    assert json.loads(out).keys() == {"error", "reason"}
