@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import py_trees
 
 from stretch_bt.source import Mark, Value
-from stretch_bt.tree.flow.base import Flow, Known, Part, construct
+from stretch_bt.tree.flow.base import Flow, Known, Part, both, construct
 from stretch_bt.tree.fragments import Schema, ref
 
 if TYPE_CHECKING:
@@ -42,27 +42,26 @@ class Group(Part):
         """Return the schema of its form."""
         return ref("children")
 
+    def in_turn(self, data: DataFlow, known: Known, *, after_success: bool) -> tuple[Known | None, Known | None]:
+        """Return what is known when every child ended so that the next was asked, and when one ended otherwise."""
+        going: Known | None = known
+        ended: Known | None = None
+        for part in self.parts:
+            if going is None:
+                hint = f"the part before it cannot {'succeed' if after_success else 'fail'}; remove one"
+                data.diagnostics.append(part.mark.error("unreachable", f"{part.label!r} is never reached", hint))
+                break
+            success, failure = part.flow(data, going)
+            going, other = (success, failure) if after_success else (failure, success)
+            ended = both(ended, other)
+        return going, ended
+
 
 @dataclass(slots=True)
 class _SequenceBase(Group):
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Each child knows what all before it wrote."""
-        failure: Known | None = None
-        success: Known | None = known
-        for part in self.parts:
-            if success is None:
-                data.diagnostics.append(
-                    part.mark.error(
-                        "unreachable",
-                        f"{part.label!r} is never reached",
-                        "the part before it cannot succeed; remove one",
-                    )
-                )
-                break
-            ends = part.flow(data, success)
-            success = ends.success
-            if ends.failure is not None:
-                failure = ends.failure if failure is None else failure & ends.failure
+        success, failure = self.in_turn(data, known, after_success=True)
         return Flow(success, failure)
 
 
@@ -70,20 +69,7 @@ class _SequenceBase(Group):
 class _SelectorBase(Group):
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Each child knows only what was written before a failure; one of them succeeded at the end."""
-        success: Known | None = None
-        failure: Known | None = known
-        for part in self.parts:
-            if failure is None:
-                data.diagnostics.append(
-                    part.mark.error(
-                        "unreachable", f"{part.label!r} is never reached", "the part before it cannot fail; remove one"
-                    )
-                )
-                break
-            ends = part.flow(data, failure)
-            failure = ends.failure
-            if ends.success is not None:
-                success = ends.success if success is None else success & ends.success
+        failure, success = self.in_turn(data, known, after_success=False)
         return Flow(success, failure)
 
 
