@@ -30,13 +30,15 @@ class Placed:
 
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m, membrane frame."""
-        local = points - self.origin
-        if not self.turned:
-            return self.indenter.gap(local)
-        from stretch_bt.simulation.membrane.indenters.distance_kernel import rotate
+        return self.gap_seen(np.ascontiguousarray((points - self.origin) @ self.rotation))
 
-        gap = self.indenter.gap(np.ascontiguousarray(local @ self.rotation))
-        rotate(self.rotation, gap.normal, gap.curvature)
+    def gap_seen(self, points: Array) -> Gap:
+        """Return the same at points (n, 3), m, as the body sees them: from its origin, in its own frame."""
+        gap = self.indenter.gap(points)
+        if self.turned:
+            from stretch_bt.simulation.membrane.indenters.distance_kernel import rotate
+
+            rotate(self.rotation, gap.normal, gap.curvature)
         return gap
 
     def zones(self, gauge: float) -> tuple[list[Zone], list[Zone]]:

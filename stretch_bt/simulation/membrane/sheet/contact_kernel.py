@@ -1,7 +1,8 @@
 """Contact of the sheet with rigid bodies at the Gauss points of its elements, compiled.
 
 A body at distance g below a point, with outward normal n = grad g and curvature k = grad grad g, presses with
-p = eps (off - g)+ per reference area, the derivative of the penalty eps (off - g)+^2 / 2. Lengths in the sheet's unit.
+p = eps (off - g)+ per reference area, the derivative of the penalty eps (off - g)+^2 / 2. Lengths in the sheet's unit,
+those of a body in metres. Sums over the nine functions of an element go along x first and then along y.
 """
 
 from __future__ import annotations
@@ -16,70 +17,110 @@ from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 __all__ = ["bounds", "contact", "gauss_points"]
 
 
-@kernel("void(float64[:,:,::1],float64[:,::1],float64[::1])")
-def bounds(control: Any, centres: Any, radii: Any) -> Any:
-    """Fill a ball around each element, (e, 3) and (e,); the surface lies in the hull of its control points."""
+@kernel()
+def to_body(x: Any, y: Any, z: Any, unit: Any, origin: Any, rotation: Any, out: Any) -> Any:
+    """Fill out (3,), m, with a place given in the sheet's unit as the body sees it."""
+    x, y, z = x * unit - origin[0], y * unit - origin[1], z * unit - origin[2]
+    for c in range(3):
+        out[c] = x * rotation[0, c] + y * rotation[1, c] + z * rotation[2, c]
+
+
+@kernel("void(float64[:,:,::1],float64,float64[::1],float64[:,::1],float64[:,::1],float64[::1])")
+def bounds(control: Any, unit: Any, origin: Any, rotation: Any, centres: Any, radii: Any) -> Any:
+    """Fill a ball around each element, (e, 3) and (e,), m, body's frame; the surface lies in the hull of its controls."""
     nx = control.shape[1] - 2
     for e in range(radii.shape[0]):
         ey, ex = e // nx, e % nx
-        for c in range(3):
-            centres[e, c] = control[ey + 1, ex + 1, c]
         most = 0.0
         for j in range(3):
             for i in range(3):
                 away = 0.0
                 for c in range(3):
-                    away += (control[ey + j, ex + i, c] - centres[e, c]) ** 2
+                    away += (control[ey + j, ex + i, c] - control[ey + 1, ex + 1, c]) ** 2
                 most = max(most, away)
-        radii[e] = np.sqrt(most)
+        radii[e] = np.sqrt(most) * unit
+        middle = control[ey + 1, ex + 1]
+        to_body(middle[0], middle[1], middle[2], unit, origin, rotation, centres[e])
 
 
-@kernel("void(float64[:,:,::1],int64[::1],float64[:,:,::1],float64[:,:,::1],float64[:,::1])")
-def gauss_points(control: Any, elements: Any, vx: Any, vy: Any, points: Any) -> Any:
-    """Fill the places (len(elements) qy qx, 3) of the Gauss points of some elements."""
-    nx = control.shape[1] - 2
-    count = 0
+@kernel(
+    "void(float64[:,:,::1],int64[::1],float64[:,:,::1],float64[:,:,::1],float64,float64[::1],float64[:,::1],"
+    "float64[:,::1])"
+)
+def gauss_points(
+    control: Any, elements: Any, vx: Any, vy: Any, unit: Any, origin: Any, rotation: Any, points: Any
+) -> Any:
+    """Fill the places (len(elements) qy qx, 3), m, body's frame, of the Gauss points of some elements."""
+    nx, count, line = control.shape[1] - 2, 0, np.empty((3, 3))
     for e in elements:
         ey, ex = e // nx, e % nx
         for qy in range(vy.shape[1]):
+            v0, v1, v2 = vy[ey, qy, 0], vy[ey, qy, 1], vy[ey, qy, 2]
+            for i in range(3):
+                for c in range(3):
+                    line[c, i] = (
+                        v0 * control[ey, ex + i, c] + v1 * control[ey + 1, ex + i, c] + v2 * control[ey + 2, ex + i, c]
+                    )
             for qx in range(vx.shape[1]):
-                x = y = z = 0.0
-                for j in range(3):
-                    for i in range(3):
-                        v = vx[ex, qx, i] * vy[ey, qy, j]
-                        x += v * control[ey + j, ex + i, 0]
-                        y += v * control[ey + j, ex + i, 1]
-                        z += v * control[ey + j, ex + i, 2]
-                points[count, 0], points[count, 1], points[count, 2] = x, y, z
+                u0, u1, u2 = vx[ex, qx, 0], vx[ex, qx, 1], vx[ex, qx, 2]
+                x = u0 * line[0, 0] + u1 * line[0, 1] + u2 * line[0, 2]
+                y = u0 * line[1, 0] + u1 * line[1, 1] + u2 * line[1, 2]
+                z = u0 * line[2, 0] + u1 * line[2, 1] + u2 * line[2, 2]
+                to_body(x, y, z, unit, origin, rotation, points[count])
                 count += 1
 
 
 @kernel()
-def add_dyads(six: Any, shape: Any, packed: Any, row: Any) -> Any:
-    """Add six (6,) times shape shape' to packed (9, 54): column function b, then 9 k + a."""
-    for k in range(6):
-        for a in range(9):
-            row[9 * k + a] = six[k] * shape[a]
-    for b in range(9):
-        for r in range(54):
-            packed[b, r] += row[r] * shape[b]
+def add_line(six: Any, v: Any, line: Any) -> Any:
+    """Add six (6,) times the products of three functions v (3,) along x to line (9, 6)."""
+    for i in range(3):
+        for k in range(3):
+            product = v[i] * v[k]
+            for m in range(6):
+                line[3 * i + k, m] += product * six[m]
+
+
+@kernel()
+def add_block(line: Any, v: Any, packed: Any) -> Any:
+    """Add a line (9, 6) times the products of three functions v (3,) along y to packed (9, 54), and clear the line."""
+    for j in range(3):
+        for k in range(j + 1):
+            product = v[j] * v[k]
+            for m in range(54):
+                packed[3 * j + k, m] += product * line[m]
+    line[:] = 0.0
 
 
 @kernel()
 def unpack(packed: Any, local: Any) -> Any:
-    """Fill local (9, 81), as `scatter` wants it, from the six different components."""
+    """Fill local (9, 81), as `scatter` wants it, from packed (9, 54): row 3 j + k, column 6 (3 i + l) + component."""
     for b in range(9):
-        for a in range(9):
+        for a in range(b, 9):
+            m = 6 * (3 * (a % 3) + b % 3)
+            row = packed[3 * (a // 3) + b // 3]
             k = 0
             for c in range(3):
                 for d in range(c, 3):
-                    local[b, 9 * a + 3 * c + d] = packed[b, 9 * k + a]
-                    local[b, 9 * a + 3 * d + c] = packed[b, 9 * k + a]
+                    local[b, 9 * a + 3 * c + d] = row[m + k]
+                    local[b, 9 * a + 3 * d + c] = row[m + k]
                     k += 1
 
 
+@kernel()
+def stiffness_of(normal: Any, curvature: Any, friction: Any, eps: Any, p: Any, weight: Any, six: Any) -> Any:
+    """Fill six (6,) with the second derivative at a point: eps n n' - p k, and what friction adds per area."""
+    k = 0
+    for c in range(3):
+        for d in range(c, 3):
+            six[k] = weight * eps * normal[c] * normal[d] - p * curvature[k]
+            k += 1
+    if friction.shape[0] > 0:
+        for m in range(6):
+            six[m] += weight * friction[4 + m]
+
+
 @kernel(
-    "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64[:,::1],float64,float64,"
+    "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64[:,::1],float64,float64,float64,"
     "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],int64,float64[:,:,::1],"
     "float64[:,::1],float64[::1])"
 )
@@ -89,6 +130,7 @@ def contact(
     normal: Any,
     curvature: Any,
     friction: Any,
+    unit: Any,
     off: Any,
     eps: Any,
     vx: Any,
@@ -107,51 +149,50 @@ def contact(
     points in contact, or has no rows. Where `mode` is PROJECTED the body's curvature is left out.
     """
     ny, nx = grad.shape[0], grad.shape[1]
-    shape, six, row = np.empty(9), np.empty(6), np.empty(54)
-    packed, local = np.empty((9, 54)), np.empty((9, 81))
-    energy, q, rubs = 0.0, 0, friction.shape[0] > 0
+    push, pushes, six = np.empty(3), np.zeros((3, 3)), np.empty(6)
+    line, packed, local = np.zeros(54), np.empty((9, 54)), np.empty((9, 81))
+    energy, q, rubs, none = 0.0, 0, friction.shape[0] > 0, np.empty(0)
+    bends = unit if mode == 1 else 0.0
     for e in elements:
         ey, ex = e // (nx - 2), e % (nx - 2)
         touched = False
-        for g in range(wy.shape[1] * wx.shape[1]):
-            qy, qx = g // wx.shape[1], g % wx.shape[1]
-            depth = off - gap[q]
-            if depth > 0.0:
-                if mode != 0 and not touched:
-                    packed[:] = 0.0
-                touched = True
-                weight = wx[ex, qx] * wy[ey, qy]
-                p = weight * eps * depth
-                energy += 0.5 * p * depth
-                totals[3] += p
-                totals[4] += weight
-                totals[5] += 1.0
-                if normal[q, 2] < 0.01:
-                    totals[6] += p
+        for qy in range(wy.shape[1]):
+            reached = False
+            for qx in range(wx.shape[1]):
+                depth = off - gap[q] / unit
+                if depth > 0.0:
+                    if mode != 0 and not touched:
+                        packed[:] = 0.0
+                    touched = reached = True
+                    weight = wx[ex, qx] * wy[ey, qy]
+                    p = weight * eps * depth
+                    energy += 0.5 * p * depth
+                    totals[3] += p
+                    totals[4] += weight
+                    totals[5] += 1.0
+                    if normal[q, 2] < 0.01:
+                        totals[6] += p
+                    if rubs:
+                        energy += weight * friction[q, 0]
+                    for c in range(3):
+                        push[c] = p * normal[q, c] - (weight * friction[q, 1 + c] if rubs else 0.0)
+                        totals[c] += push[c]
+                        for i in range(3):
+                            pushes[i, c] += push[c] * vx[ex, qx, i]
+                    if mode != 0:
+                        stiffness_of(
+                            normal[q], curvature[q], friction[q] if rubs else none, eps, bends * p, weight, six
+                        )
+                        add_line(six, vx[ex, qx], line.reshape(9, 6))
+                q += 1
+            if reached:
                 for j in range(3):
                     for i in range(3):
-                        shape[3 * j + i] = vx[ex, qx, i] * vy[ey, qy, j]
-                if rubs:
-                    energy += weight * friction[q, 0]
-                for c in range(3):
-                    push = p * normal[q, c]
-                    if rubs:
-                        push -= weight * friction[q, 1 + c]
-                    totals[c] += push
-                    for a in range(9):
-                        grad[ey + a // 3, ex + a % 3, c] -= push * shape[a]
+                        for c in range(3):
+                            grad[ey + j, ex + i, c] -= vy[ey, qy, j] * pushes[i, c]
+                pushes[:] = 0.0
                 if mode != 0:
-                    k = 0
-                    for c in range(3):
-                        for d in range(c, 3):
-                            six[k] = weight * eps * normal[q, c] * normal[q, d]
-                            if mode == 1:
-                                six[k] -= p * curvature[q, k]
-                            if rubs:
-                                six[k] += weight * friction[q, 4 + k]
-                            k += 1
-                    add_dyads(six, shape, packed, row)
-            q += 1
+                    add_block(line, vy[ey, qy], packed)
         if touched and mode != 0:
             unpack(packed, local)
             scatter(local, ex, ey, nx, ny, band)

@@ -100,18 +100,16 @@ class Problem:
         return Evaluation(energy, gradient, totals)
 
     def _touch(self, contact: Contact, control: Array, mode: int, gradient: Array, band: Array, row: Array) -> float:
-        metres = control * self.unit
-        elements = self._near(contact, metres)
+        elements, body = self._near(contact, control), contact.body
         if not len(elements):
             return 0.0
         x, y = self.mesh.touch
-        points = np.empty((len(elements) * 16, 3))
-        contact_kernel.gauss_points(metres, elements, x.value, y.value, points)
-        gap = contact.body.gap(points)
+        points = np.empty((len(elements) * x.value.shape[1] * y.value.shape[1], 3))
+        contact_kernel.gauss_points(control, elements, x.value, y.value, self.unit, body.origin, body.rotation, points)
+        gap = body.gap_seen(points)
         return float(
             contact_kernel.contact(
-                elements, gap.distance / self.unit, gap.normal, gap.curvature * self.unit, _NO_FRICTION,
-                contact.offset, contact.stiffness, x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
+                elements, *gap, _NO_FRICTION, self.unit, contact.offset, contact.stiffness, x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
             )
         )  # fmt: skip
 
@@ -137,12 +135,12 @@ class Problem:
         elastic_kernel.peaks(control, x.value, x.slope, y.value, y.slope, self.law, peak)
         return peak
 
-    def _near(self, contact: Contact, metres: Array) -> Array:
+    def _near(self, contact: Contact, control: Array) -> Array:
         """Return the elements that may touch: the distance changes by no more than a point moves."""
-        count = self.mesh.x.elements * self.mesh.y.elements
+        count, body = self.mesh.x.elements * self.mesh.y.elements, contact.body
         centres, radii = np.empty((count, 3)), np.empty(count)
-        contact_kernel.bounds(metres, centres, radii)
-        return np.asarray(np.nonzero(contact.body.gap(centres).distance < radii + contact.offset * self.unit)[0])
+        contact_kernel.bounds(control, self.unit, body.origin, body.rotation, centres, radii)
+        return np.nonzero(body.indenter.gap(centres).distance < radii + contact.offset * self.unit)[0]
 
     def _hold_flat(self, gradient: Array, band: Array, mode: int) -> None:
         """Take z out of the equations: in the plane it is coupled to nothing, so a push-free z stays where it is."""
