@@ -109,7 +109,8 @@ class Problem:
         gap = body.gap_seen(points)
         return float(
             contact_kernel.contact(
-                elements, *gap, _NO_FRICTION, self.unit, contact.offset, contact.stiffness, x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
+                elements, *gap, _NO_FRICTION, self.unit, contact.offset, contact.stiffness,
+                x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
             )
         )  # fmt: skip
 
