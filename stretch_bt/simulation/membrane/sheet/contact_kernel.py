@@ -14,7 +14,7 @@ import numpy as np
 from stretch_bt.simulation.membrane.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
-__all__ = ["bounds", "contact", "gauss_points"]
+__all__ = ["bounds", "contact", "gauss_points", "tangents"]
 
 
 @kernel()
@@ -197,3 +197,24 @@ def contact(
             unpack(packed, local)
             scatter(local, ex, ey, nx, ny, band)
     return energy
+
+
+@kernel(
+    "void(float64[:,:,::1],int64[::1],float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],"
+    "float64[:,::1],float64[:,::1])"
+)
+def tangents(control: Any, elements: Any, vx: Any, sx: Any, vy: Any, sy: Any, along_x: Any, along_y: Any) -> Any:
+    """Fill the derivatives of the place by x and by y, (len(elements) qy qx, 3), at the Gauss points of some elements."""
+    nx, count = control.shape[1] - 2, 0
+    for e in elements:
+        ey, ex = e // nx, e % nx
+        for qy in range(vy.shape[1]):
+            for qx in range(vx.shape[1]):
+                for c in range(3):
+                    u = v = 0.0
+                    for j in range(3):
+                        for i in range(3):
+                            u += sx[ex, qx, i] * vy[ey, qy, j] * control[ey + j, ex + i, c]
+                            v += vx[ex, qx, i] * sy[ey, qy, j] * control[ey + j, ex + i, c]
+                    along_x[count, c], along_y[count, c] = u, v
+                count += 1

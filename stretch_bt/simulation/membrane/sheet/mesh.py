@@ -31,7 +31,7 @@ class Mesh:
         """Shape (ny, nx, 3) of the control points."""
         return len(self.y.greville), len(self.x.greville), 3
 
-    @property
+    @cached_property
     def finest(self) -> float:
         """Length of the smallest element."""
         return float(min(np.diff(self.x.breaks).min(), np.diff(self.y.breaks).min()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
@@ -13,7 +14,7 @@ from stretch_bt.simulation.membrane.sheet.elastic_kernel import EXACT, GRADIENT,
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem"]
+__all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem", "near", "seen"]
 
 _NO_FRICTION = np.empty((0, 10))
 _LARGEST_STEP = 8.0
@@ -100,13 +101,11 @@ class Problem:
         return Evaluation(energy, gradient, totals)
 
     def _touch(self, contact: Contact, control: Array, mode: int, gradient: Array, band: Array, row: Array) -> float:
-        elements, body = self._near(contact, control), contact.body
+        elements = near(self.mesh, contact.body, control, self.unit, contact.offset)
         if not len(elements):
             return 0.0
         x, y = self.mesh.touch
-        points = np.empty((len(elements) * x.value.shape[1] * y.value.shape[1], 3))
-        contact_kernel.gauss_points(control, elements, x.value, y.value, self.unit, body.origin, body.rotation, points)
-        gap = body.gap_seen(points)
+        gap = contact.body.gap_seen(seen(self.mesh, contact.body, control, self.unit, elements))
         return float(
             contact_kernel.contact(
                 elements, *gap, _NO_FRICTION, self.unit, contact.offset, contact.stiffness,
@@ -136,15 +135,24 @@ class Problem:
         elastic_kernel.peaks(control, x.value, x.slope, y.value, y.slope, self.law, peak)
         return peak
 
-    def _near(self, contact: Contact, control: Array) -> Array:
-        """Return the elements that may touch: the distance changes by no more than a point moves."""
-        count, body = self.mesh.x.elements * self.mesh.y.elements, contact.body
-        centres, radii = np.empty((count, 3)), np.empty(count)
-        contact_kernel.bounds(control, self.unit, body.origin, body.rotation, centres, radii)
-        return np.nonzero(body.indenter.gap(centres).distance < radii + contact.offset * self.unit)[0]
-
     def _hold_flat(self, gradient: Array, band: Array, mode: int) -> None:
         """Take z out of the equations: in the plane it is coupled to nothing, so a push-free z stays where it is."""
         gradient[..., 2] = 0.0
         if mode != GRADIENT:
             band[2::3, 0] += 10.0
+
+
+def near(mesh: Mesh, body: Placed, control: Array, unit: float, reach: float) -> npt.NDArray[np.int64]:
+    """Return the elements that may come within `reach` of a body: the distance changes by no more than a point moves."""
+    count = mesh.x.elements * mesh.y.elements
+    centres, radii = np.empty((count, 3)), np.empty(count)
+    contact_kernel.bounds(control, unit, body.origin, body.rotation, centres, radii)
+    return np.nonzero(body.indenter.gap(centres).distance < radii + reach * unit)[0]
+
+
+def seen(mesh: Mesh, body: Placed, control: Array, unit: float, elements: npt.NDArray[np.int64]) -> Array:
+    """Return the Gauss points (n, 3), m, of some elements as a body sees them."""
+    x, y = mesh.touch
+    points = np.empty((len(elements) * x.value.shape[1] * y.value.shape[1], 3))
+    contact_kernel.gauss_points(control, elements, x.value, y.value, unit, body.origin, body.rotation, points)
+    return points

@@ -9,9 +9,10 @@ import numpy as np
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.several import Several
+from stretch_bt.simulation.membrane.sheet import contact_kernel
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
-from stretch_bt.simulation.membrane.sheet.problem import Contact
+from stretch_bt.simulation.membrane.sheet.problem import Contact, near, seen
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
 _GRID = 141  # places across the sheet that a height map is interpolated from
@@ -127,20 +128,19 @@ class SheetPress:
 
 def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
     """Return points, deformed areas and areas seen along z of the quadrature points in contact with a body."""
-    tx, ty = shape.mesh.touch
-    local = np.lib.stride_tricks.sliding_window_view(shape.control, (3, 3), axis=(0, 1))  # (ey, ex, c, j, i)
-    places, along_x, along_y = (
-        np.einsum("xqi,ypj,yxcji->yxpqc", a, b, local, optimize=True).reshape(-1, 3)
-        for a, b in ((tx.value, ty.value), (tx.slope, ty.value), (tx.value, ty.slope))
-    )
-    weight = np.einsum("xq,yp->yxpq", tx.weight, ty.weight).ravel()
-    normal = np.cross(along_x, along_y) * weight[:, None]
-    gap = contact.body.gap(np.ascontiguousarray(places * shape.unit)).distance / shape.unit
+    (tx, ty), body, unit = shape.mesh.touch, contact.body, shape.unit
     # a round body presses half as hard at the contact's edge; a flat face carries no pressure inside its rim
-    near = gap < (contact.offset + 1e-3 if contact.body.indenter.flat > 0 else contact.offset / 2)
-    square = shape.unit**2
+    reach = contact.offset + 1e-3 if body.indenter.flat > 0 else contact.offset / 2
+    elements = near(shape.mesh, body, shape.control, unit, reach)
+    points = seen(shape.mesh, body, shape.control, unit, elements)
+    along_x, along_y = np.empty(points.shape), np.empty(points.shape)
+    contact_kernel.tangents(shape.control, elements, tx.value, tx.slope, ty.value, ty.slope, along_x, along_y)
+    touches = body.indenter.gap(points).distance < reach * unit
+    ey, ex = np.divmod(elements, shape.mesh.x.elements)
+    weight = (ty.weight[ey][:, :, None] * tx.weight[ex][:, None, :]).reshape(-1)[touches]
+    normal = np.cross(along_x[touches], along_y[touches]) * (weight * unit**2)[:, None]
     return (
-        places[near] * shape.unit,
-        np.linalg.norm(normal[near], axis=1) * square,
-        np.abs(normal[near, 2]) * square,
+        points[touches] @ body.rotation.T + body.origin,
+        np.linalg.norm(normal, axis=1),
+        np.abs(normal[:, 2]),
     )

@@ -66,6 +66,8 @@ class _Work:
         self.span, self.unit = sheet.span(load.stretch), sheet.unit
         self.spent = self.factors = 0
         self.limit = settings.budget
+        self.zones = [self._zones(body) for body in self.bodies]
+        self.finest = min(z.size for pair in self.zones for zones in pair for z in zones)
 
     def reset(self) -> None:
         """Give a cold start a budget of its own after a warm one has failed."""
@@ -116,7 +118,7 @@ class _Work:
         old = [o * c.stiffness for o, c in zip(start.memory.offsets, start.contacts, strict=True)]
         if len(old) != len(self.bodies):
             return tuple(0.0 for _ in self.bodies)
-        return tuple(p / self._stiffness(b) for p, b in zip(old, self.bodies, strict=True))
+        return tuple(p / k for p, k in zip(old, self._stiffnesses(), strict=True))
 
     def _fits(self, start: SheetPress) -> bool:
         """Whether the mesh of an earlier press still suits this contact."""
@@ -145,14 +147,14 @@ class _Work:
             )
         return both[0], both[1]
 
-    def _scale(self, finest: float) -> float:
+    def _scale(self) -> float:
         """Return by how much the chosen elements are to be scaled."""
-        return self.settings.coarsen * (1.0 if self.settings.mesh is None else self.settings.mesh / self.unit / finest)
+        mesh = self.settings.mesh
+        return self.settings.coarsen * (1.0 if mesh is None else mesh / self.unit / self.finest)
 
     def _mesh(self) -> Mesh:
-        pairs = [self._zones(body) for body in self.bodies]
-        x, y = [z for p in pairs for z in p[0]], [z for p in pairs for z in p[1]]
-        scale = self._scale(min(z.size for z in x + y))
+        x, y = ([z for pair in self.zones for z in pair[side]] for side in (0, 1))
+        scale = self._scale()
         x, y = ([z._replace(size=z.size * scale) for z in zones] for zones in (x, y))
         growth, sheet = self.settings.growth, self.sheet
         across, along = breakpoints(sheet.width / self.unit, x, growth), breakpoints(100.0, y, growth)
@@ -161,7 +163,7 @@ class _Work:
     def _problem(
         self, mesh: Mesh, offsets: tuple[float, ...], past: SheetPress | None = None, *, flat: bool = False
     ) -> Problem:
-        contacts = [] if flat else [Contact(b, self._stiffness(b)) for b in self.bodies]
+        contacts = [] if flat else [Contact(b, k) for b, k in zip(self.bodies, self._stiffnesses(), strict=True)]
         for contact, offset in zip(contacts, offsets, strict=False):
             contact.offset = offset
         sheet, effects = self.sheet, self.sheet.effects
@@ -173,12 +175,11 @@ class _Work:
             problem.peak = np.zeros((mesh.y.elements, mesh.x.elements, 2, 2)) if past is None else _peak(past, mesh)
         return problem
 
-    def _stiffness(self, body: Placed) -> float:
-        """Return the pressure per penetration: tension then settles over about one element at the contact's edge."""
-        size = min(z.size for zones in self._zones(body) for z in zones)
-        finest = min(z.size for b in self.bodies for zones in self._zones(b) for z in zones)
-        scale = self._scale(finest)
-        return 4.5 / size**2 * (scale**-2 if scale < 1 else 1 / scale)
+    def _stiffnesses(self) -> list[float]:
+        """Return each body's pressure per penetration: tension then settles over about one element at the contact's edge."""
+        scale = self._scale()
+        factor = 4.5 * (scale**-2 if scale < 1 else 1 / scale)
+        return [factor / min(z.size for zones in pair for z in zones) ** 2 for pair in self.zones]
 
     def _minimise(self, problem: Problem, control: Array, done: Done) -> Outcome:
         outcome = minimise(problem, control, done, self.limit - self.spent)
@@ -216,10 +217,9 @@ class _Work:
         return replace(result, iterations=self.spent, factors=self.factors, seconds=seconds)
 
     def _error(self, outcome: Outcome) -> float:
-        finest = min(z.size for b in self.bodies for zones in self._zones(b) for z in zones)
         nodes = int(outcome.evaluation.totals[:, 5].sum())
         flat = any(b.indenter.flat > 0 for b in self.bodies)
-        return relative_error(self._scale(finest), self.span / 100 - 1, nodes, flat=flat, exact=self.settings.exact)
+        return relative_error(self._scale(), self.span / 100 - 1, nodes, flat=flat, exact=self.settings.exact)
 
 
 class _Settled:

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
 __all__ = ["one_thread"]
 
 
-def one_thread() -> AbstractContextManager[Any]:
-    """Return a context in which BLAS and LAPACK run on the calling thread alone."""
-    limited: AbstractContextManager[Any] = _controller().limit(limits=1, user_api="blas")
-    return limited
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let BLAS and LAPACK run on the calling thread alone; what they were set to before comes back afterwards."""
+    before = [(library, library.num_threads) for library in _libraries()]
+    try:
+        for library, count in before:
+            if count != 1:
+                library.set_num_threads(1)
+        yield
+    finally:
+        for library, count in before:
+            if count != 1:
+                library.set_num_threads(count)
 
 
 @lru_cache(maxsize=1)
-def _controller() -> Any:
-    import scipy.linalg.lapack  # noqa: F401  the controller knows only libraries that are loaded
+def _libraries() -> list[Any]:
+    """Return the loaded BLAS libraries; found once, because the search takes longer than a press."""
+    import scipy.linalg.lapack  # noqa: F401  only libraries that are loaded can be found
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
-    return ThreadpoolController()
+    return [library for library in ThreadpoolController().lib_controllers if library.user_api == "blas"]
