@@ -51,7 +51,8 @@ def small_problem(law=(0.5, 0.0, 1.0, 0.0, 0.0, 0.0), bending=False):
 @pytest.mark.parametrize("law", [(0.5, 0.0, 1.0, 0.0, 0.0, 0.0), (0.4, 0.1, 1e-3, 0.0, 0.0, 0.0)])
 def test_gradient_and_hessian_are_derivatives(law, bending):
     problem, control = small_problem(law, bending)
-    band = problem.room()
+    band = problem.bands()[0]
+    band.fill(0.0)
     here = problem.evaluate(control, EXACT, band)
     assert here.totals[0, 5] > 10  # points in contact
     rng = np.random.default_rng(5)

@@ -56,7 +56,7 @@ class Sphere:
         return self.diameter / 2
 
     def zones(self, rotation: Array, gauge: float) -> tuple[list[Zone], list[Zone]]:
-        """Return four elements on either side of the centre."""
+        """Return three elements on either side of the centre."""
         size = spacing(self.diameter / 2, gauge)
-        zone = [Zone(-4 * size, 4 * size, size)]
+        zone = [Zone(-3 * size, 3 * size, size)]
         return zone, zone

@@ -11,7 +11,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["Done", "Outcome", "Step", "minimise"]
+__all__ = ["Done", "Newton", "Outcome", "Step"]
 
 _REUSES = 2
 _REUSE_BELOW = 0.3
@@ -46,35 +46,37 @@ class Outcome:
     positive: bool
 
 
-def minimise(problem: Problem, control: Array, done: Done, budget: int) -> Outcome:
-    """Return a minimum of the energy near `control` (ny, nx, 3); the array is left as it is.
+class Newton:
+    """A minimisation of a problem's energy from control points (ny, nx, 3), which are left as they are.
 
-    Raises
-    ------
-    NoEquilibrium
-        The budget of iterations is spent, or no step lowers the energy.
+    It may be run again after the problem has changed a little: it goes on from where it was, with the factor it has.
     """
-    return _Newton(problem, control.copy()).run(done, budget)
 
-
-class _Newton:
     def __init__(self, problem: Problem, control: Array) -> None:
         from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-        self.problem, self.control = problem, control
+        self.problem, self.control = problem, control.copy()
         self._cholesky, self._substitute = dpbtrf, dpbtrs
         self.shift = 0.0
         self.factors = self.reuses = 0
         self.positive = True
-        self.factor: Array | None = None
+        self.fresh = False  # whether the factor is that of the present place
+        self._bands = problem.bands()
+        self._held: int | None = None  # which band holds the factor; the other takes the next Hessian
 
     def run(self, done: Done, budget: int) -> Outcome:
-        band = self.problem.room()
-        here = self.problem.evaluate(self.control, EXACT, band)
+        """Return a minimum.
+
+        Raises
+        ------
+        NoEquilibrium
+            The budget of iterations is spent, or no step lowers the energy.
+        """
+        pending = self._room() if self._held is None else None
+        here = self.problem.evaluate(self.control, EXACT if self._held is None else GRADIENT, pending)
         if not np.isfinite(here.energy):
             raise NoEquilibrium("the start folds an element over")
-        pending: Array | None = band
-        last = np.inf
+        self.reuses, last = 0, np.inf
         for iteration in range(1, budget + 1):
             if pending is not None:
                 self._factor(pending)
@@ -84,34 +86,41 @@ class _Newton:
             keep = self.reuses < _REUSES and size < _REUSE_BELOW and size < _REUSE_RATE * last
             step, pending = self._search(here, direction, size, keep)
             if step is None:
-                if self.reuses == 0:
+                if self.reuses == 0 and self.fresh:
                     raise NoEquilibrium("no step along Newton's direction lowers the energy")
-                pending = self.problem.room()
+                pending = self._room()
                 here = self.problem.evaluate(self.control, EXACT, pending)
                 continue
             self.reuses = self.reuses + 1 if keep else 0
+            self.fresh = False
             here, last = step.after, size
             if done(step):
                 return Outcome(self.control, here, iteration, self.factors, self.positive)
         raise NoEquilibrium(f"no equilibrium within {budget} iterations")
 
+    def _room(self) -> Array:
+        """Return the band that holds no factor, zeroed."""
+        band = self._bands[0 if self._held is None else 1 - self._held]
+        band.fill(0.0)
+        return band
+
     def _factor(self, band: Array) -> None:
         """Factor the Hessian here; where it is not positive, project it, then shift it."""
         self.factors += 1
-        self.reuses = 0
+        self.reuses, self.fresh = 0, True
+        self._held = 0 if self._held is None else 1 - self._held
         if self.shift:
             band[:, 0] += self.shift
-        self.factor, info = self._cholesky(band.T, lower=1, overwrite_ab=1)
-        self.positive = info == 0 and not self.shift
-        if info == 0:
+        factored = self._cholesky(band.T, lower=1, overwrite_ab=1)[1] == 0
+        self.positive = factored and not self.shift
+        if factored:
             self.shift = self.shift * _SHRINK if self.shift * _SHRINK >= _FIRST_SHIFT else 0.0
             return
         while True:
-            band = self.problem.room()
+            band.fill(0.0)
             self.problem.evaluate(self.control, PROJECTED, band)
             band[:, 0] += self.shift
-            self.factor, info = self._cholesky(band.T, lower=1, overwrite_ab=1)
-            if info == 0:
+            if self._cholesky(band.T, lower=1, overwrite_ab=1)[1] == 0:
                 return
             self.shift = max(10 * self.shift, _FIRST_SHIFT)
             if self.shift > 1e6:
@@ -119,7 +128,8 @@ class _Newton:
 
     def _direction(self, here: Evaluation) -> Array:
         inner = here.gradient[1:-1]
-        solved, _ = self._substitute(self.factor, inner.reshape(-1), lower=1)
+        assert self._held is not None
+        solved, _ = self._substitute(self._bands[self._held].T, inner.reshape(-1), lower=1)
         return np.asarray(-solved).reshape(inner.shape)
 
     def _search(self, here: Evaluation, direction: Array, size: float, keep: bool) -> tuple[Step | None, Array | None]:
@@ -131,7 +141,7 @@ class _Newton:
         for _ in range(_HALVINGS):
             trial = start.copy()
             trial[1:-1] += length * direction
-            band = None if keep else self.problem.room()
+            band = None if keep else self._room()
             there = self.problem.evaluate(trial, GRADIENT if keep else EXACT, band)
             if there.energy <= here.energy + 1e-4 * length * promise + slack:
                 self.control = trial

@@ -60,7 +60,6 @@ class Problem:
     weight: float = 0.0
     bending: Bending | None = None
     evaluations: int = 0
-    _bands: list[Array] = field(default_factory=list)
 
     @property
     def unknowns(self) -> int:
@@ -73,14 +72,10 @@ class Problem:
         """How far a control point may move at once: not through a thin body."""
         return min([_LARGEST_STEP, *(c.body.indenter.bulk / self.unit / 4 for c in self.contacts)])
 
-    def room(self) -> Array:
-        """Return one of two zeroed bands (n, half-bandwidth + 1) in turn, so that a factor outlives the next Hessian."""
+    def bands(self) -> list[Array]:
+        """Return two bands (n, half-bandwidth + 1) for Hessians, so that a factor outlives the next one."""
         width = 3 * (2 * self.mesh.shape[1] + 2) + 3
-        if not self._bands:
-            self._bands = [np.empty((self.unknowns, width)) for _ in range(2)]
-        self._bands.reverse()
-        self._bands[0][:] = 0.0
-        return self._bands[0]
+        return [np.empty((self.unknowns, width)) for _ in range(2)]
 
     def evaluate(self, control: Array, mode: int, band: Array | None = None) -> Evaluation:
         """Return energy and gradient at control points (ny, nx, 3); a Hessian is added to band (n, width)."""

@@ -9,6 +9,8 @@ from stretch_bt.errors import InvalidInput
 
 __all__ = ["Settings"]
 
+_WITHIN = {0.03: (2.2, 1.8), 0.01: (1.0, 1.8), 0.003: (0.57, 1.5)}  # coarsen and growth by error of the force
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
@@ -35,3 +37,15 @@ class Settings:
             raise InvalidInput(f"coarsen must lie from 0.05 to 20, not {self.coarsen!r}")
         if self.budget < 1:
             raise InvalidInput(f"the budget must be at least 1 iteration, not {self.budget!r}")
+
+    @classmethod
+    def within(cls, error: float) -> Settings:
+        """Return settings for a control loop: steps of about 1 mm, each started from the last, as quick as `error` allows.
+
+        `error` bounds that of the force over the force under spheres, at depths of 3 mm and more and stretches of 10 mm
+        and more; the measure is a mesh of 0.5 mm.
+        """
+        for reached, (coarsen, growth) in _WITHIN.items():
+            if error >= reached:
+                return cls(growth=growth, coarsen=coarsen, exact=False)
+        raise InvalidInput(f"no settings are known to stay within {error:g} of the force; at least {min(_WITHIN):g}")

@@ -18,7 +18,7 @@ from stretch_bt.simulation.membrane.sheet.check import check, measure
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
-from stretch_bt.simulation.membrane.sheet.newton import Done, Outcome, Step, minimise
+from stretch_bt.simulation.membrane.sheet.newton import Done, Newton, Outcome, Step
 from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
@@ -30,6 +30,8 @@ __all__ = ["solve"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _PASSES = 8
+_SETTLED = 1e-3  # what a press that is not exact leaves over on the default mesh: of the force, of the offset per depth
+_LOOSEST = 2.0
 
 
 def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None = None) -> SheetPress:
@@ -76,13 +78,12 @@ class _Work:
     def cold(self) -> SheetPress:
         """Solve from the flat sheet, by way of a tent."""
         mesh = self._mesh()
-        flat = self._problem(mesh, (), flat=True)
-        level = self._minimise(flat, starts.flat_guess(mesh, self.span), lambda step: step.size < 1e-2)
+        flat = Newton(self._problem(mesh, (), flat=True), starts.flat_guess(mesh, self.span))
+        level = self._run(flat, lambda step: step.size < 1e-2)
         problem = self._problem(mesh, ())
-        control = starts.tent(level.control, self.bodies, self.span, self.unit)
-        rough = self._minimise(problem, control, lambda step: step.size < 3e-2)
-        self._update(problem, rough)
-        return self._finish(problem, rough.control, Memory(()))
+        newton = Newton(problem, starts.tent(level.control, self.bodies, self.span, self.unit))
+        self._update(problem, self._run(newton, lambda step: step.size < 3e-2))
+        return self._finish(newton, Memory(()))
 
     def warm(self, start: SheetPress) -> SheetPress:
         """Solve from an earlier press."""
@@ -98,7 +99,7 @@ class _Work:
         control, offsets = self._predict(start, old, change)
         problem = self._problem(mesh, offsets, start)
         memory = Memory((), old, start.memory.offsets, change, drift)
-        return self._finish(problem, starts.clamped(mesh, control, self.span), memory)
+        return self._finish(Newton(problem, starts.clamped(mesh, control, self.span)), memory)
 
     def _predict(self, start: SheetPress, old: Array, change: Array) -> tuple[Array, tuple[float, ...]]:
         """Return control points and offsets on the straight line through the last two presses, else scaled ones."""
@@ -181,10 +182,11 @@ class _Work:
         factor = 4.5 * (scale**-2 if scale < 1 else 1 / scale)
         return [factor / min(z.size for zones in pair for z in zones) ** 2 for pair in self.zones]
 
-    def _minimise(self, problem: Problem, control: Array, done: Done) -> Outcome:
-        outcome = minimise(problem, control, done, self.limit - self.spent)
+    def _run(self, newton: Newton, done: Done) -> Outcome:
+        before = newton.factors
+        outcome = newton.run(done, self.limit - self.spent)
         self.spent += outcome.iterations
-        self.factors += outcome.factors
+        self.factors += newton.factors - before
         return outcome
 
     def _update(self, problem: Problem, outcome: Outcome) -> float:
@@ -196,18 +198,17 @@ class _Work:
             contact.offset = new
         return max(changes)
 
-    def _finish(self, problem: Problem, control: Array, memory: Memory) -> SheetPress:
+    def _finish(self, newton: Newton, memory: Memory) -> SheetPress:
         """Solve, and while exactness asks for it set the offsets anew and solve again."""
-        depth, outcome = self.load.depth / self.unit, None
+        depth, outcome, problem = self.load.depth / self.unit, None, newton.problem
+        loose = _SETTLED * min(_LOOSEST, self._scale() ** 2)  # in step with the mesh
         for _ in range(_PASSES):
             used = [c.offset for c in problem.contacts]
-            outcome = self._minimise(problem, control, _Settled(depth, self.settings.exact))
-            control = outcome.control
-            change = self._update(problem, outcome)
-            if not self.settings.exact or change < 1e-4 * depth:
+            outcome = self._run(newton, _Settled(depth, loose, self.settings.exact))
+            if self._update(problem, outcome) < (1e-4 if self.settings.exact else loose) * depth:
                 break
         assert outcome is not None
-        peak = problem.raised_peak(control) if self.sheet.effects.mullins is not None else None
+        peak = problem.raised_peak(outcome.control) if self.sheet.effects.mullins is not None else None
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts), peak=peak)
         for contact, offset in zip(problem.contacts, used, strict=True):
             contact.offset = offset
@@ -228,14 +229,14 @@ class _Settled:
     The energy clause matters: slack corners creep for tens of iterations and change no force.
     """
 
-    def __init__(self, depth: float, exact: bool) -> None:
-        self.depth, self.exact = depth, exact
-        self.small = 2e-3 * min(1.0, depth)
+    def __init__(self, depth: float, loose: float, exact: bool) -> None:
+        self.depth, self.loose, self.exact = depth, loose, exact
+        self.small = 2 * loose * min(1.0, depth)
 
     def __call__(self, step: Step) -> bool:
         force, before = step.after.force[2], step.before.force[2]
-        calm = abs(force - before) < 1e-3 * abs(force)
-        little = -step.promise < 3e-5 * abs(force) * max(self.depth, 1.0)
+        calm = abs(force - before) < self.loose * abs(force)
+        little = -step.promise < 0.03 * self.loose * abs(force) * max(self.depth, 1.0)
         settled = step.size < self.small or (calm and (step.size < 10 * self.small or little))
         if not settled or not self.exact:
             return bool(settled)
