@@ -11,6 +11,7 @@ from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.newton import Outcome
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, Shape, SheetPress
+from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 __all__ = ["check", "measure"]
 
@@ -19,7 +20,13 @@ _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a thi
 
 
 def measure(
-    sheet: Sheet, load: Load, problem: Problem, outcome: Outcome, memory: Memory, relative_error: float
+    sheet: Sheet,
+    load: Load,
+    settings: Settings,
+    problem: Problem,
+    outcome: Outcome,
+    memory: Memory,
+    relative_error: float,
 ) -> SheetPress:
     """Return the result of an outcome in SI units, with the figures that its checks look at."""
     scale, here = sheet.force_unit, outcome.evaluation
@@ -41,6 +48,7 @@ def measure(
     return SheetPress(
         sheet=sheet,
         load=load,
+        settings=settings,
         force=force * scale,
         force_error=relative_error * float(force[2]) * scale,
         reaction=pull * scale,

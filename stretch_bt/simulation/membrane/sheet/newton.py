@@ -87,7 +87,7 @@ class Newton:
             step, pending = self._search(here, direction, size, keep)
             if step is None:
                 if self.reuses == 0 and self.fresh:
-                    raise NoEquilibrium("no step along Newton's direction lowers the energy")
+                    raise NoEquilibrium(_stuck(here, direction))
                 pending = self._room()
                 here = self.problem.evaluate(self.control, EXACT, pending)
                 continue
@@ -136,15 +136,31 @@ class Newton:
         """Try the full step, then halves; the Hessian comes along unless the factor is kept."""
         promise = float(np.vdot(here.gradient[1:-1], direction))
         length = min(1.0, self.problem.largest_step / size) if size > 0 else 1.0
-        slack = 1e-13 * (abs(here.energy) + 1.0) * 10
+        noise = _noise(here.energy)
         start = self.control
         for _ in range(_HALVINGS):
             trial = start.copy()
             trial[1:-1] += length * direction
             band = None if keep else self._room()
             there = self.problem.evaluate(trial, GRADIENT if keep else EXACT, band)
-            if there.energy <= here.energy + 1e-4 * length * promise + slack:
+            rise = there.energy - here.energy - 1e-4 * length * promise
+            # an energy that changes by no more than its rounding says nothing, so the slope decides
+            if rise < -noise or (rise <= noise and np.vdot(there.gradient[1:-1], direction) <= -0.5 * promise):
                 self.control = trial
                 return Step(size * length, promise, length, here, there), band
             length /= 2
         return None, None
+
+
+def _noise(energy: float) -> float:
+    """Return by how much an energy of the sheet is rounded."""
+    return 1e-12 * (abs(energy) + 1.0)
+
+
+def _stuck(here: Evaluation, direction: Array) -> str:
+    """Return why no step along a direction lowers the energy."""
+    if -float(np.vdot(here.gradient[1:-1], direction)) < _noise(here.energy):
+        return (
+            "the load is too small to be told from the rounding of the sheet's energy: press deeper or stretch further"
+        )
+    return "no step along Newton's direction lowers the energy"

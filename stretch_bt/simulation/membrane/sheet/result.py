@@ -13,6 +13,7 @@ from stretch_bt.simulation.membrane.sheet import contact_kernel
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.problem import Contact, near, seen
+from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
 _GRID = 141  # places across the sheet that a height map is interpolated from
@@ -104,6 +105,7 @@ class SheetPress:
 
     sheet: Sheet
     load: Load
+    settings: Settings
     force: Array
     force_error: float
     reaction: Array

@@ -38,6 +38,11 @@ class Settings:
         if self.budget < 1:
             raise InvalidInput(f"the budget must be at least 1 iteration, not {self.budget!r}")
 
+    @property
+    def elements(self) -> tuple[float | None, float, float]:
+        """What decides the elements."""
+        return self.mesh, self.growth, self.coarsen
+
     @classmethod
     def within(cls, error: float) -> Settings:
         """Return settings for a control loop: steps of about 1 mm, each started from the last, as quick as `error` allows.

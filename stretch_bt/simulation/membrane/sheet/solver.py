@@ -30,6 +30,8 @@ __all__ = ["solve"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _PASSES = 8
+_SLACK = 0.003  # strain
+_COARSE = 2.5
 _SETTLED = 1e-3  # what a press that is not exact leaves over on the default mesh: of the force, of the offset per depth
 _LOOSEST = 2.0
 
@@ -76,6 +78,17 @@ class _Work:
         self.limit = self.spent + self.settings.budget
 
     def cold(self) -> SheetPress:
+        """Solve from the flat sheet; a slack one, which takes many iterations, on a coarse mesh first."""
+        if self.span / 100 - 1 > _SLACK or self._scale() > _COARSE / 2:
+            return self._from_flat()
+        settings = replace(self.settings, coarsen=self.settings.coarsen * _COARSE / self._scale(), exact=False)
+        rough = _Work(self.sheet, self.load, settings, self.began)
+        start = rough._from_flat()
+        self.spent, self.factors = rough.spent, rough.factors
+        self.reset()
+        return self.warm(start)
+
+    def _from_flat(self) -> SheetPress:
         """Solve from the flat sheet, by way of a tent."""
         mesh = self._mesh()
         flat = Newton(self._problem(mesh, (), flat=True), starts.flat_guess(mesh, self.span))
@@ -124,7 +137,8 @@ class _Work:
     def _fits(self, start: SheetPress) -> bool:
         """Whether the mesh of an earlier press still suits this contact."""
         drift = np.abs(np.subtract(self.load.at, start.load.at)).max() / self.unit + start.memory.drift
-        same = start.load.indenter == self.load.indenter and start.load.tilt == self.load.tilt
+        same = (start.load.indenter, start.load.tilt) == (self.load.indenter, self.load.tilt)
+        same = same and start.settings.elements == self.settings.elements
         level = self._refinement(start.load.depth) == self._refinement(self.load.depth)
         return same and level and bool(drift <= _DRIFT * start.shape.mesh.finest)
 
@@ -212,7 +226,7 @@ class _Work:
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts), peak=peak)
         for contact, offset in zip(problem.contacts, used, strict=True):
             contact.offset = offset
-        result = measure(self.sheet, self.load, problem, outcome, memory, self._error(outcome))
+        result = measure(self.sheet, self.load, self.settings, problem, outcome, memory, self._error(outcome))
         check(result, problem, outcome)
         seconds = time.process_time() - self.began
         return replace(result, iterations=self.spent, factors=self.factors, seconds=seconds)
