@@ -73,7 +73,10 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
     if not (np.isfinite(result.force).all() and np.isfinite(outcome.control).all()):
         raise NoEquilibrium("the solution is not finite")
     if not result.force[2] > 0:
-        raise NoEquilibrium("the sheet is not in contact although it was pressed: it slid off beside the indenter")
+        raise NoEquilibrium(
+            "the sheet is not in contact although it was pressed: it slid off beside the indenter, or the press is too "
+            "shallow to be told from rounding"
+        )
     for contact, row in zip(problem.contacts, totals, strict=True):
         if contact.body.indenter.flat == 0 and row[6] > _WRAPPED * row[3]:
             raise NoEquilibrium("the sheet wraps around the indenter past its widest place (limit point)")

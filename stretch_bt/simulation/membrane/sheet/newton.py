@@ -41,8 +41,6 @@ class Outcome:
 
     control: Array
     evaluation: Evaluation
-    iterations: int
-    factors: int
     positive: bool
 
 
@@ -58,7 +56,7 @@ class Newton:
         self.problem, self.control = problem, control.copy()
         self._cholesky, self._substitute = dpbtrf, dpbtrs
         self.shift = 0.0
-        self.factors = self.reuses = 0
+        self.iterations = self.factors = self.reuses = 0
         self.positive = True
         self.fresh = False  # whether the factor is that of the present place
         self._bands = problem.bands()
@@ -77,7 +75,8 @@ class Newton:
         if not np.isfinite(here.energy):
             raise NoEquilibrium("the start folds an element over")
         self.reuses, last = 0, np.inf
-        for iteration in range(1, budget + 1):
+        for _ in range(budget):
+            self.iterations += 1
             if pending is not None:
                 self._factor(pending)
                 last = np.inf
@@ -95,7 +94,7 @@ class Newton:
             self.fresh = False
             here, last = step.after, size
             if done(step):
-                return Outcome(self.control, here, iteration, self.factors, self.positive)
+                return Outcome(self.control, here, self.positive)
         raise NoEquilibrium(f"no equilibrium within {budget} iterations")
 
     def _room(self) -> Array:

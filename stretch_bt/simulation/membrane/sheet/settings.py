@@ -19,14 +19,14 @@ class Settings:
     `mesh` is the length of the smallest elements, m; None chooses it by indenter and depth. Elements grow by `growth`
     away from the contact; 1 makes all alike. `coarsen` scales the length. `exact` iterates until the forces balance to
     1e-7; without it a press stops when the force has settled to about 0.1 %, as a control loop wants. `budget` bounds
-    the Newton iterations of a press.
+    the Newton iterations of a press, all its attempts together.
     """
 
     mesh: float | None = None
     growth: float = 1.6
     coarsen: float = 1.0
     exact: bool = True
-    budget: int = 200
+    budget: int = 600
 
     def __post_init__(self) -> None:
         if self.mesh is not None and not (self.mesh > 0 and math.isfinite(self.mesh)):

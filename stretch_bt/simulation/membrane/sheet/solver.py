@@ -17,6 +17,7 @@ from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.check import check, measure
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
+from stretch_bt.simulation.membrane.sheet.march import BudgetSpent, march
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
 from stretch_bt.simulation.membrane.sheet.newton import Done, Newton, Outcome, Step
 from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
@@ -30,8 +31,9 @@ __all__ = ["solve"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _PASSES = 8
-_SLACK = 0.003  # strain
+_SLACK = 0.003  # strain between the clamps
 _COARSE = 2.5
+_ATTEMPT, _SLACK_ATTEMPT = 0.1, 0.3  # of the budget
 _SETTLED = 1e-3  # what a press that is not exact leaves over on the default mesh: of the force, of the offset per depth
 _LOOSEST = 2.0
 
@@ -51,41 +53,68 @@ def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None
 
 
 def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
-    began = time.process_time()
-    work = _Work(sheet, load, settings, began)
-    if start is not None and start.sheet == sheet:
+    work = _Work(sheet, load, settings)
+    try:
+        solved = work.warm(start) if start is not None and start.sheet == sheet else work.cold()
+    except NoEquilibrium as failure:
+        solved = _again(work, failure, start)
+    return replace(solved, iterations=work.spent, factors=work.factors, seconds=time.process_time() - work.began)
+
+
+def _again(work: _Work, failure: NoEquilibrium, start: SheetPress | None) -> SheetPress:
+    """Solve cold what a warm start has not reached, and step by step what a cold one has not."""
+    if start is not None:
         try:
-            return work.warm(start)
-        except NoEquilibrium:
-            work.reset()
-    return work.cold()
+            return work.cold()
+        except NoEquilibrium as none:
+            failure = none
+    return march(work.part, failure)
 
 
 class _Work:
     """One solve under way."""
 
-    def __init__(self, sheet: Sheet, load: Load, settings: Settings, began: float) -> None:
-        self.sheet, self.load, self.settings, self.began = sheet, load, settings, began
+    def __init__(self, sheet: Sheet, load: Load, settings: Settings) -> None:
+        self.began = time.process_time()
+        self.sheet, self.load, self.settings = sheet, load, settings
         self.bodies: tuple[Placed, ...] = place(load.indenter, load.at, load.tilt, load.depth)
         self.span, self.unit = sheet.span(load.stretch), sheet.unit
         self.spent = self.factors = 0
         self.limit = settings.budget
+        self.slack = self.span / 100 - 1 < _SLACK
         self.zones = [self._zones(body) for body in self.bodies]
         self.finest = min(z.size for pair in self.zones for zones in pair for z in zones)
 
-    def reset(self) -> None:
-        """Give a cold start a budget of its own after a warm one has failed."""
-        self.limit = self.spent + self.settings.budget
+    def _allow(self, share: float) -> None:
+        """Let the next attempt have a share of the budget, as far as it is not spent."""
+        whole = self.settings.budget
+        self.limit = min(self.spent + max(int(share * whole), 1), whole)
+
+    def part(self, share: float, start: SheetPress | None) -> SheetPress:
+        """Solve at a share of the depth from a shallower press, or cold, with what is left of the budget."""
+        left = self.settings.budget - self.spent
+        if left < 1:
+            raise BudgetSpent
+        settings = replace(self.settings, exact=self.settings.exact and share == 1.0)
+        work = _Work(self.sheet, replace(self.load, depth=share * self.load.depth), settings)
+        work.spent = self.spent
+        try:
+            return work.warm(start) if start is not None else work.cold()
+        finally:
+            self.spent, self.factors = work.spent, self.factors + work.factors
 
     def cold(self) -> SheetPress:
         """Solve from the flat sheet; a slack one, which takes many iterations, on a coarse mesh first."""
-        if self.span / 100 - 1 > _SLACK or self._scale() > _COARSE / 2:
+        if not self.slack or self._scale() > _COARSE / 2:
+            self._allow(_SLACK_ATTEMPT if self.slack else _ATTEMPT)
             return self._from_flat()
         settings = replace(self.settings, coarsen=self.settings.coarsen * _COARSE / self._scale(), exact=False)
-        rough = _Work(self.sheet, self.load, settings, self.began)
-        start = rough._from_flat()
-        self.spent, self.factors = rough.spent, rough.factors
-        self.reset()
+        rough = _Work(self.sheet, self.load, settings)
+        rough.spent = self.spent
+        try:
+            start = rough.cold()
+        finally:
+            self.spent, self.factors = rough.spent, self.factors + rough.factors
         return self.warm(start)
 
     def _from_flat(self) -> SheetPress:
@@ -100,6 +129,7 @@ class _Work:
 
     def warm(self, start: SheetPress) -> SheetPress:
         """Solve from an earlier press."""
+        self._allow(_SLACK_ATTEMPT if self.slack else _ATTEMPT)
         change = self.load.moves() - start.load.moves()
         old = start.shape.control
         if self._fits(start):
@@ -197,11 +227,12 @@ class _Work:
         return [factor / min(z.size for zones in pair for z in zones) ** 2 for pair in self.zones]
 
     def _run(self, newton: Newton, done: Done) -> Outcome:
-        before = newton.factors
-        outcome = newton.run(done, self.limit - self.spent)
-        self.spent += outcome.iterations
-        self.factors += newton.factors - before
-        return outcome
+        iterations, factors = newton.iterations, newton.factors
+        try:
+            return newton.run(done, self.limit - self.spent)
+        finally:
+            self.spent += newton.iterations - iterations
+            self.factors += newton.factors - factors
 
     def _update(self, problem: Problem, outcome: Outcome) -> float:
         """Set each offset to the mean penetration; return the largest change."""
@@ -228,8 +259,7 @@ class _Work:
             contact.offset = offset
         result = measure(self.sheet, self.load, self.settings, problem, outcome, memory, self._error(outcome))
         check(result, problem, outcome)
-        seconds = time.process_time() - self.began
-        return replace(result, iterations=self.spent, factors=self.factors, seconds=seconds)
+        return result
 
     def _error(self, outcome: Outcome) -> float:
         nodes = int(outcome.evaluation.totals[:, 5].sum())
