@@ -13,7 +13,7 @@ import numpy as np
 from stretch_bt.simulation.membrane.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
-__all__ = ["bounds", "contact", "gauss_points"]
+__all__ = ["add_dyads", "add_force", "bounds", "contact", "gauss_points", "shape_at", "unpack"]
 
 
 @kernel("void(float64[:,:,::1],float64[:,::1],float64[::1])")
@@ -78,8 +78,46 @@ def unpack(packed: Any, local: Any) -> Any:
                     k += 1
 
 
+@kernel()
+def shape_at(vx: Any, vy: Any, shape: Any) -> Any:
+    """Fill shape (9,) from the functions (3,) of each axis at a Gauss point."""
+    for j in range(3):
+        for i in range(3):
+            shape[3 * j + i] = vx[i] * vy[j]
+
+
+@kernel()
+def add_force(push: Any, ex: Any, ey: Any, shape: Any, grad: Any) -> Any:
+    """Take a force (3,) at a Gauss point off the gradient."""
+    for a in range(9):
+        for c in range(3):
+            grad[ey + a // 3, ex + a % 3, c] -= push[c] * shape[a]
+
+
+@kernel()
+def count(p: Any, weight: Any, push: Any, nz: Any, totals: Any) -> Any:
+    """Add a point in contact to totals (7,)."""
+    for c in range(3):
+        totals[c] += push[c]
+    totals[3] += p
+    totals[4] += weight
+    totals[5] += 1.0
+    if nz < 0.01:
+        totals[6] += p
+
+
+@kernel()
+def stiffen(k: Any, p: Any, normal: Any, curvature: Any, six: Any) -> Any:
+    """Fill six (6,) with k times the dyad of the normal less p times the curvature."""
+    i = 0
+    for c in range(3):
+        for d in range(c, 3):
+            six[i] = k * normal[c] * normal[d] - p * curvature[i]
+            i += 1
+
+
 @kernel(
-    "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64[:,::1],float64,float64,"
+    "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64,float64,"
     "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],int64,float64[:,:,::1],"
     "float64[:,::1],float64[::1])"
 )
@@ -88,7 +126,6 @@ def contact(
     gap: Any,
     normal: Any,
     curvature: Any,
-    friction: Any,
     off: Any,
     eps: Any,
     vx: Any,
@@ -103,53 +140,31 @@ def contact(
     """Return the contact energy; adds to grad, band, and to totals (7,): force, pressure integral, area, count,
     and the pressure integral where the body faces away from the sheet.
 
-    `friction` (q, 10) holds energy, gradient (3,) and Hessian (6: xx, xy, xz, yy, yz, zz) per reference area of the
-    points in contact, or has no rows. Where `mode` is PROJECTED the body's curvature is left out.
+    Where `mode` is PROJECTED the body's curvature is left out.
     """
     ny, nx = grad.shape[0], grad.shape[1]
-    shape, six, row = np.empty(9), np.empty(6), np.empty(54)
+    shape, push, six, row = np.empty(9), np.empty(3), np.empty(6), np.empty(54)
     packed, local = np.empty((9, 54)), np.empty((9, 81))
-    energy, q, rubs = 0.0, 0, friction.shape[0] > 0
+    energy, q, points = 0.0, 0, wx.shape[1]
     for e in elements:
         ey, ex = e // (nx - 2), e % (nx - 2)
         touched = False
-        for g in range(wy.shape[1] * wx.shape[1]):
-            qy, qx = g // wx.shape[1], g % wx.shape[1]
+        for g in range(wy.shape[1] * points):
             depth = off - gap[q]
             if depth > 0.0:
                 if mode != 0 and not touched:
                     packed[:] = 0.0
                 touched = True
+                qy, qx = g // points, g % points
                 weight = wx[ex, qx] * wy[ey, qy]
                 p = weight * eps * depth
                 energy += 0.5 * p * depth
-                totals[3] += p
-                totals[4] += weight
-                totals[5] += 1.0
-                if normal[q, 2] < 0.01:
-                    totals[6] += p
-                for j in range(3):
-                    for i in range(3):
-                        shape[3 * j + i] = vx[ex, qx, i] * vy[ey, qy, j]
-                if rubs:
-                    energy += weight * friction[q, 0]
-                for c in range(3):
-                    push = p * normal[q, c]
-                    if rubs:
-                        push -= weight * friction[q, 1 + c]
-                    totals[c] += push
-                    for a in range(9):
-                        grad[ey + a // 3, ex + a % 3, c] -= push * shape[a]
+                push[0], push[1], push[2] = p * normal[q, 0], p * normal[q, 1], p * normal[q, 2]
+                shape_at(vx[ex, qx], vy[ey, qy], shape)
+                add_force(push, ex, ey, shape, grad)
+                count(p, weight, push, normal[q, 2], totals)
                 if mode != 0:
-                    k = 0
-                    for c in range(3):
-                        for d in range(c, 3):
-                            six[k] = weight * eps * normal[q, c] * normal[q, d]
-                            if mode == 1:
-                                six[k] -= p * curvature[q, k]
-                            if rubs:
-                                six[k] += weight * friction[q, 4 + k]
-                            k += 1
+                    stiffen(weight * eps, p if mode == 1 else 0.0, normal[q], curvature[q], six)
                     add_dyads(six, shape, packed, row)
             q += 1
         if touched and mode != 0:

@@ -15,7 +15,6 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem"]
 
-_NO_FRICTION = np.empty((0, 10))
 _LARGEST_STEP = 8.0
 _NO_BAND = np.empty((0, 0))
 _NO_PEAK = np.empty((0, 0, 0, 0))
@@ -110,7 +109,7 @@ class Problem:
         gap = contact.body.gap(points)
         return float(
             contact_kernel.contact(
-                elements, gap.distance / self.unit, gap.normal, gap.curvature * self.unit, _NO_FRICTION,
+                elements, gap.distance / self.unit, gap.normal, gap.curvature * self.unit,
                 contact.offset, contact.stiffness, x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
             )
         )  # fmt: skip
