@@ -17,6 +17,7 @@ _REUSES = 2
 _REUSE_BELOW = 0.3
 _REUSE_RATE = 0.4
 _HALVINGS = 16
+_BACK = 0.8
 _FIRST_SHIFT = 1e-5
 _SHRINK = 0.2
 
@@ -133,7 +134,10 @@ class _Newton:
             trial[1:-1] += length * direction
             band = None if keep else self.problem.room()
             there = self.problem.evaluate(trial, GRADIENT if keep else EXACT, band)
-            if there.energy <= here.energy + 1e-4 * length * promise + slack:
+            # where the energy only shows rounding, the slope ahead tells whether the step leads to and fro over a kink
+            rounding = abs(there.energy - here.energy) <= slack
+            to_and_fro = rounding and float(np.vdot(there.gradient[1:-1], direction)) > -_BACK * promise
+            if there.energy <= here.energy + 1e-4 * length * promise + slack and not to_and_fro:
                 self.control = trial
                 return Step(size * length, promise, length, here, there), band
             length /= 2

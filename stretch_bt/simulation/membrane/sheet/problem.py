@@ -10,6 +10,7 @@ from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
 from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import EXACT, GRADIENT, PROJECTED
+from stretch_bt.simulation.membrane.sheet.friction import Rubbing
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
@@ -22,11 +23,15 @@ _NO_PEAK = np.empty((0, 0, 0, 0))
 
 @dataclass(slots=True)
 class Contact:
-    """A body with the stiffness of its contact and the offset that makes up for the mean penetration; sheet units."""
+    """A body with the stiffness of its contact and the offset that makes up for the mean penetration; sheet units.
+
+    `rub` is its friction, None where it has none.
+    """
 
     body: Placed
     stiffness: float
     offset: float = 0.0
+    rub: Rubbing | None = None
 
 
 @dataclass(slots=True)
@@ -93,6 +98,8 @@ class Problem:
         if np.isfinite(energy):
             for contact, row in zip(self.contacts, totals, strict=True):
                 energy += self._touch(contact, control, mode, gradient, band, row)
+                if contact.rub is not None:
+                    energy += contact.rub.add(control, self.mesh, mode, gradient, band, row)
             energy += self._other(control, mode, gradient, band)
         if self.flat:
             self._hold_flat(gradient, band, mode)
