@@ -14,7 +14,6 @@ from stretch_bt.simulation.membrane.sheet.march import increments
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, Contact, Problem
 from stretch_bt.simulation.membrane.sheet.result import Load
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from tests.simulation.membrane.test_sheet import small_problem
 
 ROUND = {"indenter": "sphere:20mm", "stretch": 0.03, "depth": 0.006}
 
@@ -43,15 +42,16 @@ def stroke():
 
 
 def rubbing_problem():
-    problem, control = small_problem()
-    (body,) = place(Sphere(0.02), (1.5e-5, -1e-5), (0.1, 0.0), 0.008)
-    old = problem.contacts[0]
-    held = grip(control, problem.mesh, old, problem.unit)
-    x, y = problem.mesh.touch
-    places = problem.mesh.evaluate(control, x.place.ravel(), y.place.ravel())
+    """A pressed sheet whose sphere has been moved a little, so that some points stick and some slide."""
+    pressed = press(**ROUND, settings=Settings(coarsen=2.0)).detail
+    mesh, control, unit = pressed.shape.mesh, pressed.shape.control, pressed.shape.unit
+    (old,) = pressed.contacts
+    x, y = mesh.touch
+    places = mesh.evaluate(control, x.place.ravel(), y.place.ravel())
+    (body,) = place(Sphere(0.02), (1.2e-5, -6e-6), (0.001, 0.0), pressed.load.depth)
     contact = Contact(body, old.stiffness, old.offset)
-    contact.rub = Rubbing.after(held, places, old.body, contact, 1.5, problem.unit)
-    return Problem(problem.mesh, problem.law, [contact], problem.unit), control
+    contact.rub = Rubbing.after(grip(control, mesh, old, unit), places, old.body, contact, 1.0, unit)
+    return Problem(mesh, pressed.sheet.law(), [contact], unit), control.copy()
 
 
 def test_gradient_and_hessian_are_derivatives():
