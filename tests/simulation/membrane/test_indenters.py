@@ -8,13 +8,22 @@ from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.cube import Cube
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.parse import parse_indenter
 from stretch_bt.simulation.membrane.indenters.placed import place
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.indenters.wire import Wire
 
-SHAPES = [Sphere(0.02), Cylinder(0.02), Cone(math.pi / 4), Cube(0.02), Wire(0.0015, 0.03, 0.4)]
+
+def field(surface, count=51, pitch=0.5e-3):
+    """Return the height field of a function of x and y, m, over a square around the origin."""
+    x = (np.arange(count) - (count - 1) / 2) * pitch
+    return HeightField(surface(*np.meshgrid(x, x)), pitch)
+
+
+BUMP = field(lambda x, y: 0.008 * np.exp(-((x - 0.002) ** 2 + 1.6 * (y + 0.001) ** 2 + 0.4 * x * y) / 6e-5))
+SHAPES = [Sphere(0.02), Cylinder(0.02), Cone(math.pi / 4), Cube(0.02), Wire(0.0015, 0.03, 0.4), BUMP]
 TILTS = [(0.0, 0.0), (0.2, -0.3)]
 
 

@@ -1,12 +1,13 @@
 """What an indenter is: a rigid body that gives its signed distance, and where the sheet needs small elements.
 
-A new shape is one file with one frozen dataclass that has these members; `shaft`, `cone`, `prism` and `capsule` of
-distance_kernel may help, plain numpy does as well.
+A new shape is one file with one frozen dataclass that has the members of Indenter; Solid gives those that most bodies
+share, `shaft`, `cone`, `prism` and `capsule` of distance_kernel may help with the distance, plain numpy does as well.
 """
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["Gap", "Indenter", "Zone", "empty_gap", "positive", "spacing"]
+__all__ = ["Gap", "Indenter", "Solid", "Zone", "empty_gap", "positive", "spacing"]
 
 Array = npt.NDArray[np.float64]
 
@@ -74,6 +75,36 @@ class Indenter(Protocol):
     def zones(self, rotation: Array, gauge: float) -> tuple[list[Zone], list[Zone]]:
         """Return where small elements are needed along x and y, around the origin, on a sheet of this gauge, m."""
         ...
+
+
+class Solid(ABC):
+    """What most bodies share: round on top unless `flat` says otherwise, and going on downwards without end."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def feature(self) -> float:
+        """Smallest radius of curvature that the sheet bends around, m."""
+
+    @property
+    def tip_radius(self) -> float:
+        """Radius of its top, m: that of its only feature."""
+        return self.feature
+
+    @property
+    def flat(self) -> float:
+        """0: it is round on top."""
+        return 0.0
+
+    @property
+    def bulk(self) -> float:
+        """Endless: it goes on downwards."""
+        return math.inf
+
+    def crest(self, rotation: Array) -> tuple[float, float]:
+        """Return half the extent of its flat top along x and y, m."""
+        return self.flat, self.flat
 
 
 def empty_gap(count: int) -> Gap:

@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
 
 __all__ = ["Cone"]
 
 
 @dataclass(frozen=True, slots=True)
-class Cone:
+class Cone(Solid):
     """A cone whose surface makes `angle`, rad, with the membrane plane; `tip` is the radius of its tip, m."""
 
     angle: float
@@ -28,25 +28,6 @@ class Cone:
     def feature(self) -> float:
         """Radius of the tip, m."""
         return self.tip
-
-    @property
-    def tip_radius(self) -> float:
-        """Radius of the tip, m."""
-        return self.tip
-
-    @property
-    def flat(self) -> float:
-        """0: its tip is round."""
-        return 0.0
-
-    @property
-    def bulk(self) -> float:
-        """Endless: it goes on downwards."""
-        return math.inf
-
-    def crest(self, rotation: Array) -> tuple[float, float]:
-        """Return (0, 0): it is pointed, m."""
-        return 0.0, 0.0
 
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m, from the centre of the tip."""

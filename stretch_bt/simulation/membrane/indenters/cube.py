@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
 
 __all__ = ["Cube"]
 
 
 @dataclass(frozen=True, slots=True)
-class Cube:
+class Cube(Solid):
     """A face of `side`, m, on a post of that side, edges along x and y; the origin lies one fillet below the face."""
 
     side: float
@@ -42,15 +41,6 @@ class Cube:
     def flat(self) -> float:
         """Half the side of its flat face, m."""
         return self.side / 2 - self.edge
-
-    @property
-    def bulk(self) -> float:
-        """Endless: it goes on downwards."""
-        return math.inf
-
-    def crest(self, rotation: Array) -> tuple[float, float]:
-        """Return half the side of the face twice, m."""
-        return self.flat, self.flat
 
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m."""

@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
 
 __all__ = ["Cylinder"]
 
 
 @dataclass(frozen=True, slots=True)
-class Cylinder:
+class Cylinder(Solid):
     """A flat-ended cylinder of `diameter`, m, with a rim fillet, m; the origin lies one fillet below its face."""
 
     diameter: float
@@ -40,15 +40,6 @@ class Cylinder:
     def flat(self) -> float:
         """Radius of its face, m."""
         return self.diameter / 2 - self.rim
-
-    @property
-    def bulk(self) -> float:
-        """Endless: it goes on downwards."""
-        return math.inf
-
-    def crest(self, rotation: Array) -> tuple[float, float]:
-        """Return the radius of the face twice, m."""
-        return self.flat, self.flat
 
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m."""

@@ -1,4 +1,4 @@
-"""Indenters as people write them: `sphere:20mm`, `cylinder:20mm:1mm`, `cone:45deg:0.5mm`, `cube:40mm`."""
+"""Indenters as people write them: `sphere:20mm`, `cylinder:20mm:1mm`, `cone:45deg:0.5mm`, `cube:40mm`, `height:part.npy:0.5mm`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.cube import Cube
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.source import closest
 from stretch_bt.units import KINDS
@@ -18,6 +19,7 @@ _FORMS = {
     "cylinder": "cylinder:20mm or cylinder:20mm:1mm, a diameter and a rim fillet",
     "cone": "cone:45deg or cone:45deg:0.5mm, the angle to the membrane plane and a tip radius",
     "cube": "cube:40mm, the side of its face",
+    "height": "height:part.npy:0.5mm, a file of heights in m over a square grid, and its pitch",
 }
 
 
@@ -34,6 +36,8 @@ def parse_indenter(text: str) -> Indenter:
         near = closest(name, _FORMS)
         hint = f"; did you mean {near}?" if near else ""
         raise InvalidInput(f"{name!r} is no indenter; choose from {', '.join(_FORMS)}{hint}")
+    if name == "height":
+        return _field(text, sizes)
     most = 1 if name in ("sphere", "cube") else 2
     if not 1 <= len(sizes) <= most:
         raise InvalidInput(f"{text!r} has {len(sizes)} sizes; write {_FORMS[name]}")
@@ -44,3 +48,10 @@ def parse_indenter(text: str) -> Indenter:
     if name == "sphere":
         return Sphere(*lengths)
     return Cylinder(*lengths) if name == "cylinder" else Cube(*lengths)
+
+
+def _field(text: str, parts: list[str]) -> HeightField:
+    """Return the height field of a file, whose name may hold colons."""
+    if len(parts) < 2:
+        raise InvalidInput(f"{text!r} has no pitch; write {_FORMS['height']}")
+    return HeightField.load(":".join(parts[:-1]), KINDS["Length"].parse(parts[-1]))

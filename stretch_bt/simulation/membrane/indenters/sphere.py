@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
 
 __all__ = ["Sphere"]
 
 
 @dataclass(frozen=True, slots=True)
-class Sphere:
+class Sphere(Solid):
     """A hemisphere of `diameter`, m, on a shank; the origin is its centre."""
 
     diameter: float
@@ -23,25 +22,6 @@ class Sphere:
     def feature(self) -> float:
         """Its radius, m."""
         return self.diameter / 2
-
-    @property
-    def tip_radius(self) -> float:
-        """Its radius, m."""
-        return self.diameter / 2
-
-    @property
-    def flat(self) -> float:
-        """0: it is round."""
-        return 0.0
-
-    @property
-    def bulk(self) -> float:
-        """Endless: it goes on downwards."""
-        return math.inf
-
-    def crest(self, rotation: Array) -> tuple[float, float]:
-        """Return (0, 0): it is round, m."""
-        return 0.0, 0.0
 
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
 
 __all__ = ["Wire"]
 
 
 @dataclass(frozen=True, slots=True)
-class Wire:
+class Wire(Solid):
     """A wire of `diameter` and `length` with round ends, m, lying flat at `heading`, rad, from x."""
 
     diameter: float
@@ -26,16 +26,6 @@ class Wire:
     def feature(self) -> float:
         """Its radius, m."""
         return self.diameter / 2
-
-    @property
-    def tip_radius(self) -> float:
-        """Its radius, m."""
-        return self.diameter / 2
-
-    @property
-    def flat(self) -> float:
-        """0: a straight crest has no width."""
-        return 0.0
 
     @property
     def bulk(self) -> float:

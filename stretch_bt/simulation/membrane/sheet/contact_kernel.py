@@ -107,20 +107,47 @@ def unpack(packed: Any, local: Any) -> Any:
 
 
 @kernel()
-def stiffness_of(normal: Any, curvature: Any, friction: Any, eps: Any, p: Any, weight: Any, six: Any) -> Any:
-    """Fill six (6,) with the second derivative at a point: eps n n' - p k, and what friction adds per area."""
-    k = 0
+def stiffen(k: Any, p: Any, normal: Any, curvature: Any, six: Any) -> Any:
+    """Fill six (6,) with k times the dyad of the normal less p times the curvature."""
+    m = 0
     for c in range(3):
         for d in range(c, 3):
-            six[k] = weight * eps * normal[c] * normal[d] - p * curvature[k]
-            k += 1
-    if friction.shape[0] > 0:
-        for m in range(6):
-            six[m] += weight * friction[4 + m]
+            six[m] = k * normal[c] * normal[d] - p * curvature[m]
+            m += 1
+
+
+@kernel()
+def add_push(push: Any, v: Any, pushes: Any) -> Any:
+    """Add a force (3,) times three functions v (3,) along x to pushes (3, 3)."""
+    for i in range(3):
+        for c in range(3):
+            pushes[i, c] += push[c] * v[i]
+
+
+@kernel()
+def take_off(pushes: Any, v: Any, ex: Any, ey: Any, grad: Any) -> Any:
+    """Take forces on a line (3, 3) times three functions v (3,) along y off the gradient, and clear them."""
+    for j in range(3):
+        for i in range(3):
+            for c in range(3):
+                grad[ey + j, ex + i, c] -= v[j] * pushes[i, c]
+    pushes[:] = 0.0
+
+
+@kernel()
+def count(p: Any, weight: Any, push: Any, nz: Any, totals: Any) -> Any:
+    """Add a point in contact to totals (7,)."""
+    for c in range(3):
+        totals[c] += push[c]
+    totals[3] += p
+    totals[4] += weight
+    totals[5] += 1.0
+    if nz < 0.01:
+        totals[6] += p
 
 
 @kernel(
-    "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64[:,::1],float64,float64,float64,"
+    "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64,float64,float64,"
     "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],int64,float64[:,:,::1],"
     "float64[:,::1],float64[::1])"
 )
@@ -129,7 +156,6 @@ def contact(
     gap: Any,
     normal: Any,
     curvature: Any,
-    friction: Any,
     unit: Any,
     off: Any,
     eps: Any,
@@ -145,14 +171,12 @@ def contact(
     """Return the contact energy; adds to grad, band, and to totals (7,): force, pressure integral, area, count,
     and the pressure integral where the body faces away from the sheet.
 
-    `friction` (q, 10) holds energy, gradient (3,) and Hessian (6: xx, xy, xz, yy, yz, zz) per reference area of the
-    points in contact, or has no rows. Where `mode` is PROJECTED the body's curvature is left out.
+    Where `mode` is PROJECTED the body's curvature is left out.
     """
     ny, nx = grad.shape[0], grad.shape[1]
     push, pushes, six = np.empty(3), np.zeros((3, 3)), np.empty(6)
     line, packed, local = np.zeros(54), np.empty((9, 54)), np.empty((9, 81))
-    energy, q, rubs, none = 0.0, 0, friction.shape[0] > 0, np.empty(0)
-    bends = unit if mode == 1 else 0.0
+    energy, q, bends = 0.0, 0, unit if mode == 1 else 0.0
     for e in elements:
         ey, ex = e // (nx - 2), e % (nx - 2)
         touched = False
@@ -167,30 +191,15 @@ def contact(
                     weight = wx[ex, qx] * wy[ey, qy]
                     p = weight * eps * depth
                     energy += 0.5 * p * depth
-                    totals[3] += p
-                    totals[4] += weight
-                    totals[5] += 1.0
-                    if normal[q, 2] < 0.01:
-                        totals[6] += p
-                    if rubs:
-                        energy += weight * friction[q, 0]
-                    for c in range(3):
-                        push[c] = p * normal[q, c] - (weight * friction[q, 1 + c] if rubs else 0.0)
-                        totals[c] += push[c]
-                        for i in range(3):
-                            pushes[i, c] += push[c] * vx[ex, qx, i]
+                    push[0], push[1], push[2] = p * normal[q, 0], p * normal[q, 1], p * normal[q, 2]
+                    count(p, weight, push, normal[q, 2], totals)
+                    add_push(push, vx[ex, qx], pushes)
                     if mode != 0:
-                        stiffness_of(
-                            normal[q], curvature[q], friction[q] if rubs else none, eps, bends * p, weight, six
-                        )
+                        stiffen(weight * eps, bends * p, normal[q], curvature[q], six)
                         add_line(six, vx[ex, qx], line.reshape(9, 6))
                 q += 1
             if reached:
-                for j in range(3):
-                    for i in range(3):
-                        for c in range(3):
-                            grad[ey + j, ex + i, c] -= vy[ey, qy, j] * pushes[i, c]
-                pushes[:] = 0.0
+                take_off(pushes, vy[ey, qy], ex, ey, grad)
                 if mode != 0:
                     add_block(line, vy[ey, qy], packed)
         if touched and mode != 0:

@@ -12,6 +12,7 @@ from stretch_bt.source import closest
 __all__ = ["Effects", "Mullins"]
 
 DENSITY = 1070.0  # kg/m^3, EcoFlex 00-50
+FRICTION = 0.5  # 0.25 to 0.75 is usual for silicone rubber; clean and dry it may exceed 1
 _RESIDUAL = 1e-3  # stiffness that wrinkles keep, which makes the tension field solvable
 
 
@@ -37,22 +38,28 @@ class Effects:
 
     `wrinkling` relaxes compression to a tension field; `sag` is the density, kg/m^3, of a sheet that hangs towards the
     indenter, as when the hand points down; `bending` gives the sheet the stiffness of a plate; `mullins` softens it
-    where it has been stretched further before.
+    where it has been stretched further before; `friction` is Coulomb's coefficient between sheet and indenter.
+
+    With friction a press depends on how it was reached: from flat it is pressed straight down at its place and stretch,
+    from an earlier press it moves there in a straight line, in increments of at most a hundredth of the gauge.
     """
 
     wrinkling: bool = False
     sag: float = 0.0
     bending: bool = False
     mullins: Mullins | None = None
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.sag) and self.sag >= 0):
             raise InvalidInput(f"sag is a density of at least 0 kg/m^3, not {self.sag!r}")
+        if not (math.isfinite(self.friction) and self.friction >= 0):
+            raise InvalidInput(f"friction is a coefficient of at least 0, not {self.friction!r}")
 
     @classmethod
     def named(cls, names: Iterable[str]) -> Effects:
         """Return the effects of these names, each with its usual parameters."""
-        usual = {"wrinkling": True, "sag": DENSITY, "bending": True, "mullins": Mullins()}
+        usual = {"wrinkling": True, "sag": DENSITY, "bending": True, "mullins": Mullins(), "friction": FRICTION}
         if isinstance(names, str):
             raise InvalidInput(f"effects are a list of names, not {names!r}")
         chosen = list(names)

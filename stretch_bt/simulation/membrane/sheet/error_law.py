@@ -14,9 +14,10 @@ __all__ = ["relative_error"]
 _ROUND, _FLAT = 0.003, 0.008
 _SLACK, _TAUT = 1.5, 0.02  # a slack sheet is this much worse, which fades over this strain
 _PER_POINT = 0.15
+_RUB = 0.002
 
 
-def relative_error(scale: float, strain: float, nodes: int, *, flat: bool, exact: bool) -> float:
+def relative_error(scale: float, strain: float, nodes: int, *, flat: bool, exact: bool, rubs: bool = False) -> float:
     """Return the estimated error of the force over the force.
 
     Parameters
@@ -29,7 +30,9 @@ def relative_error(scale: float, strain: float, nodes: int, *, flat: bool, exact
         Quadrature points in contact.
     flat, exact
         Whether the indenter has a face and rim, and whether the forces were made to balance exactly.
+    rubs
+        Whether there is friction: the springs that points stick by, and the path, are then known to 0.2 %.
     """
     base = (_FLAT if flat else _ROUND) * (scale**2 if flat or scale < 1 else scale**1.7)
     slack = 1 + _SLACK * math.exp(-strain / _TAUT)
-    return base * slack + _PER_POINT / max(nodes, 1) + (0.0 if exact else 0.005)
+    return base * slack + _PER_POINT / max(nodes, 1) + (0.0 if exact else 0.005) + (_RUB if rubs else 0.0)

@@ -1,50 +1,40 @@
-"""Reaches a press in steps where it was not found at once, and tells a hard press from one past its limit point."""
+"""The increments of a press whose end depends on how it is reached."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Iterator
+from dataclasses import replace
 
-from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.membrane.sheet.result import SheetPress
+import numpy as np
 
-__all__ = ["BudgetSpent", "march"]
+from stretch_bt.simulation.membrane.sheet.result import Load
+from stretch_bt.simulation.membrane.sheet.spline import Array
 
-_FIRST = 0.5
-_LEAST = 1 / 64
-_WIDER = 1.5
+__all__ = ["increments"]
 
-Attempt = Callable[[float, SheetPress | None], SheetPress]
-
-
-class BudgetSpent(Exception):
-    """No iteration is left for another attempt."""
+_FEWEST = 4  # from first contact, so that a shallow press rubs too
+_TURN = 0.05  # rad; about a sheet unit at the rim of what is usually pressed
 
 
-def march(attempt: Attempt, failure: NoEquilibrium) -> SheetPress:
-    """Return the press at the whole depth, which `attempt` solves at a part of it (0 to 1] from a shallower press.
+def increments(start: Load | None, load: Load, unit: float) -> Iterator[Load]:
+    """Yield loads on a straight line to `load`, from an earlier one or from first contact at the same place.
 
-    Raises
-    ------
-    NoEquilibrium
-        No part of the depth has an equilibrium, and then `failure` says why; or none does past the part that is named.
+    Each moves the clamps or the body by at most a sheet unit, `unit` in m, and turns it by at most 0.05 rad.
     """
-    reached, step, state = 0.0, _FIRST, None
-    while step >= _LEAST:
-        part = min(reached + step, 1.0)
-        try:
-            state = attempt(part, state)
-        except NoEquilibrium as none:
-            failure = none if state is not None else failure
-            step /= 2
-            continue
-        except BudgetSpent:
-            break
-        reached, step = part, step * _WIDER
-        if reached == 1.0:
-            return state
-    if state is None:
-        raise failure
-    depth = state.load.depth * 1e3
-    raise NoEquilibrium(
-        f"past a depth of {depth:.3g} mm no equilibrium was found, as beyond a limit point: {failure.reason}"
-    )
+    least = 1
+    if start is None:
+        start, least = replace(load, depth=0.0), _FEWEST
+    change = load.moves() - start.moves()
+    count = max(least, math.ceil(float(np.abs(change / _limits(unit)).max()) - 1e-9))
+    for k in range(1, count + 1):
+        yield load if k == count else _at(load, start.moves() + change * (k / count))
+
+
+def _limits(unit: float) -> Array:
+    return np.array([unit, unit, unit, unit, _TURN, _TURN])
+
+
+def _at(load: Load, moves: Array) -> Load:
+    stretch, depth, x, y, a, b = moves.tolist()
+    return replace(load, stretch=stretch, depth=depth, at=(x, y), tilt=(a, b))

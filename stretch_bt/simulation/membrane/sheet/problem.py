@@ -11,12 +11,12 @@ from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
 from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import EXACT, GRADIENT, PROJECTED
+from stretch_bt.simulation.membrane.sheet.friction import Rubbing
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem", "near", "seen"]
 
-_NO_FRICTION = np.empty((0, 10))
 _LARGEST_STEP = 8.0
 _NO_BAND = np.empty((0, 0))
 _NO_PEAK = np.empty((0, 0, 0, 0))
@@ -24,11 +24,15 @@ _NO_PEAK = np.empty((0, 0, 0, 0))
 
 @dataclass(slots=True)
 class Contact:
-    """A body with the stiffness of its contact and the offset that makes up for the mean penetration; sheet units."""
+    """A body with the stiffness of its contact and the offset that makes up for the mean penetration; sheet units.
+
+    `rub` is its friction, None where it has none.
+    """
 
     body: Placed
     stiffness: float
     offset: float = 0.0
+    rub: Rubbing | None = None
 
 
 @dataclass(slots=True)
@@ -90,6 +94,8 @@ class Problem:
         if np.isfinite(energy):
             for contact, row in zip(self.contacts, totals, strict=True):
                 energy += self._touch(contact, control, mode, gradient, band, row)
+                if contact.rub is not None:
+                    energy += contact.rub.add(control, self.mesh, mode, gradient, band, row)
             energy += self._other(control, mode, gradient, band)
         if self.flat:
             self._hold_flat(gradient, band, mode)
@@ -103,7 +109,7 @@ class Problem:
         gap = contact.body.gap_seen(seen(self.mesh, contact.body, control, self.unit, elements))
         return float(
             contact_kernel.contact(
-                elements, *gap, _NO_FRICTION, self.unit, contact.offset, contact.stiffness,
+                elements, *gap, self.unit, contact.offset, contact.stiffness,
                 x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
             )
         )  # fmt: skip

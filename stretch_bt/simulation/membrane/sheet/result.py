@@ -10,6 +10,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.sheet import contact_kernel
+from stretch_bt.simulation.membrane.sheet.friction import Grip
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.problem import Contact, near, seen
@@ -82,7 +83,10 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What the next press starts from: the control points before this one and what had changed, and the offsets."""
+    """What the next press starts from: the control points before this one and what had changed, and the offsets.
+
+    Where they act, Mullins softening adds the largest energy seen, and friction the grip of each body.
+    """
 
     offsets: tuple[float, ...]
     previous: Array | None = None
@@ -90,13 +94,14 @@ class Memory:
     change: Array | None = None
     drift: float = 0.0
     peak: Array | None = None
+    grips: tuple[Grip, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class SheetPress:
     """One equilibrium of the sheet; SI units, membrane frame.
 
-    `force` (3,) is that of the indenter on the sheet, `reaction` (3,) that of the sheet on the clamps; `balance` is how
+    `force` (3,) is that of the indenter on the sheet, friction included, `reaction` (3,) that of the sheet on the clamps; `balance` is how
     far the two are from cancelling, over the force. `force_error` is the estimated discretisation error of force[2], N.
     `residual` is the largest nodal force left over, over the force. `pivot` is the sign of the smallest pivot of the
     last exact tangent: +1 for a stable equilibrium. `nodes` counts the quadrature points in contact. `seconds` is the
@@ -121,6 +126,12 @@ class SheetPress:
     seconds: float
     warnings: tuple[str, ...]
     memory: Memory
+
+    @property
+    def friction(self) -> Array:
+        """The part (3,) of the force that friction carries, N; 0 where there is none."""
+        pulls = [g.force(c.body) for g, c in zip(self.memory.grips, self.contacts, strict=False)]
+        return np.asarray(np.sum([np.zeros(3), *pulls], axis=0) * self.sheet.force_unit)
 
     def region(self) -> Region:
         """Return where the sheet touches, all bodies together."""

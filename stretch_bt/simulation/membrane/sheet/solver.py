@@ -16,11 +16,13 @@ from stretch_bt.simulation.membrane.sheet import start as starts
 from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.check import check, measure
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
+from stretch_bt.simulation.membrane.sheet.friction import Rubbing, grip
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
-from stretch_bt.simulation.membrane.sheet.march import BudgetSpent, march
+from stretch_bt.simulation.membrane.sheet.march import increments
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
 from stretch_bt.simulation.membrane.sheet.newton import Done, Newton, Outcome, Step
 from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
+from stretch_bt.simulation.membrane.sheet.reach import BudgetSpent, reach
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.spline import Array, Axis
@@ -31,6 +33,7 @@ __all__ = ["solve"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _PASSES = 8
+_SLID = {True: 1e-3, False: 5e-2}  # change of the limits of friction between passes that counts as settled, if exact
 _SLACK = 0.003  # strain between the clamps
 _COARSE = 2.5
 _ATTEMPT, _SLACK_ATTEMPT = 0.1, 0.3  # of the budget
@@ -49,6 +52,8 @@ def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None
         There is none, or none was found within the budget; the reason says which.
     """
     with one_thread():
+        if sheet.effects.friction:
+            return _march(sheet, load, settings, start)
         return _solve(sheet, load, settings, start)
 
 
@@ -61,6 +66,18 @@ def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | Non
     return replace(solved, iterations=work.spent, factors=work.factors, seconds=time.process_time() - work.began)
 
 
+def _march(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
+    """Return the end of a path of presses, which friction remembers; cold or warm, each has the whole budget."""
+    began, iterations, factors = time.process_time(), 0, 0
+    here = start if start is not None and start.sheet == sheet and start.load.indenter == load.indenter else None
+    for target in increments(here.load if here else None, load, sheet.unit):
+        work = _Work(sheet, target, settings)
+        here = work.cold() if here is None else work.warm(here)
+        iterations, factors = iterations + work.spent, factors + work.factors
+    assert here is not None
+    return replace(here, iterations=iterations, factors=factors, seconds=time.process_time() - began)
+
+
 def _again(work: _Work, failure: NoEquilibrium, start: SheetPress | None) -> SheetPress:
     """Solve cold what a warm start has not reached, and step by step what a cold one has not."""
     if start is not None:
@@ -68,7 +85,7 @@ def _again(work: _Work, failure: NoEquilibrium, start: SheetPress | None) -> She
             return work.cold()
         except NoEquilibrium as none:
             failure = none
-    return march(work.part, failure)
+    return reach(work.part, failure)
 
 
 class _Work:
@@ -218,6 +235,8 @@ class _Work:
             problem.bending = Bending.of(mesh, (sheet.thickness / self.unit) ** 2 / 3)
         if effects.mullins is not None:
             problem.peak = np.zeros((mesh.y.elements, mesh.x.elements, 2, 2)) if past is None else _peak(past, mesh)
+        if effects.friction and past is not None:
+            _rub(problem, past, effects.friction)
         return problem
 
     def _stiffnesses(self) -> list[float]:
@@ -247,24 +266,33 @@ class _Work:
         """Solve, and while exactness asks for it set the offsets anew and solve again."""
         depth, outcome, problem = self.load.depth / self.unit, None, newton.problem
         loose = _SETTLED * min(_LOOSEST, self._scale() ** 2)  # in step with the mesh
+        rubs, exact = [c.rub for c in problem.contacts], self.settings.exact
         for _ in range(_PASSES):
             used = [c.offset for c in problem.contacts]
-            outcome = self._run(newton, _Settled(depth, loose, self.settings.exact))
-            if self._update(problem, outcome) < (1e-4 if self.settings.exact else loose) * depth:
+            for contact, rub in zip(problem.contacts, rubs, strict=True):
+                contact.rub = rub
+            outcome = self._run(newton, _Settled(depth, loose, exact))
+            rubs, slid = _slid(problem, outcome.control)
+            change = self._update(problem, outcome)
+            if slid < _SLID[exact] and change < (1e-4 if exact else loose) * depth:
                 break
         assert outcome is not None
         peak = problem.raised_peak(outcome.control) if self.sheet.effects.mullins is not None else None
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts), peak=peak)
         for contact, offset in zip(problem.contacts, used, strict=True):
             contact.offset = offset
+        if self.sheet.effects.friction:
+            grips = tuple(grip(outcome.control, problem.mesh, c, self.unit) for c in problem.contacts)
+            memory = replace(memory, grips=grips)
         result = measure(self.sheet, self.load, self.settings, problem, outcome, memory, self._error(outcome))
         check(result, problem, outcome)
-        return result
+        return _without_friction(result, problem, slid)
 
     def _error(self, outcome: Outcome) -> float:
         nodes = int(outcome.evaluation.totals[:, 5].sum())
         flat = any(b.indenter.flat > 0 for b in self.bodies)
-        return relative_error(self._scale(), self.span / 100 - 1, nodes, flat=flat, exact=self.settings.exact)
+        exact, rubs = self.settings.exact, self.sheet.effects.friction > 0
+        return relative_error(self._scale(), self.span / 100 - 1, nodes, flat=flat, exact=exact, rubs=rubs)
 
 
 class _Settled:
@@ -286,6 +314,38 @@ class _Settled:
             return bool(settled)
         left = step.after.gradient[1:-1].sum(axis=(0, 1))
         return bool(np.linalg.norm(left) <= 1e-7 * np.linalg.norm(step.after.force))
+
+
+def _rub(problem: Problem, past: SheetPress, coefficient: float) -> None:
+    """Let each body rub on from the grip that it had."""
+    x, y = problem.mesh.touch
+    places = past.shape.mesh.evaluate(past.shape.control, x.place.ravel(), y.place.ravel())
+    for contact, old, held in zip(problem.contacts, past.contacts, past.memory.grips, strict=True):
+        contact.rub = Rubbing.after(
+            held.on(past.shape.mesh, problem.mesh), places, old.body, contact, coefficient, problem.unit
+        )
+
+
+def _without_friction(result: SheetPress, problem: Problem, slid: float) -> SheetPress:
+    """Take what friction has used up out of the energy; warn where its limits have not settled."""
+    used = sum(c.rub.energy(result.shape.control, problem.mesh) for c in problem.contacts if c.rub is not None)
+    warnings = result.warnings
+    if slid > _SLID[False]:
+        warnings += (f"friction has not settled: its limits still change by {slid * 100:.0f} %",)
+    energy = result.energy - used * result.sheet.force_unit * result.sheet.unit
+    return replace(result, energy=energy, warnings=warnings)
+
+
+def _slid(problem: Problem, control: Array) -> tuple[list[Rubbing | None], float]:
+    """Return friction under the pressures of a solved shape, and the largest change of its limits."""
+    rubs, changes = [], [0.0]
+    for contact in problem.contacts:
+        rub = contact.rub
+        if rub is not None:
+            rub, change = rub.renewed(control, problem.mesh, contact, problem.unit)
+            changes.append(change)
+        rubs.append(rub)
+    return rubs, max(changes)
 
 
 def _peak(past: SheetPress, mesh: Mesh) -> Array:

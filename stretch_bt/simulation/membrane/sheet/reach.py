@@ -1,0 +1,50 @@
+"""Reaches a press in steps where it was not found at once, and tells a hard press from one past its limit point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.membrane.sheet.result import SheetPress
+
+__all__ = ["BudgetSpent", "reach"]
+
+_FIRST = 0.5
+_LEAST = 1 / 64
+_WIDER = 1.5
+
+Attempt = Callable[[float, SheetPress | None], SheetPress]
+
+
+class BudgetSpent(Exception):
+    """No iteration is left for another attempt."""
+
+
+def reach(attempt: Attempt, failure: NoEquilibrium) -> SheetPress:
+    """Return the press at the whole depth, which `attempt` solves at a part of it (0 to 1] from a shallower press.
+
+    Raises
+    ------
+    NoEquilibrium
+        No part of the depth has an equilibrium, and then `failure` says why; or none does past the part that is named.
+    """
+    reached, step, state = 0.0, _FIRST, None
+    while step >= _LEAST:
+        part = min(reached + step, 1.0)
+        try:
+            state = attempt(part, state)
+        except NoEquilibrium as none:
+            failure = none if state is not None else failure
+            step /= 2
+            continue
+        except BudgetSpent:
+            break
+        reached, step = part, step * _WIDER
+        if reached == 1.0:
+            return state
+    if state is None:
+        raise failure
+    depth = state.load.depth * 1e3
+    raise NoEquilibrium(
+        f"past a depth of {depth:.3g} mm no equilibrium was found, as beyond a limit point: {failure.reason}"
+    )
