@@ -15,6 +15,7 @@ from stretch_bt.simulation.membrane.indenters.placed import Placed, place
 from stretch_bt.simulation.membrane.sheet import start as starts
 from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.check import check, measure
+from stretch_bt.simulation.membrane.sheet.clamps import check_clamps
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
@@ -49,6 +50,7 @@ def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None
 def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
     began = time.process_time()
     work = _Work(sheet, load, settings, began)
+    check_clamps(sheet, work.bodies, work.span)
     if start is not None and start.sheet == sheet:
         try:
             return work.warm(start)
@@ -219,7 +221,24 @@ class _Work:
         finest = min(z.size for b in self.bodies for zones in self._zones(b) for z in zones)
         nodes = int(outcome.evaluation.totals[:, 5].sum())
         flat = any(b.indenter.flat > 0 for b in self.bodies)
-        return relative_error(self._scale(finest), self.span / 100 - 1, nodes, flat=flat, exact=self.settings.exact)
+        return relative_error(
+            self._scale(finest),
+            self.span / 100 - 1,
+            nodes,
+            flat=flat,
+            at_edge=self._at_edge(),
+            exact=self.settings.exact,
+        )
+
+    def _at_edge(self) -> bool:
+        """Whether an edge of the sheet may be within a contact, or next to it: closer than the small elements or a depth."""
+        depth, halves = self.load.depth / self.unit, (self.sheet.width / self.unit / 2, 50.0)
+        return any(
+            max(abs(z.low), abs(z.high), abs(z.low + z.high) / 2 + depth) > half
+            for body in self.bodies
+            for zones, half in zip(self._zones(body), halves, strict=True)
+            for z in zones
+        )
 
 
 class _Settled:
