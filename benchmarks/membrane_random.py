@@ -30,6 +30,7 @@ BESIDE = "provably none: the indenter does not reach the flat sheet"
 SLIPPED = "lost in small steps, too: the sheet slips off"
 FAILED = "none found"
 ENDS = (CLAMPED, BESIDE, SLIPPED, FAILED)
+LOST = ("slid off", "wraps around")
 REACH = 0.030  # m; no indenter that is drawn is wider
 STEP = 0.5e-3  # m
 HALF_MESH = Settings(coarsen=0.5)
@@ -45,14 +46,18 @@ class Case(NamedTuple):
     tilt: tuple[float, float]
 
     @property
+    def room(self) -> tuple[float, float]:
+        """How far the axis is from the free edge of the flat sheet, were its stretch uniaxial, and from the clamp, m."""
+        length = 1 + self.stretch / GAUGE
+        return WIDTH / 2 / math.sqrt(length) - abs(self.at[0]), GAUGE / 2 * length - abs(self.at[1])
+
+    @property
     def inside(self) -> bool:
         """Whether the flat sheet reaches past the indenter on all sides."""
         half = self.indenter.diameter / 2 if isinstance(self.indenter, Sphere | Cylinder) else self.depth
         if isinstance(self.indenter, Cube):
             half = self.indenter.side / math.sqrt(2)
-        length = 1 + self.stretch / GAUGE
-        room = WIDTH / 2 / math.sqrt(length) - abs(self.at[0]), GAUGE / 2 * length - abs(self.at[1])
-        return min(room) > half
+        return min(self.room) > half
 
     def press(self, **options: Any) -> PressResult:
         """Return the press; options are those of `press`, and may replace those of the case."""
@@ -133,14 +138,14 @@ def out_of_reach(case: Case) -> bool:
 
 
 def slips(case: Case) -> bool:
-    """Whether a press in small steps finds contact and loses it before the depth."""
+    """Whether a press in small steps finds contact and sees it end before the depth, not for want of iterations."""
     state = None
-    for depth in np.linspace(0, case.depth, math.ceil(case.depth / STEP) + 1)[1:]:
+    for depth in np.linspace(0, case.depth, math.ceil(case.depth / STEP) + 1)[1:-1]:
         try:
             state = case.press(depth=float(depth), start=state)
-        except NoEquilibrium:
-            if state is not None:
-                return bool(depth < case.depth)
+        except NoEquilibrium as none:
+            if state is not None and any(words in none.reason for words in LOST):
+                return True
     return False
 
 

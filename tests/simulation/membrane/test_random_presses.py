@@ -1,5 +1,3 @@
-import math
-
 import pytest
 
 from stretch_bt.errors import NoEquilibrium
@@ -42,8 +40,9 @@ def test_a_sample_again_on_half_the_mesh(random_presses, sample):
 )
 def test_an_indenter_over_a_clamp_is_refused(at, overlaps):
     # the clamps are at 65 mm, the shank of the indenter is 10 mm thick to all sides at the height of the sheet
+    reason = ""
     try:
-        reason = press("sphere:20mm", 0.03, 0.010, at=at) and ""
+        press("sphere:20mm", 0.03, 0.010, at=at)
     except NoEquilibrium as none:
         reason = none.reason
     assert ("clamp" in reason) == overlaps
@@ -54,7 +53,8 @@ def test_a_thousand(random_presses):
     outcomes = random_presses.solve_many(1000)
     failed = [o for o in outcomes if o.end == random_presses.FAILED]
     assert len(failed) <= 5, [(o.case, o.reason) for o in failed]
-    assert not [o.case for o in outcomes if o.case.inside and o.end == random_presses.SLIPPED]
+    slipped = [o.case for o in outcomes if o.end == random_presses.SLIPPED]
+    assert len(slipped) <= 15
+    assert all(case.room[0] < 0.010 for case in slipped)  # near the free edge, and nowhere else
     again = list(random_presses.solve_again(outcomes, 100))
     assert sum(a.ratio <= 3 for a in again) >= 95, [(a.case, a.ratio, a.reason) for a in again if a.ratio > 3]
-    assert all(math.isfinite(o.milliseconds) for o in outcomes)
