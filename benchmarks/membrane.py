@@ -1,6 +1,6 @@
 """Accuracy and cost of the membrane solvers, each figure beside the one asked for.
 
-    python -m benchmarks.membrane [open] [warm] [cold] [shapes] [random [COUNT]] [trends]
+    python -m benchmarks.membrane [open] [warm] [cold] [shapes]
 
 Times are process CPU time of one thread, the smaller of two runs. Forces are compared with the same solver on elements
 2.5 times finer; halving those again moves the force by less than 0.1 % under spheres.
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -114,84 +113,18 @@ def shapes() -> None:
         print(f"  {name}: median {np.median(ms[1:]):.1f} ms, worst {ms[1:].max():.1f} ms, error {error:.2f} %")
 
 
-def _draw(rng: np.random.Generator) -> tuple[Indenter, dict[str, Any]]:
-    diameter = float(rng.uniform(0.010, 0.030))
-    shapes: list[Indenter] = [Sphere(diameter), Cylinder(diameter), Cone(math.pi / 4), Cube(diameter)]
-    shape = shapes[rng.integers(4)]
-    turn, lean = rng.uniform(0, 2 * math.pi), math.radians(rng.uniform(0, 20))
-    return shape, {
-        "stretch": float(rng.uniform(0, 0.08)),
-        "depth": float(rng.uniform(1e-6, 0.015)),
-        "at": (float(rng.uniform(-0.025, 0.025)), float(rng.uniform(-0.025, 0.025))),
-        "tilt": (lean * math.cos(turn), lean * math.sin(turn)),
-    }
-
-
-def random_presses(count: int) -> None:
-    rng, reasons, seconds, solved = np.random.default_rng(0), [], [], []
-    for _ in range(count):
-        shape, options = _draw(rng)
-        began = time.process_time()
-        try:
-            found = press(shape, **options)
-            assert math.isfinite(found.force)
-            assert found.balance < 1e-6
-            solved.append((shape, options, found))
-        except NoEquilibrium as none:
-            reasons.append(f"{shape} {options}: {none.reason}")
-        seconds.append(time.process_time() - began)
-    ms = np.array(seconds) * 1e3
-    print(f"{count} random presses: {len(reasons)} without equilibrium (asked at most {0.005 * count:g})")
-    print(f"  ms: median {np.median(ms):.0f}, p95 {np.percentile(ms, 95):.0f}, worst {ms.max():.0f}")
-    for reason in reasons:
-        print("  " + reason)
-    covered = total = 0
-    for k in rng.permutation(len(solved))[: max(count // 10, 1)]:
-        shape, options, found = solved[k]
-        try:
-            near = press(shape, **options | {"depth": 0.9 * options["depth"]}, settings=Settings(coarsen=0.5))
-            fine = press(shape, **options, settings=Settings(coarsen=0.5), start=near)
-        except NoEquilibrium:
-            continue
-        total += 1
-        covered += abs(fine.force - found.force) <= 3 * found.force_error
-    print(f"  again at half the mesh size from another start: {covered} of {total} within 3 stated errors (asked 95 %)")
-
-
-def trends() -> None:
-    print("E* of a least-squares Hertz fit over 1 to 10 mm, kPa, sphere of 20 mm, mu = 47.4 kPa, by stretch")
-    depths = np.arange(1, 11) * 1e-3
-    hertz = 4 / 3 * np.sqrt(depths**3 * 0.01) / 0.75
-    for gauge in (0.1, 0.075):
-        for mount in (0.0, 0.017):
-            row = []
-            for stretch in np.arange(7) * 0.01:
-                forces = [
-                    press("sphere:20mm", float(stretch), float(d), gauge=gauge, mount_prestretch=mount).force
-                    for d in depths
-                ]
-                row.append(float(hertz @ forces / (hertz @ hertz)) / 1e3)
-            print(f"  gauge {gauge * 1e3:.0f} mm, mount {mount * 1e3:.0f} mm: " + " ".join(f"{v:.2f}" for v in row))
-
-
 PARTS: dict[str, Callable[[], None]] = {
     "open": open_values,
     "warm": warm_steps,
     "cold": cold_presses,
     "shapes": shapes,
-    "trends": trends,
 }
 
 
 def main() -> None:
     """Run the parts that are named, or all."""
-    names = sys.argv[1:] or [*PARTS, "random"]
-    count = next((int(n) for n in names if n.isdigit()), 1000)
-    for name in names:
-        if name == "random":
-            random_presses(count)
-        elif not name.isdigit():
-            PARTS[name]()
+    for name in sys.argv[1:] or PARTS:
+        PARTS[name]()
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ def reach(attempt: Attempt, failure: NoEquilibrium) -> SheetPress:
             state = attempt(part, state)
         except NoEquilibrium as none:
             failure = none if state is not None else failure
-            step /= 2
+            step = (part - reached) / 2
             continue
         except BudgetSpent:
             break

@@ -26,7 +26,7 @@ class Settings:
     growth: float = 1.6
     coarsen: float = 1.0
     exact: bool = True
-    budget: int = 600
+    budget: int = 1000
 
     def __post_init__(self) -> None:
         if self.mesh is not None and not (self.mesh > 0 and math.isfinite(self.mesh)):

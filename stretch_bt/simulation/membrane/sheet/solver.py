@@ -15,6 +15,7 @@ from stretch_bt.simulation.membrane.indenters.placed import Placed, place
 from stretch_bt.simulation.membrane.sheet import start as starts
 from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.check import check, measure
+from stretch_bt.simulation.membrane.sheet.clamps import check_clamps
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
 from stretch_bt.simulation.membrane.sheet.friction import Rubbing, grip
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -51,6 +52,7 @@ def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None
     NoEquilibrium
         There is none, or none was found within the budget; the reason says which.
     """
+    check_clamps(sheet, place(load.indenter, load.at, load.tilt, load.depth), sheet.span(load.stretch))
     with one_thread():
         if sheet.effects.friction:
             return _march(sheet, load, settings, start)
@@ -292,7 +294,18 @@ class _Work:
         nodes = int(outcome.evaluation.totals[:, 5].sum())
         flat = any(b.indenter.flat > 0 for b in self.bodies)
         exact, rubs = self.settings.exact, self.sheet.effects.friction > 0
-        return relative_error(self._scale(), self.span / 100 - 1, nodes, flat=flat, exact=exact, rubs=rubs)
+        strain, at_edge = self.span / 100 - 1, self._at_edge()
+        return relative_error(self._scale(), strain, nodes, flat=flat, at_edge=at_edge, exact=exact, rubs=rubs)
+
+    def _at_edge(self) -> bool:
+        """Whether an edge of the sheet may be within a contact, or next to it: closer than the small elements or a depth."""
+        depth, halves = self.load.depth / self.unit, (self.sheet.width / self.unit / 2, 50.0)
+        return any(
+            max(abs(z.low), abs(z.high), abs(z.low + z.high) / 2 + depth) > half
+            for pair in self.zones
+            for zones, half in zip(pair, halves, strict=True)
+            for z in zones
+        )
 
 
 class _Settled:

@@ -1,0 +1,30 @@
+"""Refuses a body where a clamp already is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.membrane.indenters.placed import Placed
+from stretch_bt.simulation.membrane.sheet.geometry import Sheet
+
+__all__ = ["OVERLAP", "check_clamps"]
+
+OVERLAP = "the indenter overlaps a clamp, which does not give way: the sheet cannot leave it without passing through"
+_POINTS = 181
+_TOUCH = 1e-6  # of the gauge; a body that touches a clamp does not overlap it
+
+
+def check_clamps(sheet: Sheet, bodies: Sequence[Placed], span: float) -> None:
+    """Raise NoEquilibrium where a clamped edge runs through a body, the clamps being `span` sheet units apart.
+
+    The edges stay straight in the plane z = 0 whatever the sheet does, so no shape of it keeps out of such a body.
+    """
+    across = np.linspace(-sheet.width / 2, sheet.width / 2, _POINTS)
+    edges = np.zeros((2 * _POINTS, 3))
+    edges[:, 0] = np.tile(across, 2)
+    edges[:, 1] = np.repeat([-0.5, 0.5], _POINTS) * span * sheet.unit
+    if any(body.gap(edges).distance.min() < -_TOUCH * sheet.gauge for body in bodies):
+        raise NoEquilibrium(OVERLAP)
