@@ -12,11 +12,12 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.indenters import distance_kernel  # noqa: F401  compiled before the clock starts
 from stretch_bt.simulation.membrane.indenters.base import Zone
 from stretch_bt.simulation.membrane.indenters.placed import Placed, place
+from stretch_bt.simulation.membrane.sheet import friction_state
 from stretch_bt.simulation.membrane.sheet import start as starts
 from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.check import check, measure
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
-from stretch_bt.simulation.membrane.sheet.friction import Rubbing, grip
+from stretch_bt.simulation.membrane.sheet.friction import grip
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.march import increments
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
@@ -32,7 +33,7 @@ __all__ = ["solve"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _PASSES = 8
-_SLID = {True: 1e-3, False: 5e-2}  # change of the limits of friction between passes that counts as settled, if exact
+_SLID = {True: 1e-3, False: friction_state.ROUGHLY}  # change of the limits of friction that counts as settled, if exact
 
 
 def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None = None) -> SheetPress:
@@ -189,7 +190,7 @@ class _Work:
         if effects.mullins is not None:
             problem.peak = np.zeros((mesh.y.elements, mesh.x.elements, 2, 2)) if past is None else _peak(past, mesh)
         if effects.friction and past is not None:
-            _rub(problem, past, effects.friction)
+            friction_state.resume(problem, past, effects.friction)
         return problem
 
     def _stiffness(self, body: Placed) -> float:
@@ -224,7 +225,7 @@ class _Work:
                 contact.rub = rub
             outcome = self._minimise(problem, control, _Settled(depth, self.settings.exact))
             control = outcome.control
-            rubs, slid = _slid(problem, control)
+            rubs, slid = friction_state.settle(problem, control)
             change = self._update(problem, outcome)
             if slid < _SLID[self.settings.exact] and (not self.settings.exact or change < 1e-4 * depth):
                 break
@@ -237,7 +238,7 @@ class _Work:
             memory = replace(memory, grips=tuple(grip(control, problem.mesh, c, self.unit) for c in problem.contacts))
         result = measure(self.sheet, self.load, problem, outcome, memory, self._error(outcome))
         check(result, problem, outcome)
-        result = _without_friction(result, problem, slid)
+        result = friction_state.without_friction(result, problem, slid)
         seconds = time.process_time() - self.began
         return replace(result, iterations=self.spent, factors=self.factors, seconds=seconds)
 
@@ -268,38 +269,6 @@ class _Settled:
             return bool(settled)
         left = step.after.gradient[1:-1].sum(axis=(0, 1))
         return bool(np.linalg.norm(left) <= 1e-7 * np.linalg.norm(step.after.force))
-
-
-def _rub(problem: Problem, past: SheetPress, coefficient: float) -> None:
-    """Let each body rub on from the grip that it had."""
-    x, y = problem.mesh.touch
-    places = past.shape.mesh.evaluate(past.shape.control, x.place.ravel(), y.place.ravel())
-    for contact, old, held in zip(problem.contacts, past.contacts, past.memory.grips, strict=True):
-        contact.rub = Rubbing.after(
-            held.on(past.shape.mesh, problem.mesh), places, old.body, contact, coefficient, problem.unit
-        )
-
-
-def _without_friction(result: SheetPress, problem: Problem, slid: float) -> SheetPress:
-    """Take what friction has used up out of the energy; warn where its limits have not settled."""
-    used = sum(c.rub.energy(result.shape.control, problem.mesh) for c in problem.contacts if c.rub is not None)
-    warnings = result.warnings
-    if slid > _SLID[False]:
-        warnings += (f"friction has not settled: its limits still change by {slid * 100:.0f} %",)
-    energy = result.energy - used * result.sheet.force_unit * result.sheet.unit
-    return replace(result, energy=energy, warnings=warnings)
-
-
-def _slid(problem: Problem, control: Array) -> tuple[list[Rubbing | None], float]:
-    """Return friction under the pressures of a solved shape, and the largest change of its limits."""
-    rubs, changes = [], [0.0]
-    for contact in problem.contacts:
-        rub = contact.rub
-        if rub is not None:
-            rub, change = rub.renewed(control, problem.mesh, contact, problem.unit)
-            changes.append(change)
-        rubs.append(rub)
-    return rubs, max(changes)
 
 
 def _peak(past: SheetPress, mesh: Mesh) -> Array:
