@@ -15,7 +15,9 @@ __all__ = ["command"]
 
 
 def command(
-    indenter: Annotated[str, typer.Option(help="sphere:20mm, cylinder:20mm[:rim], cone:45deg[:tip] or cube:20mm")],
+    indenter: Annotated[
+        str, typer.Option(help="sphere:20mm, cylinder:20mm[:rim], cone:45deg[:tip], cube:20mm or height:FILE.npy:1mm")
+    ],
     stretch: Annotated[str, typer.Option(help="How far past the gauge, as in 30mm.")],
     depth: Annotated[str, typer.Option(help="From the flat stretched plane, as in 10mm.")],
     solver: Annotated[str, typer.Option(help="hertz, axisymmetric or sheet")] = "sheet",

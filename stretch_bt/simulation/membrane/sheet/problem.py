@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +12,11 @@ from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
 from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import EXACT, GRADIENT, PROJECTED
-from stretch_bt.simulation.membrane.sheet.friction import Rubbing
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array
+
+if TYPE_CHECKING:  # its kernels are compiled when a press rubs
+    from stretch_bt.simulation.membrane.sheet.friction import Rubbing
 
 __all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem", "near", "seen"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,12 +11,14 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.sheet import contact_kernel
-from stretch_bt.simulation.membrane.sheet.friction import Grip
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.problem import Contact, near, seen
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.spline import Array
+
+if TYPE_CHECKING:  # its kernels are compiled when a press rubs
+    from stretch_bt.simulation.membrane.sheet.friction import Grip
 
 _GRID = 141  # places across the sheet that a height map is interpolated from
 

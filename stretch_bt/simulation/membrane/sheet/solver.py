@@ -17,7 +17,6 @@ from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.check import check, measure
 from stretch_bt.simulation.membrane.sheet.clamps import check_clamps
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
-from stretch_bt.simulation.membrane.sheet.friction import Rubbing, grip
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.march import increments
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
@@ -238,7 +237,9 @@ class _Work:
         if effects.mullins is not None:
             problem.peak = np.zeros((mesh.y.elements, mesh.x.elements, 2, 2)) if past is None else _peak(past, mesh)
         if effects.friction and past is not None:
-            _rub(problem, past, effects.friction)
+            from stretch_bt.simulation.membrane.sheet import friction_state
+
+            friction_state.resume(problem, past, effects.friction)
         return problem
 
     def _stiffnesses(self) -> list[float]:
@@ -266,6 +267,8 @@ class _Work:
 
     def _finish(self, newton: Newton, memory: Memory) -> SheetPress:
         """Solve, and while exactness asks for it set the offsets anew and solve again."""
+        if self.sheet.effects.friction:
+            from stretch_bt.simulation.membrane.sheet import friction_state
         depth, outcome, problem = self.load.depth / self.unit, None, newton.problem
         loose = _SETTLED * min(_LOOSEST, self._scale() ** 2)  # in step with the mesh
         rubs, exact = [c.rub for c in problem.contacts], self.settings.exact
@@ -274,8 +277,9 @@ class _Work:
             for contact, rub in zip(problem.contacts, rubs, strict=True):
                 contact.rub = rub
             outcome = self._run(newton, _Settled(depth, loose, exact))
-            rubs, slid = _slid(problem, outcome.control)
-            change = self._update(problem, outcome)
+            change, slid = self._update(problem, outcome), 0.0
+            if self.sheet.effects.friction:
+                rubs, slid = friction_state.settle(problem, outcome.control)
             if slid < _SLID[exact] and change < (1e-4 if exact else loose) * depth:
                 break
         assert outcome is not None
@@ -284,11 +288,10 @@ class _Work:
         for contact, offset in zip(problem.contacts, used, strict=True):
             contact.offset = offset
         if self.sheet.effects.friction:
-            grips = tuple(grip(outcome.control, problem.mesh, c, self.unit) for c in problem.contacts)
-            memory = replace(memory, grips=grips)
+            memory = replace(memory, grips=friction_state.grips(problem, outcome.control))
         result = measure(self.sheet, self.load, self.settings, problem, outcome, memory, self._error(outcome))
         check(result, problem, outcome)
-        return _without_friction(result, problem, slid)
+        return friction_state.without_friction(result, problem, slid) if self.sheet.effects.friction else result
 
     def _error(self, outcome: Outcome) -> float:
         nodes = int(outcome.evaluation.totals[:, 5].sum())
@@ -327,38 +330,6 @@ class _Settled:
             return bool(settled)
         left = step.after.gradient[1:-1].sum(axis=(0, 1))
         return bool(np.linalg.norm(left) <= 1e-7 * np.linalg.norm(step.after.force))
-
-
-def _rub(problem: Problem, past: SheetPress, coefficient: float) -> None:
-    """Let each body rub on from the grip that it had."""
-    x, y = problem.mesh.touch
-    places = past.shape.mesh.evaluate(past.shape.control, x.place.ravel(), y.place.ravel())
-    for contact, old, held in zip(problem.contacts, past.contacts, past.memory.grips, strict=True):
-        contact.rub = Rubbing.after(
-            held.on(past.shape.mesh, problem.mesh), places, old.body, contact, coefficient, problem.unit
-        )
-
-
-def _without_friction(result: SheetPress, problem: Problem, slid: float) -> SheetPress:
-    """Take what friction has used up out of the energy; warn where its limits have not settled."""
-    used = sum(c.rub.energy(result.shape.control, problem.mesh) for c in problem.contacts if c.rub is not None)
-    warnings = result.warnings
-    if slid > _SLID[False]:
-        warnings += (f"friction has not settled: its limits still change by {slid * 100:.0f} %",)
-    energy = result.energy - used * result.sheet.force_unit * result.sheet.unit
-    return replace(result, energy=energy, warnings=warnings)
-
-
-def _slid(problem: Problem, control: Array) -> tuple[list[Rubbing | None], float]:
-    """Return friction under the pressures of a solved shape, and the largest change of its limits."""
-    rubs, changes = [], [0.0]
-    for contact in problem.contacts:
-        rub = contact.rub
-        if rub is not None:
-            rub, change = rub.renewed(control, problem.mesh, contact, problem.unit)
-            changes.append(change)
-        rubs.append(rub)
-    return rubs, max(changes)
 
 
 def _peak(past: SheetPress, mesh: Mesh) -> Array:

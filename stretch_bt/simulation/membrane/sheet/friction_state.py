@@ -1,0 +1,51 @@
+"""What a solve does with the friction of its bodies: takes it over, renews it between passes, and accounts for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stretch_bt.simulation.membrane.sheet.friction import Grip, Rubbing, grip
+from stretch_bt.simulation.membrane.sheet.problem import Problem
+from stretch_bt.simulation.membrane.sheet.result import SheetPress
+from stretch_bt.simulation.membrane.sheet.spline import Array
+
+__all__ = ["ROUGHLY", "grips", "resume", "settle", "without_friction"]
+
+ROUGHLY = 5e-2  # change of the limits between passes that a control loop bears
+
+
+def resume(problem: Problem, past: SheetPress, coefficient: float) -> None:
+    """Let each body rub on from the grip that it had."""
+    x, y = problem.mesh.touch
+    places = past.shape.mesh.evaluate(past.shape.control, x.place.ravel(), y.place.ravel())
+    for contact, old, held in zip(problem.contacts, past.contacts, past.memory.grips, strict=True):
+        contact.rub = Rubbing.after(
+            held.on(past.shape.mesh, problem.mesh), places, old.body, contact, coefficient, problem.unit
+        )
+
+
+def without_friction(result: SheetPress, problem: Problem, slid: float) -> SheetPress:
+    """Take what friction has used up out of the energy; warn where its limits have not settled."""
+    used = sum(c.rub.energy(result.shape.control, problem.mesh) for c in problem.contacts if c.rub is not None)
+    warnings = result.warnings
+    if slid > ROUGHLY:
+        warnings += (f"friction has not settled: its limits still change by {slid * 100:.0f} %",)
+    energy = result.energy - used * result.sheet.force_unit * result.sheet.unit
+    return replace(result, energy=energy, warnings=warnings)
+
+
+def settle(problem: Problem, control: Array) -> tuple[list[Rubbing | None], float]:
+    """Return friction under the pressures of a solved shape, and the largest change of its limits."""
+    rubs, changes = [], [0.0]
+    for contact in problem.contacts:
+        rub = contact.rub
+        if rub is not None:
+            rub, change = rub.renewed(control, problem.mesh, contact, problem.unit)
+            changes.append(change)
+        rubs.append(rub)
+    return rubs, max(changes)
+
+
+def grips(problem: Problem, control: Array) -> tuple[Grip, ...]:
+    """Return what a solved shape leaves behind for the next press."""
+    return tuple(grip(control, problem.mesh, contact, problem.unit) for contact in problem.contacts)
