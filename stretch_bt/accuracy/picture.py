@@ -37,7 +37,7 @@ class _Frame:
 
     def x(self, error: float) -> float:
         low, high = self.errors
-        return self.left + _LEFT + (_WIDTH - _LEFT - _RIGHT) * (math.log10(error) - low) / (high - low)
+        return self.left + _LEFT + (_WIDTH - _LEFT - _RIGHT) * (max(math.log10(error), low) - low) / (high - low)
 
     def y(self, milliseconds: float) -> float:
         low, high = self.times
@@ -47,34 +47,38 @@ class _Frame:
 def draw(name: str, kinds: Mapping[str, Kind], rows: Iterable[Row]) -> str:
     """Return the picture of a domain: a panel for each kind of error, a line for each series of settings.
 
-    The dashed line is the median of the reference's own error, below which nothing can be told apart.
+    The dashed line is the median of the reference's own error, below which nothing can be told apart; what is far below it
+    because it was held to something better stands at the left edge.
     """
     found = summarise(rows)
     names = list(dict.fromkeys(s.series for s in found if not s.is_reference and s.answered))
     colors = {series: _COLORS[k % len(_COLORS)] for k, series in enumerate(names)}
     panels = [_panel(k * _WIDTH, kind, shown, found, colors) for k, (kind, shown) in enumerate(kinds.items())]
-    legend = [_entry(k, series, color) for k, (series, color) in enumerate(colors.items())]
-    width, height = _WIDTH * len(kinds), _HEIGHT + _LINE * (len(legend) + 1)
+    lines = math.ceil(len(colors) / len(kinds))
+    legend = [_entry(*divmod(k, lines), series, color) for k, (series, color) in enumerate(colors.items())]
+    width, height = _WIDTH * len(kinds), _HEIGHT + _LINE * (lines + 1)
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
     title = f"<title>{html.escape(name)}</title><style>{_STYLE}</style>"
     ground = f'<rect width="{width}" height="{height}" fill="#fff"/>'
     return f"{head}{title}{ground}{''.join(panels)}{''.join(legend)}</svg>\n"
 
 
-def _entry(number: int, series: str, color: str) -> str:
-    y = _HEIGHT + _LINE * (number + 0.5)
-    mark = f'<path d="M{_LEFT} {y}h24" stroke="{color}"/><circle cx="{_LEFT + 12}" cy="{y}" r="3.5" fill="{color}"/>'
-    return f'{mark}<text x="{_LEFT + 32}" y="{y + 4}">{html.escape(series)}</text>'
+def _entry(column: int, line: int, series: str, color: str) -> str:
+    x, y = _LEFT + _WIDTH * column, _HEIGHT + _LINE * (line + 0.5)
+    mark = f'<path d="M{x} {y}h24" stroke="{color}"/><circle cx="{x + 12}" cy="{y}" r="3.5" fill="{color}"/>'
+    return f'{mark}<text x="{x + 32}" y="{y + 4}">{html.escape(series)}</text>'
 
 
 def _panel(left: float, kind: str, shown: Kind, found: Sequence[Summary], colors: Mapping[str, str]) -> str:
     series = {name: _dots(kind, shown, [s for s in found if s.series == name]) for name in colors}
-    floor = [_error(s, kind, shown) for s in found if s.is_reference]
-    floor = [e for e in floor if e > 0]
+    own = [_error(s, kind, shown) for s in found if s.is_reference]
+    floor = [max(own)] if any(own) else []
     dots = [dot for group in series.values() for dot in group]
     if not dots:
         return ""
-    frame = _Frame(left, _decades([*floor, *(d.error for d in dots)]), _decades([d.milliseconds for d in dots]))
+    low = min(floor, default=0.0) / 10
+    errors = _decades([*floor, *(max(d.error, low) for d in dots)])
+    frame = _Frame(left, errors, _decades([d.milliseconds for d in dots]))
     lines = [_series(frame, group, colors[name]) for name, group in series.items() if group]
     return _axes(frame, kind, shown) + _floor(frame, floor) + "".join(lines)
 
@@ -119,7 +123,7 @@ def _axes(frame: _Frame, kind: str, shown: Kind) -> str:
 def _floor(frame: _Frame, errors: Sequence[float]) -> str:
     if not errors:
         return ""
-    return f'<path class="f" d="M{frame.x(max(errors)):.1f} {_TOP}V{_HEIGHT - _BOTTOM}"/>'
+    return f'<path class="f" d="M{frame.x(errors[0]):.1f} {_TOP}V{_HEIGHT - _BOTTOM}"/>'
 
 
 def _series(frame: _Frame, dots: Sequence[_Dot], color: str) -> str:

@@ -31,11 +31,11 @@ def axisymmetric(quick: bool) -> Iterator[Point]:
         solved = membrane.press(_SPHERE, depth)
         case = f"round membrane, prestretch {prestretch:g}, depth {depth:g} of its radius"
         error = abs(solved.force / force - 1)
-        yield Point(case, "axisymmetric: known force, itself good to 1e-8", "force", error, solved.seconds)
+        yield Point(case, "axisymmetric, round membrane: known force, good to 1e-8", "force", error, solved.seconds)
         energies = [membrane.press(_SPHERE, depth + k * _DIFFERENCE).energy for k in _CENTRAL]
         slope = float(np.dot(list(_CENTRAL.values()), energies)) / _DIFFERENCE
         error = abs(solved.force / slope - 1)
-        yield Point(case, "axisymmetric: slope of the energy", "force", error, solved.seconds)
+        yield Point(case, "axisymmetric, round membrane: slope of its energy", "force", error, solved.seconds)
 
 
 def sheet(quick: bool) -> Iterator[Point]:
@@ -44,4 +44,4 @@ def sheet(quick: bool) -> Iterator[Point]:
         solved = press("sphere:20mm", 0.03, depth, shear_modulus=1.0, settings=Settings(mesh=0.5e-3, growth=1.2))
         case = f"sphere 20 mm, stretch 30 mm, depth {depth * 1e3:g} mm"
         error = abs(solved.force / force - 1)
-        yield Point(case, "reference: known force, itself good to 0.4 %", "force", error, solved.seconds, REFERENCE)
+        yield Point(case, "reference: known force, good to 0.4 %", "force", error, solved.seconds, REFERENCE)
