@@ -85,12 +85,19 @@ def test_a_peer_is_held_to_the_sheet(monkeypatch):
         def press():
             raise NoEquilibrium("the sheet still moves")
 
-    monkeypatch.setattr(peers, "PEERS", ("one", "two"))
-    monkeypatch.setattr(peers, "import_module", lambda name: Peer if name.endswith("one") else Restless)
-    exact, none = peers.points()
+    class Changed(Peer):
+        @staticmethod
+        def press():
+            raise AttributeError("no such name")
+
+    known = {"one": Peer, "two": Restless, "three": Changed}
+    monkeypatch.setattr(peers, "PEERS", tuple(known))
+    monkeypatch.setattr(peers, "import_module", lambda name: known[name.rpartition(".")[2]])
+    exact, none, failed = peers.points()
     assert exact.setting == "peer: exact"
     assert exact.error < 0.004
     assert (none.error, none.status) == (None, "no_equilibrium: the sheet still moves")
+    assert (failed.error, failed.status) == (None, "failed: AttributeError: no such name")
 
 
 @pytest.mark.parametrize("name", peers.PEERS)
