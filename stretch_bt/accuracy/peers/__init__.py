@@ -61,6 +61,6 @@ def _measured(case: str, peer: ModuleType, right: float) -> Point:
         found = peer.press()
     except NoEquilibrium as none:
         return Point(case, peer.NAME, "force", None, None, f"no_equilibrium: {none.reason}")
-    except Exception as error:  # of a version that we have not run; it must not cost the rows before it
+    except Exception as error:  # of another version, say; it must not cost the rows before it
         return Point(case, peer.NAME, "force", None, None, f"failed: {type(error).__name__}: {error}")
     return Point(case, f"{peer.NAME}: {found.setting}", "force", abs(found.force / right - 1), found.seconds)
