@@ -14,7 +14,21 @@ from stretch_bt.accuracy.summary import Summary, summarise
 __all__ = ["draw"]
 
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM, _LINE = 520, 400, 64, 16, 34, 48, 18
-_COLORS = ("#0b6e99", "#d1495b", "#2e8b57", "#8a4fbf", "#b8860b", "#555555", "#c2571a", "#17807e", "#7a1f3d", "#3949ab")
+_COLORS = (
+    "#0b6e99",
+    "#d1495b",
+    "#2e8b57",
+    "#8a4fbf",
+    "#b8860b",
+    "#555555",
+    "#c2571a",
+    "#17807e",
+    "#7a1f3d",
+    "#3949ab",
+    "#000000",
+    "#9acd32",
+    "#ff69b4",
+)
 _STYLE = (
     "text{font:12px sans-serif;fill:#333}.g{stroke:#e3e3e3}.f{stroke:#999;stroke-dasharray:5 4}"
     ".t{font-weight:bold}.m{text-anchor:middle}.e{text-anchor:end}path{fill:none;stroke-width:1.6}"

@@ -49,11 +49,13 @@ class Summary:
 
 
 def summarise(rows: Iterable[Row]) -> list[Summary]:
-    """Return a summary for each setting, in the order in which they first come."""
+    """Return a summary for each setting, series by series, in the order in which they first come."""
     settings: dict[str, list[Row]] = {}
     for row in rows:
         settings.setdefault(row.setting, []).append(row)
-    return [_summary(setting, group) for setting, group in settings.items()]
+    found = [_summary(setting, group) for setting, group in settings.items()]
+    series = list(dict.fromkeys(summary.series for summary in found))
+    return sorted(found, key=lambda summary: series.index(summary.series))
 
 
 def _summary(setting: str, rows: Sequence[Row]) -> Summary:

@@ -48,6 +48,11 @@ def test_a_summary_counts_a_case_once():
     assert (peer.answered, peer.seconds, peer.errors) == (0, None, {})
 
 
+def test_variants_of_a_series_stand_together():
+    rows = [row("a", name, 0.1) for name in ("one: 8", "two", "one: 4")]
+    assert [s.setting for s in summarise(rows)] == ["one: 8", "one: 4", "two"]
+
+
 def test_the_table_states_the_reference_first_and_every_failure():
     text = table("membrane", "against what", KINDS, ROWS)
     lines = text.splitlines()

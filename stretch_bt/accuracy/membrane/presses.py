@@ -15,6 +15,8 @@ from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 __all__ = ["compile_kernels", "points"]
 
+_REFERENCE = "reference: sheet on fine elements"
+
 Answer = tuple[dict[str, float], float]  # error of each kind, and CPU seconds
 
 
@@ -31,22 +33,18 @@ def points(quick: bool) -> Iterator[Point]:
         try:
             fine, coarse = (_press(case, settings) for settings in reference_settings(case))
         except NoEquilibrium as none:
-            yield Point(case.name, _reference(case), "force", None, None, f"no_equilibrium: {none.reason}")
+            yield Point(case.name, _REFERENCE, "force", None, None, f"no_equilibrium: {none.reason}")
             continue
         right = Reference.of(fine)
         change = right.errors(coarse)
         own = {kind: value / (REFINEMENT - 1) for kind, value in change.items()}  # as of first order
-        yield from _answered(case, _reference(case), (own, fine.seconds), REFERENCE)
+        yield from _answered(case, _REFERENCE, (own, fine.seconds), REFERENCE)
         for name, stand_in in STAND_INS.items():
             if stand_in.takes(case):
                 yield from _tried(case, f"{name}: for the sheet", lambda: stand_in.solve(case, right))  # noqa: B023
         for way in ways:
             if way.takes(case):
                 yield from _tried(case, way.name, lambda: _sheet(case, way, right))  # noqa: B023
-
-
-def _reference(case: Case) -> str:
-    return f"reference: sheet, {case.finest * 1e3:g} mm"
 
 
 def _tried(case: Case, setting: str, solve: Callable[[], Answer]) -> Iterator[Point]:
