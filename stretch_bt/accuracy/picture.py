@@ -1,0 +1,150 @@
+"""Work-precision diagrams as SVG: median error across, median CPU time up, both as powers of ten."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from stretch_bt.accuracy.points import Kind, Row
+from stretch_bt.accuracy.summary import Summary, summarise
+
+__all__ = ["draw"]
+
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM, _LINE = 520, 400, 64, 16, 34, 48, 18
+_COLORS = (
+    "#0b6e99",
+    "#d1495b",
+    "#2e8b57",
+    "#8a4fbf",
+    "#b8860b",
+    "#555555",
+    "#c2571a",
+    "#17807e",
+    "#7a1f3d",
+    "#3949ab",
+    "#000000",
+    "#9acd32",
+    "#ff69b4",
+)
+_STYLE = (
+    "text{font:12px sans-serif;fill:#333}.g{stroke:#e3e3e3}.f{stroke:#999;stroke-dasharray:5 4}"
+    ".t{font-weight:bold}.m{text-anchor:middle}.e{text-anchor:end}path{fill:none;stroke-width:1.6}"
+)
+
+
+class _Dot(NamedTuple):
+    error: float
+    milliseconds: float
+    variant: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """Maps powers of ten to one panel."""
+
+    left: float
+    errors: tuple[int, int]
+    times: tuple[int, int]
+
+    def x(self, error: float) -> float:
+        low, high = self.errors
+        return self.left + _LEFT + (_WIDTH - _LEFT - _RIGHT) * (max(math.log10(error), low) - low) / (high - low)
+
+    def y(self, milliseconds: float) -> float:
+        low, high = self.times
+        return _HEIGHT - _BOTTOM - (_HEIGHT - _TOP - _BOTTOM) * (math.log10(milliseconds) - low) / (high - low)
+
+
+def draw(name: str, kinds: Mapping[str, Kind], rows: Iterable[Row]) -> str:
+    """Return the picture of a domain: a panel for each kind of error, a line for each series of settings.
+
+    The dashed line is the median of the reference's own error, below which nothing can be told apart; what is far below it
+    because it was held to something better stands at the left edge.
+    """
+    found = summarise(rows)
+    names = list(dict.fromkeys(s.series for s in found if not s.is_reference and s.answered))
+    colors = {series: _COLORS[k % len(_COLORS)] for k, series in enumerate(names)}
+    panels = [_panel(k * _WIDTH, kind, shown, found, colors) for k, (kind, shown) in enumerate(kinds.items())]
+    lines = math.ceil(len(colors) / len(kinds))
+    legend = [_entry(*divmod(k, lines), series, color) for k, (series, color) in enumerate(colors.items())]
+    width, height = _WIDTH * len(kinds), _HEIGHT + _LINE * (lines + 1)
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
+    title = f"<title>{html.escape(name)}</title><style>{_STYLE}</style>"
+    ground = f'<rect width="{width}" height="{height}" fill="#fff"/>'
+    return f"{head}{title}{ground}{''.join(panels)}{''.join(legend)}</svg>\n"
+
+
+def _entry(column: int, line: int, series: str, color: str) -> str:
+    x, y = _LEFT + _WIDTH * column, _HEIGHT + _LINE * (line + 0.5)
+    mark = f'<path d="M{x} {y}h24" stroke="{color}"/><circle cx="{x + 12}" cy="{y}" r="3.5" fill="{color}"/>'
+    return f'{mark}<text x="{x + 32}" y="{y + 4}">{html.escape(series)}</text>'
+
+
+def _panel(left: float, kind: str, shown: Kind, found: Sequence[Summary], colors: Mapping[str, str]) -> str:
+    series = {name: _dots(kind, shown, [s for s in found if s.series == name]) for name in colors}
+    own = [_error(s, kind, shown) for s in found if s.is_reference]
+    floor = [max(own)] if any(own) else []
+    dots = [dot for group in series.values() for dot in group]
+    if not dots:
+        return ""
+    low = min(floor, default=0.0) / 10
+    errors = _decades([*floor, *(max(d.error, low) for d in dots)])
+    frame = _Frame(left, errors, _decades([d.milliseconds for d in dots]))
+    lines = [_series(frame, group, colors[name]) for name, group in series.items() if group]
+    return _axes(frame, kind, shown) + _floor(frame, floor) + "".join(lines)
+
+
+def _error(summary: Summary, kind: str, shown: Kind) -> float:
+    spread = summary.errors.get(kind)
+    return 0.0 if spread is None else spread.median * shown.scale
+
+
+def _dots(kind: str, shown: Kind, summaries: Sequence[Summary]) -> list[_Dot]:
+    """Return the dots of a series that a logarithm has a place for."""
+    dots = [
+        _Dot(_error(s, kind, shown), s.seconds.median * 1e3, s.variant)
+        for s in summaries
+        if s.answered and s.seconds is not None
+    ]
+    return [dot for dot in dots if dot.error > 0 and dot.milliseconds > 0]
+
+
+def _decades(values: Sequence[float]) -> tuple[int, int]:
+    low, high = math.floor(math.log10(min(values))), math.ceil(math.log10(max(values)))
+    return low, max(high, low + 1)
+
+
+def _axes(frame: _Frame, kind: str, shown: Kind) -> str:
+    bottom, right = _HEIGHT - _BOTTOM, frame.left + _WIDTH - _RIGHT
+    middle = (frame.left + _LEFT + right) / 2
+    parts = [f'<text class="t m" x="{middle:.1f}" y="20">{html.escape(kind.replace("_", " "))}</text>']
+    for power in range(frame.errors[0], frame.errors[1] + 1):
+        x = frame.x(10.0**power)
+        parts.append(f'<path class="g" d="M{x:.1f} {_TOP}V{bottom}"/>')
+        parts.append(f'<text class="m" x="{x:.1f}" y="{bottom + 16}">{10.0**power:g}</text>')
+    for power in range(frame.times[0], frame.times[1] + 1):
+        y = frame.y(10.0**power)
+        parts.append(f'<path class="g" d="M{frame.left + _LEFT} {y:.1f}H{right}"/>')
+        parts.append(f'<text class="e" x="{frame.left + _LEFT - 6}" y="{y + 4:.1f}">{10.0**power:g}</text>')
+    parts.append(f'<text class="m" x="{middle:.1f}" y="{bottom + 36}">median error, {html.escape(shown.unit)}</text>')
+    parts.append(f'<text x="{frame.left + 10}" y="20">CPU ms</text>')
+    return "".join(parts)
+
+
+def _floor(frame: _Frame, errors: Sequence[float]) -> str:
+    if not errors:
+        return ""
+    return f'<path class="f" d="M{frame.x(errors[0]):.1f} {_TOP}V{_HEIGHT - _BOTTOM}"/>'
+
+
+def _series(frame: _Frame, dots: Sequence[_Dot], color: str) -> str:
+    places = [(frame.x(dot.error), frame.y(dot.milliseconds)) for dot in dots]
+    line = "L".join(f"{x:.1f} {y:.1f}" for x, y in places)
+    circles = [
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{color}"><title>{html.escape(dot.variant)}</title></circle>'
+        for (x, y), dot in zip(places, dots, strict=True)
+    ]
+    return f'<path d="M{line}" stroke="{color}"/>{"".join(circles)}'

@@ -1,0 +1,77 @@
+"""The rows of a domain as a table for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from stretch_bt.accuracy.points import Kind, Row
+from stretch_bt.accuracy.summary import Spread, Summary, summarise
+
+__all__ = ["table"]
+
+
+def table(name: str, about: str, kinds: Mapping[str, Kind], rows: Iterable[Row]) -> str:
+    """Return what a domain measured: its reference with its own error, each setting, and what has no answer."""
+    found = summarise(rows)
+    references = [s for s in found if s.is_reference]
+    others = [s for s in found if not s.is_reference and s.answered]
+    parts = [
+        f"{name}\n{about}",
+        _grid("reference", references, kinds),
+        _grid("setting", others, kinds),
+        _missing(found),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _grid(title: str, summaries: list[Summary], kinds: Mapping[str, Kind]) -> str:
+    if not summaries:
+        return ""
+    headings = [
+        title,
+        "cases",
+        "failed",
+        "CPU ms",
+        *(f"{kind.replace('_', ' ')}, {k.unit}" for kind, k in kinds.items()),
+    ]
+    spread = ["", "", "", "median / p95", *("median / p95 / largest" for _ in kinds)]
+    lines = [headings, spread, *([*_line(s, kinds)] for s in summaries)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
+    return "\n".join(_aligned(line, widths) for line in lines)
+
+
+def _aligned(line: list[str], widths: list[int]) -> str:
+    first, *rest = (
+        cell.rjust(width) if column else cell.ljust(width)
+        for column, (cell, width) in enumerate(zip(line, widths, strict=True))
+    )
+    return "  ".join([first, *rest]).rstrip()
+
+
+def _line(summary: Summary, kinds: Mapping[str, Kind]) -> Iterator[str]:
+    yield summary.setting
+    yield str(summary.answered)
+    yield str(len(summary.unanswered))
+    cost = summary.seconds
+    yield "-" if cost is None else f"{_number(cost.median * 1e3)} / {_number(cost.p95 * 1e3)}"
+    for kind, shown in kinds.items():
+        yield _spread(summary.errors.get(kind), shown.scale)
+
+
+def _spread(spread: Spread | None, scale: float) -> str:
+    if spread is None:
+        return "-"
+    return " / ".join(_number(value * scale) for value in (spread.median, spread.p95, spread.largest))
+
+
+def _number(value: float) -> str:
+    """Return two significant digits, without an exponent where that is short."""
+    if value == 0 or 0.001 <= value < 10:
+        return f"{value:.2g}"
+    return f"{value:.0f}" if 10 <= value < 1e6 else f"{value:.0e}"
+
+
+def _missing(summaries: list[Summary]) -> str:
+    """Return who gave no answer to what, and why."""
+    lines = [f"  {row.setting}: {row.case}: {row.status}" for s in summaries for row in s.unanswered]
+    return "\n".join(["without an answer", *lines]) if lines else ""

@@ -1,0 +1,142 @@
+"""The domain membrane: its figures, its references, and the simulators that it compares with."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from stretch_bt.accuracy import domain_membrane, measure, peers
+from stretch_bt.accuracy.membrane import cases as table
+from stretch_bt.accuracy.membrane.errors import Reference
+from stretch_bt.accuracy.points import REFERENCE
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.membrane.press import press
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+
+#: largest error over the three presses, in units of 1 and m
+BOUNDS = {
+    "reference: known": {"force": 0.004},
+    "reference: sheet": {"force": 0.005, "surface": 1e-4, "contact_radius": 0.15},
+    "axisymmetric, round membrane: known": {"force": 1e-6},
+    "axisymmetric, round membrane: slope": {"force": 1e-6},
+    "sheet graded, cold, exact: 1 of": {"force": 0.02, "surface": 3e-4, "contact_radius": 0.3},
+    "sheet graded, cold, settled: 1 of": {"force": 0.02, "surface": 3e-4, "contact_radius": 0.3},
+    "sheet graded, warm, exact: 1 of": {"force": 0.02, "surface": 3e-4, "contact_radius": 0.3},
+    "sheet graded, warm, settled: 1 of": {"force": 0.02, "surface": 3e-4, "contact_radius": 0.3},
+}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    with pytest.MonkeyPatch.context() as patch:
+        for package in ("mujoco", "newton"):
+            patch.setitem(sys.modules, package, None)
+        return list(measure(["membrane"], quick=True))
+
+
+@pytest.mark.parametrize("prefix", BOUNDS)
+def test_errors_stay_below_their_bounds(rows, prefix):
+    found = [row for row in rows if row.setting.startswith(prefix)]
+    assert {row.error_kind for row in found} == BOUNDS[prefix].keys()
+    for row in found:
+        assert 0 <= row.error < BOUNDS[prefix][row.error_kind], row
+        assert row.cpu_seconds > 0
+
+
+def test_every_row_has_an_error_or_says_why_not(rows):
+    for row in rows:
+        answered = row.status in ("ok", "reference")
+        assert answered == (row.error is not None and math.isfinite(row.error)), row
+        assert answered or row.status.startswith(("no_equilibrium: ", "skipped: ")), row
+        assert row.error_kind in domain_membrane.KINDS
+    assert any(row.status.startswith("no_equilibrium") for row in rows)  # 8 mm under a sphere of 8 mm
+
+
+def test_finer_elements_cost_more_and_err_less(rows):
+    force = {
+        row.setting.partition(": ")[2]: (row.error, row.cpu_seconds)
+        for row in rows
+        if row.case.startswith("sphere 20 mm") and row.setting.startswith("sheet uniform, cold, exact")
+        if row.error_kind == "surface"
+    }
+    assert force["4 mm"][0] < force["8 mm"][0]
+    assert force["4 mm"][1] > force["8 mm"][1]
+
+
+def test_absent_peers_are_skipped_and_say_what_to_install(rows):
+    skipped = [row for row in rows if row.status.startswith("skipped")]
+    assert {row.setting for row in skipped} == {"MuJoCo flex", "Newton VBD"}
+    assert {row.status for row in skipped} == {"skipped: install stretch-bt[peers]"}
+
+
+def test_a_peer_is_held_to_the_sheet(monkeypatch):
+    """The reference press of the peers gives the force that two independent programs agree on."""
+
+    class Peer:
+        NAME, PACKAGES = "peer", ("numpy",)
+
+        @staticmethod
+        def press():
+            return peers.Pressed(0.6074, 1.0, "exact")
+
+    class Restless(Peer):
+        @staticmethod
+        def press():
+            raise NoEquilibrium("the sheet still moves")
+
+    class Changed(Peer):
+        @staticmethod
+        def press():
+            raise AttributeError("no such name")
+
+    known = {"one": Peer, "two": Restless, "three": Changed}
+    monkeypatch.setattr(peers, "PEERS", tuple(known))
+    monkeypatch.setattr(peers, "import_module", lambda name: known[name.rpartition(".")[2]])
+    exact, none, failed = peers.points()
+    assert exact.setting == "peer: exact"
+    assert exact.error < 0.004
+    assert (none.error, none.status) == (None, "no_equilibrium: the sheet still moves")
+    assert (failed.error, failed.status) == (None, "failed: AttributeError: no such name")
+
+
+@pytest.mark.parametrize("name", peers.PEERS)
+def test_an_installed_peer_gives_a_force_in_its_known_range(name):
+    pytest.importorskip({"mujoco_flex": "mujoco", "newton_vbd": "newton"}[name])
+    from importlib import import_module
+
+    found = import_module(f"stretch_bt.accuracy.peers.{name}").press()
+    low, high = {"mujoco_flex": (1.3, 1.5), "newton_vbd": (0.64, 0.71)}[name]
+    assert low < found.force < high
+
+
+def test_the_surface_error_is_that_of_height_over_a_fixed_place():
+    """Against heights interpolated over the same places, which are good to 0.02 mm on their own."""
+    fine = press("sphere:20mm", 0.03, 0.008, settings=Settings(coarsen=0.7))
+    rough = press("sphere:20mm", 0.03, 0.008, settings=Settings(mesh=6e-3, growth=1.0))
+    right = Reference.of(fine)
+    x, y, z = np.moveaxis(right.places, -1, 0)
+    over = np.abs(rough.detail.shape.height(x, y) - z).max()
+    assert right.errors(rough)["surface"] == pytest.approx(over, abs=3e-5)
+    assert right.errors(fine) == {"force": 0.0, "surface": 0.0, "contact_radius": 0.0}
+
+
+def test_cases_and_settings_have_names_of_their_own():
+    for quick in (False, True):
+        names = [case.name for case in table.cases(quick)]
+        ways = [way.name for way in table.variants(quick)]
+        assert len(set(names)) == len(names) > 0
+        assert len(set(ways)) == len(ways) > 0
+    stretches = {case.stretch for case in table.cases(False)}
+    assert stretches == {0.0, 0.01, 0.03, 0.06, 0.08}
+
+
+def test_the_reference_is_finer_than_what_is_held_to_it(rows):
+    for case in table.cases(False):
+        fine, coarse = table.reference_settings(case)
+        assert fine.mesh < coarse.mesh
+        assert fine.growth < coarse.growth
+        assert fine.exact
+        assert coarse.exact
+        assert all(way.settings.mesh is None or way.settings.mesh > coarse.mesh for way in table.variants(False))
+    assert {row.case for row in rows if row.status == REFERENCE} >= {case.name for case in table.cases(True)}
