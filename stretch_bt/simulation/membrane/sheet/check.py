@@ -37,13 +37,12 @@ def measure(
         c.body.indenter.flat > 0 and t[6] > _WRAPPED * t[3] for c, t in zip(problem.contacts, here.totals, strict=True)
     ):
         warnings.append("the sheet also presses on the sides of the indenter")
-    pull = here.gradient[0].sum(axis=0) + here.gradient[-1].sum(axis=0)
     return SheetPress(
         sheet=sheet,
         load=load,
         force=force * scale,
         force_error=relative_error * float(force[2]) * scale,
-        reaction=pull * scale,
+        reaction=here.reaction * scale,
         balance=float(np.linalg.norm(inner.sum(axis=(0, 1)))) / strength,
         shape=Shape(problem.mesh, outcome.control, sheet.unit),
         contacts=tuple(problem.contacts),

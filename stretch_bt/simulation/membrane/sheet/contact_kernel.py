@@ -80,7 +80,7 @@ def unpack(packed: Any, local: Any) -> Any:
 
 @kernel(
     "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64[:,::1],float64,float64,"
-    "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],int64,float64[:,:,::1],"
+    "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],float64[:,:,:,::1],int64,float64[:,:,::1],"
     "float64[:,::1],float64[::1])"
 )
 def contact(
@@ -95,14 +95,16 @@ def contact(
     wx: Any,
     vy: Any,
     wy: Any,
+    spread: Any,
     mode: Any,
     grad: Any,
     band: Any,
     totals: Any,
 ) -> Any:
-    """Return the contact energy; adds to grad, band, and to totals (7,): force, pressure integral, area, count,
-    and the pressure integral where the body faces away from the sheet.
+    """Return the contact energy; adds to grad, band, and to totals (8,): force, pressure integral, area, count,
+    the pressure integral where the body faces away from the sheet, and the energy of the penalty.
 
+    `spread` (ey, ex, qy, qx) is that of Mesh; it has no rows where the mesh lies on the sheet as it is.
     `friction` (q, 10) holds energy, gradient (3,) and Hessian (6: xx, xy, xz, yy, yz, zz) per reference area of the
     points in contact, or has no rows. Where `mode` is PROJECTED the body's curvature is left out.
     """
@@ -121,11 +123,14 @@ def contact(
                     packed[:] = 0.0
                 touched = True
                 weight = wx[ex, qx] * wy[ey, qy]
+                if spread.shape[0] > 0:
+                    weight *= spread[ey, ex, qy, qx]
                 p = weight * eps * depth
                 energy += 0.5 * p * depth
                 totals[3] += p
                 totals[4] += weight
                 totals[5] += 1.0
+                totals[7] += 0.5 * p * depth
                 if normal[q, 2] < 0.01:
                     totals[6] += p
                 for j in range(3):

@@ -138,9 +138,19 @@ def add_gradient(grad: Any, ex: Any, ey: Any, x: Any, y: Any, f1: Any, f2: Any, 
                 grad[ey + j, ex + i, c] += u * f1[c] + v * f2[c]
 
 
+@kernel()
+def map_slopes(inverse: Any, x: Any, y: Any) -> Any:
+    """Turn slopes x and y (9,) along the mesh into slopes on the unstretched sheet; return the area the map gives."""
+    for k in range(9):
+        u, v = x[k], y[k]
+        x[k] = inverse[0] * u + inverse[1] * v
+        y[k] = inverse[2] * u + inverse[3] * v
+    return inverse[4]
+
+
 @kernel(
     "float64(float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],float64[:,::1],float64[:,:,::1],"
-    "float64[:,:,::1],float64[:,::1],float64[::1],float64[:,:,:,::1],int64,float64[:,:,::1],"
+    "float64[:,:,::1],float64[:,::1],float64[:,:,:,:,::1],float64[::1],float64[:,:,:,::1],int64,float64[:,:,::1],"
     "float64[:,::1])"
 )
 def elastic(
@@ -151,6 +161,7 @@ def elastic(
     vy: Any,
     sy: Any,
     wy: Any,
+    inverse: Any,
     law: Any,
     peak: Any,
     mode: Any,
@@ -159,13 +170,14 @@ def elastic(
 ) -> Any:
     """Return the energy, inf where an element has collapsed; adds to grad (ny, nx, 3) and, unless GRADIENT, to band.
 
+    `inverse` (ey, ex, qy, qx, 5) is that of Mesh; it has no rows where the mesh lies on the sheet as it is.
     PROJECTED keeps only the tensile part of the stress in the Hessian, which makes it positive in practice.
     """
     ny, nx = control.shape[0], control.shape[1]
     energy = 0.0
     f1, f2, slopes = np.empty(3), np.empty(3), np.empty((8, 9))
     variation, rows, local = np.empty((4, 2, 2, 9)), np.empty((8, 81)), np.empty((9, 81))
-    remembers = law[3] > 0.0
+    remembers, mapped = law[3] > 0.0, inverse.shape[0] > 0
     for ey in range(wy.shape[0]):
         for ex in range(wx.shape[0]):
             for g in range(4):
@@ -175,6 +187,9 @@ def elastic(
                         slopes[2 * g, 3 * j + i] = sx[ex, qx, i] * vy[ey, qy, j]
                         slopes[2 * g + 1, 3 * j + i] = vx[ex, qx, i] * sy[ey, qy, j]
                 x, y = slopes[2 * g], slopes[2 * g + 1]
+                weight = wx[ex, qx] * wy[ey, qy]
+                if mapped:
+                    weight *= map_slopes(inverse[ey, ex, qy, qx], x, y)
                 gradient_of(control, ex, ey, x, y, f1, f2)
                 c11 = f1[0] * f1[0] + f1[1] * f1[1] + f1[2] * f1[2]
                 c12 = f1[0] * f2[0] + f1[1] * f2[1] + f1[2] * f2[2]
@@ -182,7 +197,6 @@ def elastic(
                 det = c11 * c22 - c12 * c12
                 if not det > 1e-10:
                     return np.inf
-                weight = wx[ex, qx] * wy[ey, qy]
                 seen = peak[ey, ex, qy, qx] if remembers else 0.0
                 w, wt, wj, wtt, wtj, wjj = strain_energy(c11 + c22, det, seen, law)
                 energy += weight * w
@@ -205,22 +219,24 @@ def elastic(
 
 @kernel(
     "void(float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],"
-    "float64[::1],float64[:,:,:,::1])"
+    "float64[:,:,:,:,::1],float64[::1],float64[:,:,:,::1])"
 )
-def peaks(control: Any, vx: Any, sx: Any, vy: Any, sy: Any, law: Any, peak: Any) -> Any:
+def peaks(control: Any, vx: Any, sx: Any, vy: Any, sy: Any, inverse: Any, law: Any, peak: Any) -> Any:
     """Raise the largest energy seen at each Gauss point, peak (ey, ex, qy, qx), to that of the present shape."""
+    virgin = law.copy()
+    virgin[3] = 0.0
+    f1, f2, x, y = np.empty(3), np.empty(3), np.empty(9), np.empty(9)
     for ey in range(peak.shape[0]):
         for ex in range(peak.shape[1]):
             for qy in range(peak.shape[2]):
                 for qx in range(peak.shape[3]):
-                    f = np.zeros((2, 3))
                     for j in range(3):
                         for i in range(3):
-                            for c in range(3):
-                                f[0, c] += sx[ex, qx, i] * vy[ey, qy, j] * control[ey + j, ex + i, c]
-                                f[1, c] += vx[ex, qx, i] * sy[ey, qy, j] * control[ey + j, ex + i, c]
-                    c11, c12, c22 = np.sum(f[0] * f[0]), np.sum(f[0] * f[1]), np.sum(f[1] * f[1])
-                    virgin = law.copy()
-                    virgin[3] = 0.0
+                            x[3 * j + i] = sx[ex, qx, i] * vy[ey, qy, j]
+                            y[3 * j + i] = vx[ex, qx, i] * sy[ey, qy, j]
+                    if inverse.shape[0] > 0:
+                        map_slopes(inverse[ey, ex, qy, qx], x, y)
+                    gradient_of(control, ex, ey, x, y, f1, f2)
+                    c11, c12, c22 = np.sum(f1 * f1), np.sum(f1 * f2), np.sum(f2 * f2)
                     w = strain_energy(c11 + c22, c11 * c22 - c12 * c12, 0.0, virgin)[0]
                     peak[ey, ex, qy, qx] = max(peak[ey, ex, qy, qx], w)

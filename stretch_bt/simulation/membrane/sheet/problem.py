@@ -19,6 +19,7 @@ _NO_FRICTION = np.empty((0, 10))
 _LARGEST_STEP = 8.0
 _NO_BAND = np.empty((0, 0))
 _NO_PEAK = np.empty((0, 0, 0, 0))
+_FREE = np.zeros(3)
 
 
 @dataclass(slots=True)
@@ -33,17 +34,25 @@ class Contact:
 @dataclass(slots=True)
 class Evaluation:
     """Energy and gradient at some control points; per body: force (3,), pressure integral, area,
-    points, and the pressure integral on flanks that face away.
+    points, the pressure integral on flanks that face away, and the energy of the penalty.
+
+    `sides` (3,) is the force on the first and last column of control points where these are clamped.
     """
 
     energy: float
     gradient: Array
     totals: Array
+    sides: Array
 
     @property
     def force(self) -> Array:
         """Force (3,) of all bodies on the sheet."""
         return np.asarray(self.totals[:, :3].sum(axis=0))
+
+    @property
+    def reaction(self) -> Array:
+        """Force (3,) of the sheet on its clamps."""
+        return np.asarray(self.gradient[0].sum(axis=0) + self.gradient[-1].sum(axis=0) + self.sides)
 
 
 @dataclass(slots=True)
@@ -88,16 +97,18 @@ class Problem:
         x, y = self.mesh.strain
         gradient = np.zeros(self.mesh.shape)
         energy = elastic_kernel.elastic(
-            control, x.value, x.slope, x.weight, y.value, y.slope, y.weight, self.law, self.peak, mode, gradient, band
-        )
-        totals = np.zeros((len(self.contacts), 7))
+            control, x.value, x.slope, x.weight, y.value, y.slope, y.weight, self.mesh.inverse, self.law, self.peak,
+            mode, gradient, band,
+        )  # fmt: skip
+        totals = np.zeros((len(self.contacts), 8))
         if np.isfinite(energy):
             for contact, row in zip(self.contacts, totals, strict=True):
                 energy += self._touch(contact, control, mode, gradient, band, row)
             energy += self._other(control, mode, gradient, band)
         if self.flat:
             self._hold_flat(gradient, band, mode)
-        return Evaluation(energy, gradient, totals)
+        sides = self._hold_sides(gradient, band, mode) if self.mesh.held else _FREE
+        return Evaluation(energy, gradient, totals, sides)
 
     def _touch(self, contact: Contact, control: Array, mode: int, gradient: Array, band: Array, row: Array) -> float:
         metres = control * self.unit
@@ -111,7 +122,8 @@ class Problem:
         return float(
             contact_kernel.contact(
                 elements, gap.distance / self.unit, gap.normal, gap.curvature * self.unit, _NO_FRICTION,
-                contact.offset, contact.stiffness, x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
+                contact.offset, contact.stiffness, x.value, x.weight, y.value, y.weight, self.mesh.spread, mode, gradient, band,
+                row,
             )
         )  # fmt: skip
 
@@ -134,7 +146,7 @@ class Problem:
         """Return the largest energy seen at each Gauss point, this shape included."""
         x, y = self.mesh.strain
         peak = self.peak.copy()
-        elastic_kernel.peaks(control, x.value, x.slope, y.value, y.slope, self.law, peak)
+        elastic_kernel.peaks(control, x.value, x.slope, y.value, y.slope, self.mesh.inverse, self.law, peak)
         return peak
 
     def _near(self, contact: Contact, metres: Array) -> Array:
@@ -149,3 +161,17 @@ class Problem:
         gradient[..., 2] = 0.0
         if mode != GRADIENT:
             band[2::3, 0] += 10.0
+
+    def _hold_sides(self, gradient: Array, band: Array, mode: int) -> Array:
+        """Take the first and last column of control points out of the equations; return the force on them."""
+        sides = gradient[1:-1, [0, -1]].sum(axis=(0, 1))
+        gradient[1:-1, [0, -1]] = 0.0
+        if mode != GRADIENT:
+            ny, nx, _ = self.mesh.shape
+            width, flat = band.shape[1], band.reshape(-1)
+            for k in np.arange(self.unknowns).reshape(ny - 2, nx, 3)[:, [0, -1]].ravel().tolist():
+                # row k of the lower band lies along a falling diagonal of its storage
+                flat[k * width - min(width - 1, k) * (width - 1) : k * width + 1 : width - 1] = 0.0
+                band[k] = 0.0
+                band[k, 0] = 1.0
+        return np.asarray(sides)

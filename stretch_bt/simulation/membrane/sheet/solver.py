@@ -17,12 +17,12 @@ from stretch_bt.simulation.membrane.sheet.bending import Bending
 from stretch_bt.simulation.membrane.sheet.check import check, measure
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
-from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
+from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Done, Outcome, Step, minimise
 from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from stretch_bt.simulation.membrane.sheet.spline import Array, Axis
+from stretch_bt.simulation.membrane.sheet.spline import Array
 from stretch_bt.simulation.membrane.sheet.threads import one_thread
 
 __all__ = ["solve"]
@@ -75,9 +75,9 @@ class _Work:
         """Solve from the flat sheet, by way of a tent."""
         mesh = self._mesh()
         flat = self._problem(mesh, (), flat=True)
-        level = self._minimise(flat, starts.flat_guess(mesh, self.span), lambda step: step.size < 1e-2)
+        level = self._minimise(flat, self.sheet.outline.flat(mesh, self.span), lambda step: step.size < 1e-2)
         problem = self._problem(mesh, ())
-        control = starts.tent(level.control, self.bodies, self.span, self.unit)
+        control = self.sheet.outline.tent(level.control, self.bodies, self.span, self.unit)
         rough = self._minimise(problem, control, lambda step: step.size < 3e-2)
         self._update(problem, rough)
         return self._finish(problem, rough.control, Memory(()))
@@ -96,7 +96,7 @@ class _Work:
         control, offsets = self._predict(start, old, change)
         problem = self._problem(mesh, offsets, start)
         memory = Memory((), old, start.memory.offsets, change, drift)
-        return self._finish(problem, starts.clamped(mesh, control, self.span), memory)
+        return self._finish(problem, self.sheet.outline.clamped(mesh, control, self.span), memory)
 
     def _predict(self, start: SheetPress, old: Array, change: Array) -> tuple[Array, tuple[float, ...]]:
         """Return control points and offsets on the straight line through the last two presses, else scaled ones."""
@@ -131,10 +131,9 @@ class _Work:
 
     def _zones(self, body: Placed) -> tuple[list[Zone], list[Zone]]:
         """Return zones on the unstretched sheet, sheet units; widths and sizes are kept, places are carried back."""
-        length = self.span / 100
         finer = 0.5 ** self._refinement(self.load.depth) if body.indenter.flat == 0 else 1.0
-        both = []
-        for zones, scale in zip(body.zones(self.sheet.gauge), (length**0.55, 1 / length), strict=True):
+        both, back = [], self.sheet.outline.back(self.span / 100)
+        for zones, scale in zip(body.zones(self.sheet.gauge), back, strict=True):
             spans = ((scale * (z.low + z.high) / 2, (z.high - z.low) / 2, z.size) for z in zones)
             narrow = finer if body.indenter.flat == 0 else 1.0
             both.append(
@@ -154,9 +153,7 @@ class _Work:
         x, y = [z for p in pairs for z in p[0]], [z for p in pairs for z in p[1]]
         scale = self._scale(min(z.size for z in x + y))
         x, y = ([z._replace(size=z.size * scale) for z in zones] for zones in (x, y))
-        growth, sheet = self.settings.growth, self.sheet
-        across, along = breakpoints(sheet.width / self.unit, x, growth), breakpoints(100.0, y, growth)
-        return Mesh(Axis(across), Axis(along))
+        return self.sheet.outline.mesh(self.sheet.width / self.unit, x, y, self.settings.growth)
 
     def _problem(
         self, mesh: Mesh, offsets: tuple[float, ...], past: SheetPress | None = None, *, flat: bool = False
