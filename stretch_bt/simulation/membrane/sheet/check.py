@@ -47,7 +47,7 @@ def measure(
         shape=Shape(problem.mesh, outcome.control, sheet.unit),
         contacts=tuple(problem.contacts),
         nodes=int(here.totals[:, 5].sum()),
-        energy=here.energy * scale * sheet.unit,
+        energy=_rigid_energy(problem, outcome) * scale * sheet.unit,
         residual=float(np.abs(inner).max()) / strength,
         pivot=1 if outcome.positive else -1,
         iterations=0,
@@ -56,6 +56,17 @@ def measure(
         warnings=tuple(warnings),
         memory=memory,
     )
+
+
+def _rigid_energy(problem: Problem, outcome: Outcome) -> float:
+    """Return the energy that the sheet would have on a rigid body: to first order that of what it still penetrates by.
+
+    With the pressure p and the gap g left over, it is the value of the dual problem, W - integral p g, which differs from
+    that of rigid contact by the square of the penetration only.
+    """
+    totals = outcome.evaluation.totals
+    made_up = sum(c.offset * t[3] for c, t in zip(problem.contacts, totals, strict=True))
+    return outcome.evaluation.energy + float(totals[:, 7].sum()) - float(made_up)
 
 
 def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
