@@ -11,6 +11,7 @@ from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.newton import Outcome
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, Shape, SheetPress
+from stretch_bt.simulation.membrane.sheet.rigid import rigid_energy, rigid_force
 
 __all__ = ["check", "measure"]
 
@@ -23,7 +24,8 @@ def measure(
 ) -> SheetPress:
     """Return the result of an outcome in SI units, with the figures that its checks look at."""
     scale, here = sheet.force_unit, outcome.evaluation
-    force, inner = here.force, here.gradient[1:-1]
+    more = rigid_force(problem, outcome)
+    force, inner = here.force + more, here.gradient[1:-1]
     strength = float(np.linalg.norm(force)) or 1.0
     radius = math.sqrt(float(here.totals[:, 4].sum()) / math.pi)
     warnings = []
@@ -42,12 +44,12 @@ def measure(
         load=load,
         force=force * scale,
         force_error=relative_error * float(force[2]) * scale,
-        reaction=here.reaction * scale,
+        reaction=(here.reaction - more) * scale,
         balance=float(np.linalg.norm(inner.sum(axis=(0, 1)))) / strength,
         shape=Shape(problem.mesh, outcome.control, sheet.unit),
         contacts=tuple(problem.contacts),
         nodes=int(here.totals[:, 5].sum()),
-        energy=_rigid_energy(problem, outcome) * scale * sheet.unit,
+        energy=rigid_energy(problem, outcome) * scale * sheet.unit,
         residual=float(np.abs(inner).max()) / strength,
         pivot=1 if outcome.positive else -1,
         iterations=0,
@@ -56,17 +58,6 @@ def measure(
         warnings=tuple(warnings),
         memory=memory,
     )
-
-
-def _rigid_energy(problem: Problem, outcome: Outcome) -> float:
-    """Return the energy that the sheet would have on a rigid body: to first order that of what it still penetrates by.
-
-    With the pressure p and the gap g left over, it is the value of the dual problem, W - integral p g, which differs from
-    that of rigid contact by the square of the penetration only.
-    """
-    totals = outcome.evaluation.totals
-    made_up = sum(c.offset * t[3] for c, t in zip(problem.contacts, totals, strict=True))
-    return outcome.evaluation.energy + float(totals[:, 7].sum()) - float(made_up)
 
 
 def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:

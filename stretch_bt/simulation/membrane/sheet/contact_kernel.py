@@ -13,7 +13,7 @@ import numpy as np
 from stretch_bt.simulation.membrane.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
-__all__ = ["bounds", "contact", "gauss_points"]
+__all__ = ["bounds", "contact", "gauss_points", "leftover"]
 
 
 @kernel("void(float64[:,:,::1],float64[:,::1],float64[::1])")
@@ -161,3 +161,53 @@ def contact(
             unpack(packed, local)
             scatter(local, ex, ey, nx, ny, band)
     return energy
+
+
+@kernel(
+    "void(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64,float64,float64[:,:,::1],float64[:,::1],"
+    "float64[:,:,::1],float64[:,::1],float64[:,:,:,::1],float64[:,:,::1],float64[:,:,:,::1])"
+)
+def leftover(
+    elements: Any,
+    gap: Any,
+    normal: Any,
+    curvature: Any,
+    off: Any,
+    eps: Any,
+    vx: Any,
+    wx: Any,
+    vy: Any,
+    wy: Any,
+    spread: Any,
+    excess: Any,
+    lift: Any,
+) -> Any:
+    """Add the nodal forces of eps times the penetration left over to excess (ny, nx, 3), and to lift (3, ny, nx, 3) the
+    change of the contact's nodal forces as the body moves along x, y or z.
+    """
+    nx = excess.shape[1] - 2
+    q = 0
+    for e in elements:
+        ey, ex = e // nx, e % nx
+        for g in range(wy.shape[1] * wx.shape[1]):
+            qy, qx = g // wx.shape[1], g % wx.shape[1]
+            if off > gap[q]:
+                weight = eps * wx[ex, qx] * wy[ey, qy]
+                if spread.shape[0] > 0:
+                    weight *= spread[ey, ex, qy, qx]
+                p, k = weight * (off - gap[q]), 0
+                for c in range(3):
+                    for d in range(c, 3):
+                        stiff = weight * normal[q, c] * normal[q, d] - p * curvature[q, k]
+                        k += 1
+                        for j in range(3):
+                            for i in range(3):
+                                share = vx[ex, qx, i] * vy[ey, qy, j] * stiff
+                                lift[c, ey + j, ex + i, d] += share
+                                if c != d:
+                                    lift[d, ey + j, ex + i, c] += share
+                    for j in range(3):
+                        for i in range(3):
+                            push = -weight * gap[q] * normal[q, c]
+                            excess[ey + j, ex + i, c] += push * vx[ex, qx, i] * vy[ey, qy, j]
+            q += 1

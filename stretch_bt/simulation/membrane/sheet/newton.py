@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["Done", "Outcome", "Step", "minimise"]
+__all__ = ["Done", "Outcome", "Step", "minimise", "refreshed"]
 
 _REUSES = 2
 _REUSE_BELOW = 0.3
@@ -37,13 +37,17 @@ Done = Callable[[Step], bool]
 
 @dataclass(slots=True)
 class Outcome:
-    """Where a minimisation ended."""
+    """Where a minimisation ended.
+
+    `solve` divides unknowns (ny - 2, nx, 3) by the last Hessian, until the problem gives room for another one.
+    """
 
     control: Array
     evaluation: Evaluation
     iterations: int
     factors: int
     positive: bool
+    solve: Callable[[Array], Array]
 
 
 def minimise(problem: Problem, control: Array, done: Done, budget: int) -> Outcome:
@@ -55,6 +59,15 @@ def minimise(problem: Problem, control: Array, done: Done, budget: int) -> Outco
         The budget of iterations is spent, or no step lowers the energy.
     """
     return _Newton(problem, control.copy()).run(done, budget)
+
+
+def refreshed(problem: Problem, outcome: Outcome) -> Outcome:
+    """Return the outcome with the Hessian of its own control points, where the last one may be two steps older."""
+    newton = _Newton(problem, outcome.control)
+    band = problem.room()
+    problem.evaluate(outcome.control, EXACT, band)
+    newton.factor_of(band)
+    return replace(outcome, positive=newton.positive, solve=newton.solve)
 
 
 class _Newton:
@@ -77,9 +90,9 @@ class _Newton:
         last = np.inf
         for iteration in range(1, budget + 1):
             if pending is not None:
-                self._factor(pending)
+                self.factor_of(pending)
                 last = np.inf
-            direction = self._direction(here)
+            direction = -self.solve(here.gradient[1:-1])
             size = float(np.abs(direction).max())
             keep = self.reuses < _REUSES and size < _REUSE_BELOW and size < _REUSE_RATE * last
             step, pending = self._search(here, direction, size, keep)
@@ -92,10 +105,12 @@ class _Newton:
             self.reuses = self.reuses + 1 if keep else 0
             here, last = step.after, size
             if done(step):
-                return Outcome(self.control, here, iteration, self.factors, self.positive)
+                if pending is not None:
+                    self.factor_of(pending)
+                return Outcome(self.control, here, iteration, self.factors, self.positive, self.solve)
         raise NoEquilibrium(f"no equilibrium within {budget} iterations")
 
-    def _factor(self, band: Array) -> None:
+    def factor_of(self, band: Array) -> None:
         """Factor the Hessian here; where it is not positive, project it, then shift it."""
         self.factors += 1
         self.reuses = 0
@@ -117,10 +132,10 @@ class _Newton:
             if self.shift > 1e6:
                 raise NoEquilibrium("the tangent cannot be made positive")
 
-    def _direction(self, here: Evaluation) -> Array:
-        inner = here.gradient[1:-1]
+    def solve(self, inner: Array) -> Array:
+        """Return the step that an (ny - 2, nx, 3) change of the gradient asks for."""
         solved, _ = self._substitute(self.factor, inner.reshape(-1), lower=1)
-        return np.asarray(-solved).reshape(inner.shape)
+        return np.asarray(solved).reshape(inner.shape)
 
     def _search(self, here: Evaluation, direction: Array, size: float, keep: bool) -> tuple[Step | None, Array | None]:
         """Try the full step, then halves; the Hessian comes along unless the factor is kept."""

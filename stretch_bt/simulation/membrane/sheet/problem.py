@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from stretch_bt.simulation.membrane.indenters.base import Gap
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
 from stretch_bt.simulation.membrane.sheet.bending import Bending
@@ -111,14 +112,8 @@ class Problem:
         return Evaluation(energy, gradient, totals, sides)
 
     def _touch(self, contact: Contact, control: Array, mode: int, gradient: Array, band: Array, row: Array) -> float:
-        metres = control * self.unit
-        elements = self._near(contact, metres)
-        if not len(elements):
-            return 0.0
+        elements, gap = self._gaps(contact, control * self.unit)
         x, y = self.mesh.touch
-        points = np.empty((len(elements) * 16, 3))
-        contact_kernel.gauss_points(metres, elements, x.value, y.value, points)
-        gap = contact.body.gap(points)
         return float(
             contact_kernel.contact(
                 elements, gap.distance / self.unit, gap.normal, gap.curvature * self.unit, _NO_FRICTION,
@@ -126,6 +121,28 @@ class Problem:
                 row,
             )
         )  # fmt: skip
+
+    def leftover(self, control: Array) -> tuple[Array, Array]:
+        """Return the nodal forces (ny, nx, 3) of stiffness times the penetration that is left over, and the change of the
+        contacts' nodal forces (3, ny, nx, 3) as the bodies move along x, y and z.
+        """
+        excess, lift = np.zeros(self.mesh.shape), np.zeros((3, *self.mesh.shape))
+        x, y = self.mesh.touch
+        for contact in self.contacts:
+            elements, gap = self._gaps(contact, control * self.unit)
+            contact_kernel.leftover(
+                elements, gap.distance / self.unit, gap.normal, gap.curvature * self.unit, contact.offset,
+                contact.stiffness, x.value, x.weight, y.value, y.weight, self.mesh.spread, excess, lift,
+            )  # fmt: skip
+        return excess, lift
+
+    def _gaps(self, contact: Contact, metres: Array) -> tuple[Array, Gap]:
+        """Return the elements that may touch, and the gaps at their Gauss points."""
+        elements = self._near(contact, metres)
+        x, y = self.mesh.touch
+        points = np.empty((len(elements) * 16, 3))
+        contact_kernel.gauss_points(metres, elements, x.value, y.value, points)
+        return elements, contact.body.gap(points)
 
     def _other(self, control: Array, mode: int, gradient: Array, band: Array) -> float:
         """Add weight and bending, where they act; return their energy."""
