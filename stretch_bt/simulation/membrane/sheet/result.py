@@ -136,11 +136,24 @@ def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
     weight = np.einsum("xq,yp->yxpq", tx.weight, ty.weight).ravel()
     normal = np.cross(along_x, along_y) * weight[:, None]
     gap = contact.body.gap(np.ascontiguousarray(places * shape.unit)).distance / shape.unit
-    # a round body presses half as hard at the contact's edge; a flat face carries no pressure inside its rim
-    near = gap < (contact.offset + 1e-3 if contact.body.indenter.flat > 0 else contact.offset / 2)
+    sunk, area = contact.offset - gap, np.linalg.norm(normal, axis=1)
+    near = sunk > _least(contact, sunk, area)
     square = shape.unit**2
     return (
         places[near] * shape.unit,
-        np.linalg.norm(normal[near], axis=1) * square,
+        area[near] * square,
         np.abs(normal[near, 2]) * square,
     )
+
+
+def _least(contact: Contact, sunk: Array, area: Array) -> float:
+    """Return the penetration, out of those at points that stand for an area, from which on the sheet touches.
+
+    A flat face carries no pressure inside its rim. A round body carries tension T times its curvature right up to the edge;
+    on the soft contact this settles as 1 - exp(-s/sqrt(T/stiffness)), s from where the pressure ends, and the straight
+    piece of sheet outside belongs to a rigid contact that ends at s = sqrt(T/stiffness).
+    """
+    if contact.body.indenter.flat > 0:
+        return -1e-3
+    pressed = np.maximum(sunk, 0.0) * area
+    return float((1 - np.exp(-1)) * (pressed @ sunk) / max(pressed.sum(), 1e-300))
