@@ -8,7 +8,7 @@ import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
-from stretch_bt.simulation.membrane.sheet.newton import Outcome
+from stretch_bt.simulation.membrane.sheet.newton import Outcome, Tangent
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, Shape, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import rigid_energy, rigid_force
@@ -24,7 +24,8 @@ def measure(
 ) -> SheetPress:
     """Return the result of an outcome in SI units, with the figures that its checks look at."""
     scale, here = sheet.force_unit, outcome.evaluation
-    more = rigid_force(problem, outcome)
+    tangent = Tangent(problem, outcome.control)
+    more = rigid_force(problem, outcome, tangent)
     force, inner = here.force + more, here.gradient[1:-1]
     strength = float(np.linalg.norm(force)) or 1.0
     radius = math.sqrt(float(here.totals[:, 4].sum()) / math.pi)
@@ -33,7 +34,7 @@ def measure(
         warnings.append(
             f"the contact is smaller than an element of {problem.mesh.finest * sheet.unit * 1e3:.3g} mm: use a finer mesh"
         )
-    if not outcome.positive:
+    if not tangent.positive:
         warnings.append("the tangent is not positive: a slack part of the sheet would wrinkle or fold")
     if any(
         c.body.indenter.flat > 0 and t[6] > _WRAPPED * t[3] for c, t in zip(problem.contacts, here.totals, strict=True)
@@ -51,9 +52,9 @@ def measure(
         nodes=int(here.totals[:, 5].sum()),
         energy=rigid_energy(problem, outcome) * scale * sheet.unit,
         residual=float(np.abs(inner).max()) / strength,
-        pivot=1 if outcome.positive else -1,
+        pivot=1 if tangent.positive else -1,
         iterations=0,
-        factors=0,
+        factors=1,
         seconds=0.0,
         warnings=tuple(warnings),
         memory=memory,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["Done", "Outcome", "Step", "minimise", "refreshed"]
+__all__ = ["Done", "Outcome", "Step", "Tangent", "minimise"]
 
 _REUSES = 2
 _REUSE_BELOW = 0.3
@@ -37,17 +37,12 @@ Done = Callable[[Step], bool]
 
 @dataclass(slots=True)
 class Outcome:
-    """Where a minimisation ended.
-
-    `solve` divides unknowns (ny - 2, nx, 3) by the last Hessian, until the problem gives room for another one.
-    """
+    """Where a minimisation ended."""
 
     control: Array
     evaluation: Evaluation
     iterations: int
     factors: int
-    positive: bool
-    solve: Callable[[Array], Array]
 
 
 def minimise(problem: Problem, control: Array, done: Done, budget: int) -> Outcome:
@@ -61,13 +56,22 @@ def minimise(problem: Problem, control: Array, done: Done, budget: int) -> Outco
     return _Newton(problem, control.copy()).run(done, budget)
 
 
-def refreshed(problem: Problem, outcome: Outcome) -> Outcome:
-    """Return the outcome with the Hessian of its own control points, where the last one may be two steps older."""
-    newton = _Newton(problem, outcome.control)
-    band = problem.room()
-    problem.evaluate(outcome.control, EXACT, band)
-    newton.factor_of(band)
-    return replace(outcome, positive=newton.positive, solve=newton.solve)
+class Tangent:
+    """The factored Hessian at control points (ny, nx, 3); `positive` says whether it is so without a cure.
+
+    It is good until the problem makes room for other Hessians.
+    """
+
+    def __init__(self, problem: Problem, control: Array) -> None:
+        self._newton = _Newton(problem, control)
+        band = problem.room()
+        problem.evaluate(control, EXACT, band)
+        self._newton.factorise(band)
+        self.positive = self._newton.positive
+
+    def solve(self, change: Array) -> Array:
+        """Return the move of the unknowns (ny - 2, nx, 3) that changes the gradient by as much."""
+        return self._newton.solve(change)
 
 
 class _Newton:
@@ -90,7 +94,7 @@ class _Newton:
         last = np.inf
         for iteration in range(1, budget + 1):
             if pending is not None:
-                self.factor_of(pending)
+                self.factorise(pending)
                 last = np.inf
             direction = -self.solve(here.gradient[1:-1])
             size = float(np.abs(direction).max())
@@ -105,12 +109,10 @@ class _Newton:
             self.reuses = self.reuses + 1 if keep else 0
             here, last = step.after, size
             if done(step):
-                if pending is not None:
-                    self.factor_of(pending)
-                return Outcome(self.control, here, iteration, self.factors, self.positive, self.solve)
+                return Outcome(self.control, here, iteration, self.factors)
         raise NoEquilibrium(f"no equilibrium within {budget} iterations")
 
-    def factor_of(self, band: Array) -> None:
+    def factorise(self, band: Array) -> None:
         """Factor the Hessian here; where it is not positive, project it, then shift it."""
         self.factors += 1
         self.reuses = 0
@@ -132,10 +134,9 @@ class _Newton:
             if self.shift > 1e6:
                 raise NoEquilibrium("the tangent cannot be made positive")
 
-    def solve(self, inner: Array) -> Array:
-        """Return the step that an (ny - 2, nx, 3) change of the gradient asks for."""
-        solved, _ = self._substitute(self.factor, inner.reshape(-1), lower=1)
-        return np.asarray(solved).reshape(inner.shape)
+    def solve(self, change: Array) -> Array:
+        solved, _ = self._substitute(self.factor, change.reshape(-1), lower=1)
+        return np.asarray(solved).reshape(change.shape)
 
     def _search(self, here: Evaluation, direction: Array, size: float, keep: bool) -> tuple[Step | None, Array | None]:
         """Try the full step, then halves; the Hessian comes along unless the factor is kept."""

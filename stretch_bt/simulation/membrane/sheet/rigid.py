@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.sheet.newton import Outcome
+from stretch_bt.simulation.membrane.sheet.newton import Outcome, Tangent
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
@@ -25,18 +25,18 @@ def rigid_energy(problem: Problem, outcome: Outcome) -> float:
     return outcome.evaluation.energy + float(totals[:, 7].sum()) - float(made_up)
 
 
-def rigid_force(problem: Problem, outcome: Outcome) -> Array:
+def rigid_force(problem: Problem, outcome: Outcome, tangent: Tangent) -> Array:
     """Return what rigid bodies would add to the force (3,) on the sheet, nothing where it would be a lot.
 
     As the bodies move by e the sheet follows by K^-1 L e, with the Hessian K and the contact's part L of it, and the
     pressure changes by stiffness x n (e - K^-1 L e); weighted by the penetration left over that is the derivative of
-    `rigid_energy` less the force.
+    `rigid_energy` less the force. The Hessian has to be that of the shape: one of a few steps before knows another contact.
     """
     excess, lift = problem.leftover(outcome.control)
     whole = excess.sum(axis=(0, 1))
     if problem.mesh.held:
         excess[:, [0, -1]] = 0.0
-    follow = outcome.solve(excess[1:-1])
+    follow = tangent.solve(excess[1:-1])
     more = whole - lift[:, 1:-1].reshape(3, -1) @ follow.ravel()
     small = np.linalg.norm(more) <= _FIRST_ORDER * np.linalg.norm(outcome.evaluation.force)
     return np.asarray(more) if small else np.zeros(3)

@@ -18,7 +18,7 @@ from stretch_bt.simulation.membrane.sheet.check import check, measure
 from stretch_bt.simulation.membrane.sheet.error_law import relative_error
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
-from stretch_bt.simulation.membrane.sheet.newton import Done, Outcome, Step, minimise, refreshed
+from stretch_bt.simulation.membrane.sheet.newton import Done, Outcome, Step, minimise
 from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
@@ -207,13 +207,10 @@ class _Work:
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts), peak=peak)
         for contact, offset in zip(problem.contacts, used, strict=True):
             contact.offset = offset
-        if self.settings.exact:
-            outcome = refreshed(problem, outcome)
-            self.factors += 1
         result = measure(self.sheet, self.load, problem, outcome, memory, self._error(outcome))
         check(result, problem, outcome)
         seconds = time.process_time() - self.began
-        return replace(result, iterations=self.spent, factors=self.factors, seconds=seconds)
+        return replace(result, iterations=self.spent, factors=self.factors + result.factors, seconds=seconds)
 
     def _error(self, outcome: Outcome) -> float:
         finest = min(z.size for b in self.bodies for zones in self._zones(b) for z in zones)
