@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
-from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.base import Indenter, Solid
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.parse import parse_indenter
@@ -150,7 +150,7 @@ def press(
     if depth == 0:
         raise InvalidInput("the depth must be above 0 m: at 0 nothing presses")
     body = parse_indenter(indenter) if isinstance(indenter, str) else indenter
-    if not isinstance(body, Indenter | Several):
+    if not isinstance(body, Solid | Several) and not isinstance(body, Indenter):
         raise InvalidInput(f"an indenter is a shape or text such as 'sphere:20mm', not {indenter!r}")
     chosen = effects if isinstance(effects, Effects) else Effects.named(effects)
     sheet = Sheet(gauge, width, thickness, material or NeoHookean(shear_modulus), mount_prestretch, chosen)

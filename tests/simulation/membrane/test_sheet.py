@@ -138,9 +138,23 @@ def test_the_surface_lies_on_the_sphere_where_it_touches():
     np.testing.assert_allclose(edges[[0, -1], :, 2], 0.0, atol=1e-12)
 
 
-def test_force_is_the_derivative_of_the_energy():
-    energies = [press("sphere:20mm", 0.03, 0.010 + k * 5e-4).detail.energy for k in (-1, 1)]
-    assert press("sphere:20mm", 0.03, 0.010).force == pytest.approx((energies[1] - energies[0]) / 1e-3, rel=5e-3)
+@pytest.mark.parametrize(
+    ("shape", "stretch", "depth", "options"),
+    [
+        ("sphere:20mm", 0.03, 0.010, {}),
+        ("sphere:30mm", 0.06, 0.015, {}),
+        ("sphere:20mm", 0.03, 0.010, {"at": (0.010, 0.030)}),
+        ("sphere:20mm", 0.0, 0.005, {}),
+        ("cone:45deg", 0.01, 0.012, {}),
+        ("cube:20mm", 0.03, 0.010, {"tilt": (0.1, 0.0)}),
+    ],
+)
+def test_force_is_the_derivative_of_the_energy(shape, stretch, depth, options):
+    step = 5e-5
+    below, above = (press(shape, stretch, depth + k * step, **options).detail.energy for k in (-1, 1))
+    found = press(shape, stretch, depth, **options).detail
+    assert found.force[2] == pytest.approx((above - below) / (2 * step), rel=5e-4)
+    np.testing.assert_allclose(found.force, -found.reaction, atol=1e-6 * found.force[2])
 
 
 def test_two_bodies_share_the_load_of_the_middle():

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.membrane.sheet.geometry import Sheet
-from stretch_bt.simulation.membrane.sheet.newton import Outcome
-from stretch_bt.simulation.membrane.sheet.problem import Problem
-from stretch_bt.simulation.membrane.sheet.result import Load, Memory, Shape, SheetPress
-from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.membrane.sheet.layout import Layout
+from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
+from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem
+from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
+from stretch_bt.simulation.membrane.sheet.rigid import rigid_energy, rigid_force
 
 __all__ = ["check", "measure"]
 
@@ -19,52 +20,49 @@ _WRAPPED = 0.02  # share of the pressure on flanks that look away from the sheet
 _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a third of the depth if that is more
 
 
-def measure(
-    sheet: Sheet,
-    load: Load,
-    settings: Settings,
-    problem: Problem,
-    outcome: Outcome,
-    memory: Memory,
-    relative_error: float,
-) -> SheetPress:
-    """Return the result of an outcome in SI units, with the figures that its checks look at."""
-    scale, here = sheet.force_unit, outcome.evaluation
-    force, inner = here.force, here.gradient[1:-1]
-    strength = float(np.linalg.norm(force)) or 1.0
-    radius = math.sqrt(float(here.totals[:, 4].sum()) / math.pi)
-    warnings = []
-    if radius < problem.mesh.finest:
-        warnings.append(
-            f"the contact is smaller than an element of {problem.mesh.finest * sheet.unit * 1e3:.3g} mm: use a finer mesh"
-        )
-    if not outcome.positive:
-        warnings.append("the tangent is not positive: a slack part of the sheet would wrinkle or fold")
-    if any(
-        c.body.indenter.flat > 0 and t[6] > _WRAPPED * t[3] for c, t in zip(problem.contacts, here.totals, strict=True)
-    ):
-        warnings.append("the sheet also presses on the sides of the indenter")
-    pull = here.gradient[0].sum(axis=0) + here.gradient[-1].sum(axis=0)
+def measure(layout: Layout, newton: Newton, outcome: Outcome, memory: Memory) -> SheetPress:
+    """Return the result of an outcome in SI units, with the figures that its checks look at.
+
+    The Hessian that `newton` holds is that of the outcome where this is exact or corrected.
+    """
+    sheet, problem, here = layout.sheet, newton.problem, outcome.evaluation
+    settings, more = layout.settings, np.zeros(3)
+    if settings.corrected:
+        more = rigid_force(problem, outcome, newton.solve)
+    scale, force, inner = sheet.force_unit, here.force + more, here.gradient[1:-1]
+    strength, nodes = float(np.linalg.norm(force)) or 1.0, int(here.totals[:, 5].sum())
     return SheetPress(
         sheet=sheet,
-        load=load,
+        load=layout.load,
         settings=settings,
         force=force * scale,
-        force_error=relative_error * float(force[2]) * scale,
-        reaction=pull * scale,
+        force_error=layout.error(nodes) * float(force[2]) * scale,
+        reaction=(here.reaction - more) * scale,
         balance=float(np.linalg.norm(inner.sum(axis=(0, 1)))) / strength,
         shape=Shape(problem.mesh, outcome.control, sheet.unit),
         contacts=tuple(problem.contacts),
-        nodes=int(here.totals[:, 5].sum()),
-        energy=here.energy * scale * sheet.unit,
+        nodes=nodes,
+        energy=rigid_energy(problem, outcome) * scale * sheet.unit,
         residual=float(np.abs(inner).max()) / strength,
-        pivot=1 if outcome.positive else -1,
+        pivot=1 if newton.positive else -1,
         iterations=0,
         factors=0,
         seconds=0.0,
-        warnings=tuple(warnings),
+        warnings=tuple(_warnings(problem, here, positive=newton.positive)),
         memory=memory,
     )
+
+
+def _warnings(problem: Problem, here: Evaluation, *, positive: bool) -> Iterator[str]:
+    """Yield what a user of the result should know."""
+    finest = problem.mesh.finest
+    if math.sqrt(float(here.totals[:, 4].sum()) / math.pi) < finest:
+        yield f"the contact is smaller than an element of {finest * problem.unit * 1e3:.3g} mm: use a finer mesh"
+    if not positive:
+        yield "the tangent is not positive: a slack part of the sheet would wrinkle or fold"
+    rows = zip(problem.contacts, here.totals, strict=True)
+    if any(c.body.indenter.flat > 0 and t[6] > _WRAPPED * t[3] for c, t in rows):
+        yield "the sheet also presses on the sides of the indenter"
 
 
 def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:

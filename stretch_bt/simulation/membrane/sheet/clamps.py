@@ -13,18 +13,15 @@ from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 __all__ = ["OVERLAP", "check_clamps"]
 
 OVERLAP = "the indenter overlaps a clamp, which does not give way: the sheet cannot leave it without passing through"
-_POINTS = 181
 _TOUCH = 1e-6  # of the gauge; a body that touches a clamp does not overlap it
 
 
 def check_clamps(sheet: Sheet, bodies: Sequence[Placed], span: float) -> None:
     """Raise NoEquilibrium where a clamped edge runs through a body, the clamps being `span` sheet units apart.
 
-    The edges stay straight in the plane z = 0 whatever the sheet does, so no shape of it keeps out of such a body.
+    The edges stay in the plane z = 0 whatever the sheet does, so no shape of it keeps out of such a body.
     """
-    across = np.linspace(-sheet.width / 2, sheet.width / 2, _POINTS)
-    edges = np.zeros((2 * _POINTS, 3))
-    edges[:, 0] = np.tile(across, 2)
-    edges[:, 1] = np.repeat([-0.5, 0.5], _POINTS) * span * sheet.unit
+    places = sheet.outline.clamps(sheet.width / sheet.unit, span) * sheet.unit
+    edges = np.column_stack([places, np.zeros(len(places))])
     if any(body.gap(edges).distance.min() < -_TOUCH * sheet.gauge for body in bodies):
         raise NoEquilibrium(OVERLAP)

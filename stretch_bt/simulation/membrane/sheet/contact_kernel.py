@@ -14,7 +14,7 @@ import numpy as np
 from stretch_bt.simulation.membrane.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
-__all__ = ["bounds", "contact", "gauss_points", "tangents"]
+__all__ = ["bounds", "contact", "gauss_points", "leftover", "tangents"]
 
 
 @kernel()
@@ -136,7 +136,7 @@ def take_off(pushes: Any, v: Any, ex: Any, ey: Any, grad: Any) -> Any:
 
 @kernel()
 def count(p: Any, weight: Any, push: Any, nz: Any, totals: Any) -> Any:
-    """Add a point in contact to totals (7,)."""
+    """Add a point in contact to totals (8,), but for the energy."""
     for c in range(3):
         totals[c] += push[c]
     totals[3] += p
@@ -148,7 +148,7 @@ def count(p: Any, weight: Any, push: Any, nz: Any, totals: Any) -> Any:
 
 @kernel(
     "float64(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64,float64,float64,"
-    "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],int64,float64[:,:,::1],"
+    "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],float64[:,:,:,::1],int64,float64[:,:,::1],"
     "float64[:,::1],float64[::1])"
 )
 def contact(
@@ -163,14 +163,16 @@ def contact(
     wx: Any,
     vy: Any,
     wy: Any,
+    spread: Any,
     mode: Any,
     grad: Any,
     band: Any,
     totals: Any,
 ) -> Any:
-    """Return the contact energy; adds to grad, band, and to totals (7,): force, pressure integral, area, count,
-    and the pressure integral where the body faces away from the sheet.
+    """Return the contact energy; adds to grad, band, and to totals (8,): force, pressure integral, area, count,
+    the pressure integral where the body faces away from the sheet, and the energy of the penalty.
 
+    `spread` (ey, ex, qy, qx) is that of Mesh; it has no rows where the mesh lies on the sheet as it is.
     Where `mode` is PROJECTED the body's curvature is left out.
     """
     ny, nx = grad.shape[0], grad.shape[1]
@@ -189,8 +191,11 @@ def contact(
                         packed[:] = 0.0
                     touched = reached = True
                     weight = wx[ex, qx] * wy[ey, qy]
+                    if spread.shape[0] > 0:
+                        weight *= spread[ey, ex, qy, qx]
                     p = weight * eps * depth
                     energy += 0.5 * p * depth
+                    totals[7] += 0.5 * p * depth
                     push[0], push[1], push[2] = p * normal[q, 0], p * normal[q, 1], p * normal[q, 2]
                     count(p, weight, push, normal[q, 2], totals)
                     add_push(push, vx[ex, qx], pushes)
@@ -227,3 +232,55 @@ def tangents(control: Any, elements: Any, vx: Any, sx: Any, vy: Any, sy: Any, al
                             v += vx[ex, qx, i] * sy[ey, qy, j] * control[ey + j, ex + i, c]
                     along_x[count, c], along_y[count, c] = u, v
                 count += 1
+
+
+@kernel(
+    "void(int64[::1],float64[::1],float64[:,::1],float64[:,::1],float64,float64,float64,float64[:,:,::1],float64[:,::1],"
+    "float64[:,:,::1],float64[:,::1],float64[:,:,:,::1],float64[:,:,::1],float64[:,:,:,::1])"
+)
+def leftover(
+    elements: Any,
+    gap: Any,
+    normal: Any,
+    curvature: Any,
+    unit: Any,
+    off: Any,
+    eps: Any,
+    vx: Any,
+    wx: Any,
+    vy: Any,
+    wy: Any,
+    spread: Any,
+    excess: Any,
+    lift: Any,
+) -> Any:
+    """Add the nodal forces of eps times the penetration left over to excess (ny, nx, 3), and to lift (3, ny, nx, 3) the
+    change of the contact's nodal forces as the body moves along x, y or z.
+    """
+    nx = excess.shape[1] - 2
+    q = 0
+    for e in elements:
+        ey, ex = e // nx, e % nx
+        for g in range(wy.shape[1] * wx.shape[1]):
+            qy, qx = g // wx.shape[1], g % wx.shape[1]
+            away = gap[q] / unit
+            if off > away:
+                weight = eps * wx[ex, qx] * wy[ey, qy]
+                if spread.shape[0] > 0:
+                    weight *= spread[ey, ex, qy, qx]
+                p, k = weight * (off - away) * unit, 0
+                for c in range(3):
+                    for d in range(c, 3):
+                        stiff = weight * normal[q, c] * normal[q, d] - p * curvature[q, k]
+                        k += 1
+                        for j in range(3):
+                            for i in range(3):
+                                share = vx[ex, qx, i] * vy[ey, qy, j] * stiff
+                                lift[c, ey + j, ex + i, d] += share
+                                if c != d:
+                                    lift[d, ey + j, ex + i, c] += share
+                    for j in range(3):
+                        for i in range(3):
+                            push = -weight * away * normal[q, c]
+                            excess[ey + j, ex + i, c] += push * vx[ex, qx, i] * vy[ey, qy, j]
+            q += 1

@@ -141,13 +141,41 @@ def gradient_of(lines: Any, ex: Any, qx: Any, qy: Any, vx: Any, sx: Any, f1: Any
 
 
 @kernel()
-def pull(ex: Any, qx: Any, qy: Any, vx: Any, sx: Any, f1: Any, f2: Any, s11: Any, s12: Any, s22: Any, out: Any) -> Any:
-    """Add the forces of a stress at one Gauss point to out (4, nx, 3), which belongs to the lines."""
+def pull(
+    ex: Any,
+    qx: Any,
+    qy: Any,
+    vx: Any,
+    sx: Any,
+    f1: Any,
+    f2: Any,
+    s11: Any,
+    s12: Any,
+    s22: Any,
+    inverse: Any,
+    out: Any,
+) -> Any:
+    """Add the forces of a stress at one Gauss point to out (4, nx, 3), which belongs to the lines.
+
+    `inverse` (5,) is that of Mesh, empty where the mesh lies on the sheet as it is.
+    """
     for c in range(3):
         u, v = s11 * f1[c] + s12 * f2[c], s12 * f1[c] + s22 * f2[c]
+        if inverse.shape[0] > 0:
+            u, v = inverse[0] * u + inverse[2] * v, inverse[1] * u + inverse[3] * v
         for i in range(3):
             out[2 * qy, ex + i, c] += sx[ex, qx, i] * u
             out[2 * qy + 1, ex + i, c] += vx[ex, qx, i] * v
+
+
+@kernel()
+def map_point(inverse: Any, f1: Any, f2: Any) -> Any:
+    """Turn derivatives (3,) along the mesh into derivatives on the unstretched sheet; return the area the map gives."""
+    for c in range(3):
+        u, v = f1[c], f2[c]
+        f1[c] = inverse[0] * u + inverse[1] * v
+        f2[c] = inverse[2] * u + inverse[3] * v
+    return inverse[4]
 
 
 @kernel()
@@ -167,19 +195,22 @@ def add_lines(forces: Any, ey: Any, vy: Any, sy: Any, grad: Any) -> Any:
 
 
 @kernel()
-def slopes_at(ex: Any, ey: Any, vx: Any, sx: Any, vy: Any, sy: Any, slopes: Any) -> Any:
+def slopes_at(ex: Any, ey: Any, vx: Any, sx: Any, vy: Any, sy: Any, inverse: Any, slopes: Any) -> Any:
     """Fill slopes (8, 9): d/dx and d/dy of an element's nine functions at each of its four Gauss points."""
     for g in range(4):
         qy, qx = g // 2, g % 2
         for j in range(3):
             for i in range(3):
-                slopes[2 * g, 3 * j + i] = sx[ex, qx, i] * vy[ey, qy, j]
-                slopes[2 * g + 1, 3 * j + i] = vx[ex, qx, i] * sy[ey, qy, j]
+                u, v = sx[ex, qx, i] * vy[ey, qy, j], vx[ex, qx, i] * sy[ey, qy, j]
+                if inverse.shape[0] > 0:
+                    m = inverse[ey, ex, qy, qx]
+                    u, v = m[0] * u + m[1] * v, m[2] * u + m[3] * v
+                slopes[2 * g, 3 * j + i], slopes[2 * g + 1, 3 * j + i] = u, v
 
 
 @kernel(
     "float64(float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],float64[:,::1],float64[:,:,::1],"
-    "float64[:,:,::1],float64[:,::1],float64[::1],float64[:,:,:,::1],int64,float64[:,:,::1],"
+    "float64[:,:,::1],float64[:,::1],float64[:,:,:,:,::1],float64[::1],float64[:,:,:,::1],int64,float64[:,:,::1],"
     "float64[:,::1])"
 )
 def elastic(
@@ -190,6 +221,7 @@ def elastic(
     vy: Any,
     sy: Any,
     wy: Any,
+    inverse: Any,
     law: Any,
     peak: Any,
     mode: Any,
@@ -198,6 +230,7 @@ def elastic(
 ) -> Any:
     """Return the energy, inf where an element has collapsed; adds to grad (ny, nx, 3) and, unless GRADIENT, to band.
 
+    `inverse` (ey, ex, qy, qx, 5) is that of Mesh; it has no rows where the mesh lies on the sheet as it is.
     PROJECTED keeps only the tensile part of the stress in the Hessian, which makes it positive in practice.
     """
     ny, nx = control.shape[0], control.shape[1]
@@ -205,27 +238,30 @@ def elastic(
     f1, f2, slopes = np.empty(3), np.empty(3), np.empty((8, 9))
     variation, rows, local = np.empty((4, 2, 2, 9)), np.empty((8, 81)), np.empty((9, 81))
     lines, forces = np.empty((4, nx, 3)), np.zeros((4, nx, 3))
-    remembers = law[3] > 0.0
+    remembers, mapped, plain = law[3] > 0.0, inverse.shape[0] > 0, np.empty(0)
     for ey in range(wy.shape[0]):
         lines_at(control, ey, vy, sy, lines)
         for ex in range(wx.shape[0]):
             for g in range(4):
                 qy, qx = g // 2, g % 2
                 gradient_of(lines, ex, qx, qy, vx, sx, f1, f2)
+                weight = wx[ex, qx] * wy[ey, qy]
+                if mapped:
+                    weight *= map_point(inverse[ey, ex, qy, qx], f1, f2)
                 c11 = f1[0] * f1[0] + f1[1] * f1[1] + f1[2] * f1[2]
                 c12 = f1[0] * f2[0] + f1[1] * f2[1] + f1[2] * f2[2]
                 c22 = f2[0] * f2[0] + f2[1] * f2[1] + f2[2] * f2[2]
                 det = c11 * c22 - c12 * c12
                 if not det > 1e-10:
                     return np.inf
-                weight = wx[ex, qx] * wy[ey, qy]
                 seen = peak[ey, ex, qy, qx] if remembers else 0.0
                 w, wt, wj, wtt, wtj, wjj = strain_energy(c11 + c22, det, seen, law)
                 energy += weight * w
                 i11, i12, i22 = c22 / det, -c12 / det, c11 / det
                 h = 2.0 * det * wj
                 s11, s12, s22 = 2.0 * wt + h * i11, h * i12, 2.0 * wt + h * i22
-                pull(ex, qx, qy, vx, sx, f1, f2, weight * s11, weight * s12, weight * s22, forces)
+                back = inverse[ey, ex, qy, qx] if mapped else plain
+                pull(ex, qx, qy, vx, sx, f1, f2, weight * s11, weight * s12, weight * s22, back, forces)
                 if mode != 0:
                     if mode == 2:
                         s11, s12, s22 = tensile(s11, s12, s22)
@@ -234,7 +270,7 @@ def elastic(
                         4.0 * wtt, 4.0 * det * wtj, 4.0 * det * (det * wjj + wj), -h, weight, variation[g],
                     )  # fmt: skip
             if mode != 0:
-                slopes_at(ex, ey, vx, sx, vy, sy, slopes)
+                slopes_at(ex, ey, vx, sx, vy, sy, inverse, slopes)
                 rank_update(slopes, variation, rows, local)
                 scatter(local, ex, ey, nx, ny, band)
         add_lines(forces, ey, vy, sy, grad)
@@ -243,10 +279,12 @@ def elastic(
 
 @kernel(
     "void(float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],float64[:,:,::1],"
-    "float64[::1],float64[:,:,:,::1])"
+    "float64[:,:,:,:,::1],float64[::1],float64[:,:,:,::1])"
 )
-def peaks(control: Any, vx: Any, sx: Any, vy: Any, sy: Any, law: Any, peak: Any) -> Any:
+def peaks(control: Any, vx: Any, sx: Any, vy: Any, sy: Any, inverse: Any, law: Any, peak: Any) -> Any:
     """Raise the largest energy seen at each Gauss point, peak (ey, ex, qy, qx), to that of the present shape."""
+    virgin = law.copy()
+    virgin[3] = 0.0
     f, lines = np.empty((2, 3)), np.empty((4, control.shape[1], 3))
     for ey in range(peak.shape[0]):
         lines_at(control, ey, vy, sy, lines)
@@ -254,8 +292,8 @@ def peaks(control: Any, vx: Any, sx: Any, vy: Any, sy: Any, law: Any, peak: Any)
             for qy in range(peak.shape[2]):
                 for qx in range(peak.shape[3]):
                     gradient_of(lines, ex, qx, qy, vx, sx, f[0], f[1])
+                    if inverse.shape[0] > 0:
+                        map_point(inverse[ey, ex, qy, qx], f[0], f[1])
                     c11, c12, c22 = np.sum(f[0] * f[0]), np.sum(f[0] * f[1]), np.sum(f[1] * f[1])
-                    virgin = law.copy()
-                    virgin[3] = 0.0
                     w = strain_energy(c11 + c22, c11 * c22 - c12 * c12, 0.0, virgin)[0]
                     peak[ey, ex, qy, qx] = max(peak[ey, ex, qy, qx], w)

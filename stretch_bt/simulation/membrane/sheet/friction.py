@@ -93,7 +93,7 @@ class Rubbing:
 
     def energy(self, control: Array, mesh: Mesh) -> float:
         """Return the work done against friction since the last press, with what its springs hold."""
-        return self.add(control, mesh, GRADIENT, np.zeros(control.shape), np.empty((0, 0)), np.zeros(7))
+        return self.add(control, mesh, GRADIENT, np.zeros(control.shape), np.empty((0, 0)), np.zeros(8))
 
     def renewed(self, control: Array, mesh: Mesh, contact: Contact, unit: float) -> tuple[Rubbing, float]:
         """Return it with the pressure and normals of a solved shape, and how much the limits changed as a whole."""

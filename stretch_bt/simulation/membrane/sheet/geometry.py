@@ -10,6 +10,7 @@ import numpy as np
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.materials import Material, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
+from stretch_bt.simulation.membrane.sheet.outline import Outline, Rectangle
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["Sheet"]
@@ -23,7 +24,7 @@ def _default_material() -> Material:
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """A rectangular membrane between two clamps: lengths in m.
+    """A membrane between two clamps, rectangular unless it has another outline: lengths in m.
 
     `gauge` is its unstressed length between the clamps, `width` the length of the clamps, which hold that width. A
     stretch and the `mount_prestretch` both move the clamps apart from there.
@@ -35,6 +36,7 @@ class Sheet:
     material: Material = field(default_factory=_default_material)
     mount_prestretch: float = 0.0
     effects: Effects = field(default_factory=Effects)
+    outline: Outline = field(default_factory=Rectangle)
 
     def __post_init__(self) -> None:
         for name in ("gauge", "width", "thickness"):

@@ -17,6 +17,7 @@ __all__ = ["Mesh", "breakpoints"]
 _LARGEST = 14.0  # hundredths of the gauge; larger elements save nothing and spoil the free edge
 _SAMPLES = 4001
 _MOST_ELEMENTS = 160
+_NO_INVERSE, _NO_SPREAD = np.empty((0, 0, 0, 0, 0)), np.empty((0, 0, 0, 0))
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,24 @@ class Mesh:
     def touch(self) -> tuple[Table, Table]:
         """Tables at the Gauss points where it can touch."""
         return self.x.gauss(4), self.y.gauss(4)
+
+    @property
+    def held(self) -> bool:
+        """Whether the first and last column of control points are clamped too, as the first and last row always are."""
+        return False
+
+    @property
+    def inverse(self) -> Array:
+        """(ey, ex, qy, qx, 5) at the Gauss points of strain: du/dX, dv/dX, du/dY, dv/dY and the area of a unit of u, v.
+
+        (u, v) are the places on the axes and (X, Y) those on the unstretched sheet; no rows where they are the same.
+        """
+        return _NO_INVERSE
+
+    @property
+    def spread(self) -> Array:
+        """(ey, ex, qy, qx) at the Gauss points of contact: the area of a unit of u, v; no rows where that is 1."""
+        return _NO_SPREAD
 
     @cached_property
     def rest(self) -> Array:

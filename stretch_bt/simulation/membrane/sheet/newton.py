@@ -41,7 +41,6 @@ class Outcome:
 
     control: Array
     evaluation: Evaluation
-    positive: bool
 
 
 class Newton:
@@ -80,7 +79,7 @@ class Newton:
             if pending is not None:
                 self._factor(pending)
                 last = np.inf
-            direction = self._direction(here)
+            direction = -self.solve(here.gradient[1:-1])
             size = float(np.abs(direction).max())
             keep = self.reuses < _REUSES and size < _REUSE_BELOW and size < _REUSE_RATE * last
             step, pending = self._search(here, direction, size, keep)
@@ -94,7 +93,7 @@ class Newton:
             self.fresh = False
             here, last = step.after, size
             if done(step):
-                return Outcome(self.control, here, self.positive)
+                return Outcome(self.control, here)
         raise NoEquilibrium(f"no equilibrium within {budget} iterations")
 
     def _room(self) -> Array:
@@ -125,11 +124,17 @@ class Newton:
             if self.shift > 1e6:
                 raise NoEquilibrium("the tangent cannot be made positive")
 
-    def _direction(self, here: Evaluation) -> Array:
-        inner = here.gradient[1:-1]
+    def refresh(self) -> None:
+        """Factor the Hessian of the present place; `positive` then says whether it is so without a cure."""
+        band = self._room()
+        self.problem.evaluate(self.control, EXACT, band)
+        self._factor(band)
+
+    def solve(self, change: Array) -> Array:
+        """Return the move of the unknowns (ny - 2, nx, 3) that changes the gradient by as much, by the factor at hand."""
         assert self._held is not None
-        solved, _ = self._substitute(self._bands[self._held].T, inner.reshape(-1), lower=1)
-        return np.asarray(-solved).reshape(inner.shape)
+        solved, _ = self._substitute(self._bands[self._held].T, change.reshape(-1), lower=1)
+        return np.asarray(solved).reshape(change.shape)
 
     def _search(self, here: Evaluation, direction: Array, size: float, keep: bool) -> tuple[Step | None, Array | None]:
         """Try the full step, then halves; the Hessian comes along unless the factor is kept."""

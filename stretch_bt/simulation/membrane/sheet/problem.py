@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.simulation.membrane.indenters.base import Gap
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet import contact_kernel, elastic_kernel
 from stretch_bt.simulation.membrane.sheet.bending import Bending
@@ -23,6 +24,7 @@ __all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem",
 _LARGEST_STEP = 8.0
 _NO_BAND = np.empty((0, 0))
 _NO_PEAK = np.empty((0, 0, 0, 0))
+_FREE = np.zeros(3)
 
 
 @dataclass(slots=True)
@@ -41,17 +43,25 @@ class Contact:
 @dataclass(slots=True)
 class Evaluation:
     """Energy and gradient at some control points; per body: force (3,), pressure integral, area,
-    points, and the pressure integral on flanks that face away.
+    points, the pressure integral on flanks that face away, and the energy of the penalty.
+
+    `sides` (3,) is the force on the first and last column of control points where these are clamped.
     """
 
     energy: float
     gradient: Array
     totals: Array
+    sides: Array
 
     @property
     def force(self) -> Array:
         """Force (3,) of all bodies on the sheet."""
         return np.asarray(self.totals[:, :3].sum(axis=0))
+
+    @property
+    def reaction(self) -> Array:
+        """Force (3,) of the sheet on its clamps."""
+        return np.asarray(self.gradient[0].sum(axis=0) + self.gradient[-1].sum(axis=0) + self.sides)
 
 
 @dataclass(slots=True)
@@ -91,9 +101,10 @@ class Problem:
         x, y = self.mesh.strain
         gradient = np.zeros(self.mesh.shape)
         energy = elastic_kernel.elastic(
-            control, x.value, x.slope, x.weight, y.value, y.slope, y.weight, self.law, self.peak, mode, gradient, band
-        )
-        totals = np.zeros((len(self.contacts), 7))
+            control, x.value, x.slope, x.weight, y.value, y.slope, y.weight, self.mesh.inverse, self.law, self.peak,
+            mode, gradient, band,
+        )  # fmt: skip
+        totals = np.zeros((len(self.contacts), 8))
         if np.isfinite(energy):
             for contact, row in zip(self.contacts, totals, strict=True):
                 energy += self._touch(contact, control, mode, gradient, band, row)
@@ -102,20 +113,37 @@ class Problem:
             energy += self._other(control, mode, gradient, band)
         if self.flat:
             self._hold_flat(gradient, band, mode)
-        return Evaluation(energy, gradient, totals)
+        sides = self._hold_sides(gradient, band, mode) if self.mesh.held else _FREE
+        return Evaluation(energy, gradient, totals, sides)
 
     def _touch(self, contact: Contact, control: Array, mode: int, gradient: Array, band: Array, row: Array) -> float:
-        elements = near(self.mesh, contact.body, control, self.unit, contact.offset)
-        if not len(elements):
-            return 0.0
+        elements, gap = self._gaps(contact, control)
         x, y = self.mesh.touch
-        gap = contact.body.gap_seen(seen(self.mesh, contact.body, control, self.unit, elements))
         return float(
             contact_kernel.contact(
                 elements, *gap, self.unit, contact.offset, contact.stiffness,
-                x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
+                x.value, x.weight, y.value, y.weight, self.mesh.spread, mode, gradient, band, row,
             )
         )  # fmt: skip
+
+    def leftover(self, control: Array) -> tuple[Array, Array]:
+        """Return the nodal forces (ny, nx, 3) of stiffness times the penetration that is left over, and the change of the
+        contacts' nodal forces (3, ny, nx, 3) as the bodies move along x, y and z.
+        """
+        excess, lift = np.zeros(self.mesh.shape), np.zeros((3, *self.mesh.shape))
+        x, y = self.mesh.touch
+        for contact in self.contacts:
+            elements, gap = self._gaps(contact, control)
+            contact_kernel.leftover(
+                elements, *gap, self.unit, contact.offset, contact.stiffness,
+                x.value, x.weight, y.value, y.weight, self.mesh.spread, excess, lift,
+            )  # fmt: skip
+        return excess, lift
+
+    def _gaps(self, contact: Contact, control: Array) -> tuple[npt.NDArray[np.int64], Gap]:
+        """Return the elements that may touch, and the gaps at their Gauss points."""
+        elements = near(self.mesh, contact.body, control, self.unit, contact.offset)
+        return elements, contact.body.gap_seen(seen(self.mesh, contact.body, control, self.unit, elements))
 
     def _other(self, control: Array, mode: int, gradient: Array, band: Array) -> float:
         """Add weight and bending, where they act; return their energy."""
@@ -136,7 +164,7 @@ class Problem:
         """Return the largest energy seen at each Gauss point, this shape included."""
         x, y = self.mesh.strain
         peak = self.peak.copy()
-        elastic_kernel.peaks(control, x.value, x.slope, y.value, y.slope, self.law, peak)
+        elastic_kernel.peaks(control, x.value, x.slope, y.value, y.slope, self.mesh.inverse, self.law, peak)
         return peak
 
     def _hold_flat(self, gradient: Array, band: Array, mode: int) -> None:
@@ -144,6 +172,20 @@ class Problem:
         gradient[..., 2] = 0.0
         if mode != GRADIENT:
             band[2::3, 0] += 10.0
+
+    def _hold_sides(self, gradient: Array, band: Array, mode: int) -> Array:
+        """Take the first and last column of control points out of the equations; return the force on them."""
+        sides = gradient[1:-1, [0, -1]].sum(axis=(0, 1))
+        gradient[1:-1, [0, -1]] = 0.0
+        if mode != GRADIENT:
+            ny, nx, _ = self.mesh.shape
+            width, flat = band.shape[1], band.reshape(-1)
+            for k in np.arange(self.unknowns).reshape(ny - 2, nx, 3)[:, [0, -1]].ravel().tolist():
+                # row k of the lower band lies along a falling diagonal of its storage
+                flat[k * width - min(width - 1, k) * (width - 1) : k * width + 1 : width - 1] = 0.0
+                band[k] = 0.0
+                band[k, 0] = 1.0
+        return np.asarray(sides)
 
 
 def near(mesh: Mesh, body: Placed, control: Array, unit: float, reach: float) -> npt.NDArray[np.int64]:

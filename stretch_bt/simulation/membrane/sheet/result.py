@@ -20,6 +20,7 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 if TYPE_CHECKING:  # its kernels are compiled when a press rubs
     from stretch_bt.simulation.membrane.sheet.friction import Grip
 
+_RIM = 1e-3  # sheet units; a flat face carries no pressure inside its rim
 _GRID = 141  # places across the sheet that a height map is interpolated from
 
 __all__ = ["Load", "Memory", "Region", "Shape", "SheetPress"]
@@ -145,18 +146,26 @@ class SheetPress:
 def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
     """Return points, deformed areas and areas seen along z of the quadrature points in contact with a body."""
     (tx, ty), body, unit = shape.mesh.touch, contact.body, shape.unit
-    # a round body presses half as hard at the contact's edge; a flat face carries no pressure inside its rim
-    reach = contact.offset + 1e-3 if body.indenter.flat > 0 else contact.offset / 2
-    elements = near(shape.mesh, body, shape.control, unit, reach)
+    elements = near(shape.mesh, body, shape.control, unit, contact.offset + _RIM)
     points = seen(shape.mesh, body, shape.control, unit, elements)
     along_x, along_y = np.empty(points.shape), np.empty(points.shape)
     contact_kernel.tangents(shape.control, elements, tx.value, tx.slope, ty.value, ty.slope, along_x, along_y)
-    touches = body.indenter.gap(points).distance < reach * unit
     ey, ex = np.divmod(elements, shape.mesh.x.elements)
-    weight = (ty.weight[ey][:, :, None] * tx.weight[ex][:, None, :]).reshape(-1)[touches]
-    normal = np.cross(along_x[touches], along_y[touches]) * (weight * unit**2)[:, None]
-    return (
-        points[touches] @ body.rotation.T + body.origin,
-        np.linalg.norm(normal, axis=1),
-        np.abs(normal[:, 2]),
-    )
+    weight = (ty.weight[ey][:, :, None] * tx.weight[ex][:, None, :]).reshape(-1, 1) * unit**2
+    normal = np.cross(along_x, along_y) * weight
+    sunk, area = contact.offset - body.indenter.gap(points).distance / unit, np.linalg.norm(normal, axis=1)
+    touches = sunk > _least(contact, sunk, area)
+    return points[touches] @ body.rotation.T + body.origin, area[touches], np.abs(normal[touches, 2])
+
+
+def _least(contact: Contact, sunk: Array, area: Array) -> float:
+    """Return the penetration, out of those at points that stand for an area, from which on the sheet touches.
+
+    A round body carries tension T times its curvature right up to the edge;
+    on the soft contact this settles as 1 - exp(-s/sqrt(T/stiffness)), s from where the pressure ends, and the straight
+    piece of sheet outside belongs to a rigid contact that ends at s = sqrt(T/stiffness).
+    """
+    if contact.body.indenter.flat > 0:
+        return -_RIM
+    pressed = np.maximum(sunk, 0.0) * area
+    return float((1 - np.exp(-1)) * (pressed @ sunk) / max(pressed.sum(), 1e-300))

@@ -9,7 +9,8 @@ from stretch_bt.errors import InvalidInput
 
 __all__ = ["Settings"]
 
-_WITHIN = {0.03: (2.2, 1.8), 0.01: (1.0, 1.8), 0.003: (0.57, 1.5)}  # coarsen and growth by error of the force
+# coarsen, growth, corrected, by error of the force
+_WITHIN = {0.03: (2.2, 1.8, False), 0.01: (1.0, 1.8, False), 0.003: (0.8, 1.4, True)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +19,8 @@ class Settings:
 
     `mesh` is the length of the smallest elements, m; None chooses it by indenter and depth. Elements grow by `growth`
     away from the contact; 1 makes all alike. `coarsen` scales the length. `exact` iterates until the forces balance to
-    1e-7; without it a press stops when the force has settled to about 0.1 %, as a control loop wants. `budget` bounds
+    1e-7; without it a press stops when the force has settled to about 0.1 %, as a control loop wants. `corrected`
+    adds to the force, to first order, what the soft contact leaves out, at the price of one more factor. `budget` bounds
     the Newton iterations of a press, all its attempts together.
     """
 
@@ -26,6 +28,7 @@ class Settings:
     growth: float = 1.6
     coarsen: float = 1.0
     exact: bool = True
+    corrected: bool = True
     budget: int = 1000
 
     def __post_init__(self) -> None:
@@ -50,7 +53,7 @@ class Settings:
         `error` bounds that of the force over the force under spheres, at depths of 3 mm and more and stretches of 10 mm
         and more; the measure is a mesh of 0.5 mm.
         """
-        for reached, (coarsen, growth) in _WITHIN.items():
+        for reached, (coarsen, growth, corrected) in _WITHIN.items():
             if error >= reached:
-                return cls(growth=growth, coarsen=coarsen, exact=False)
+                return cls(growth=growth, coarsen=coarsen, exact=False, corrected=corrected)
         raise InvalidInput(f"no settings are known to stay within {error:g} of the force; at least {min(_WITHIN):g}")

@@ -1,0 +1,57 @@
+"""Puts the equations of a press together: mesh, material, bodies, and the effects that act."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stretch_bt.simulation.membrane.sheet.layout import Layout
+from stretch_bt.simulation.membrane.sheet.mesh import Mesh
+from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
+from stretch_bt.simulation.membrane.sheet.result import SheetPress
+from stretch_bt.simulation.membrane.sheet.spline import Array
+
+__all__ = ["assemble", "flat_problem"]
+
+
+def flat_problem(layout: Layout, mesh: Mesh) -> Problem:
+    """Return the equations of the sheet in its plane, before anything touches it."""
+    problem = Problem(mesh, layout.sheet.law(), [], layout.unit, flat=True)
+    return _with_effects(problem, layout, None)
+
+
+def assemble(layout: Layout, mesh: Mesh, offsets: Sequence[float] = (), past: SheetPress | None = None) -> Problem:
+    """Return the equations of a press; `past` is the earlier one that softening and friction remember."""
+    contacts = [Contact(b, k) for b, k in zip(layout.bodies, layout.stiffnesses(), strict=True)]
+    for contact, offset in zip(contacts, offsets, strict=False):
+        contact.offset = offset
+    problem = _with_effects(Problem(mesh, layout.sheet.law(), contacts, layout.unit), layout, past)
+    if layout.sheet.effects.friction and past is not None:
+        from stretch_bt.simulation.membrane.sheet import friction_state
+
+        friction_state.resume(problem, past, layout.sheet.effects.friction)
+    return problem
+
+
+def _with_effects(problem: Problem, layout: Layout, past: SheetPress | None) -> Problem:
+    sheet, mesh = layout.sheet, problem.mesh
+    problem.weight = sheet.weight
+    if sheet.effects.bending:
+        from stretch_bt.simulation.membrane.sheet.bending import Bending
+
+        problem.bending = Bending.of(mesh, (sheet.thickness / layout.unit) ** 2 / 3)
+    if sheet.effects.mullins is not None:
+        problem.peak = np.zeros((mesh.y.elements, mesh.x.elements, 2, 2)) if past is None else _peak(past, mesh)
+    return problem
+
+
+def _peak(past: SheetPress, mesh: Mesh) -> Array:
+    """Return the largest energy seen at each Gauss point of a mesh, from the elements of an earlier press."""
+    x, y = mesh.strain
+    old = past.shape.mesh
+    assert past.memory.peak is not None
+    if old is mesh:
+        return past.memory.peak.copy()
+    ex, ey = old.x.locate(x.place), old.y.locate(y.place)
+    return np.ascontiguousarray(past.memory.peak.max(axis=(2, 3))[ey[:, None, :, None], ex[None, :, None, :]])

@@ -1,0 +1,99 @@
+"""Where a press needs small elements, and how stiff contact is on them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stretch_bt.simulation.membrane.indenters.base import Zone
+from stretch_bt.simulation.membrane.indenters.placed import Placed, place
+from stretch_bt.simulation.membrane.sheet.error_law import relative_error
+from stretch_bt.simulation.membrane.sheet.geometry import Sheet
+from stretch_bt.simulation.membrane.sheet.mesh import Mesh
+from stretch_bt.simulation.membrane.sheet.result import Load, SheetPress
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+
+__all__ = ["Layout"]
+
+_SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
+_DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
+_SLACK = 0.003  # strain between the clamps
+
+Zones = tuple[list[Zone], list[Zone]]
+
+
+class Layout:
+    """The bodies of a press in their places and what they ask of the mesh; lengths in sheet units, `unit` in m."""
+
+    def __init__(self, sheet: Sheet, load: Load, settings: Settings) -> None:
+        self.sheet, self.load, self.settings = sheet, load, settings
+        self.bodies: tuple[Placed, ...] = place(load.indenter, load.at, load.tilt, load.depth)
+        self.span, self.unit = sheet.span(load.stretch), sheet.unit
+        self.depth = load.depth / self.unit
+        self.strain = self.span / 100 - 1
+        self.slack = self.strain < _SLACK
+        self.zones = [self._zones(body) for body in self.bodies]
+        self._finest = [min(z.size for zones in pair for z in zones) for pair in self.zones]
+        mesh = settings.mesh
+        self.scale = settings.coarsen * (1.0 if mesh is None else mesh / self.unit / min(self._finest))
+
+    def mesh(self) -> Mesh:
+        """Return a mesh that is fine in every zone."""
+        x, y = ([z._replace(size=z.size * self.scale) for pair in self.zones for z in pair[side]] for side in (0, 1))
+        return self.sheet.outline.mesh(self.sheet.width / self.unit, x, y, self.settings.growth)
+
+    def stiffnesses(self) -> list[float]:
+        """Return each body's pressure per penetration: tension then settles over about one element at the contact's edge."""
+        factor = 4.5 * (self.scale**-2 if self.scale < 1 else 1 / self.scale)
+        return [factor / size**2 for size in self._finest]
+
+    def fits(self, start: SheetPress) -> bool:
+        """Whether the mesh of an earlier press still suits this contact."""
+        drift = np.abs(np.subtract(self.load.at, start.load.at)).max() / self.unit + start.memory.drift
+        same = (start.load.indenter, start.load.tilt) == (self.load.indenter, self.load.tilt)
+        same = same and start.settings.elements == self.settings.elements
+        level = _refinement(start.load.depth / self.unit) == _refinement(self.depth)
+        return same and level and bool(drift <= _DRIFT * start.shape.mesh.finest)
+
+    def error(self, nodes: int) -> float:
+        """Return the estimated error of the force over the force, with so many quadrature points in contact."""
+        return relative_error(
+            self.scale,
+            self.strain,
+            nodes,
+            flat=any(b.indenter.flat > 0 for b in self.bodies),
+            at_edge=self._at_edge(),
+            exact=self.settings.exact,
+            rubs=self.sheet.effects.friction > 0,
+        )
+
+    def _at_edge(self) -> bool:
+        """Whether an edge of the sheet may be within a contact, or next to it: closer than the small elements or a depth."""
+        halves = self.sheet.width / self.unit / 2, 50.0
+        return any(
+            max(abs(z.low), abs(z.high), abs(z.low + z.high) / 2 + self.depth) > half
+            for pair in self.zones
+            for zones, half in zip(pair, halves, strict=True)
+            for z in zones
+        )
+
+    def _zones(self, body: Placed) -> Zones:
+        """Return zones on the unstretched sheet; widths and sizes are kept, places are carried back."""
+        finer = 0.5 ** _refinement(self.depth) if body.indenter.flat == 0 else 1.0
+        back = self.sheet.outline.back(self.span / 100)
+        x, y = (
+            [_zone(z, shrink, finer, self.unit) for z in zones]
+            for zones, shrink in zip(body.zones(self.sheet.gauge), back, strict=True)
+        )
+        return x, y
+
+
+def _zone(zone: Zone, shrink: float, finer: float, unit: float) -> Zone:
+    middle, half = shrink * (zone.low + zone.high) / 2, (zone.high - zone.low) / 2 * finer
+    return Zone((middle - half) / unit, (middle + half) / unit, zone.size * finer / unit)
+
+
+def _refinement(depth: float) -> int:
+    """Return how often the elements are halved for a press as shallow as `depth`, sheet units."""
+    return max(0, math.ceil(math.log2(math.sqrt(_SHALLOW / depth)) - 1e-9))

@@ -1,0 +1,77 @@
+"""The outline of a sheet: what its mesh covers, where it is clamped, and how a first guess of its shape looks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from stretch_bt.simulation.membrane.indenters.base import Zone
+from stretch_bt.simulation.membrane.indenters.placed import Placed
+from stretch_bt.simulation.membrane.sheet import start
+from stretch_bt.simulation.membrane.sheet.mesh import Mesh, breakpoints
+from stretch_bt.simulation.membrane.sheet.spline import Array, Axis
+
+__all__ = ["CLAMP_POINTS", "Outline", "Rectangle"]
+
+CLAMP_POINTS = 181
+_ENDS = np.stack(np.meshgrid(np.linspace(-1, 1, CLAMP_POINTS), [-1, 1]), axis=-1).reshape(-1, 2)
+
+
+class Outline(Protocol):
+    """An outline; lengths in sheet units, hundredths of the gauge, and `span` between opposite clamps."""
+
+    def back(self, length: float) -> tuple[float, float]:
+        """Return by how much places shrink in x and y when the sheet, stretched by `length`, is let go."""
+        ...
+
+    def mesh(self, across: float, x: Sequence[Zone], y: Sequence[Zone], growth: float) -> Mesh:
+        """Return a mesh with the zones on a sheet `across` wide and 100 long."""
+        ...
+
+    def clamps(self, across: float, span: float) -> Array:
+        """Return places (n, 2) along the clamped edges of a sheet `across` wide."""
+        ...
+
+    def flat(self, mesh: Mesh, span: float) -> Array:
+        """Return control points (ny, nx, 3) of the flat stretched sheet, or nearly so."""
+        ...
+
+    def clamped(self, mesh: Mesh, control: Array, span: float) -> Array:
+        """Return the control points with those that are clamped in their place."""
+        ...
+
+    def tent(self, flat: Array, bodies: Sequence[Placed], span: float, unit: float) -> Array:
+        """Return the flat control points raised over each body; `unit` is in m."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Rectangle:
+    """Clamped at both ends of y, with its width held there; free at the sides."""
+
+    def back(self, length: float) -> tuple[float, float]:
+        """Return by how much places shrink in x and y; stretched, the middle narrows a little more than a strip would."""
+        return length**0.55, 1 / length
+
+    def mesh(self, across: float, x: Sequence[Zone], y: Sequence[Zone], growth: float) -> Mesh:
+        """Return a mesh with the zones on a sheet `across` wide and 100 long."""
+        return Mesh(Axis(breakpoints(across, x, growth)), Axis(breakpoints(100.0, y, growth)))
+
+    def clamps(self, across: float, span: float) -> Array:
+        """Return places (n, 2) along both ends."""
+        return _ENDS * [across / 2, span / 2]
+
+    def flat(self, mesh: Mesh, span: float) -> Array:
+        """Return control points (ny, nx, 3) of the flat sheet that narrows between its clamps."""
+        return start.flat_guess(mesh, span)
+
+    def clamped(self, mesh: Mesh, control: Array, span: float) -> Array:
+        """Return the control points with the first and last row held straight."""
+        return start.clamped(mesh, control, span)
+
+    def tent(self, flat: Array, bodies: Sequence[Placed], span: float, unit: float) -> Array:
+        """Return the flat control points raised to a tent over each body."""
+        return start.tent(flat, bodies, span, unit)

@@ -1,0 +1,44 @@
+"""What a press on soft contact says of a press on a rigid body.
+
+With the pressure p of the soft contact and the gap g that it leaves, the value of the dual problem, W - integral p g, is the
+energy of rigid contact but for the square of what is left over (weak duality: Boyd and Vandenberghe, Convex Optimization,
+2004, section 5.2). Its derivative by the place of the body is the force, to the same order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from stretch_bt.simulation.membrane.sheet.newton import Outcome
+from stretch_bt.simulation.membrane.sheet.problem import Problem
+from stretch_bt.simulation.membrane.sheet.spline import Array
+
+__all__ = ["rigid_energy", "rigid_force"]
+
+_FIRST_ORDER = 0.05  # of the force; more is no small change, as where a sheet hardly resists to slide off a wire
+
+
+def rigid_energy(problem: Problem, outcome: Outcome) -> float:
+    """Return the energy that the sheet would have on rigid bodies."""
+    totals = outcome.evaluation.totals
+    made_up = sum(c.offset * t[3] for c, t in zip(problem.contacts, totals, strict=True))
+    return outcome.evaluation.energy + float(totals[:, 7].sum()) - float(made_up)
+
+
+def rigid_force(problem: Problem, outcome: Outcome, solve: Callable[[Array], Array]) -> Array:
+    """Return what rigid bodies would add to the force (3,) on the sheet, nothing where it would be a lot.
+
+    As the bodies move by e the sheet follows by K^-1 L e, with the Hessian K and the contact's part L of it, and the
+    pressure changes by stiffness x n (e - K^-1 L e); weighted by the penetration left over that is the derivative of
+    `rigid_energy` less the force. The Hessian has to be that of the shape: one of a few steps before knows another contact.
+    """
+    excess, lift = problem.leftover(outcome.control)
+    whole = excess.sum(axis=(0, 1))
+    if problem.mesh.held:
+        excess[:, [0, -1]] = 0.0
+    follow = solve(excess[1:-1])
+    more = whole - lift[:, 1:-1].reshape(3, -1) @ follow.ravel()
+    small = np.linalg.norm(more) <= _FIRST_ORDER * np.linalg.norm(outcome.evaluation.force)
+    return np.asarray(more) if small else np.zeros(3)
