@@ -14,6 +14,7 @@
     │   ├── NoContact
     │   ├── IllConditioned
     │   └── NoEquilibrium
+    │       └── Impossible
     ├── DeviceFault              a device says no; latched until acknowledged
     │   ├── DeviceLost
     │   ├── StaleReading
@@ -37,6 +38,7 @@ __all__ = [
     "Diagnostic",
     "FileError",
     "IllConditioned",
+    "Impossible",
     "InvalidInput",
     "LimitExceeded",
     "MissingExtra",
@@ -133,6 +135,10 @@ class IllConditioned(NoAnswer):
 
 class NoEquilibrium(NoAnswer):
     """The mechanics have no solution, or none was found within the budget."""
+
+
+class Impossible(NoEquilibrium):
+    """The mechanics provably have no solution: no other solver, mesh or budget finds one."""
 
 
 class DeviceFault(StretchError):

@@ -51,7 +51,7 @@ def command(
         )
     except NoEquilibrium as error:
         if json_:
-            emit_json({"error": type(error).__name__, "reason": error.reason})
+            emit_json({"error": NoEquilibrium.__name__, "reason": error.reason})
         typer.secho(f"no equilibrium: {error.reason}", fg=typer.colors.RED, err=True)
         raise typer.Exit(EXIT_FAILURE) from None
     if plot is not None:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import Impossible, NoEquilibrium
+from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet.layout import Layout
+from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
-from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem
+from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem, near
 from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import rigid_energy, rigid_force
+from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["check", "measure"]
+__all__ = ["OUT_OF_REACH", "check", "check_reach", "measure"]
+
+OUT_OF_REACH = "the indenter does not reach the flat sheet, which rests as it is"
 
 _WRAPPED = 0.02  # share of the pressure on flanks that look away from the sheet
 _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a third of the depth if that is more
@@ -81,3 +86,9 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
         sunk = row[3] / max(row[4], 1e-300) / contact.stiffness
         if sunk * result.sheet.unit > _SUNK * max(contact.body.indenter.tip_radius, 0.3 * result.load.depth):
             raise NoEquilibrium("the indenter sinks through the sheet: the press is past its limit point")
+
+
+def check_reach(mesh: Mesh, bodies: Sequence[Placed], flat: Array, unit: float) -> None:
+    """Raise Impossible where no body comes near the flat sheet with control points (ny, nx, 3)."""
+    if not any(len(near(mesh, body, flat, unit, 0.0)) for body in bodies):
+        raise Impossible(OUT_OF_REACH)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import Impossible
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 
@@ -17,11 +17,11 @@ _TOUCH = 1e-6  # of the gauge; a body that touches a clamp does not overlap it
 
 
 def check_clamps(sheet: Sheet, bodies: Sequence[Placed], span: float) -> None:
-    """Raise NoEquilibrium where a clamped edge runs through a body, the clamps being `span` sheet units apart.
+    """Raise Impossible where a clamped edge runs through a body, the clamps being `span` sheet units apart.
 
     The edges stay in the plane z = 0 whatever the sheet does, so no shape of it keeps out of such a body.
     """
     places = sheet.outline.clamps(sheet.width / sheet.unit, span) * sheet.unit
     edges = np.column_stack([places, np.zeros(len(places))])
     if any(body.gap(edges).distance.min() < -_TOUCH * sheet.gauge for body in bodies):
-        raise NoEquilibrium(OVERLAP)
+        raise Impossible(OVERLAP)

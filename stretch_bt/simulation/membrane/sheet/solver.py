@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import Impossible, NoEquilibrium
 from stretch_bt.simulation.membrane.indenters import distance_kernel  # noqa: F401  compiled before the clock starts
 from stretch_bt.simulation.membrane.sheet.assemble import assemble, flat_problem
-from stretch_bt.simulation.membrane.sheet.check import check, measure
+from stretch_bt.simulation.membrane.sheet.check import check, check_reach, measure
 from stretch_bt.simulation.membrane.sheet.clamps import check_clamps
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.layout import Layout
@@ -51,6 +51,8 @@ def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | Non
     check_clamps(sheet, work.layout.bodies, work.layout.span)
     try:
         solved = work.warm(start) if start is not None else work.cold()
+    except Impossible:
+        raise
     except NoEquilibrium as failure:
         solved = _again(work, failure, start)
     return work.account(solved)
@@ -138,6 +140,8 @@ class _Work:
         mesh = layout.mesh()
         flat = Newton(flat_problem(layout, mesh), outline.flat(mesh, layout.span))
         level = self._run(flat, lambda step: step.size < 1e-2)
+        if not self.sheet.effects.sag:
+            check_reach(mesh, layout.bodies, level.control, layout.unit)
         tent = outline.tent(level.control, layout.bodies, layout.span, layout.unit)
         newton = Newton(assemble(layout, mesh), tent)
         _update(newton.problem, self._run(newton, lambda step: step.size < 3e-2))
