@@ -14,7 +14,7 @@ from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
 from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem, near
 from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
-from stretch_bt.simulation.membrane.sheet.rigid import rigid_energy, rigid_force
+from stretch_bt.simulation.membrane.sheet.rigid import rigid_energy
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["OUT_OF_REACH", "check", "check_reach", "measure"]
@@ -25,21 +25,18 @@ _WRAPPED = 0.02  # share of the pressure on flanks that look away from the sheet
 _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a third of the depth if that is more
 
 
-def measure(layout: Layout, newton: Newton, outcome: Outcome, memory: Memory) -> SheetPress:
+def measure(layout: Layout, newton: Newton, outcome: Outcome, more: Array, memory: Memory) -> SheetPress:
     """Return the result of an outcome in SI units, with the figures that its checks look at.
 
-    The Hessian that `newton` holds is that of the outcome where this is exact or corrected.
+    `more` (3,) is what rigid bodies would add to the force.
     """
     sheet, problem, here = layout.sheet, newton.problem, outcome.evaluation
-    settings, more = layout.settings, np.zeros(3)
-    if settings.corrected:
-        more = rigid_force(problem, outcome, newton.solve)
     scale, force, inner = sheet.force_unit, here.force + more, here.gradient[1:-1]
     strength, nodes = float(np.linalg.norm(force)) or 1.0, int(here.totals[:, 5].sum())
     return SheetPress(
         sheet=sheet,
         load=layout.load,
-        settings=settings,
+        settings=layout.settings,
         force=force * scale,
         force_error=layout.error(nodes) * float(force[2]) * scale,
         reaction=(here.reaction - more) * scale,

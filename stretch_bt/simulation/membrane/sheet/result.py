@@ -20,7 +20,7 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 if TYPE_CHECKING:  # its kernels are compiled when a press rubs
     from stretch_bt.simulation.membrane.sheet.friction import Grip
 
-_RIM = 1e-3  # sheet units; a flat face carries no pressure inside its rim
+_FLAT = 0.25  # of the offset; inside the rim of a flat face the sheet rests on it without pressure, but for small waves
 _GRID = 141  # places across the sheet that a height map is interpolated from
 
 __all__ = ["Load", "Memory", "Region", "Shape", "SheetPress"]
@@ -146,7 +146,7 @@ class SheetPress:
 def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
     """Return points, deformed areas and areas seen along z of the quadrature points in contact with a body."""
     (tx, ty), body, unit = shape.mesh.touch, contact.body, shape.unit
-    elements = near(shape.mesh, body, shape.control, unit, contact.offset + _RIM)
+    elements = near(shape.mesh, body, shape.control, unit, contact.offset * (1 + _FLAT))
     points = seen(shape.mesh, body, shape.control, unit, elements)
     along_x, along_y = np.empty(points.shape), np.empty(points.shape)
     contact_kernel.tangents(shape.control, elements, tx.value, tx.slope, ty.value, ty.slope, along_x, along_y)
@@ -166,6 +166,6 @@ def _least(contact: Contact, sunk: Array, area: Array) -> float:
     piece of sheet outside belongs to a rigid contact that ends at s = sqrt(T/stiffness).
     """
     if contact.body.indenter.flat > 0:
-        return -_RIM
+        return -_FLAT * contact.offset
     pressed = np.maximum(sunk, 0.0) * area
     return float((1 - np.exp(-1)) * (pressed @ sunk) / max(pressed.sum(), 1e-300))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from stretch_bt.errors import Impossible, NoEquilibrium
 from stretch_bt.simulation.membrane.indenters import distance_kernel  # noqa: F401  compiled before the clock starts
 from stretch_bt.simulation.membrane.sheet.assemble import assemble, flat_problem
@@ -18,8 +20,10 @@ from stretch_bt.simulation.membrane.sheet.predict import predict
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.reach import BudgetSpent, reach
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
+from stretch_bt.simulation.membrane.sheet.rigid import rigid_force
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.settled import Settled
+from stretch_bt.simulation.membrane.sheet.spline import Array
 from stretch_bt.simulation.membrane.sheet.threads import one_thread
 
 __all__ = ["solve"]
@@ -180,32 +184,34 @@ class _Work:
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts))
         for contact, offset in zip(problem.contacts, used, strict=True):
             contact.offset = offset
-        outcome = self._polish(newton, outcome)
+        outcome, more = self._polish(newton, outcome, settled)
         if self.sheet.effects.mullins is not None:
             memory = replace(memory, peak=problem.raised_peak(outcome.control))
         if rubs:
             memory = replace(memory, grips=friction_state.grips(problem, outcome.control))
-        result = measure(self.layout, newton, outcome, memory)
+        result = measure(self.layout, newton, outcome, more, memory)
         check(result, problem, outcome)
         return friction_state.without_friction(result, problem, slid) if rubs else result
 
-    def _polish(self, newton: Newton, outcome: Outcome) -> Outcome:
-        """Factor the Hessian of the outcome where its force is corrected or its pivots count, and take a step by it.
+    def _polish(self, newton: Newton, outcome: Outcome, settled: Settled) -> tuple[Outcome, Array]:
+        """Return an outcome as exact as a fresh Hessian makes it, and what rigid bodies would add to its force (3,).
 
-        The correction is that of frictionless contact, also where there is friction.
+        The correction is that of frictionless contact, also where there is friction, and belongs to the points that the
+        Hessian knows in contact.
         """
         if not (self.settings.exact or self.settings.corrected):
-            return outcome
+            return outcome, np.zeros(3)
         contacts = newton.problem.contacts
         rubs = [c.rub for c in contacts]
         for contact in contacts:
             contact.rub = None
         newton.refresh()
+        self.factors += 1
+        more = rigid_force(newton.problem, outcome, newton.solve) if self.settings.corrected else np.zeros(3)
         for contact, rub in zip(contacts, rubs, strict=True):
             contact.rub = rub
-        self.factors += 1
         done = self.settings.exact or self.sheet.effects.friction > 0
-        return outcome if done else self._run(newton, lambda step: True)
+        return (outcome if done else self._run(newton, settled)), more
 
 
 def _update(problem: Problem, outcome: Outcome) -> float:
