@@ -1,19 +1,26 @@
 """Compilation of kernels by numba, kept between runs; importing this imports numba, so only kernels do.
 
-A kernel with a signature is compiled, or loaded, when its module is imported, so that no press pays for it. Compiled code
-is kept in `__pycache__` beside the kernel, in the user's cache folder where that cannot be written, or in the folder that
-the environment variable NUMBA_CACHE_DIR names.
+A kernel with a signature is compiled, or loaded, when its module is imported, so that no press pays for it. Compiled code is
+kept in the user's cache folder, or in the folder that the environment variable NUMBA_CACHE_DIR names; where neither can be
+written it is compiled anew each time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
 from typing import Any, TypeVar
 
+import numba
 from numba import njit
 
-__all__ = ["kernel"]
+__all__ = ["cache_folder", "kernel"]
 
+_CONFIG: Any = numba.config
 F = TypeVar("F", bound=Callable[..., Any])
 
 # not a number and infinity keep their meaning: a collapsed element has infinite energy
@@ -22,10 +29,46 @@ _FAST = {"contract", "reassoc", "arcp", "nsz"}
 
 def kernel(signature: str | None = None) -> Callable[[F], F]:
     """Return a decorator that compiles a function, at once where the signature is given, and keeps the code."""
-    options: dict[str, Any] = {"cache": True, "fastmath": _FAST, "error_model": "numpy"}
+    folder = cache_folder()
+    options: dict[str, Any] = {"cache": folder is not None, "fastmath": _FAST, "error_model": "numpy"}
     compiled: Any = njit(**options) if signature is None else njit(signature, **options)
-    return lambda function: _typed(compiled(function))
+
+    def compile_kept(function: Any) -> Any:
+        with _kept_in(folder):
+            return compiled(function)
+
+    return compile_kept
 
 
-def _typed(dispatcher: Any) -> Any:
-    return dispatcher
+@lru_cache(maxsize=1)
+def cache_folder() -> Path | None:
+    """Return where compiled kernels are kept, None where nothing can be written.
+
+    The folder has the name of what all kernels together say: numba looks at a kernel's own file only, and would go on with
+    code into which an older version of another file is built.
+    """
+    base = Path(_CONFIG.CACHE_DIR or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = base / "stretch-bt" / _fingerprint()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+def _fingerprint() -> str:
+    digest = hashlib.sha256(Path(__file__).read_bytes())
+    for path in sorted(Path(__file__).parent.rglob("*_kernel.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@contextmanager
+def _kept_in(folder: Path | None) -> Iterator[None]:
+    """Let numba keep in a folder what it compiles meanwhile."""
+    before = _CONFIG.CACHE_DIR
+    _CONFIG.CACHE_DIR = "" if folder is None else str(folder)
+    try:
+        yield
+    finally:
+        _CONFIG.CACHE_DIR = before
