@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from stretch_bt.simulation.membrane.sheet.increments import increments
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation import press
@@ -10,7 +11,6 @@ from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.friction import Rubbing, grip
-from stretch_bt.simulation.membrane.sheet.march import increments
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, Contact, Problem
 from stretch_bt.simulation.membrane.sheet.result import Load
 from stretch_bt.simulation.membrane.sheet.settings import Settings
@@ -186,3 +186,18 @@ def test_bad_coefficients(mu):
 
 def test_the_name_has_a_usual_value():
     assert Effects.named(["friction"]).friction == 0.5
+
+
+def test_a_path_begins_where_the_sheet_is_reached():
+    edge = {"indenter": "cone:45deg", "stretch": 0.03, "depth": 0.010, "at": (0.046, 0.0)}
+    free = press(**edge)
+    assert press(**edge, effects=Effects(friction=0.3)).force == pytest.approx(free.force, rel=0.2)
+
+
+def test_a_path_goes_on_from_the_same_sheet_and_indenter():
+    free = press(**ROUND)
+    rubs = Effects(friction=0.3)
+    with pytest.raises(InvalidInput, match="same sheet"):
+        press(**ROUND, effects=rubs, start=free)
+    with pytest.raises(InvalidInput, match="same indenter"):
+        press(**ROUND | {"indenter": "cone:45deg"}, effects=rubs, start=press(**ROUND, effects=rubs))

@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import Impossible, NoEquilibrium
 from stretch_bt.simulation import press
+from stretch_bt.simulation.membrane.indenters.wire import Wire
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 USUAL = {"indenter": "sphere:20mm", "stretch": 0.03, "depth": 0.010}
@@ -37,6 +38,8 @@ CASES = {
     "flat cylinder": Hard({"indenter": "cylinder:20mm"}),
     "cone": Hard({"indenter": "cone:45deg", "depth": 0.005}),
     "large face": Hard({"indenter": "cube:40mm"}),
+    "wire deeper than it is thick": Hard({"indenter": Wire(0.0015, 0.2), "depth": 0.008}),
+    "half over the free edge": Hard({"indenter": "cone:45deg", "at": (0.037, 0.0), "depth": 0.006}),
     "tilted": Hard({"indenter": "cylinder:20mm", "tilt": (0.3, 0.1)}),
     "between two elements": Hard({"at": (0.7e-3, 0.4e-3)}),
     "beside the clamp": Hard({"at": (0.0, 0.055)}),
@@ -49,6 +52,7 @@ CASES = {
     "modulus x 1e-6": Hard({"shear_modulus": 47.4e-3}),
     "modulus x 1e6": Hard({"shear_modulus": 47.4e9}),
     "mesh coarser than the contact": Hard({"mesh": 0.008, "depth": 0.002}, warns="finer mesh"),
+    "little budget": Hard({"settings": Settings(budget=60)}),
     "no budget": Hard({"settings": Settings(budget=3)}, refused="iterations"),
 }
 
@@ -81,11 +85,20 @@ def test_elements_of_ten_to_one():
 
 def test_contact_lost_and_regained():
     before = press(**USUAL)
-    with pytest.raises(NoEquilibrium):
+    with pytest.raises(Impossible):
         press(**USUAL | {"at": (0.2, 0.0)}, start=before)
-    lifted = press(**USUAL | {"depth": 0.1e-3}, start=before)
-    again = press(**USUAL, start=lifted)
+    elsewhere = press(**USUAL | {"at": (-0.02, 0.03), "depth": 0.1e-3}, start=before)  # no point in common
+    again = press(**USUAL, start=elsewhere)
     assert again.force == pytest.approx(before.force, rel=1e-3)
+    assert again.balance < 1e-6
+
+
+def test_a_stretch_carries_the_mesh_along():
+    place = {"indenter": "sphere:10mm", "depth": 0.008, "at": (0.0, 0.03)}
+    for settings in (Settings(), Settings.within(0.01)):
+        start = press(stretch=0.005, settings=settings, **place)
+        found = press(stretch=0.075, settings=settings, start=start, **place)
+        assert found.force == pytest.approx(press(stretch=0.075, **place).force, rel=0.01)
 
 
 def test_a_press_in_small_steps_and_back_retraces():

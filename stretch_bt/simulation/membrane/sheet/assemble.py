@@ -47,11 +47,20 @@ def _with_effects(problem: Problem, layout: Layout, past: SheetPress | None) -> 
 
 
 def _peak(past: SheetPress, mesh: Mesh) -> Array:
-    """Return the largest energy seen at each Gauss point of a mesh, from the elements of an earlier press."""
-    x, y = mesh.strain
-    old = past.shape.mesh
-    assert past.memory.peak is not None
+    """Return the largest energy seen at each Gauss point of a mesh, between those of an earlier press."""
+    old, peak = past.shape.mesh, past.memory.peak
+    assert peak is not None
     if old is mesh:
-        return past.memory.peak.copy()
-    ex, ey = old.x.locate(x.place), old.y.locate(y.place)
-    return np.ascontiguousarray(past.memory.peak.max(axis=(2, 3))[ey[:, None, :, None], ex[None, :, None, :]])
+        return peak.copy()
+    (ox, oy), (x, y) = old.strain, mesh.strain
+    field = peak.transpose(0, 2, 1, 3).reshape(oy.place.size, ox.place.size)
+    field = _between(oy.place.ravel(), field, y.place.ravel())
+    field = _between(ox.place.ravel(), field.T, x.place.ravel()).T
+    return np.ascontiguousarray(field.reshape(*y.place.shape, *x.place.shape).transpose(0, 2, 1, 3))
+
+
+def _between(old: Array, field: Array, new: Array) -> Array:
+    """Return a field (n, m) over places `old` (n,) at places `new`, on straight lines, level beyond the ends."""
+    right = np.clip(np.searchsorted(old, new), 1, len(old) - 1)
+    share = np.clip((new - old[right - 1]) / (old[right] - old[right - 1]), 0.0, 1.0)[:, None]
+    return np.asarray((1 - share) * field[right - 1] + share * field[right])

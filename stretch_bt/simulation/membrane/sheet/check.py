@@ -14,7 +14,7 @@ from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
 from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem, near
 from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
-from stretch_bt.simulation.membrane.sheet.rigid import rigid_energy
+from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_energy
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["OUT_OF_REACH", "check", "check_reach", "measure"]
@@ -25,21 +25,23 @@ _WRAPPED = 0.02  # share of the pressure on flanks that look away from the sheet
 _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a third of the depth if that is more
 
 
-def measure(layout: Layout, newton: Newton, outcome: Outcome, more: Array, memory: Memory) -> SheetPress:
+def measure(
+    layout: Layout, newton: Newton, outcome: Outcome, more: RigidForce, memory: Memory, *, settles: bool
+) -> SheetPress:
     """Return the result of an outcome in SI units, with the figures that its checks look at.
 
-    `more` (3,) is what rigid bodies would add to the force.
+    `more` is what rigid bodies would add to the force; `settles` says whether the contact no longer changes.
     """
     sheet, problem, here = layout.sheet, newton.problem, outcome.evaluation
-    scale, force, inner = sheet.force_unit, here.force + more, here.gradient[1:-1]
+    scale, force, inner = sheet.force_unit, here.force + more.added, here.gradient[1:-1]
     strength, nodes = float(np.linalg.norm(force)) or 1.0, int(here.totals[:, 5].sum())
     return SheetPress(
         sheet=sheet,
         load=layout.load,
         settings=layout.settings,
         force=force * scale,
-        force_error=layout.error(nodes) * float(force[2]) * scale,
-        reaction=(here.reaction - more) * scale,
+        force_error=(layout.error(nodes) * float(force[2]) + more.doubt) * scale,
+        reaction=(here.reaction - more.added) * scale,
         balance=float(np.linalg.norm(inner.sum(axis=(0, 1)))) / strength,
         shape=Shape(problem.mesh, outcome.control, sheet.unit),
         contacts=tuple(problem.contacts),
@@ -50,18 +52,20 @@ def measure(layout: Layout, newton: Newton, outcome: Outcome, more: Array, memor
         iterations=0,
         factors=0,
         seconds=0.0,
-        warnings=tuple(_warnings(problem, here, positive=newton.positive)),
+        warnings=tuple(_warnings(problem, here, positive=newton.positive, settles=settles)),
         memory=memory,
     )
 
 
-def _warnings(problem: Problem, here: Evaluation, *, positive: bool) -> Iterator[str]:
+def _warnings(problem: Problem, here: Evaluation, *, positive: bool, settles: bool) -> Iterator[str]:
     """Yield what a user of the result should know."""
     finest = problem.mesh.finest
     if math.sqrt(float(here.totals[:, 4].sum()) / math.pi) < finest:
         yield f"the contact is smaller than an element of {finest * problem.unit * 1e3:.3g} mm: use a finer mesh"
     if not positive:
         yield "the tangent is not positive: a slack part of the sheet would wrinkle or fold"
+    if not settles:
+        yield "the contact has not settled: its penetration, or the limits of friction, still change from solve to solve"
     rows = zip(problem.contacts, here.totals, strict=True)
     if any(c.body.indenter.flat > 0 and t[6] > _WRAPPED * t[3] for c, t in rows):
         yield "the sheet also presses on the sides of the indenter"
@@ -86,6 +90,9 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
 
 
 def check_reach(mesh: Mesh, bodies: Sequence[Placed], flat: Array, unit: float) -> None:
-    """Raise Impossible where no body comes near the flat sheet with control points (ny, nx, 3)."""
-    if not any(len(near(mesh, body, flat, unit, 0.0)) for body in bodies):
+    """Raise Impossible where no body comes near the flat sheet with control points (ny, nx, 3).
+
+    A body of finite thickness may have risen past it.
+    """
+    if not any(math.isfinite(b.indenter.bulk) or len(near(mesh, b, flat, unit, 0.0)) for b in bodies):
         raise Impossible(OUT_OF_REACH)

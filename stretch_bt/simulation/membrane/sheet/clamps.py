@@ -21,7 +21,8 @@ def check_clamps(sheet: Sheet, bodies: Sequence[Placed], span: float) -> None:
 
     The edges stay in the plane z = 0 whatever the sheet does, so no shape of it keeps out of such a body.
     """
-    places = sheet.outline.clamps(sheet.width / sheet.unit, span) * sheet.unit
+    axes = np.array([body.origin[:2] for body in bodies]) / sheet.unit
+    places = sheet.outline.clamps(sheet.width / sheet.unit, span, axes) * sheet.unit
     edges = np.column_stack([places, np.zeros(len(places))])
     if any(body.gap(edges).distance.min() < -_TOUCH * sheet.gauge for body in bodies):
         raise Impossible(OVERLAP)

@@ -102,9 +102,10 @@ class Disc:
         """Return a mesh with the zones, sheet units, on a sheet `across` wide."""
         return DiscMesh(*(Axis(breakpoints(across, zones, growth)) for zones in (x, y)))
 
-    def clamps(self, across: float, span: float) -> Array:
-        """Return places (n, 2) around the clamp."""
+    def clamps(self, across: float, span: float, near: Array) -> Array:
+        """Return places (n, 2) around the clamp, those next to places near (k, 2) included."""
         turn = np.linspace(0, 2 * math.pi, 2 * CLAMP_POINTS, endpoint=False)
+        turn = np.concatenate([turn, np.arctan2(near[:, 1], near[:, 0])])
         return span / 2 * np.column_stack([np.cos(turn), np.sin(turn)])
 
     def flat(self, mesh: Mesh, span: float) -> Array:

@@ -9,9 +9,7 @@ from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["ROUGHLY", "grips", "resume", "settle", "without_friction"]
-
-ROUGHLY = 5e-2  # change of the limits between passes that a control loop bears
+__all__ = ["grips", "resume", "settle", "without_friction"]
 
 
 def resume(problem: Problem, past: SheetPress, coefficient: float) -> None:
@@ -24,14 +22,11 @@ def resume(problem: Problem, past: SheetPress, coefficient: float) -> None:
         )
 
 
-def without_friction(result: SheetPress, problem: Problem, slid: float) -> SheetPress:
-    """Take what friction has used up out of the energy; warn where its limits have not settled."""
+def without_friction(result: SheetPress, problem: Problem) -> SheetPress:
+    """Take what friction has used up out of the energy."""
     used = sum(c.rub.energy(result.shape.control, problem.mesh) for c in problem.contacts if c.rub is not None)
-    warnings = result.warnings
-    if slid > ROUGHLY:
-        warnings += (f"friction has not settled: its limits still change by {slid * 100:.0f} %",)
     energy = result.energy - used * result.sheet.force_unit * result.sheet.unit
-    return replace(result, energy=energy, warnings=warnings)
+    return replace(result, energy=energy)
 
 
 def settle(problem: Problem, control: Array) -> tuple[list[Rubbing | None], float]:

@@ -13,6 +13,7 @@ from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.result import Load, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["Layout"]
 
@@ -50,11 +51,19 @@ class Layout:
 
     def fits(self, start: SheetPress) -> bool:
         """Whether the mesh of an earlier press still suits this contact."""
-        drift = np.abs(np.subtract(self.load.at, start.load.at)).max() / self.unit + start.memory.drift
         same = (start.load.indenter, start.load.tilt) == (self.load.indenter, self.load.tilt)
         same = same and start.settings.elements == self.settings.elements
         level = _refinement(start.load.depth / self.unit) == _refinement(self.depth)
-        return same and level and bool(drift <= _DRIFT * start.shape.mesh.finest)
+        return same and level and self.drift(start) <= _DRIFT * start.shape.mesh.finest
+
+    def drift(self, start: SheetPress) -> float:
+        """Return how far the contact has moved over the unstretched sheet since the mesh of an earlier press was made."""
+        old = self._rest(start.load.at, self.sheet.span(start.load.stretch))
+        return start.memory.drift + float(np.abs(self._rest(self.load.at, self.span) - old).max())
+
+    def _rest(self, at: tuple[float, float], span: float) -> Array:
+        """Return the place (2,) on the unstretched sheet that a stretched one has over a place."""
+        return np.multiply(at, self.sheet.outline.back(span / 100)) / self.unit
 
     def error(self, nodes: int) -> float:
         """Return the estimated error of the force over the force, with so many quadrature points in contact."""

@@ -31,8 +31,8 @@ class Outline(Protocol):
         """Return a mesh with the zones on a sheet `across` wide and 100 long."""
         ...
 
-    def clamps(self, across: float, span: float) -> Array:
-        """Return places (n, 2) along the clamped edges of a sheet `across` wide."""
+    def clamps(self, across: float, span: float, near: Array) -> Array:
+        """Return places (n, 2) along the clamped edges of a sheet `across` wide, those next to places near (k, 2) included."""
         ...
 
     def flat(self, mesh: Mesh, span: float) -> Array:
@@ -60,9 +60,12 @@ class Rectangle:
         """Return a mesh with the zones on a sheet `across` wide and 100 long."""
         return Mesh(Axis(breakpoints(across, x, growth)), Axis(breakpoints(100.0, y, growth)))
 
-    def clamps(self, across: float, span: float) -> Array:
-        """Return places (n, 2) along both ends."""
-        return _ENDS * [across / 2, span / 2]
+    def clamps(self, across: float, span: float, near: Array) -> Array:
+        """Return places (n, 2) along both ends, those next to places near (k, 2) included."""
+        next_to = [
+            np.column_stack([np.clip(near[:, 0], -across / 2, across / 2), 0 * near[:, 1] + y]) for y in _sides(span)
+        ]
+        return np.concatenate([_ENDS * [across / 2, span / 2], *next_to])
 
     def flat(self, mesh: Mesh, span: float) -> Array:
         """Return control points (ny, nx, 3) of the flat sheet that narrows between its clamps."""
@@ -75,3 +78,7 @@ class Rectangle:
     def tent(self, flat: Array, bodies: Sequence[Placed], span: float, unit: float) -> Array:
         """Return the flat control points raised to a tent over each body."""
         return start.tent(flat, bodies, span, unit)
+
+
+def _sides(span: float) -> tuple[float, float]:
+    return -span / 2, span / 2

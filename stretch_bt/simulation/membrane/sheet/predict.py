@@ -19,8 +19,7 @@ def predict(layout: Layout, start: SheetPress) -> tuple[Mesh, Array, tuple[float
     """Return mesh, control points (ny, nx, 3) and offsets to begin with, and what the press will remember of `start`."""
     change, old = layout.load.moves() - start.load.moves(), start.shape.control
     if layout.fits(start):
-        mesh, memory = start.shape.mesh, start.memory
-        drift = memory.drift + float(np.abs(change[2:4]).max()) / layout.unit
+        mesh, memory, drift = start.shape.mesh, start.memory, layout.drift(start)
     else:
         mesh, drift = layout.mesh(), 0.0
         old = carried(start.shape.mesh, old, mesh)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import Impossible, NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 
 __all__ = ["BudgetSpent", "reach"]
@@ -33,14 +33,18 @@ def reach(attempt: Attempt, failure: NoEquilibrium) -> SheetPress:
         part = min(reached + step, 1.0)
         try:
             state = attempt(part, state)
+        except Impossible:  # not reached yet, or lost
+            if state is not None or part == 1.0:
+                raise
         except NoEquilibrium as none:
             failure = none if state is not None else failure
             step = (part - reached) / 2
             continue
-        except BudgetSpent:
-            break
+        except BudgetSpent as spent:
+            why = f"; at a depth of {state.load.depth * 1e3:.3g} mm there is one" if state is not None else ""
+            raise NoEquilibrium(f"{spent} before one was found{why}") from None
         reached, step = part, step * _WIDER
-        if reached == 1.0:
+        if reached == 1.0 and state is not None:
             return state
     if state is None:
         raise failure

@@ -106,10 +106,10 @@ class SheetPress:
     """One equilibrium of the sheet; SI units, membrane frame.
 
     `force` (3,) is that of the indenter on the sheet, friction included, `reaction` (3,) that of the sheet on the clamps; `balance` is how
-    far the two are from cancelling, over the force. `force_error` is the estimated discretisation error of force[2], N.
+    far the two are from cancelling, over the force. `force_error` is the estimated discretisation error of force[2], N; those across may be larger.
     `residual` is the largest nodal force left over, over the force. `pivot` is the sign of the smallest pivot of the
-    last exact tangent: +1 for a stable equilibrium. `nodes` counts the quadrature points in contact. `seconds` is the
-    CPU time of the solve.
+    tangent without friction, of this shape where it is exact or corrected and else of one a step before: +1 for a stable
+    equilibrium. `nodes` counts the quadrature points in contact. `seconds` is the CPU time of the solve.
     """
 
     sheet: Sheet

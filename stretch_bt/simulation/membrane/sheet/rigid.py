@@ -8,6 +8,7 @@ energy of rigid contact but for the square of what is left over (weak duality: B
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,9 +16,17 @@ from stretch_bt.simulation.membrane.sheet.newton import Outcome
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["rigid_energy", "rigid_force"]
+__all__ = ["RigidForce", "rigid_energy", "rigid_force"]
 
-_FIRST_ORDER = 0.05  # of the force; more is no small change, as where a sheet hardly resists to slide off a wire
+_FIRST_ORDER = 0.2  # of the force; more is no small change, as where a sheet hardly resists to slide off a wire
+_DOUBT = 0.3  # what a first-order correction leaves over, as a part of it
+
+
+class RigidForce(NamedTuple):
+    """What rigid bodies add to the force (3,), and how far that may be off along z, in units of the problem."""
+
+    added: Array
+    doubt: float
 
 
 def rigid_energy(problem: Problem, outcome: Outcome) -> float:
@@ -27,8 +36,8 @@ def rigid_energy(problem: Problem, outcome: Outcome) -> float:
     return outcome.evaluation.energy + float(totals[:, 7].sum()) - float(made_up)
 
 
-def rigid_force(problem: Problem, outcome: Outcome, solve: Callable[[Array], Array]) -> Array:
-    """Return what rigid bodies would add to the force (3,) on the sheet, nothing where it would be a lot.
+def rigid_force(problem: Problem, outcome: Outcome, solve: Callable[[Array], Array]) -> RigidForce:
+    """Return what rigid bodies would add to the force on the sheet, nothing but doubt where it would be a lot.
 
     As the bodies move by e the sheet follows by K^-1 L e, with the Hessian K and the contact's part L of it, and the
     pressure changes by stiffness x n (e - K^-1 L e); weighted by the penetration left over that is the derivative of
@@ -41,4 +50,4 @@ def rigid_force(problem: Problem, outcome: Outcome, solve: Callable[[Array], Arr
     follow = solve(excess[1:-1])
     more = whole - lift[:, 1:-1].reshape(3, -1) @ follow.ravel()
     small = np.linalg.norm(more) <= _FIRST_ORDER * np.linalg.norm(outcome.evaluation.force)
-    return np.asarray(more) if small else np.zeros(3)
+    return RigidForce(more, _DOUBT * abs(float(more[2]))) if small else RigidForce(np.zeros(3), abs(float(more[2])))

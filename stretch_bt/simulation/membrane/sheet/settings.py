@@ -21,7 +21,7 @@ class Settings:
     away from the contact; 1 makes all alike. `coarsen` scales the length. `exact` iterates until the forces balance to
     1e-7; without it a press stops when the force has settled to about 0.1 %, as a control loop wants. `corrected`
     adds to the force, to first order, what the soft contact leaves out, at the price of one more factor. `budget` bounds
-    the Newton iterations of a press, all its attempts together.
+    the Newton iterations of a press, all its attempts together; with friction, those of each increment.
     """
 
     mesh: float | None = None

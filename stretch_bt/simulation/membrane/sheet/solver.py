@@ -7,31 +7,33 @@ from dataclasses import replace
 
 import numpy as np
 
-from stretch_bt.errors import Impossible, NoEquilibrium
+from stretch_bt.errors import Impossible, InvalidInput, NoEquilibrium
 from stretch_bt.simulation.membrane.indenters import distance_kernel  # noqa: F401  compiled before the clock starts
 from stretch_bt.simulation.membrane.sheet.assemble import assemble, flat_problem
 from stretch_bt.simulation.membrane.sheet.check import check, check_reach, measure
 from stretch_bt.simulation.membrane.sheet.clamps import check_clamps
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
+from stretch_bt.simulation.membrane.sheet.increments import between, increments
 from stretch_bt.simulation.membrane.sheet.layout import Layout
-from stretch_bt.simulation.membrane.sheet.march import increments
 from stretch_bt.simulation.membrane.sheet.newton import Done, Newton, Outcome
 from stretch_bt.simulation.membrane.sheet.predict import predict
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.reach import BudgetSpent, reach
 from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
-from stretch_bt.simulation.membrane.sheet.rigid import rigid_force
+from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_force
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.settled import Settled
-from stretch_bt.simulation.membrane.sheet.spline import Array
 from stretch_bt.simulation.membrane.sheet.threads import one_thread
 
 __all__ = ["solve"]
 
+_NONE = RigidForce(np.zeros(3), 0.0)
 _PASSES = 8
 _UNSETTLED = 1e-2  # change of an offset over the depth after the last pass
 _COARSE = 2.5
 _ATTEMPT, _SLACK_ATTEMPT = 0.1, 0.3  # of the budget
+_FEWEST = 100  # iterations of an attempt, if so many are left
+_HALVINGS = 4  # of an increment that is too far
 
 
 def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None = None) -> SheetPress:
@@ -44,55 +46,80 @@ def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None
     NoEquilibrium
         There is none, or none was found within the budget; the reason says which.
     """
+    effects = sheet.effects
     if start is not None and start.sheet != sheet:
+        if effects.friction or effects.mullins:
+            raise InvalidInput("friction and softening go on from a press of the same sheet only, its effects included")
         start = None
     with one_thread():
-        return _rub(sheet, load, settings, start) if sheet.effects.friction else _solve(sheet, load, settings, start)
+        return _rub(sheet, load, settings, start) if effects.friction else _solve(sheet, load, settings, start)
 
 
 def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
-    work = _Work(sheet, load, settings)
+    work = _Work(sheet, load, settings, start)
     check_clamps(sheet, work.layout.bodies, work.layout.span)
+    return work.account(_attempts(work, start))
+
+
+def _attempts(work: _Work, start: SheetPress | None) -> SheetPress:
+    """Solve warm if there is a start, then cold, then step by step."""
     try:
-        solved = work.warm(start) if start is not None else work.cold()
+        return work.warm(start) if start is not None else work.cold()
     except Impossible:
         raise
     except NoEquilibrium as failure:
-        solved = _again(work, failure, start)
-    return work.account(solved)
-
-
-def _again(work: _Work, failure: NoEquilibrium, start: SheetPress | None) -> SheetPress:
-    """Solve cold what a warm start has not reached, and step by step what a cold one has not."""
-    if start is not None:
-        try:
-            return work.cold()
-        except NoEquilibrium as none:
-            failure = none
-    return reach(work.part, failure)
+        return reach(work.part, failure) if start is None else _attempts(work, None)
 
 
 def _rub(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
     """Return the end of a path of presses, which friction remembers; each of them has the whole budget."""
     from stretch_bt.simulation.membrane.sheet import friction_state  # noqa: F401  compiled before the clock starts
 
-    began, iterations, factors = time.process_time(), 0, 0
-    here = start if start is not None and start.load.indenter == load.indenter else None
+    if start is not None and start.load.indenter != load.indenter:
+        raise InvalidInput("friction goes on from a press by the same indenter only")
+    path, here = _Path(sheet, settings), start
     for target in increments(here.load if here else None, load, sheet.unit):
-        work = _Work(sheet, target, settings)
-        check_clamps(sheet, work.layout.bodies, work.layout.span)
-        here = work.cold() if here is None else work.warm(here)
-        iterations, factors = iterations + work.spent, factors + work.factors
+        try:
+            here = path.to(target, here)
+        except NoEquilibrium:
+            if here is not None or target is load:  # else the sheet is not reached yet, or hardly so
+                raise
     assert here is not None
-    return replace(here, iterations=iterations, factors=factors, seconds=time.process_time() - began)
+    return path.account(here)
+
+
+class _Path:
+    """A press on its way, with what all of it has cost."""
+
+    def __init__(self, sheet: Sheet, settings: Settings) -> None:
+        self.began, self.sheet, self.settings = time.process_time(), sheet, settings
+        self.spent = self.factors = 0
+
+    def to(self, load: Load, here: SheetPress | None, halvings: int = _HALVINGS) -> SheetPress:
+        """Return the press at a load after one before it, by way of their middle where that is too far."""
+        work = _Work(self.sheet, load, self.settings, here)
+        check_clamps(self.sheet, work.layout.bodies, work.layout.span)
+        try:
+            return work.warm(here) if here is not None else work.cold()
+        except NoEquilibrium:
+            if here is None or halvings == 0:
+                raise
+        finally:
+            self.spent, self.factors = self.spent + work.spent, self.factors + work.factors
+        return self.to(load, self.to(between(here.load, load), here, halvings - 1), halvings - 1)
+
+    def account(self, solved: SheetPress) -> SheetPress:
+        """Return a result with what the path has cost."""
+        seconds = time.process_time() - self.began
+        return replace(solved, iterations=self.spent, factors=self.factors, seconds=seconds)
 
 
 class _Work:
-    """One solve under way."""
+    """One solve under way; `past` is the press that softening and friction remember."""
 
-    def __init__(self, sheet: Sheet, load: Load, settings: Settings) -> None:
+    def __init__(self, sheet: Sheet, load: Load, settings: Settings, past: SheetPress | None) -> None:
         self.began = time.process_time()
-        self.sheet, self.load, self.settings = sheet, load, settings
+        self.sheet, self.load, self.settings, self.past = sheet, load, settings, past
         self.layout = Layout(sheet, load, settings)
         self.spent = self.factors = 0
         self.limit = settings.budget
@@ -106,25 +133,25 @@ class _Work:
         """Solve from an earlier press."""
         self._allow()
         mesh, control, offsets, memory = predict(self.layout, start)
-        return self._finish(Newton(assemble(self.layout, mesh, offsets, start), control), memory)
+        return self._finish(Newton(assemble(self.layout, mesh, offsets, self.past), control), memory)
 
     def cold(self) -> SheetPress:
         """Solve from the flat sheet; a slack one, which takes many iterations, on a coarse mesh first."""
         if not self.layout.slack or self.layout.scale > _COARSE / 2:
             return self._from_flat()
-        coarsen = self.settings.coarsen * _COARSE / self.layout.scale
-        return self.warm(self._on(self.load, replace(self.settings, coarsen=coarsen, exact=False), None))
+        coarse = replace(self.settings, mesh=None, coarsen=_COARSE, exact=False, corrected=False)
+        return self.warm(self._on(self.load, coarse, None))
 
     def part(self, share: float, start: SheetPress | None) -> SheetPress:
         """Solve at a share of the depth from a shallower press, or cold, with what is left of the budget."""
         if self.spent >= self.settings.budget:
-            raise BudgetSpent
+            raise BudgetSpent(f"the budget of {self.settings.budget} iterations is spent")
         settings = replace(self.settings, exact=self.settings.exact and share == 1.0)
         return self._on(replace(self.load, depth=share * self.load.depth), settings, start)
 
     def _on(self, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
         """Solve another press at the cost of this one."""
-        other = _Work(self.sheet, load, settings)
+        other = _Work(self.sheet, load, settings, self.past)
         other.spent = self.spent
         try:
             return other.warm(start) if start is not None else other.cold()
@@ -135,7 +162,7 @@ class _Work:
         """Let the next attempt have a share of the budget, as far as it is not spent."""
         whole = self.settings.budget
         share = _SLACK_ATTEMPT if self.layout.slack else _ATTEMPT
-        self.limit = min(self.spent + max(int(share * whole), 1), whole)
+        self.limit = min(self.spent + max(int(share * whole), _FEWEST), whole)
 
     def _from_flat(self) -> SheetPress:
         """Solve from the flat sheet, by way of a tent."""
@@ -147,7 +174,7 @@ class _Work:
         if not self.sheet.effects.sag:
             check_reach(mesh, layout.bodies, level.control, layout.unit)
         tent = outline.tent(level.control, layout.bodies, layout.span, layout.unit)
-        newton = Newton(assemble(layout, mesh), tent)
+        newton = Newton(assemble(layout, mesh, (), self.past), tent)
         _update(newton.problem, self._run(newton, lambda step: step.size < 3e-2))
         return self._finish(newton, Memory(()))
 
@@ -179,6 +206,7 @@ class _Work:
             change = _update(problem, outcome)
             if settled.passes(change, slid):
                 break
+        settles = settled.passes(change, slid)
         if change > _UNSETTLED * self.layout.depth:
             raise NoEquilibrium("the contact does not settle: its penetration changes from solve to solve")
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts))
@@ -189,25 +217,25 @@ class _Work:
             memory = replace(memory, peak=problem.raised_peak(outcome.control))
         if rubs:
             memory = replace(memory, grips=friction_state.grips(problem, outcome.control))
-        result = measure(self.layout, newton, outcome, more, memory)
+        result = measure(self.layout, newton, outcome, more, memory, settles=settles)
         check(result, problem, outcome)
-        return friction_state.without_friction(result, problem, slid) if rubs else result
+        return friction_state.without_friction(result, problem) if rubs else result
 
-    def _polish(self, newton: Newton, outcome: Outcome, settled: Settled) -> tuple[Outcome, Array]:
+    def _polish(self, newton: Newton, outcome: Outcome, settled: Settled) -> tuple[Outcome, RigidForce]:
         """Return an outcome as exact as a fresh Hessian makes it, and what rigid bodies would add to its force (3,).
 
         The correction is that of frictionless contact, also where there is friction, and belongs to the points that the
         Hessian knows in contact.
         """
         if not (self.settings.exact or self.settings.corrected):
-            return outcome, np.zeros(3)
+            return outcome, _NONE
         contacts = newton.problem.contacts
         rubs = [c.rub for c in contacts]
         for contact in contacts:
             contact.rub = None
         newton.refresh()
         self.factors += 1
-        more = rigid_force(newton.problem, outcome, newton.solve) if self.settings.corrected else np.zeros(3)
+        more = rigid_force(newton.problem, outcome, newton.solve) if self.settings.corrected else _NONE
         for contact, rub in zip(contacts, rubs, strict=True):
             contact.rub = rub
         done = self.settings.exact or self.sheet.effects.friction > 0

@@ -11,7 +11,7 @@ import numpy as np
 from stretch_bt.simulation.membrane.sheet.result import Load
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["increments"]
+__all__ = ["between", "increments"]
 
 _FEWEST = 4  # from first contact, so that a shallow press rubs too
 _TURN = 0.05  # rad; about a sheet unit at the rim of what is usually pressed
@@ -29,6 +29,11 @@ def increments(start: Load | None, load: Load, unit: float) -> Iterator[Load]:
     count = max(least, math.ceil(float(np.abs(change / _limits(unit)).max()) - 1e-9))
     for k in range(1, count + 1):
         yield load if k == count else _at(load, start.moves() + change * (k / count))
+
+
+def between(start: Load, load: Load) -> Load:
+    """Return the load half way from one to another."""
+    return _at(load, (start.moves() + load.moves()) / 2)
 
 
 def _limits(unit: float) -> Array:
