@@ -2,7 +2,6 @@ import math
 
 import numpy as np
 import pytest
-from stretch_bt.simulation.membrane.sheet.increments import increments
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation import press
@@ -10,7 +9,8 @@ from stretch_bt.simulation.membrane.indenters.placed import place
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.effects import Effects
-from stretch_bt.simulation.membrane.sheet.friction import Rubbing, grip
+from stretch_bt.simulation.membrane.sheet.friction import LaggedFriction, remember
+from stretch_bt.simulation.membrane.sheet.increments import increments
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, Contact, Problem
 from stretch_bt.simulation.membrane.sheet.result import Load
 from stretch_bt.simulation.membrane.sheet.settings import Settings
@@ -24,7 +24,7 @@ def rubbed(mu, *, start=None, settings=None, **options):
 
 def loads(detail):
     """Return the pressure and the size of the traction of each point in contact, and its area."""
-    (held,) = detail.memory.grips
+    (held,) = detail.memory.frictions
     on = held.pressure > 0
     return held.pressure[on], np.linalg.norm(held.traction, axis=2)[on], held.weight[on]
 
@@ -50,7 +50,7 @@ def rubbing_problem():
     places = mesh.evaluate(control, x.place.ravel(), y.place.ravel())
     (body,) = place(Sphere(0.02), (1.2e-5, -6e-6), (0.001, 0.0), pressed.load.depth)
     contact = Contact(body, old.stiffness, old.offset)
-    contact.rub = Rubbing.after(grip(control, mesh, old, unit), places, old.body, contact, 1.0, unit)
+    contact.friction = LaggedFriction.after(remember(control, mesh, old, unit), places, old.body, contact, 1.0, unit)
     return Problem(mesh, pressed.sheet.law(), [contact], unit), control.copy()
 
 
@@ -60,10 +60,10 @@ def test_gradient_and_hessian_are_derivatives():
     band.fill(0.0)
     here = problem.evaluate(control, EXACT, band)
     contact = problem.contacts[0]
-    assert contact.rub.energy(control, problem.mesh) > 0
-    size = np.linalg.norm(grip(control, problem.mesh, contact, problem.unit).traction, axis=2)
-    on = contact.rub.limit > 0
-    slides = size[on] > 0.999 * contact.rub.limit[on]
+    assert contact.friction.energy(control, problem.mesh) > 0
+    size = np.linalg.norm(remember(control, problem.mesh, contact, problem.unit).traction, axis=2)
+    on = contact.friction.limit > 0
+    slides = size[on] > 0.999 * contact.friction.limit[on]
     assert 0.1 < slides.mean() < 0.9  # both branches of the law
     direction = np.zeros(control.shape)
     direction[1:-1] = np.random.default_rng(6).normal(size=control[1:-1].shape)
@@ -84,7 +84,7 @@ def test_no_friction_is_the_limit_of_little():
     assert abs(extra[0]) < 1e-4  # the path settles to this
     assert 1e-3 < extra[1] < extra[2] < 0.05
     np.testing.assert_array_equal(free.detail.friction, 0.0)
-    assert free.detail.memory.grips == ()
+    assert free.detail.memory.frictions == ()
 
 
 def test_increments_hardly_matter():
@@ -196,8 +196,8 @@ def test_a_path_begins_where_the_sheet_is_reached():
 
 def test_a_path_goes_on_from_the_same_sheet_and_indenter():
     free = press(**ROUND)
-    rubs = Effects(friction=0.3)
+    has_friction = Effects(friction=0.3)
     with pytest.raises(InvalidInput, match="same sheet"):
-        press(**ROUND, effects=rubs, start=free)
+        press(**ROUND, effects=has_friction, start=free)
     with pytest.raises(InvalidInput, match="same indenter"):
-        press(**ROUND | {"indenter": "cone:45deg"}, effects=rubs, start=press(**ROUND, effects=rubs))
+        press(**ROUND | {"indenter": "cone:45deg"}, effects=has_friction, start=press(**ROUND, effects=has_friction))

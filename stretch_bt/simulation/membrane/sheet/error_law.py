@@ -16,11 +16,11 @@ _ROUND, _FLAT = 0.003, 0.008
 _SLACK, _TAUT = 1.5, 0.02  # a slack sheet is this much worse, which fades over this strain
 _PER_POINT = 0.15
 _AT_EDGE = 3.0
-_RUB = 0.002
+_WITH_FRICTION = 0.002
 
 
 def relative_error(
-    scale: float, strain: float, nodes: int, *, flat: bool, at_edge: bool, exact: bool, rubs: bool = False
+    scale: float, strain: float, nodes: int, *, flat: bool, at_edge: bool, exact: bool, has_friction: bool = False
 ) -> float:
     """Return the estimated error of the force over the force.
 
@@ -34,11 +34,16 @@ def relative_error(
         Quadrature points in contact.
     flat, at_edge, exact
         Whether the indenter has a face and rim, whether an edge of the sheet is next to the contact, and whether the
-        forces were made to balance exactly.
-    rubs
+        forces were made to balance exactly or corrected.
+    has_friction
         Whether there is friction: the springs that points stick by, and the path, are then known to 0.2 %.
     """
     base = (_FLAT if flat else _ROUND) * (scale**2 if flat or scale < 1 else scale**1.7)
     base *= _AT_EDGE if at_edge else 1.0
     slack = 1 + _SLACK * math.exp(-strain / _TAUT)
-    return base * slack + _PER_POINT / max(nodes, 1) + (0.0 if exact else 0.005) + (_RUB if rubs else 0.0)
+    return (
+        base * slack
+        + _PER_POINT / max(nodes, 1)
+        + (0.0 if exact else 0.005)
+        + (_WITH_FRICTION if has_friction else 0.0)
+    )

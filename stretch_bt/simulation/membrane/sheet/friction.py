@@ -3,7 +3,7 @@
 A point in contact sticks to an anchor on the body by a spring; where that would pull harder than mu times the
 pressure the point slides, and the anchor with it (the return map of Laursen and Simo 1993). During a solve the pressure is that
 of the solve before, so that the tractions are the gradient of an energy; solves are repeated until it settles.
-A point that comes into contact has no anchor yet: it rubs as its neighbours do that were in contact before.
+A point that comes into contact has no anchor yet: it is pulled as its neighbours are that were in contact before.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.problem import Contact
 
-__all__ = ["Grip", "Rubbing", "grip"]
+__all__ = ["FrictionMemory", "LaggedFriction", "remember"]
 
 Mask = npt.NDArray[np.bool_]
 _STIFF = 4.0  # springs over that of the contact: stiffer ones change a force by 0.2 %, and cost more steps
@@ -31,7 +31,7 @@ _REACH = 12  # Gauss points; further from what was in contact before, a point be
 
 
 @dataclass(frozen=True, slots=True)
-class Grip:
+class FrictionMemory:
     """Pressure (NY, NX) and frictional traction on the sheet (NY, NX, 3) at all Gauss points, in the body's frame.
 
     Both are per unstretched area, over shear modulus x thickness / sheet unit; `weight` (NY, NX) is the area of each.
@@ -45,17 +45,17 @@ class Grip:
         """Return the frictional force (3,) on the sheet in the membrane frame."""
         return np.asarray(body.rotation @ np.einsum("yx,yxc->c", self.weight, self.traction))
 
-    def on(self, old: Mesh, new: Mesh) -> Grip:
+    def on(self, old: Mesh, new: Mesh) -> FrictionMemory:
         """Return it at the Gauss points of another mesh, each taking after the nearest old one."""
         if old is new:
             return self
         rows, columns = _nearest(*_places(old)[::-1], *_places(new)[::-1])
         picked = np.ix_(rows, columns)
-        return Grip(self.pressure[picked], np.ascontiguousarray(self.traction[picked]), _weights(new))
+        return FrictionMemory(self.pressure[picked], np.ascontiguousarray(self.traction[picked]), _weights(new))
 
 
 @dataclass(frozen=True, slots=True)
-class Rubbing:
+class LaggedFriction:
     """Friction during one solve: anchors and normals (NY, NX, 3) and the limit of the traction (NY, NX); sheet units.
 
     Points whose limit is 0 are free. `held` says which have an anchor at all.
@@ -71,12 +71,12 @@ class Rubbing:
 
     @classmethod
     def after(
-        cls, grip: Grip, places: Array, old: Placed, contact: Contact, coefficient: float, unit: float
-    ) -> Rubbing:
-        """Return friction that goes on from a grip at `places` (NY, NX, 3), sheet units, on the body where it was."""
-        held, limit = grip.pressure > 0, coefficient * grip.pressure
+        cls, memory: FrictionMemory, places: Array, old: Placed, contact: Contact, coefficient: float, unit: float
+    ) -> LaggedFriction:
+        """Return friction that goes on from a memory at `places` (NY, NX, 3), sheet units, on the body where it was."""
+        held, limit = memory.pressure > 0, coefficient * memory.pressure
         stiffness = _STIFF * contact.stiffness
-        local = (places * unit - old.origin) @ old.rotation + grip.traction * (unit / stiffness)
+        local = (places * unit - old.origin) @ old.rotation + memory.traction * (unit / stiffness)
         anchor = local @ contact.body.rotation.T + contact.body.origin
         normal = _normals(contact.body, anchor, held)
         return cls(coefficient, stiffness, anchor / unit, normal, limit, held, _elements(limit))
@@ -85,7 +85,7 @@ class Rubbing:
         """Add gradient, Hessian and force at control points; return the energy."""
         x, y = mesh.touch
         return float(
-            friction_kernel.rub(
+            friction_kernel.friction(
                 self.elements, control, self.anchor, self.normal, self.limit, self.stiffness,
                 x.value, x.weight, y.value, y.weight, mode, gradient, band, row,
             )
@@ -95,7 +95,7 @@ class Rubbing:
         """Return the work done against friction since the last press, with what its springs hold."""
         return self.add(control, mesh, GRADIENT, np.zeros(control.shape), np.empty((0, 0)), np.zeros(8))
 
-    def renewed(self, control: Array, mesh: Mesh, contact: Contact, unit: float) -> tuple[Rubbing, float]:
+    def renewed(self, control: Array, mesh: Mesh, contact: Contact, unit: float) -> tuple[LaggedFriction, float]:
         """Return it with the pressure and normals of a solved shape, and how much the limits changed as a whole."""
         places = _surface(control, mesh)
         pressure, normal = _pressure(places, contact, unit)
@@ -115,12 +115,12 @@ class Rubbing:
         return out
 
 
-def grip(control: Array, mesh: Mesh, contact: Contact, unit: float) -> Grip:
+def remember(control: Array, mesh: Mesh, contact: Contact, unit: float) -> FrictionMemory:
     """Return what a solved shape leaves behind for the next press."""
     places = _surface(control, mesh)
     pressure, _ = _pressure(places, contact, unit)
-    traction = np.zeros(places.shape) if contact.rub is None else contact.rub.tractions(places)
-    return Grip(pressure, traction @ contact.body.rotation, _weights(mesh))
+    traction = np.zeros(places.shape) if contact.friction is None else contact.friction.tractions(places)
+    return FrictionMemory(pressure, traction @ contact.body.rotation, _weights(mesh))
 
 
 def _shares(traction: Array, limit: Array, known: Mask, wanted: Mask) -> Array:

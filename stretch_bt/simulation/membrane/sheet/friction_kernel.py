@@ -17,7 +17,7 @@ from stretch_bt.simulation.membrane.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.contact_kernel import add_block, add_line, add_push, take_off, unpack
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
-__all__ = ["rub", "tractions"]
+__all__ = ["friction", "tractions"]
 
 
 @kernel()
@@ -66,7 +66,7 @@ def column_places(control: Any, ex: Any, ey: Any, v: Any, columns: Any) -> Any:
     "float64[:,:,::1],float64[:,::1],float64[:,:,::1],float64[:,::1],int64,float64[:,:,::1],"
     "float64[:,::1],float64[::1])"
 )
-def rub(
+def friction(
     elements: Any,
     control: Any,
     anchor: Any,

@@ -13,7 +13,7 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["between", "increments"]
 
-_FEWEST = 4  # from first contact, so that a shallow press rubs too
+_FEWEST = 4  # from first contact, so that a shallow press has a path too
 _TURN = 0.05  # rad; about a sheet unit at the rim of what is usually pressed
 
 

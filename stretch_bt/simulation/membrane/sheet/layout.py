@@ -73,8 +73,8 @@ class Layout:
             nodes,
             flat=any(b.indenter.flat > 0 for b in self.bodies),
             at_edge=self._at_edge(),
-            exact=self.settings.exact,
-            rubs=self.sheet.effects.friction > 0,
+            exact=self.settings.exact or self.settings.corrected,
+            has_friction=self.sheet.effects.friction > 0,
         )
 
     def _at_edge(self) -> bool:

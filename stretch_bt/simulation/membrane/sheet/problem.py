@@ -16,8 +16,8 @@ from stretch_bt.simulation.membrane.sheet.elastic_kernel import EXACT, GRADIENT,
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-if TYPE_CHECKING:  # its kernels are compiled when a press rubs
-    from stretch_bt.simulation.membrane.sheet.friction import Rubbing
+if TYPE_CHECKING:  # its kernels are compiled when a press has friction
+    from stretch_bt.simulation.membrane.sheet.friction import LaggedFriction
 
 __all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem", "near", "seen"]
 
@@ -31,13 +31,13 @@ _FREE = np.zeros(3)
 class Contact:
     """A body with the stiffness of its contact and the offset that makes up for the mean penetration; sheet units.
 
-    `rub` is its friction, None where it has none.
+    `friction` is None where it has none.
     """
 
     body: Placed
     stiffness: float
     offset: float = 0.0
-    rub: Rubbing | None = None
+    friction: LaggedFriction | None = None
 
 
 @dataclass(slots=True)
@@ -108,8 +108,8 @@ class Problem:
         if np.isfinite(energy):
             for contact, row in zip(self.contacts, totals, strict=True):
                 energy += self._touch(contact, control, mode, gradient, band, row)
-                if contact.rub is not None:
-                    energy += contact.rub.add(control, self.mesh, mode, gradient, band, row)
+                if contact.friction is not None:
+                    energy += contact.friction.add(control, self.mesh, mode, gradient, band, row)
             energy += self._other(control, mode, gradient, band)
         if self.flat:
             self._hold_flat(gradient, band, mode)

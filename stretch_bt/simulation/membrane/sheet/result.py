@@ -17,8 +17,8 @@ from stretch_bt.simulation.membrane.sheet.problem import Contact, near, seen
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-if TYPE_CHECKING:  # its kernels are compiled when a press rubs
-    from stretch_bt.simulation.membrane.sheet.friction import Grip
+if TYPE_CHECKING:  # its kernels are compiled when a press has friction
+    from stretch_bt.simulation.membrane.sheet.friction import FrictionMemory
 
 _FLAT = 0.25  # of the offset; inside the rim of a flat face the sheet rests on it without pressure, but for small waves
 _GRID = 141  # places across the sheet that a height map is interpolated from
@@ -89,7 +89,7 @@ class Shape:
 class Memory:
     """What the next press starts from: the control points before this one and what had changed, and the offsets.
 
-    Where they act, Mullins softening adds the largest energy seen, and friction the grip of each body.
+    Where they act, Mullins softening adds the largest energy seen, and friction that of each body.
     """
 
     offsets: tuple[float, ...]
@@ -98,7 +98,7 @@ class Memory:
     change: Array | None = None
     drift: float = 0.0
     peak: Array | None = None
-    grips: tuple[Grip, ...] = ()
+    frictions: tuple[FrictionMemory, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,7 @@ class SheetPress:
     @property
     def friction(self) -> Array:
         """The part (3,) of the force that friction carries, N; 0 where there is none."""
-        pulls = [g.force(c.body) for g, c in zip(self.memory.grips, self.contacts, strict=False)]
+        pulls = [g.force(c.body) for g, c in zip(self.memory.frictions, self.contacts, strict=False)]
         return np.asarray(np.sum([np.zeros(3), *pulls], axis=0) * self.sheet.force_unit)
 
     def region(self) -> Region:

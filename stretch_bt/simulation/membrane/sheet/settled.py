@@ -13,7 +13,7 @@ _LOOSEST = 2.0
 _CORRECTED = 0.5  # a correction is followed by one step more, which wants a good start
 _EXACT = 1e-4
 _BALANCE = 1e-7
-_SLID, _SLID_EXACT = 5e-2, 1e-3  # change of the limits of friction between passes
+_LIMIT, _LIMIT_EXACT = 5e-2, 1e-3  # change of the limits of friction between passes
 
 
 class Settled:
@@ -40,6 +40,6 @@ class Settled:
         left = step.after.gradient[1:-1].sum(axis=(0, 1))
         return bool(np.linalg.norm(left) <= _BALANCE * np.linalg.norm(step.after.force))
 
-    def passes(self, change: float, slid: float) -> bool:
+    def passes(self, change: float, limit_change: float) -> bool:
         """Whether offsets that changed by as much, and limits of friction by that part, need no other pass."""
-        return change < self.offset * self.depth and slid < (_SLID_EXACT if self.exact else _SLID)
+        return change < self.offset * self.depth and limit_change < (_LIMIT_EXACT if self.exact else _LIMIT)

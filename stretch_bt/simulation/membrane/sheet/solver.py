@@ -52,7 +52,9 @@ def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None
             raise InvalidInput("friction and softening go on from a press of the same sheet only, its effects included")
         start = None
     with one_thread():
-        return _rub(sheet, load, settings, start) if effects.friction else _solve(sheet, load, settings, start)
+        return (
+            _with_friction(sheet, load, settings, start) if effects.friction else _solve(sheet, load, settings, start)
+        )
 
 
 def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
@@ -71,7 +73,7 @@ def _attempts(work: _Work, start: SheetPress | None) -> SheetPress:
         return reach(work.part, failure) if start is None else _attempts(work, None)
 
 
-def _rub(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
+def _with_friction(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
     """Return the end of a path of presses, which friction remembers; each of them has the whole budget."""
     from stretch_bt.simulation.membrane.sheet import friction_state  # noqa: F401  compiled before the clock starts
 
@@ -188,25 +190,28 @@ class _Work:
 
     def _finish(self, newton: Newton, memory: Memory) -> SheetPress:
         """Solve, set the offsets and the limits of friction anew and solve again until they settle; measure and check."""
-        problem, rubs = newton.problem, self.sheet.effects.friction > 0
-        if rubs:
+        problem, has_friction = newton.problem, self.sheet.effects.friction > 0
+        if has_friction:
             from stretch_bt.simulation.membrane.sheet import friction_state
         settings = self.settings
         settled = Settled(
-            self.layout.depth, self.layout.scale, exact=settings.exact, corrected=settings.corrected and not rubs
+            self.layout.depth,
+            self.layout.scale,
+            exact=settings.exact,
+            corrected=settings.corrected and not has_friction,
         )
-        renewed = [c.rub for c in problem.contacts]
+        renewed = [c.friction for c in problem.contacts]
         for _ in range(_PASSES):
-            used, slid = [c.offset for c in problem.contacts], 0.0
-            for contact, rub in zip(problem.contacts, renewed, strict=True):
-                contact.rub = rub
+            used, limit_change = [c.offset for c in problem.contacts], 0.0
+            for contact, friction in zip(problem.contacts, renewed, strict=True):
+                contact.friction = friction
             outcome = self._run(newton, settled)
-            if rubs:
-                renewed, slid = friction_state.settle(problem, outcome.control)
+            if has_friction:
+                renewed, limit_change = friction_state.settle(problem, outcome.control)
             change = _update(problem, outcome)
-            if settled.passes(change, slid):
+            if settled.passes(change, limit_change):
                 break
-        settles = settled.passes(change, slid)
+        settles = settled.passes(change, limit_change)
         if change > _UNSETTLED * self.layout.depth:
             raise NoEquilibrium("the contact does not settle: its penetration changes from solve to solve")
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts))
@@ -215,11 +220,11 @@ class _Work:
         outcome, more = self._polish(newton, outcome, settled)
         if self.sheet.effects.mullins is not None:
             memory = replace(memory, peak=problem.raised_peak(outcome.control))
-        if rubs:
-            memory = replace(memory, grips=friction_state.grips(problem, outcome.control))
+        if has_friction:
+            memory = replace(memory, frictions=friction_state.frictions(problem, outcome.control))
         result = measure(self.layout, newton, outcome, more, memory, settles=settles)
         check(result, problem, outcome)
-        return friction_state.without_friction(result, problem) if rubs else result
+        return friction_state.without_friction(result, problem) if has_friction else result
 
     def _polish(self, newton: Newton, outcome: Outcome, settled: Settled) -> tuple[Outcome, RigidForce]:
         """Return an outcome as exact as a fresh Hessian makes it, and what rigid bodies would add to its force (3,).
@@ -230,14 +235,14 @@ class _Work:
         if not (self.settings.exact or self.settings.corrected):
             return outcome, _NONE
         contacts = newton.problem.contacts
-        rubs = [c.rub for c in contacts]
+        frictions = [c.friction for c in contacts]
         for contact in contacts:
-            contact.rub = None
+            contact.friction = None
         newton.refresh()
         self.factors += 1
         more = rigid_force(newton.problem, outcome, newton.solve) if self.settings.corrected else _NONE
-        for contact, rub in zip(contacts, rubs, strict=True):
-            contact.rub = rub
+        for contact, friction in zip(contacts, frictions, strict=True):
+            contact.friction = friction
         done = self.settings.exact or self.sheet.effects.friction > 0
         return (outcome if done else self._run(newton, settled)), more
 
