@@ -54,6 +54,8 @@ def command(
             emit_json({"error": NoEquilibrium.__name__, "reason": error.reason})
         typer.secho(f"no equilibrium: {error.reason}", fg=typer.colors.RED, err=True)
         raise typer.Exit(EXIT_FAILURE) from None
+    for warning in result.warnings:
+        typer.secho(f"warning: {warning}", fg=typer.colors.YELLOW, err=True)
     if plot is not None:
         _draw(result, plot)
     if json_:

@@ -25,6 +25,7 @@ Array = npt.NDArray[np.float64]
 _FINE, _ROUGH = 1e-12, 1e-7  # relative tolerance of the last shots, and of those that only bracket
 _POLE = 1e-5  # integration begins at this part of the contact radius; the series error there is its square
 _FIRST_EXCESS = 1e-3
+_MOST_RATES = 500_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,11 @@ class CircularMembrane:
             )
         began = time.process_time()
         shooting = _Shooting(self.material, sphere_radius / self.radius, self.prestretch)
-        shot, residual = shooting.solve(depth / self.radius)
+        try:
+            with np.errstate(divide="ignore", invalid="ignore"):  # a shot that has lost its tension goes nowhere
+                shot, residual = shooting.solve(depth / self.radius)
+        except (ValueError, ZeroDivisionError, OverflowError):
+            raise NoEquilibrium("the shooting lost its way: press deeper or stretch further") from None
         unit = self.material.shear_modulus * self.thickness * self.radius
         profile = shooting.profile(shot) * self.radius
         return AxisymmetricPress(
@@ -110,7 +115,7 @@ class _Shooting:
     def __init__(self, material: Material, sphere: float, prestretch: float) -> None:
         self.material, self.sphere, self.prestretch = material, sphere, prestretch
         self.end = 1 / prestretch
-        self.shots = 0
+        self.shots = self.rates = 0
 
     def solve(self, depth: float) -> tuple[_Shot, float]:
         """March the contact outwards until it is deep enough, then hit both end conditions at once."""
@@ -200,6 +205,11 @@ class _Shooting:
         return _Shot(radius, float(last[3]), float(last[4]), float(force), float(middle[2]), (touching, free))
 
     def _rates(self, s: float, state: Array, contact: bool) -> list[float]:
+        self.rates += 1
+        if self.rates > _MOST_RATES:
+            raise NoEquilibrium(
+                f"no equilibrium within {_MOST_RATES:,} rates of shooting: press deeper or stretch further"
+            )
         l1, l2, angle = float(state[0]), float(state[1]), float(state[2])
         n1, n2, a11, a12 = tensions(self.material, l1, l2)
         cosine, sine = math.cos(angle), math.sin(angle)

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
 from stretch_bt.simulation.membrane.indenters.base import Indenter, Solid
@@ -227,6 +229,10 @@ def _hertz(request: _Request) -> PressResult:
 
     body, sheet = request.indenter, request.sheet
     _plain("hertz", request)
+    if (sheet.gauge, sheet.width, sheet.mount_prestretch) != (GAUGE, WIDTH, 0.0):
+        raise InvalidInput(
+            "the hertz solver knows the membrane of the hand only; the sheet solver takes any size and mount"
+        )
     if not isinstance(body, Sphere | Cylinder):
         raise InvalidInput("the hertz solver takes a sphere or a cylinder")
     model = ForceModel.default()
@@ -265,14 +271,22 @@ def _plain(solver: str, request: _Request) -> None:
 
 
 def _finite(name: str, value: float, least: float, unit: str) -> None:
-    if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
+    if not (
+        isinstance(value, int | float | np.number)
+        and not isinstance(value, bool)
+        and math.isfinite(value)
+        and value >= least
+    ):
         raise InvalidInput(f"{name} must be a finite number of at least {least:g} {unit}, not {value!r}")
 
 
 def _pair(values: Iterable[float]) -> tuple[float, float]:
-    pair = tuple(float(v) for v in values)
+    try:
+        pair = tuple(float(v) for v in values)
+    except (TypeError, ValueError):
+        pair = ()
     if len(pair) != 2:
-        raise InvalidInput(f"a place and a tilt have two numbers each, not {len(pair)}")
+        raise InvalidInput(f"a place and a tilt have two numbers each, not {values!r}")
     return pair[0], pair[1]
 
 

@@ -60,6 +60,11 @@ class Indenter(Protocol):
         """Thickness from its top down, m: a guess that is further below has passed through it."""
         ...
 
+    @property
+    def peak(self) -> tuple[float, float]:
+        """Place (x, y), m, of its highest point or of the middle of its flat top, untilted."""
+        ...
+
     def crest(self, rotation: Array) -> tuple[float, float]:
         """Return half the extent of its top along x and y, m, after a rotation; a first guess of the sheet spans it."""
         ...
@@ -101,6 +106,11 @@ class Solid(ABC):
     def bulk(self) -> float:
         """Endless: it goes on downwards."""
         return math.inf
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """On its axis."""
+        return 0.0, 0.0
 
     def crest(self, rotation: Array) -> tuple[float, float]:
         """Return half the extent of its flat top along x and y, m."""

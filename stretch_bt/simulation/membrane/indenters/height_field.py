@@ -18,6 +18,7 @@ _CROWN, _UPPER = (
     0.02,
     0.15,
 )  # of half the grid: how far below the top counts as the top, and as what the sheet bends around
+_RINGING = 0.5  # pitches
 _PLANE = 4.0  # a top whose radius is this many half grids is flat
 
 
@@ -36,10 +37,18 @@ class HeightField(Solid):
     def __post_init__(self) -> None:
         positive("the pitch of a height field", self.pitch)
         heights = np.array(self.heights, dtype=float)
-        if heights.ndim != 2 or min(heights.shape) < 4 or not np.isfinite(heights).all():
-            raise InvalidInput(f"a height field needs finite heights over at least 4 x 4 nodes, not {heights.shape}")
+        if heights.ndim != 2 or min(heights.shape) < 4:
+            raise InvalidInput(f"a height field needs at least 4 x 4 nodes, not {heights.shape}")
+        if not np.isfinite(heights).all():
+            raise InvalidInput("a height field needs finite heights at all nodes")
         heights.flags.writeable = False
         object.__setattr__(self, "heights", heights)
+        over = (self._middles.max() - self._nodes.max()) * self.pitch
+        if over > _RINGING * self.pitch:
+            raise InvalidInput(
+                f"between nodes the smooth surface of a height field rises {over * 1e3:.2g} mm above the highest of them: "
+                "it rings where heights jump; round the steps off, or sample them more finely"
+            )
 
     @classmethod
     def load(cls, path: str | Path, pitch: float) -> HeightField:
@@ -51,10 +60,12 @@ class HeightField(Solid):
             The file cannot be read, or holds something else.
         """
         try:
-            heights = np.load(path, allow_pickle=False)
-            return cls(np.asarray(heights, dtype=float), pitch)
+            heights = np.asarray(np.load(path, allow_pickle=False))
+            if heights.dtype.kind not in "fiu":
+                raise TypeError(f"it holds {heights.dtype}, not real numbers")
         except (OSError, ValueError, EOFError, TypeError) as error:
             raise InvalidInput(f"{str(path)!r} is no .npy file of heights: {error}") from error
+        return cls(heights, pitch)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, HeightField):
@@ -78,6 +89,13 @@ class HeightField(Solid):
         """Coefficients (ny + 2, nx + 2) of the natural cubic spline through the nodes."""
         along = _natural(self._nodes)
         return np.ascontiguousarray(_natural(np.ascontiguousarray(along.T)).T)
+
+    @cached_property
+    def _middles(self) -> Array:
+        """Heights (ny - 1, nx - 1) in the middle of the cells, in units of the pitch."""
+        weights = np.array([1.0, 23.0, 23.0, 1.0]) / 48
+        rows = sum(w * self._coefficients[k : k + self.heights.shape[0] - 1] for k, w in enumerate(weights))
+        return np.asarray(sum(w * rows[:, k : k + self.heights.shape[1] - 1] for k, w in enumerate(weights)))
 
     @cached_property
     def _middle(self) -> Array:
@@ -135,6 +153,14 @@ class HeightField(Solid):
         u, v = np.meshgrid(np.arange(columns), np.arange(rows))
         places = (np.stack([u, v, self._nodes], axis=-1).reshape(-1, 3) - self._middle) * self.pitch @ rotation.T
         return np.asarray(places[places[:, 2] >= places[:, 2].max() - _CROWN * self._half])
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """Place (x, y), m, of the node in the middle of its highest ones."""
+        crown = self._crown(np.eye(3))
+        places = crown[crown[:, 2] >= crown[:, 2].max() - 1e-3 * self.pitch, :2]
+        x, y = places[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))].tolist()
+        return x, y
 
     def crest(self, rotation: Array) -> tuple[float, float]:
         """Return how far its top reaches from the origin along x and y, m."""

@@ -12,6 +12,7 @@ from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet.layout import Layout
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
+from stretch_bt.simulation.membrane.sheet.overhang import overhang
 from stretch_bt.simulation.membrane.sheet.problem import Evaluation, Problem, near
 from stretch_bt.simulation.membrane.sheet.result import Memory, Shape, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_energy
@@ -22,6 +23,9 @@ __all__ = ["OUT_OF_REACH", "check", "check_reach", "measure"]
 OUT_OF_REACH = "the indenter does not reach the flat sheet, which rests as it is"
 
 _WRAPPED = 0.02  # share of the pressure on flanks that look away from the sheet
+_PIERCED = 0.15  # height of a body's peak over the sheet, over the depth
+_DOUBT = 0.25  # error of the force over that
+_CREEPING = 1e-3  # largest nodal force left, over the force
 _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a third of the depth if that is more
 
 
@@ -33,6 +37,11 @@ def measure(
     `more` is what rigid bodies would add to the force; `settles` says whether the contact no longer changes.
     """
     sheet, problem, here = layout.sheet, newton.problem, outcome.evaluation
+    pierced = overhang(problem, outcome.control, layout.depth)
+    if pierced > _PIERCED:
+        raise NoEquilibrium(
+            f"the indenter stands out of the sheet by {pierced * 100:.0f} % of the depth: use a finer mesh"
+        )
     scale, force, inner = sheet.force_unit, here.force + more.added, here.gradient[1:-1]
     strength, nodes = float(np.linalg.norm(force)) or 1.0, int(here.totals[:, 5].sum())
     return SheetPress(
@@ -40,7 +49,7 @@ def measure(
         load=layout.load,
         settings=layout.settings,
         force=force * scale,
-        force_error=(layout.error(nodes) * float(force[2]) + more.doubt) * scale,
+        force_error=((layout.error(nodes) + _DOUBT * pierced) * float(force[2]) + more.doubt) * scale,
         reaction=(here.reaction - more.added) * scale,
         balance=float(np.linalg.norm(inner.sum(axis=(0, 1)))) / strength,
         shape=Shape(problem.mesh, outcome.control, sheet.unit),
@@ -66,6 +75,8 @@ def _warnings(problem: Problem, here: Evaluation, *, positive: bool, settles: bo
         yield "the tangent is not positive: a slack part of the sheet would wrinkle or fold"
     if not settles:
         yield "the contact has not settled: its penetration, or the limits of friction, still change from solve to solve"
+    if np.abs(here.gradient[1:-1]).max() > _CREEPING * np.linalg.norm(here.force):
+        yield "a slack part of the sheet still creeps, which hardly changes the force"
     rows = zip(problem.contacts, here.totals, strict=True)
     if any(c.body.indenter.flat > 0 and t[6] > _WRAPPED * t[3] for c, t in rows):
         yield "the sheet also presses on the sides of the indenter"

@@ -15,12 +15,20 @@ __all__ = ["relative_error"]
 _ROUND, _FLAT = 0.003, 0.008
 _SLACK, _TAUT = 1.5, 0.02  # a slack sheet is this much worse, which fades over this strain
 _PER_POINT = 0.15
-_AT_EDGE = 3.0
+_SHARP = 0.01
 _WITH_FRICTION = 0.002
 
 
 def relative_error(
-    scale: float, strain: float, nodes: int, *, flat: bool, at_edge: bool, exact: bool, has_friction: bool = False
+    scale: float,
+    strain: float,
+    nodes: int,
+    *,
+    flat: bool,
+    edge: float,
+    sharp: bool,
+    exact: bool,
+    has_friction: bool = False,
 ) -> float:
     """Return the estimated error of the force over the force.
 
@@ -32,14 +40,17 @@ def relative_error(
         Nominal strain between the clamps.
     nodes
         Quadrature points in contact.
-    flat, at_edge, exact
-        Whether the indenter has a face and rim, whether an edge of the sheet is next to the contact, and whether the
-        forces were made to balance exactly or corrected.
+    flat, exact
+        Whether the indenter has a face and rim, and whether the forces were made to balance exactly or corrected.
+    edge
+        1 where no edge of the sheet is near; 3 next to one, and 12 where the indenter's axis is about over it.
+    sharp
+        Whether a sheet with bending stiffness lies on a tip that is sharper than it is thick.
     has_friction
         Whether there is friction: the springs that points stick by, and the path, are then known to 0.2 %.
     """
     base = (_FLAT if flat else _ROUND) * (scale**2 if flat or scale < 1 else scale**1.7)
-    base *= _AT_EDGE if at_edge else 1.0
+    base *= edge
     slack = 1 + _SLACK * math.exp(-strain / _TAUT)
     return (
         base * slack

@@ -19,6 +19,7 @@ __all__ = ["Layout"]
 
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
+_OVER_EDGE = 1.0  # sheet units between an indenter's axis and the edge of the sheet
 _SLACK = 0.003  # strain between the clamps
 
 Zones = tuple[list[Zone], list[Zone]]
@@ -72,20 +73,24 @@ class Layout:
             self.strain,
             nodes,
             flat=any(b.indenter.flat > 0 for b in self.bodies),
-            at_edge=self._at_edge(),
+            edge=self._edge(),
+            sharp=self.sheet.effects.bending and any(b.indenter.feature < self.sheet.thickness for b in self.bodies),
             exact=self.settings.exact or self.settings.corrected,
             has_friction=self.sheet.effects.friction > 0,
         )
 
-    def _at_edge(self) -> bool:
-        """Whether an edge of the sheet may be within a contact, or next to it: closer than the small elements or a depth."""
+    def _edge(self) -> float:
+        """Return by how much an edge of the sheet spoils the force: one that is closer than the small elements or a depth."""
         halves = self.sheet.width / self.unit / 2, 50.0
-        return any(
-            max(abs(z.low), abs(z.high), abs(z.low + z.high) / 2 + self.depth) > half
+        rooms = [
+            (half - max(abs(z.low), abs(z.high)), half - abs(z.low + z.high) / 2)
             for pair in self.zones
             for zones, half in zip(pair, halves, strict=True)
             for z in zones
-        )
+        ]
+        if min(axis for _, axis in rooms) < _OVER_EDGE:
+            return 12.0
+        return 3.0 if min(min(tip, axis - self.depth) for tip, axis in rooms) < 0 else 1.0
 
     def _zones(self, body: Placed) -> Zones:
         """Return zones on the unstretched sheet; widths and sizes are kept, places are carried back."""

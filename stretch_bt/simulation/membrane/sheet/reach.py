@@ -50,5 +50,5 @@ def reach(attempt: Attempt, failure: NoEquilibrium) -> SheetPress:
         raise failure
     depth = state.load.depth * 1e3
     raise NoEquilibrium(
-        f"past a depth of {depth:.3g} mm no equilibrium was found, as beyond a limit point: {failure.reason}"
+        f"past a depth of {depth:.3g} mm no equilibrium was found, as at a limit point or on a mesh too coarse: {failure.reason}"
     )

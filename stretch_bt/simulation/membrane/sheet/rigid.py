@@ -7,12 +7,11 @@ energy of rigid contact but for the square of what is left over (weak duality: B
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.sheet.newton import Outcome
+from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
 from stretch_bt.simulation.membrane.sheet.problem import Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
@@ -36,18 +35,20 @@ def rigid_energy(problem: Problem, outcome: Outcome) -> float:
     return outcome.evaluation.energy + float(totals[:, 7].sum()) - float(made_up)
 
 
-def rigid_force(problem: Problem, outcome: Outcome, solve: Callable[[Array], Array]) -> RigidForce:
-    """Return what rigid bodies would add to the force on the sheet, nothing but doubt where it would be a lot.
+def rigid_force(newton: Newton, outcome: Outcome) -> RigidForce:
+    """Return what rigid bodies would add to the force on the sheet, nothing but doubt where it would be a lot or the tangent is not
+    positive.
 
     As the bodies move by e the sheet follows by K^-1 L e, with the Hessian K and the contact's part L of it, and the
     pressure changes by stiffness x n (e - K^-1 L e); weighted by the penetration left over that is the derivative of
     `rigid_energy` less the force. The Hessian has to be that of the shape: one of a few steps before knows another contact.
     """
+    problem = newton.problem
     excess, lift = problem.leftover(outcome.control)
     whole = excess.sum(axis=(0, 1))
     if problem.mesh.held:
         excess[:, [0, -1]] = 0.0
-    follow = solve(excess[1:-1])
+    follow = newton.solve(excess[1:-1])
     more = whole - lift[:, 1:-1].reshape(3, -1) @ follow.ravel()
-    small = np.linalg.norm(more) <= _FIRST_ORDER * np.linalg.norm(outcome.evaluation.force)
+    small = newton.positive and np.linalg.norm(more) <= _FIRST_ORDER * np.linalg.norm(outcome.evaluation.force)
     return RigidForce(more, _DOUBT * abs(float(more[2]))) if small else RigidForce(np.zeros(3), abs(float(more[2])))

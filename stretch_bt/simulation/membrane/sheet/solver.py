@@ -240,7 +240,7 @@ class _Work:
             contact.friction = None
         newton.refresh()
         self.factors += 1
-        more = rigid_force(newton.problem, outcome, newton.solve) if self.settings.corrected else _NONE
+        more = rigid_force(newton, outcome) if self.settings.corrected else _NONE
         for contact, friction in zip(contacts, frictions, strict=True):
             contact.friction = friction
         done = self.settings.exact or self.sheet.effects.friction > 0
