@@ -215,6 +215,13 @@ def test_press_json_is_the_contract(cli, tmp_path):
     assert (tmp_path / "sheet.png").stat().st_size > 1000
 
 
+def test_press_shows_its_warnings_beside_its_answer(cli):
+    code, out, err = cli("press", *"--indenter sphere:20mm --stretch 30mm --depth 2mm --mesh 8mm --json".split())
+    assert code == 0
+    assert json.loads(out)["force_N"] > 0
+    assert "finer mesh" in err
+
+
 def test_press_without_an_answer_says_so(cli):
     code, out, _ = cli("press", "--indenter", "sphere:8mm", "--stretch", "80mm", "--depth", "60mm", "--json")
     assert code == 1

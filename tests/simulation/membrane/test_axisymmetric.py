@@ -44,3 +44,8 @@ def test_bad_input(arguments):
 def test_bad_membranes(fields):
     with pytest.raises(InvalidInput):
         CircularMembrane(**{"radius": 1.0, "thickness": 1.0, "material": NeoHookean(1.0)} | fields)
+
+
+def test_a_press_that_cannot_be_shot_is_given_up():
+    with pytest.raises(NoEquilibrium, match="press deeper"):
+        CircularMembrane(0.05, 0.002, NeoHookean(47.4e3)).press(0.01, 1e-6)

@@ -151,3 +151,10 @@ def test_a_file_of_heights(tmp_path):
 def test_bad_input(heights, pitch):
     with pytest.raises(InvalidInput):
         HeightField(heights, pitch)
+
+
+def test_steps_that_ring_are_refused():
+    heights = np.full((41, 41), -0.02)
+    heights[18:23, 18:23] = 0.0
+    with pytest.raises(InvalidInput, match="rings"):
+        HeightField(heights, 0.5e-3)
