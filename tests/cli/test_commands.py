@@ -216,7 +216,9 @@ def test_press_json_is_the_contract(cli, tmp_path):
 
 
 def test_press_shows_its_warnings_beside_its_answer(cli):
-    code, out, err = cli("press", *"--indenter sphere:20mm --stretch 30mm --depth 2mm --mesh 8mm --json".split())
+    code, out, err = cli(
+        "press", *["--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "2mm", "--mesh", "8mm", "--json"]
+    )
     assert code == 0
     assert json.loads(out)["force_N"] > 0
     assert "finer mesh" in err
