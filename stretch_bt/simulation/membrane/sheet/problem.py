@@ -19,7 +19,7 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 if TYPE_CHECKING:  # its kernels are compiled when a press has friction
     from stretch_bt.simulation.membrane.sheet.friction import LaggedFriction
 
-__all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem", "near", "seen"]
+__all__ = ["EXACT", "GRADIENT", "PROJECTED", "Contact", "Evaluation", "Problem", "around", "near", "seen"]
 
 _LARGEST_STEP = 8.0
 _NO_BAND = np.empty((0, 0))
@@ -188,11 +188,17 @@ class Problem:
         return np.asarray(sides)
 
 
-def near(mesh: Mesh, body: Placed, control: Array, unit: float, reach: float) -> npt.NDArray[np.int64]:
-    """Return the elements that may come within `reach` of a body: the distance changes by no more than a point moves."""
+def around(mesh: Mesh, body: Placed, control: Array, unit: float) -> tuple[Array, Array]:
+    """Return a ball around each element as a body sees it: centres (n, 3) and radii (n,), m."""
     count = mesh.x.elements * mesh.y.elements
     centres, radii = np.empty((count, 3)), np.empty(count)
     contact_kernel.bounds(control, unit, body.origin, body.rotation, centres, radii)
+    return centres, radii
+
+
+def near(mesh: Mesh, body: Placed, control: Array, unit: float, reach: float) -> npt.NDArray[np.int64]:
+    """Return the elements that may come within `reach` of a body: the distance changes by no more than a point moves."""
+    centres, radii = around(mesh, body, control, unit)
     return np.nonzero(body.indenter.gap(centres).distance < radii + reach * unit)[0]
 
 

@@ -10,7 +10,7 @@ from stretch_bt.errors import InvalidInput
 __all__ = ["Settings"]
 
 # coarsen, growth, corrected, by error of the force
-_WITHIN = {0.03: (2.2, 1.8, False), 0.01: (1.0, 1.8, False), 0.003: (0.8, 1.4, True)}
+_WITHIN = {0.03: (2.2, 2.0, False), 0.01: (1.0, 1.8, False), 0.003: (0.8, 1.4, True)}
 
 
 @dataclass(frozen=True, slots=True)
