@@ -104,6 +104,11 @@ def test_warm_starts_agree_with_cold_ones(change, options):
     np.testing.assert_array_equal(first.detail.shape.control, before)
 
 
+def test_a_start_from_another_sheet_is_refused():
+    with pytest.raises(InvalidInput, match="same sheet"):
+        press("sphere:20mm", 0.03, 0.01, gauge=0.075, start=press("sphere:20mm", 0.03, 0.01))
+
+
 def test_a_fast_path_stays_near_the_exact_one():
     state = None
     for depth in np.arange(1, 9) * 1e-3:

@@ -46,15 +46,10 @@ def solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None
     NoEquilibrium
         There is none, or none was found within the budget; the reason says which.
     """
-    effects = sheet.effects
     if start is not None and start.sheet != sheet:
-        if effects.friction or effects.mullins:
-            raise InvalidInput("friction and softening go on from a press of the same sheet only, its effects included")
-        start = None
+        raise InvalidInput("a press can start from one of the same sheet only, its material and effects included")
     with one_thread():
-        return (
-            _with_friction(sheet, load, settings, start) if effects.friction else _solve(sheet, load, settings, start)
-        )
+        return (_with_friction if sheet.effects.friction else _solve)(sheet, load, settings, start)
 
 
 def _solve(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
