@@ -104,6 +104,16 @@ def test_warm_starts_agree_with_cold_ones(change, options):
     np.testing.assert_array_equal(first.detail.shape.control, before)
 
 
+def test_bending_over_a_sharp_tip_is_known_less_well():
+    relative = {
+        shape: [press(shape, 0.03, 0.006, effects=on) for on in ((), ["bending"])]
+        for shape in ("cone:45deg", "sphere:20mm")
+    }
+    sharp, blunt = ([p.force_error / p.force for p in pair] for pair in relative.values())
+    assert sharp[1] > sharp[0] + 0.009
+    assert blunt[1] == pytest.approx(blunt[0], abs=1e-3)
+
+
 def test_a_start_from_another_sheet_is_refused():
     with pytest.raises(InvalidInput, match="same sheet"):
         press("sphere:20mm", 0.03, 0.01, gauge=0.075, start=press("sphere:20mm", 0.03, 0.01))

@@ -50,7 +50,7 @@ def relative_error(
         Whether there is friction: the springs that points stick by, and the path, are then known to 0.2 %.
     """
     base = (_FLAT if flat else _ROUND) * (scale**2 if flat or scale < 1 else scale**1.7)
-    base *= edge
+    base = base * edge + (_SHARP if sharp else 0.0)
     slack = 1 + _SLACK * math.exp(-strain / _TAUT)
     return (
         base * slack
