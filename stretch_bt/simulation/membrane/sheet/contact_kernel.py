@@ -43,6 +43,16 @@ def bounds(control: Any, unit: Any, origin: Any, rotation: Any, centres: Any, ra
         to_body(middle[0], middle[1], middle[2], unit, origin, rotation, centres[e])
 
 
+@kernel()
+def column_places(control: Any, ex: Any, ey: Any, v: Any, columns: Any) -> Any:
+    """Fill columns (3, 3) with the places of an element's three columns of control points at one place along y."""
+    for i in range(3):
+        for c in range(3):
+            columns[i, c] = (
+                v[0] * control[ey, ex + i, c] + v[1] * control[ey + 1, ex + i, c] + v[2] * control[ey + 2, ex + i, c]
+            )
+
+
 @kernel(
     "void(float64[:,:,::1],int64[::1],float64[:,:,::1],float64[:,:,::1],float64,float64[::1],float64[:,::1],"
     "float64[:,::1])"
@@ -51,21 +61,16 @@ def gauss_points(
     control: Any, elements: Any, vx: Any, vy: Any, unit: Any, origin: Any, rotation: Any, points: Any
 ) -> Any:
     """Fill the places (len(elements) qy qx, 3), m, body's frame, of the Gauss points of some elements."""
-    nx, count, line = control.shape[1] - 2, 0, np.empty((3, 3))
+    nx, count, columns = control.shape[1] - 2, 0, np.empty((3, 3))
     for e in elements:
         ey, ex = e // nx, e % nx
         for qy in range(vy.shape[1]):
-            v0, v1, v2 = vy[ey, qy, 0], vy[ey, qy, 1], vy[ey, qy, 2]
-            for i in range(3):
-                for c in range(3):
-                    line[c, i] = (
-                        v0 * control[ey, ex + i, c] + v1 * control[ey + 1, ex + i, c] + v2 * control[ey + 2, ex + i, c]
-                    )
+            column_places(control, ex, ey, vy[ey, qy], columns)
             for qx in range(vx.shape[1]):
                 u0, u1, u2 = vx[ex, qx, 0], vx[ex, qx, 1], vx[ex, qx, 2]
-                x = u0 * line[0, 0] + u1 * line[0, 1] + u2 * line[0, 2]
-                y = u0 * line[1, 0] + u1 * line[1, 1] + u2 * line[1, 2]
-                z = u0 * line[2, 0] + u1 * line[2, 1] + u2 * line[2, 2]
+                x = u0 * columns[0, 0] + u1 * columns[1, 0] + u2 * columns[2, 0]
+                y = u0 * columns[0, 1] + u1 * columns[1, 1] + u2 * columns[2, 1]
+                z = u0 * columns[0, 2] + u1 * columns[1, 2] + u2 * columns[2, 2]
                 to_body(x, y, z, unit, origin, rotation, points[count])
                 count += 1
 

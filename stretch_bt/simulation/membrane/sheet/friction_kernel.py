@@ -14,7 +14,14 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.simulation.membrane.compiled import kernel
-from stretch_bt.simulation.membrane.sheet.contact_kernel import add_block, add_line, add_push, take_off, unpack
+from stretch_bt.simulation.membrane.sheet.contact_kernel import (
+    add_block,
+    add_line,
+    add_push,
+    column_places,
+    take_off,
+    unpack,
+)
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
 __all__ = ["friction", "tractions"]
@@ -49,16 +56,6 @@ def resist(slip: Any, length: Any, normal: Any, k: Any, limit: Any, push: Any, s
                 six[i] += rate
             i += 1
     return limit * (length - 0.5 * limit / k) if slides else 0.5 * k * length * length
-
-
-@kernel()
-def column_places(control: Any, ex: Any, ey: Any, v: Any, columns: Any) -> Any:
-    """Fill columns (3, 3) with the places of an element's three columns of control points at one place along y."""
-    for i in range(3):
-        for c in range(3):
-            columns[i, c] = (
-                v[0] * control[ey, ex + i, c] + v[1] * control[ey + 1, ex + i, c] + v[2] * control[ey + 2, ex + i, c]
-            )
 
 
 @kernel(

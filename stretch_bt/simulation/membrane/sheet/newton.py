@@ -23,11 +23,10 @@ _SHRINK = 0.2
 
 @dataclass(slots=True)
 class Step:
-    """An accepted step: its largest component, the energy it promised, the length taken, and where it led."""
+    """An accepted step: its largest component, the energy it promised, and where it led."""
 
     size: float
     promise: float
-    length: float
     before: Evaluation
     after: Evaluation
 
@@ -151,7 +150,7 @@ class Newton:
             # an energy that changes by no more than its rounding says nothing, so the slope decides
             if rise < -noise or (rise <= noise and np.vdot(there.gradient[1:-1], direction) <= -0.5 * promise):
                 self.control = trial
-                return Step(size * length, promise, length, here, there), band
+                return Step(size * length, promise, here, there), band
             length /= 2
         return None, None
 

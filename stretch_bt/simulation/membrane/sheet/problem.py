@@ -76,7 +76,6 @@ class Problem:
     flat: bool = False
     weight: float = 0.0
     bending: Bending | None = None
-    evaluations: int = 0
 
     @property
     def unknowns(self) -> int:
@@ -97,7 +96,6 @@ class Problem:
     def evaluate(self, control: Array, mode: int, band: Array | None = None) -> Evaluation:
         """Return energy and gradient at control points (ny, nx, 3); a Hessian is added to band (n, width)."""
         band = _NO_BAND if band is None else band
-        self.evaluations += 1
         x, y = self.mesh.strain
         gradient = np.zeros(self.mesh.shape)
         energy = elastic_kernel.elastic(

@@ -105,8 +105,9 @@ class Memory:
 class SheetPress:
     """One equilibrium of the sheet; SI units, membrane frame.
 
-    `force` (3,) is that of the indenter on the sheet, friction included, `reaction` (3,) that of the sheet on the clamps; `balance` is how
-    far the two are from cancelling, over the force. `force_error` is the estimated discretisation error of force[2], N; those across may be larger.
+    `force` (3,) is that of the indenter on the sheet, friction included, `reaction` (3,) that of the sheet on the clamps;
+    `balance` is how far the two are from cancelling, over the force. `force_error` is the estimated discretisation error
+    of force[2], N; those across may be larger.
     `residual` is the largest nodal force left over, over the force. `pivot` is the sign of the smallest pivot of the
     tangent without friction, of this shape where it is exact or corrected and else of one a step before: +1 for a stable
     equilibrium. `nodes` counts the quadrature points in contact. `seconds` is the CPU time of the solve.
@@ -161,9 +162,9 @@ def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
 def _least(contact: Contact, sunk: Array, area: Array) -> float:
     """Return the penetration, out of those at points that stand for an area, from which on the sheet touches.
 
-    A round body carries tension T times its curvature right up to the edge;
-    on the soft contact this settles as 1 - exp(-s/sqrt(T/stiffness)), s from where the pressure ends, and the straight
-    piece of sheet outside belongs to a rigid contact that ends at s = sqrt(T/stiffness).
+    A round body carries tension T times its curvature right up to the edge; on the soft contact this settles as
+    1 - exp(-s/sqrt(T/stiffness)), s from where the pressure ends, and the straight piece of sheet outside belongs to a
+    rigid contact that ends at s = sqrt(T/stiffness).
     """
     if contact.body.indenter.flat > 0:
         return -_FLAT * contact.offset

@@ -36,8 +36,9 @@ def rigid_energy(problem: Problem, outcome: Outcome) -> float:
 
 
 def rigid_force(newton: Newton, outcome: Outcome) -> RigidForce:
-    """Return what rigid bodies would add to the force on the sheet, nothing but doubt where it would be a lot or the tangent is not
-    positive.
+    """Return what rigid bodies would add to the force on the sheet.
+
+    Where that would be a lot, or the tangent is not positive, it is nothing but doubt.
 
     As the bodies move by e the sheet follows by K^-1 L e, with the Hessian K and the contact's part L of it, and the
     pressure changes by stiffness x n (e - K^-1 L e); weighted by the penetration left over that is the derivative of

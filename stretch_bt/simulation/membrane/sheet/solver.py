@@ -85,12 +85,25 @@ def _with_friction(sheet: Sheet, load: Load, settings: Settings, start: SheetPre
     return path.account(here)
 
 
-class _Path:
-    """A press on its way, with what all of it has cost."""
+class _Account:
+    """What a solve and all it tries cost: iterations, factors, and CPU time since its start."""
+
+    def __init__(self) -> None:
+        self.began = time.process_time()
+        self.spent = self.factors = 0
+
+    def account(self, solved: SheetPress) -> SheetPress:
+        """Return a result with the cost of all that led to it."""
+        seconds = time.process_time() - self.began
+        return replace(solved, iterations=self.spent, factors=self.factors, seconds=seconds)
+
+
+class _Path(_Account):
+    """A press on its way."""
 
     def __init__(self, sheet: Sheet, settings: Settings) -> None:
-        self.began, self.sheet, self.settings = time.process_time(), sheet, settings
-        self.spent = self.factors = 0
+        super().__init__()
+        self.sheet, self.settings = sheet, settings
 
     def to(self, load: Load, here: SheetPress | None, halvings: int = _HALVINGS) -> SheetPress:
         """Return the press at a load after one before it, by way of their middle where that is too far."""
@@ -105,26 +118,15 @@ class _Path:
             self.spent, self.factors = self.spent + work.spent, self.factors + work.factors
         return self.to(load, self.to(between(here.load, load), here, halvings - 1), halvings - 1)
 
-    def account(self, solved: SheetPress) -> SheetPress:
-        """Return a result with what the path has cost."""
-        seconds = time.process_time() - self.began
-        return replace(solved, iterations=self.spent, factors=self.factors, seconds=seconds)
 
-
-class _Work:
+class _Work(_Account):
     """One solve under way; `past` is the press that softening and friction remember."""
 
     def __init__(self, sheet: Sheet, load: Load, settings: Settings, past: SheetPress | None) -> None:
-        self.began = time.process_time()
+        super().__init__()
         self.sheet, self.load, self.settings, self.past = sheet, load, settings, past
         self.layout = Layout(sheet, load, settings)
-        self.spent = self.factors = 0
         self.limit = settings.budget
-
-    def account(self, solved: SheetPress) -> SheetPress:
-        """Return a result with what all attempts together have cost."""
-        seconds = time.process_time() - self.began
-        return replace(solved, iterations=self.spent, factors=self.factors, seconds=seconds)
 
     def warm(self, start: SheetPress) -> SheetPress:
         """Solve from an earlier press."""
@@ -204,9 +206,9 @@ class _Work:
             if has_friction:
                 renewed, limit_change = friction_state.settle(problem, outcome.control)
             change = _update(problem, outcome)
-            if settled.passes(change, limit_change):
+            settles = settled.passes(change, limit_change)
+            if settles:
                 break
-        settles = settled.passes(change, limit_change)
         if change > _UNSETTLED * self.layout.depth:
             raise NoEquilibrium("the contact does not settle: its penetration changes from solve to solve")
         memory = replace(memory, offsets=tuple(c.offset for c in problem.contacts))
