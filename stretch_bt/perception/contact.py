@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.deprojection import deproject, to_membrane, view_rays
 from stretch_bt.perception.segmentation import Rule, classify
-from stretch_bt.perception.types import CONTACT, Contact
+from stretch_bt.perception.types import CONTACT, INVALID, Contact
 
 __all__ = ["find_contact"]
 
@@ -34,4 +36,5 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     if not len(touching):
         raise NoContact("no part of the membrane is curved and raised enough to be in contact")
     rays = view_rays(touching, (0.0, 0.0, frame.plane_distance))
-    return Contact(touching, rays, found.labels, found.noise, frame.hand_height, frame.stretch, frame.time)
+    points[found.labels == INVALID] = np.nan
+    return Contact(touching, rays, found.labels, found.noise, frame.hand_height, frame.stretch, frame.time, points)

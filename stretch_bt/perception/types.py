@@ -24,8 +24,9 @@ class Contact:
     """The points of the membrane that touch the object, in one frame.
 
     `points` (n, 3), m, and unit `rays` (n, 3), from the camera through each point, are in the membrane frame. `labels`
-    (h, w) uint8 holds the class of every pixel. `noise` is the depth standard deviation of one pixel, m, as the frame
-    itself shows it. `hand_height`, `stretch`, m, and `time`, s, are those of the frame.
+    (h, w) uint8 holds the class of every pixel, and `surface` (h, w, 3), m, membrane frame, its point, NaN where the
+    label is 255. `noise` is the depth standard deviation of one pixel, m, as the frame itself shows it. `hand_height`,
+    `stretch`, m, and `time`, s, are those of the frame.
     """
 
     points: FloatArray
@@ -35,6 +36,7 @@ class Contact:
     hand_height: Length | None
     stretch: Length | None
     time: Time
+    surface: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
