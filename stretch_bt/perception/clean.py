@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.robust import MAD_TO_SD, sparse
+from stretch_bt.perception.robust import MAD_TO_SD, sample
 from stretch_bt.perception.types import MaskArray
 
 __all__ = ["flying_pixels", "median"]
@@ -19,8 +19,10 @@ def median(image: Image, valid: MaskArray, width: int = 5) -> Image:
     """Return the median over `width` x `width` pixels (3 or 5); holes take the median of all, so that few vanish."""
     import cv2
 
-    level = np.float32(np.median(sparse(image[valid]))) if valid.any() else np.float32(0)
-    return np.asarray(cv2.medianBlur(np.where(valid, image, level).astype(np.float32), width), dtype=np.float32)
+    if not valid.any():
+        return np.zeros(image.shape, dtype=np.float32)
+    level = np.float32(np.median(sample(image, valid)))
+    return np.asarray(cv2.medianBlur(np.where(valid, image, level).astype(np.float32, copy=False), width))
 
 
 def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
@@ -30,7 +32,7 @@ def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
     coarse quantisation nor a steep but smooth flank is taken for an outlier.
     """
     difference = np.abs(height - median(height, valid))
-    known = sparse(difference[valid])
+    known = sample(difference, valid)
     sd = MAD_TO_SD * float(np.median(known)) if known.size else 0.0
-    far: MaskArray = valid & (difference > max(CUT * sd, 2.0 * pitch))
+    far: MaskArray = valid & (difference > np.float32(max(CUT * sd, 2.0 * pitch)))
     return far

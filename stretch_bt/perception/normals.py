@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stretch_bt.perception.smooth import derivative
-from stretch_bt.perception.surface import Surface, surface_of
+from stretch_bt.perception.smooth import derivative, enlarge
+from stretch_bt.perception.surface import Surface, binned_surface, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["estimate_normals", "surface_normals"]
@@ -28,20 +28,26 @@ def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.
     trusted : (h, w) bool
         Valid, with most of the kernel on valid pixels.
     """
-    surface = surface_of(points, valid, kernel)
-    if surface is None:
-        return np.full(points.shape, np.nan, dtype=np.float32), np.zeros(valid.shape, dtype=bool)
-    found = surface_normals(surface)
-    trusted = surface.valid & surface.trusted
-    found[~trusted] = np.nan
+    found = np.full(points.shape, np.nan, dtype=np.float32)
+    trusted = np.zeros(valid.shape, dtype=bool)
+    cleaned = clean(points, valid)
+    if cleaned is None:
+        return found, trusted
+    surface = binned_surface(cleaned, kernel)
+    shape = cleaned.valid.shape
+    seen = cleaned.valid & (enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5)
+    trusted[cleaned.box] = seen
+    near = surface_normals(surface, shape)
+    near[~seen] = np.nan
+    found[cleaned.box] = near
     return found, trusted
 
 
-def surface_normals(surface: Surface) -> FloatArray:
-    """Return unit normals (h, w, 3) of a surface: (-h_x, -h_y, 1) normalised, turned to the frame of its points."""
-    h_x = derivative(surface.height, surface.sigma, 1, 0) / surface.x_u
-    h_y = derivative(surface.height, surface.sigma, 0, 1) / surface.y_v
-    found = np.empty((*h_x.shape, 3), dtype=np.float32)
+def surface_normals(surface: Surface, shape: tuple[int, int]) -> FloatArray:
+    """Return unit normals (h, w, 3) of the pixels of a surface: (-h_x, -h_y, 1) normalised, turned to its frame."""
+    h_x = enlarge(derivative(surface.height, surface.sigma, 1, 0) / surface.x_u, surface.step, shape)
+    h_y = enlarge(derivative(surface.height, surface.sigma, 0, 1) / surface.y_v, surface.step, shape)
+    found = np.empty((*shape, 3), dtype=np.float32)
     found[..., 2] = 1.0 / np.sqrt(1.0 + h_x * h_x + h_y * h_y)
     found[..., 0] = -h_x * found[..., 2]
     found[..., 1] = -h_y * found[..., 2]

@@ -72,7 +72,7 @@ class Reference:
 
 def smoothed_rise(rise: Image, known: MaskArray, kernel: float) -> tuple[Image, MaskArray]:
     """Return the Gaussian mean of a rise over `kernel` pixels, and where enough pixels were seen to trust it."""
-    mean, cover = smooth(rise, known, kernel)
+    mean, cover = smooth(rise, known.astype(np.float32), kernel)
     trusted = cover > COVER
     if not trusted.any():
         raise NoContact("too few neighbouring pixels are valid in the frame and its reference")

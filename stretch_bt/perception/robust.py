@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.types import FloatArray
+from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["TUKEY", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
+__all__ = ["TUKEY", "sample", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
 
 Array = npt.NDArray[np.float64]
 
@@ -48,3 +48,10 @@ def tukey_psi_slope(u: Array) -> Array:
 def sparse(values: FloatArray, most: int = 20000) -> FloatArray:
     """Return at most about `most` of the values, evenly spaced: enough for a quantile."""
     return values[:: max(1, values.size // most)]
+
+
+def sample(values: FloatArray, valid: MaskArray, most: int = 20000) -> FloatArray:
+    """Return the valid values on a grid of about `most` pixels of an image, or all where the grid meets none."""
+    step = max(1, round((valid.size / most) ** 0.5))
+    some = values[::step, ::step][valid[::step, ::step]]
+    return some if some.size else values[valid]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["derivative", "fill", "gain", "gaussian", "slope", "smooth"]
+__all__ = ["derivative", "enlarge", "gain", "gaussian", "shrink", "slope", "smooth"]
 
 Image = npt.NDArray[np.float32]
 
@@ -55,27 +55,55 @@ def slope(image: Image, axis: int) -> Image:
     return np.asarray(difference, dtype=np.float32)
 
 
-def smooth(image: Image, valid: MaskArray, sigma: float) -> tuple[Image, Image]:
-    """Return the mean of the valid pixels under a Gaussian, and the share of the Gaussian that they cover.
+def shrink(image: Image, valid: MaskArray, step: int) -> tuple[Image, Image]:
+    """Return the mean of the valid pixels in each bin of `step` x `step`, and the share of a bin that is valid.
+
+    The last bins may reach past the edge of the image; where nothing is valid the mean is 0.
+    """
+    import cv2
+
+    if step == 1:
+        share = valid.astype(np.float32)
+        return np.where(valid, image, np.float32(0)), share
+    h, w = image.shape
+    size = (-(-w // step), -(-h // step))
+    padding = (0, size[1] * step - h, 0, size[0] * step - w, cv2.BORDER_CONSTANT)
+    padded = cv2.copyMakeBorder(image, *padding, value=0.0)
+    mask = cv2.copyMakeBorder(valid.view(np.uint8), *padding, value=0.0)
+    total = cv2.resize(cv2.copyTo(padded, mask), size, interpolation=cv2.INTER_AREA)
+    share = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    np.divide(total, share, out=total, where=share > 0.0)
+    return np.asarray(total, dtype=np.float32), np.asarray(share, dtype=np.float32)
+
+
+def enlarge(image: Image, step: int, shape: tuple[int, int]) -> Image:
+    """Return an image of bins in pixels, (h, w) of `shape`, by linear interpolation between the middles of the bins."""
+    import cv2
+
+    size = (image.shape[1] * step, image.shape[0] * step)
+    grown = image if step == 1 else cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(grown[: shape[0], : shape[1]], dtype=np.float32)
+
+
+def smooth(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:
+    """Return the mean of the pixels under a Gaussian by their weight, and the share of the Gaussian that they cover.
 
     This is normalised convolution (Knutsson and Westin, 1993); where nothing is covered the mean is 0.
     """
     import cv2
 
     kernel = gaussian(sigma, 0)
-    mask = valid.astype(np.float32)
-    masked = np.where(valid, image, np.float32(0)).astype(np.float32, copy=False)
-    total = cv2.sepFilter2D(masked, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
-    cover = cv2.sepFilter2D(mask, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
-    return np.where(cover > 1e-3, total / np.maximum(cover, 1e-3), 0.0).astype(np.float32), np.asarray(cover)
+    total, cover = (
+        cv2.sepFilter2D(part, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
+        for part in (image * weight, weight)
+    )
+    seen = cover > 1e-3
+    total[~seen] = 0.0
+    np.divide(total, cover, out=total, where=seen)
+    return np.asarray(total), np.asarray(cover)
 
 
-def fill(image: Image, valid: MaskArray, sigma: float) -> tuple[Image, Image]:
-    """Return the image with its holes filled by the smoothed neighbourhood, and the cover there is of each pixel."""
-    mean, cover = smooth(image, valid, sigma)
-    return np.where(valid, image, mean).astype(np.float32, copy=False), cover
-
-
+@lru_cache(maxsize=256)
 def gain(sigma: float, *orders: tuple[int, int, float]) -> float:
     """Return the standard deviation, for unit white noise, of a sum of derivatives (along u, along v, weight)."""
     total: Any = 0.0

@@ -1,35 +1,57 @@
-"""A depth image made ready for differentiation: heights towards the camera, holes filled, scale and noise known."""
+"""A depth image made ready for differentiation: cropped, cleaned, binned to the scale of the kernel, holes filled."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.clean import flying_pixels
-from stretch_bt.perception.robust import MAD_TO_SD, sparse
-from stretch_bt.perception.smooth import derivative, fill, gain, gaussian, slope, smooth
+from stretch_bt.perception.robust import MAD_TO_SD, sample, sparse
+from stretch_bt.perception.smooth import gain, gaussian, shrink, slope, smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["Surface", "camera_side", "check_points", "surface_of"]
+__all__ = ["Cleaned", "Surface", "camera_side", "check_points", "clean", "surface_of"]
 
 Image = npt.NDArray[np.float32]
+Box = tuple[slice, slice]
 
 CAMERA_RATIO = 0.4  # distance over width: a camera frame is above it up to a field of view of 100 degrees
 COVER = 0.5  # share of the kernel that must see valid pixels
 ONE_SIDED = 0.08  # how fast that share may change over a kernel's width: 1.8 widths away from a straight edge
+LEAST_SIGMA = 2.0  # bins a kernel keeps: binning that far loses a fortieth of the peak of a second derivative
+MOST_SIGMA = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaned:
+    """The part of an image that holds its valid pixels, without flying pixels.
+
+    `height` (h, w) float32 is z towards the camera, m, above `level`; `points` (h, w, 3), m, those of the box; `valid`
+    the pixels that are left. `box` places them in the image of shape `shape`. `pitch` is the distance of neighbours, m,
+    and `towards` is +1 where z points to the camera (membrane frame), -1 where away (camera frame).
+    """
+
+    height: Image
+    points: FloatArray
+    valid: MaskArray
+    box: Box
+    shape: tuple[int, int]
+    pitch: float
+    level: float
+    towards: int
 
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Height towards the camera (h, w), m, from `level`, with its holes filled and flying pixels removed.
+    """Height towards the camera, m, above `level`, in bins of `step` x `step` pixels, its holes filled.
 
-    `trusted` marks pixels with valid ones on all sides, so that derivatives of `sigma` pixels mean something; `noise` is
-    the standard deviation of one pixel, m; `x_u` and `y_v` are the metres that x and y move a pixel; `towards` is +1
-    where z points to the camera (membrane frame), -1 where away (camera frame).
+    `trusted` marks bins with valid ones on all sides, so that derivatives of `sigma` bins mean something; `x_u` and
+    `y_v` are the metres that x and y move a bin, `pitch` their typical size. `noise` is the standard deviation of one
+    pixel and `bin_noise` that of one bin, m.
     """
 
     height: Image
@@ -41,13 +63,15 @@ class Surface:
     level: float
     pitch: float
     sigma: float
+    step: int
     noise: float
+    bin_noise: float
     towards: int
 
     @property
     def smooth_sd(self) -> float:
-        """Standard deviation of the smoothed height, m, if the noise is white."""
-        return self.noise * gain(self.sigma, (0, 0, 1.0))
+        """Standard deviation of the smoothed height, m, if the noise of the bins is white."""
+        return self.bin_noise * gain(self.sigma, (0, 0, 1.0))
 
 
 def check_points(points: FloatArray, valid: MaskArray) -> None:
@@ -72,52 +96,113 @@ def camera_side(points: FloatArray, valid: MaskArray) -> int:
     return -1 if float(np.median(seen[:, 2])) > CAMERA_RATIO * width else 1
 
 
+def valid_box(valid: MaskArray) -> Box:
+    """Return the rows and columns that hold the valid pixels; empty where there are none."""
+    rows, columns = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
+    if not rows.size:
+        return slice(0, 0), slice(0, 0)
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
 def pitch_of(points: FloatArray, valid: MaskArray) -> float:
     """Return the median distance, m, between neighbours in a row; 0 where no two valid pixels touch."""
-    pairs = valid[:, 1:] & valid[:, :-1]
-    steps = np.abs((points[:, 1:, 0] - points[:, :-1, 0])[pairs])
-    return float(np.median(sparse(steps))) if steps.size else 0.0
+    for every in (max(1, valid.size // 20000), 1):
+        x, seen = points[::every, :, 0], valid[::every]
+        steps = np.abs((x[:, 1:] - x[:, :-1])[seen[:, 1:] & seen[:, :-1]])
+        if steps.size:
+            return float(np.median(sparse(steps)))
+    return 0.0
+
+
+def clean(points: FloatArray, valid: MaskArray) -> Cleaned | None:
+    """Crop points (h, w, 3), m, to their valid pixels and drop flying ones; None where no two valid pixels touch."""
+    check_points(points, valid)
+    box = valid_box(valid)
+    near, seen = points[box], valid[box]
+    pitch = pitch_of(near, seen)
+    if pitch == 0.0:
+        return None
+    towards = camera_side(near, seen)
+    level = float(np.median(sample(near[..., 2], seen)))
+    height = np.where(seen, near[..., 2], np.asarray(level, near.dtype))
+    height -= np.asarray(level, near.dtype)
+    raw = np.asarray(height if towards > 0 else -height, dtype=np.float32)
+    kept = seen & ~flying_pixels(raw, seen, pitch)
+    return Cleaned(raw, near, kept, box, valid.shape, pitch, towards * level, towards)
 
 
 def surface_of(points: FloatArray, valid: MaskArray, kernel: float) -> Surface | None:
     """Prepare points (h, w, 3), m, for derivatives with a Gaussian of `kernel`, m; None where too few are valid."""
-    check_points(points, valid)
-    pitch = pitch_of(points, valid)
-    if pitch == 0.0:
-        return None
-    towards = camera_side(points, valid)
-    sigma = float(np.clip(round(kernel / pitch, 1), 1.5, 25.0))
-    level = float(np.median(sparse(points[..., 2][valid])))
-    raw = (towards * (points[..., 2] - level)).astype(np.float32)
-    kept = valid & ~flying_pixels(raw, valid, pitch)
-    height, cover = fill(raw, kept, sigma)
-    smoothed = derivative(height, sigma, 0, 0)
+    cleaned = clean(points, valid)
+    return cleaned and binned_surface(cleaned, kernel)
+
+
+def binned_surface(cleaned: Cleaned, kernel: float) -> Surface:
+    """Return the surface in bins as wide as the kernel allows, which costs less and says the same."""
+    pixels = kernel / cleaned.pitch
+    step = 2 ** max(0, math.floor(math.log2(max(pixels, 1.0) / LEAST_SIGMA)))
+    # A bin spreads a pixel by (step^2 - 1) / 12 already.
+    sigma = math.sqrt(max(pixels**2 - (step**2 - 1) / 12.0, 0.0)) / step
+    sigma = float(np.clip(round(sigma, 2), 1.5, MOST_SIGMA))
+    raw, share = shrink(cleaned.height, cleaned.valid, step)
+    valid = share > 0.0
+    mean, cover = smooth(raw, share, sigma)
+    height = np.where(valid, raw, mean)
     trusted = (cover > COVER) & (sigma * _steepness(cover) < ONE_SIDED)
-    x_u = _steps(points[..., 0], kept, 1, sigma, pitch)
-    y_v = _steps(points[..., 1], kept, 0, sigma, pitch)
-    noise = _noise(height - smoothed, kept, sigma)
-    return Surface(height, smoothed, kept, trusted, x_u, y_v, towards * level, pitch, sigma, noise, towards)
+    pitch = step * cleaned.pitch
+    x_u, y_v = (_steps(cleaned, axis, step, sigma) for axis in (1, 0))
+    pixel = _pixel_noise(cleaned, mean, step, sigma)
+    bins = _noise(sample(raw - mean, valid), sigma, 1.0)
+    return Surface(
+        height, mean, valid, trusted, x_u, y_v, cleaned.level, pitch, sigma, step, pixel, bins, cleaned.towards
+    )
 
 
-def _steps(values: Any, valid: MaskArray, axis: int, sigma: float, pitch: float) -> Image:
-    """Return how far x (axis 1) or y (axis 0) moves a pixel, m, averaged over the kernel; `pitch` where unseen."""
-    first, second = (slice(None, -1), slice(1, None))
-    lower, upper = ((slice(None), first), (slice(None), second)) if axis == 1 else ((first,), (second,))
-    both = np.zeros(valid.shape, dtype=bool)
-    both[lower] = valid[lower] & valid[upper]
-    steps = np.zeros(valid.shape, dtype=np.float32)
-    steps[lower] = values[upper] - values[lower]
-    mean, cover = smooth(steps, both, sigma)
-    return np.where((cover > 1e-3) & (np.abs(mean) > 0.1 * pitch), mean, np.float32(pitch))
+def _steps(cleaned: Cleaned, axis: int, step: int, sigma: float) -> Image:
+    """Return how far x (axis 1) or y (axis 0) moves a bin, m, averaged over the kernel; `pitch` a pixel where unseen."""
+    import cv2
+
+    pitch = np.float32(cleaned.pitch * step)
+    values = cleaned.points[::step, ::step, 1 - axis]
+    seen = cleaned.valid[::step, ::step]
+    count = np.arange(values.shape[axis], dtype=np.float32) * pitch
+    # What is left when even steps are taken away is small, so that holes in it can be filled from around them.
+    even = count[None, :] if axis == 1 else count[:, None]
+    rest = np.where(seen, values - even, 0.0).astype(np.float32)
+    share = seen.astype(np.float32)
+    total, cover = (cv2.boxFilter(a, -1, (5, 5), normalize=False, borderType=cv2.BORDER_CONSTANT) for a in (rest, share))
+    middle = np.float32(np.median(sample(rest, seen))) if seen.any() else np.float32(0)
+    np.divide(total, cover, out=total, where=cover > 0.5)
+    rest = np.where(seen, rest, np.where(cover > 0.5, total, middle))
+    kernels = (gaussian(sigma, 1), gaussian(sigma, 0))
+    row, column = kernels if axis == 1 else kernels[::-1]
+    moved = cv2.sepFilter2D(rest, cv2.CV_32F, row, column, borderType=cv2.BORDER_REPLICATE) + pitch
+    return np.where(moved > 0.1 * pitch, moved, pitch)
 
 
 def _steepness(cover: Image) -> Image:
-    """Return the larger gradient of an image along its axes, per pixel."""
+    """Return the larger gradient of an image along its axes, per bin."""
     return np.maximum(np.abs(slope(cover, 1)), np.abs(slope(cover, 0)))
 
 
-def _noise(residual: Any, valid: MaskArray, sigma: float) -> float:
-    """Return the noise of one pixel, m, from what the smoothing took away; robust to edges."""
-    values = sparse(np.abs(residual[valid]))
-    taken = gain(sigma, (0, 0, 1.0)) ** 2 - 2.0 * float(gaussian(sigma, 0).max()) ** 2 + 1.0
-    return MAD_TO_SD * float(np.median(values)) / float(np.sqrt(taken))
+def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> float:
+    """Return the noise of one pixel, m, from a sample of pixels beside the smoothed height at their places."""
+    every = step * max(1, round((mean.size / 10000) ** 0.5))
+    coarse = every // step
+    offset = -0.5 * (step - 1) / step  # a bin's first pixel, from its middle
+    near = mean[::coarse, ::coarse]
+    along = offset * (slope(mean, 1) + slope(mean, 0))[::coarse, ::coarse]
+    first = cleaned.height[::every, ::every]
+    seen = cleaned.valid[::every, ::every]
+    return _noise((first - near - along)[seen], sigma, float(step))
+
+
+def _noise(residual: FloatArray, sigma: float, step: float) -> float:
+    """Return the noise behind residuals to a smoothed height, m, if it is white; robust to edges.
+
+    A value among `step`^2 in its bin takes part in the mean that is taken from it.
+    """
+    if not residual.size:
+        return 0.0
+    taken = (gain(sigma, (0, 0, 1.0)) ** 2 - 2.0 * float(gaussian(sigma, 0).max()) ** 2) / step**2 + 1.0
+    return MAD_TO_SD * float(np.median(np.abs(residual))) / math.sqrt(taken)

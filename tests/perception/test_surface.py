@@ -3,7 +3,7 @@ import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception import deproject, estimate_normals, to_membrane
-from stretch_bt.perception.surface import camera_side, surface_of
+from stretch_bt.perception.surface import camera_side, clean, surface_of
 
 
 @pytest.mark.parametrize("distance", [0.06, 0.2, 0.6])
@@ -28,7 +28,7 @@ def test_flying_pixels_are_taken_out_and_the_steep_flank_stays(surfaces):
     lens = surfaces.camera()
     depth = surfaces.render(surfaces.disc_press(10e-3, 10e-3), lens)
     hit = np.random.default_rng(0).random(depth.shape) < 0.003
-    surface = surface_of(*deproject(depth + 0.01 * hit, lens), kernel=1.9e-3)
+    surface = clean(*deproject(depth + 0.01 * hit, lens))
     assert not surface.valid[hit].any()
     assert surface.valid[~hit].mean() > 0.9999
 
