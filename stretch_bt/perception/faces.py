@@ -1,0 +1,100 @@
+"""From a convex part of the membrane to the whole contact: round tops up to their edge, flat faces up to their rim."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.regions import distance, inner_half, touching
+from stretch_bt.perception.smooth import derivative, gain
+from stretch_bt.perception.surface import Surface
+from stretch_bt.perception.types import MaskArray
+
+__all__ = ["Patch", "flat_or_round", "with_above_plane"]
+
+Image = npt.NDArray[np.float32]
+
+ENOUGH = 1500  # bins from which a plane or a quadratic is fitted
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """A contact in bins: its mask, a score (h, w) that falls through 0 at its edge, and the score's noise."""
+
+    mask: MaskArray
+    score: Image
+    sd: float
+
+
+def flat_or_round(
+    surface: Surface, part: MaskArray, score: Image, threshold: float, sd: float, raised: MaskArray
+) -> Patch:
+    """Return the contact that a convex part belongs to: the part, or where it is a rim, the flat face within."""
+    whole = with_above_plane(surface, part, score, sd).mask
+    inside = inner_half(whole)
+    if curvature_of(surface, inside) < threshold:
+        return _flat_face(surface, whole, inside, raised)
+    return Patch(touching(part, part), score, sd)
+
+
+def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float) -> Patch:
+    """Add what lies above the plane of the part and touches it, and fill holes."""
+    above = _above(surface, part)
+    whole = touching(part | (above > 0.0), part)
+    # In units of the noise both scores weigh alike where the border is drawn between bins.
+    return Patch(whole, np.maximum(score / np.float32(sd), above / np.float32(max(surface.smooth_sd, 1e-9))), 1.0)
+
+
+def _some(part: MaskArray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    v, u = np.nonzero(part)
+    every = max(1, len(u) // ENOUGH)
+    return v[::every], u[::every]
+
+
+def curvature_of(surface: Surface, part: MaskArray) -> float:
+    """Return twice the mean curvature, 1/m, of a quadratic through the unsmoothed heights of a part.
+
+    Smoothing would carry the bend at a rim into a face that is flat. Infinite where the part is too small to tell.
+    """
+    v, u = _some(part & surface.valid)
+    if len(u) < 12:
+        return math.inf
+    x, y = (u - u.mean()) * surface.pitch, (v - v.mean()) * surface.pitch
+    size = float(np.sqrt((x * x + y * y).mean()))
+    x, y = x / size, y / size
+    design = np.stack([np.ones(len(u)), x, y, x * x, x * y, y * y])
+    try:
+        solution = np.linalg.solve(design @ design.T, design @ surface.height[v, u].astype(np.float64))
+    except np.linalg.LinAlgError:
+        return math.inf
+    return -2.0 * float(solution[3] + solution[5]) / size**2
+
+
+def _above(surface: Surface, part: MaskArray) -> Image:
+    """Return the height, m, of every bin above the plane through the bins of `part`."""
+    v, u = _some(part)
+    du, dv = u - u.mean(), v - v.mean()
+    z = surface.smooth[v, u].astype(np.float64)
+    normal = np.array([[du @ du, du @ dv], [du @ dv, dv @ dv]]) + 1e-9 * np.eye(2)
+    slope_u, slope_v = np.linalg.solve(normal, [du @ z, dv @ z])
+    rows, columns = (np.arange(n, dtype=np.float32) for n in part.shape)
+    along_u = np.float32(slope_u) * (columns - np.float32(u.mean()))
+    along_v = np.float32(slope_v) * (rows - np.float32(v.mean())) + np.float32(z.mean())
+    return np.asarray(surface.smooth - along_u[None, :] - along_v[:, None], dtype=np.float32)
+
+
+def _flat_face(surface: Surface, whole: MaskArray, inside: MaskArray, raised: MaskArray) -> Patch:
+    """Return the flat face that `inside` is part of, up to its rim.
+
+    At a kink the smoothed height has dropped by just sigma^2 times its Laplacian, for any change of slope and any
+    sigma, so that the height sharpened by this term crosses the plane of the face at the rim itself.
+    """
+    s = surface.sigma
+    laplacian = derivative(surface.height, s, 2, 0) + derivative(surface.height, s, 0, 2)
+    sd = surface.bin_noise * gain(s, (0, 0, 1.0), (2, 0, -s * s), (0, 2, -s * s))
+    score = _above(surface, inside) - np.float32(s * s) * laplacian + np.float32(1.5 * sd)
+    near = distance(~whole) <= 2.0 * s
+    return Patch(touching(near & raised & (score > 0.0), inside), score, sd)

@@ -1,0 +1,75 @@
+"""Connected parts of masks, and their shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.types import MaskArray
+
+__all__ = ["border", "distance", "enlarge_mask", "inner_half", "parts", "touching", "widened"]
+
+Image = npt.NDArray[np.float32]
+
+
+def parts(mask: MaskArray, seeds: MaskArray) -> Iterator[MaskArray]:
+    """Yield each 8-connected part of a mask that holds a seed."""
+    import cv2
+
+    _, labels = cv2.connectedComponents(mask.view(np.uint8))
+    for k in np.unique(labels[seeds & mask]):
+        yield labels == k
+
+
+def touching(mask: MaskArray, part: MaskArray) -> MaskArray:
+    """Return the connected parts of a mask that share a pixel with `part`, their holes filled."""
+    import cv2
+
+    count, labels = cv2.connectedComponents(mask.view(np.uint8))
+    hit = np.zeros(count, dtype=np.uint8)
+    hit[labels[part & mask]] = 1
+    joined = hit[labels]
+    outline, _ = cv2.findContours(joined, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    filled = cv2.drawContours(joined, outline, -1, 1, cv2.FILLED)
+    return np.asarray(filled > 0)
+
+
+def distance(mask: MaskArray) -> Image:
+    """Return how far each pixel of a mask is from its outside, pixels; the image is surrounded by outside."""
+    import cv2
+
+    padded = cv2.copyMakeBorder(mask.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0.0)
+    return np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, 3)[1:-1, 1:-1], dtype=np.float32)
+
+
+def inner_half(mask: MaskArray) -> MaskArray:
+    """Return the inner part of a mask, half as wide as the mask."""
+    depth = distance(mask)
+    return np.asarray(depth > 0.5 * depth.max())
+
+
+def widened(mask: MaskArray, pixels: float) -> MaskArray:
+    """Return a mask with what lies within some pixels of it."""
+    import cv2
+
+    if not mask.any():
+        return mask
+    outside = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 3)
+    return np.asarray(outside <= pixels)
+
+
+def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:
+    """Return what of a mask does not meet its outside, and the mask with the pixels that meet it."""
+    import cv2
+
+    square = np.ones((3, 3), dtype=np.uint8)
+    bytes_ = mask.view(np.uint8)
+    return np.asarray(cv2.erode(bytes_, square) > 0), np.asarray(cv2.dilate(bytes_, square) > 0)
+
+
+def enlarge_mask(mask: MaskArray, step: int, shape: tuple[int, int]) -> MaskArray:
+    """Return a mask of bins as one of pixels, (h, w) of `shape`."""
+    grown = mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
+    return grown[: shape[0], : shape[1]]

@@ -1,0 +1,106 @@
+"""The ratio of the membrane's tensions along j and i, from the surface itself."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.robust import TUKEY, scale_of, tukey_weights
+from stretch_bt.units import Estimate
+
+__all__ = ["PRIOR", "combine", "expected_ratio", "tension_ratio"]
+
+Array = npt.NDArray[np.floating[Any]]
+
+PRIOR = (1.2, 1.0)  # mean and deviation of ln(T_j / T_i) of any membrane: 1.2 to 9 in two cases of three
+LEAST, MOST = 0.2, 40.0  # ratios of a sheet that is pulled along j and free at its sides
+
+
+def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0, apart: float = 1.0) -> Estimate:
+    """Return T_j / T_i from second derivatives of the height off contact, and its standard deviation.
+
+    Parameters
+    ----------
+    along_i, along_j : (n,) float, 1/m
+        h_xx and h_yy at places where nothing touches the membrane; a minority may be in contact.
+    share : float
+        Correlation of their noise; that of one isotropic filter is 1/3.
+    apart : float
+        How many of the places share one noise; more than 1 for neighbours within one kernel.
+
+    Returns
+    -------
+    Estimate
+        Equilibrium there is T_i h_xx + T_j h_yy = 0 (the shallow membrane), so both derivatives lie on a line through 0.
+        Both are noisy, so its slope comes from total least squares in the metric of the noise, with Tukey's weights.
+
+    Raises
+    ------
+    IllConditioned
+        There are too few places, or the line does not stand out from the noise.
+    """
+    pairs = np.stack([along_i, along_j]).astype(np.float64)
+    if pairs.shape[1] < 30:
+        raise IllConditioned(f"a tension ratio needs thirty places off contact, there are {pairs.shape[1]}")
+    # Sum and difference are independent in noise; scaled by it, noise is a circle.
+    scale = np.array([[1.0 / math.sqrt(1.0 + share)], [1.0 / math.sqrt(1.0 - share)]])
+    turned = np.stack([pairs[0] + pairs[1], pairs[0] - pairs[1]]) * scale
+    weights = np.ones(turned.shape[1])
+    angle, before = 0.0, math.inf
+    for _ in range(12):
+        angle = _flattest(turned, weights)
+        residuals = math.cos(angle) * turned[0] + math.sin(angle) * turned[1]
+        sd = max(scale_of(residuals, 1), 1e-12)
+        if abs(angle - before) < 1e-3:
+            break
+        before = angle
+        weights = tukey_weights(residuals / (TUKEY * sd))
+    along = -math.sin(angle) * turned[0] + math.cos(angle) * turned[1]
+    signal = float(weights @ (along * along)) - sd * sd * float(weights.sum())
+    error = sd * math.sqrt(apart / signal) if signal > 0.0 else math.inf
+    if error > 0.3:
+        raise IllConditioned("off contact the membrane is not bent enough to show the ratio of its tensions")
+    return _ratio_of(angle, error, scale)
+
+
+def _flattest(turned: Array, weights: Array) -> float:
+    """Return the angle of the direction in which weighted pairs scatter least."""
+    a = float(weights @ (turned[0] * turned[0]))
+    b = float(weights @ (turned[0] * turned[1]))
+    c = float(weights @ (turned[1] * turned[1]))
+    return 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
+
+
+def _ratio_of(angle: float, error: float, scale: Array) -> Estimate:
+    """Return the ratio that an angle in scaled sums and differences stands for."""
+
+    def ratio(at: float) -> float:
+        sums, differences = math.cos(at) * float(scale[0, 0]), math.sin(at) * float(scale[1, 0])
+        first, second = sums + differences, sums - differences
+        return math.inf if first == 0.0 else second / first
+
+    found = ratio(angle)
+    if not LEAST <= found <= MOST:
+        raise IllConditioned(f"off contact the membrane is bent as no membrane in tension is (ratio {found:.3g})")
+    step = 1e-4
+    return Estimate(found, abs(ratio(angle + step) - ratio(angle - step)) / (2.0 * step) * error)
+
+
+def expected_ratio(stretch: float | None) -> Estimate:
+    """Return the ratio to expect at a stretch, m, with its standard deviation; wide where the stretch is unknown."""
+    mean, sd = PRIOR
+    return Estimate(math.exp(mean), math.exp(mean) * sd)
+
+
+def combine(expected: Estimate, found: Estimate) -> Estimate:
+    """Return both estimates of a ratio as one, weighted in the logarithm; what was found stands where they disagree."""
+    a, b = math.log(expected.value), math.log(found.value)
+    wa, wb = (expected.value / expected.sd) ** 2, (found.value / found.sd) ** 2
+    if (a - b) ** 2 > 9.0 * (1.0 / wa + 1.0 / wb):
+        return found
+    value = math.exp((wa * a + wb * b) / (wa + wb))
+    return Estimate(value, value / math.sqrt(wa + wb))
