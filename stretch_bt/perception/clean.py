@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.robust import MAD_TO_SD, sample
+from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.types import MaskArray
 
 __all__ = ["flying_pixels", "median"]
@@ -21,18 +21,21 @@ def median(image: Image, valid: MaskArray, width: int = 5) -> Image:
 
     if not valid.any():
         return np.zeros(image.shape, dtype=np.float32)
-    level = np.float32(np.median(sample(image, valid)))
+    level = np.float32(quantile(sample(image, valid)))
     return np.asarray(cv2.medianBlur(np.where(valid, image, level).astype(np.float32, copy=False), width))
 
 
 def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
-    """Return where a height (h, w), m, is far from the median of its 5 x 5 neighbours.
+    """Return where a height (h, w), m, is far from the median of its 5 x 5 neighbours; finite, also in the holes.
 
     Far is six standard deviations of that difference over the image and more than two pixel pitches, so that neither
     coarse quantisation nor a steep but smooth flank is taken for an outlier.
     """
-    difference = np.abs(height - median(height, valid))
+    import cv2
+
+    # Holes hold about the median of all already, as `median` would have them.
+    difference = cv2.absdiff(height, cv2.medianBlur(height, 5))
     known = sample(difference, valid)
-    sd = MAD_TO_SD * float(np.median(known)) if known.size else 0.0
+    sd = MAD_TO_SD * quantile(known) if known.size else 0.0
     far: MaskArray = valid & (difference > np.float32(max(CUT * sd, 2.0 * pitch)))
     return far

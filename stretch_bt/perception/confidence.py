@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.faces import Patch
-from stretch_bt.perception.regions import border, distance
+from stretch_bt.perception.regions import border, bounds, distance
+from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.smooth import enlarge, slope
 from stretch_bt.perception.surface import Surface
-from stretch_bt.perception.types import DEFORMED, INVALID, LabelArray
 
 __all__ = ["confidence_of"]
 
@@ -20,39 +20,45 @@ Image = npt.NDArray[np.float32]
 
 MODEL = 0.35  # kernel widths by which the edge of a contact is misplaced even without noise
 UNDECIDED = 0.5
+SURE = 4.0  # standard deviations from the edge beyond which nothing is worked out
 
 
-def confidence_of(surface: Surface, patches: Sequence[Patch], rise: Image, labels: LabelArray) -> Image:
-    """Return the probability (h, w) that each label is right, 0 where it is invalid.
+def confidence_of(
+    surface: Surface, origin: tuple[int, int], patches: Sequence[Patch], rise: Image, shape: tuple[int, int]
+) -> Image:
+    """Return the probability that the label of each pixel is right, (h, w) of `shape`; patches begin at bin `origin`.
 
     The edge of a contact is misplaced by what the noise of its score comes to over the score's gradient, and by a share
     of the kernel; a label holds with the probability that the edge does not reach its pixel. In the same way a pixel is
-    deformed or not with the probability that noise does not lift it past the threshold. Where the membrane is raised
-    and no contact was found, one is there and was missed: every raised pixel counts as undecided.
+    deformed or not with the probability that noise does not lift it past the threshold, which `rise` is counted from.
+    Where the membrane is raised and no contact was found, one is there and was missed: every raised pixel counts as
+    undecided.
     """
-    raised = _normal(np.abs(rise) / np.float32(max(surface.smooth_sd, 1e-9)))
-    if patches:
-        signed = np.max([_signed(surface, patch) for patch in patches], axis=0)
-        contact = _normal(np.abs(enlarge(signed, surface.step, labels.shape)))
-        found = np.where(labels < DEFORMED, np.minimum(raised, contact), contact)
-        found = np.where(labels == DEFORMED, np.minimum(raised, contact), found)
-    else:
-        found = np.where(labels == DEFORMED, np.float32(UNDECIDED), raised)
-    found[labels == INVALID] = 0.0
-    return np.asarray(found, dtype=np.float32)
+    raised = np.abs(rise) / np.float32(max(surface.smooth_sd, 1e-9))
+    if not patches:
+        return enlarge(np.where(rise > 0.0, np.float32(UNDECIDED), _normal(raised)), surface.step, shape)
+    signed = np.full(rise.shape, -SURE, dtype=np.float32)
+    for patch in patches:
+        place = tuple(slice(a, a + n) for a, n in zip(origin, patch.mask.shape, strict=True))
+        np.maximum(signed[place], _signed(surface, patch), out=signed[place])
+    return enlarge(_normal(np.where(signed > 0.0, signed, np.minimum(raised, -signed))), surface.step, shape)
 
 
 def _signed(surface: Surface, patch: Patch) -> Image:
     """Return the distance of each bin from a patch's edge, positive inside, over the standard deviation of that edge."""
-    inner, outer = border(patch.mask)
+    window = bounds(patch.mask, 2)
+    mask, score = patch.mask[window], patch.score[window]
+    inner, outer = border(mask)
     ring = outer & ~inner
-    steep = np.hypot(slope(patch.score, 1), slope(patch.score, 0))[ring]
-    steep = steep[np.isfinite(steep)]
-    gradient = float(np.median(steep)) if steep.size else 0.0
+    steep = np.hypot(slope(score, 1)[ring], slope(score, 0)[ring])
+    gradient = quantile(steep) if steep.size else 0.0
     random = patch.sd / max(gradient, 1e-12)
     sd = float(np.hypot(random, MODEL * surface.sigma))
-    away = np.where(patch.mask, distance(patch.mask) - 0.5, 0.5 - distance(~patch.mask))
-    return np.asarray(away / np.float32(sd), dtype=np.float32)
+    window = bounds(patch.mask, int(min(SURE * sd, 1e4)) + 1)
+    mask = patch.mask[window]
+    away = np.full(patch.mask.shape, -SURE, dtype=np.float32)
+    away[window] = np.where(mask, distance(mask) - 0.5, 0.5 - distance(~mask)) / np.float32(sd)
+    return away
 
 
 def _normal(z: Any) -> Image:

@@ -6,7 +6,7 @@ import numpy as np
 
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.deprojection import deproject, to_membrane, view_rays
+from stretch_bt.perception.deprojection import deproject, view_rays
 from stretch_bt.perception.segmentation import Rule, classify
 from stretch_bt.perception.types import CONTACT, INVALID, Contact
 
@@ -30,11 +30,20 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     points, valid = deproject(frame)
     if not valid.any():
         raise NoContact("the frame has no valid pixel")
-    points = to_membrane(points, frame.plane_distance)
-    found = classify(points, valid, rule=rule)
+    np.subtract(np.float32(frame.plane_distance), points[..., 2], out=points[..., 2])
+    found = classify(points, valid, rule=rule, stretch=frame.stretch)
     touching = points[found.labels == CONTACT]
     if not len(touching):
         raise NoContact("no part of the membrane is curved and raised enough to be in contact")
-    rays = view_rays(touching, (0.0, 0.0, frame.plane_distance))
-    points[found.labels == INVALID] = np.nan
-    return Contact(touching, rays, found.labels, found.noise, frame.hand_height, frame.stretch, frame.time, points)
+    points[valid & (found.labels == INVALID)] = np.nan
+    return Contact(
+        points=touching,
+        rays=view_rays(touching, (0.0, 0.0, frame.plane_distance)),
+        labels=found.labels,
+        noise=found.noise,
+        hand_height=frame.hand_height,
+        stretch=frame.stretch,
+        time=frame.time,
+        surface=points,
+        confidence=found.confidence,
+    )

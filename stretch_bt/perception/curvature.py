@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.perception.robust import sample
+from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.smooth import derivative, enlarge, gain, slope
-from stretch_bt.perception.surface import Surface, binned_surface, clean
+from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, steps_of
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["Bending", "Curvatures", "bending", "brand", "curvatures", "spread"]
+__all__ = ["Bending", "Curvatures", "along_axes", "bending", "brand", "curvatures", "spread"]
 
 Image = npt.NDArray[np.float32]
 
@@ -64,59 +64,62 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
     if cleaned is None:
         return Curvatures(i, j, total, trusted, 0.0, 0.0, 0.0)
     surface = binned_surface(cleaned, kernel)
-    bent = bending(surface)
-    binned = (bent.i, bent.j, _twice_mean(surface, bent))
+    bent = bending(cleaned, surface)
+    along_i, along_j, i_sd, j_sd = along_axes(surface, bent)
+    binned = (along_i, along_j, _twice_mean(surface, bent))
     shape = cleaned.valid.shape
     near = enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5
     trusted[cleaned.box] = near
     for image, coarse in zip((i, j, total), binned, strict=True):
         image[cleaned.box] = np.where(near, enlarge(coarse, surface.step, shape), 0.0)
     white = bent.white * gain(surface.sigma, (2, 0, 1.0), (0, 2, 1.0))
-    return Curvatures(i, j, total, trusted, bent.i_sd, bent.j_sd, spread(binned[2], surface.trusted, white))
+    return Curvatures(i, j, total, trusted, i_sd, j_sd, spread(binned[2], surface.trusted, white))
 
 
 @dataclass(frozen=True, slots=True)
 class Bending:
-    """Second derivatives of a surface in its bins, 1/m, and the normal curvatures along i and j, positive if convex.
+    """Slopes `x`, `y` and second derivatives `xx`, `yy`, 1/m, of the height of a surface in its bins.
 
-    `x` and `y` are the slopes, `xx` and `yy` the second derivatives of the height; `i` and `j` are 0 where not trusted.
-    `white` is the noise of one bin over its size squared, 1/m: times the gain of a filter it is that filter's noise.
+    `area` is that of a bin seen along z, m^2, and `root` is sqrt(1 + x^2 + y^2). `white` is the noise of one bin over its size squared, 1/m: times the gain of a
+    filter it is that filter's noise.
     """
 
     x: Image
     y: Image
     xx: Image
     yy: Image
+    area: Image
     root: Image
-    i: Image
-    j: Image
-    i_sd: float
-    j_sd: float
     white: float
 
 
-def bending(surface: Surface) -> Bending:
-    """Return the second derivatives of a surface and its normal curvatures."""
+def bending(cleaned: Cleaned, surface: Surface) -> Bending:
+    """Return the derivatives of a surface, or of part of it."""
+    x_u, y_v = steps_of(cleaned, surface)
     h_u, h_uu, h_v, h_vv = (derivative(surface.height, surface.sigma, *o) for o in ((1, 0), (2, 0), (0, 1), (0, 2)))
-    h_x, h_y = h_u / surface.x_u, h_v / surface.y_v
+    h_x, h_y = h_u / x_u, h_v / y_v
     # Perspective makes x_u change where the surface rises; left out, a steep flank gains a false curvature.
-    h_xx = (h_uu - h_x * slope(surface.x_u, 1)) / (surface.x_u * surface.x_u)
-    h_yy = (h_vv - h_y * slope(surface.y_v, 0)) / (surface.y_v * surface.y_v)
-    one_x, one_y = 1.0 + h_x * h_x, 1.0 + h_y * h_y
-    root = np.sqrt(one_x + one_y - 1.0)
-    i, j = h_xx / (one_x * root), h_yy / (one_y * root)
-    for image in (i, j):
-        np.negative(image, out=image)
-        image[~surface.trusted] = 0.0
-    white = surface.bin_noise / surface.pitch**2
-    single = white * gain(surface.sigma, (2, 0, 1.0))
-    sd = (spread(k, surface.trusted, single) for k in (i, j))
-    return Bending(h_x, h_y, h_xx, h_yy, root, i, j, *sd, white)
+    h_xx = (h_uu - h_x * slope(x_u, 1)) / (x_u * x_u)
+    h_yy = (h_vv - h_y * slope(y_v, 0)) / (y_v * y_v)
+    root = np.sqrt(1.0 + h_x * h_x + h_y * h_y)
+    return Bending(h_x, h_y, h_xx, h_yy, x_u * y_v, root, surface.bin_noise / surface.pitch**2)
+
+
+def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image, float, float]:
+    """Return the normal curvatures along i and j, 1/m, positive where convex, 0 where not trusted, and their noise."""
+    single = bent.white * gain(surface.sigma, (2, 0, 1.0))
+    found = []
+    for second, first in ((bent.xx, bent.x), (bent.yy, bent.y)):
+        curvature = -second / ((1.0 + first * first) * bent.root)
+        curvature[~surface.trusted] = 0.0
+        found.append(curvature)
+    i, j = found
+    return i, j, spread(i, surface.trusted, single), spread(j, surface.trusted, single)
 
 
 def _twice_mean(surface: Surface, bent: Bending) -> Image:
     """Return twice the mean curvature, 1/m, 0 where not trusted (any text on differential geometry, for h(x, y))."""
-    h_xy = derivative(surface.height, surface.sigma, 1, 1) / (surface.x_u * surface.y_v)
+    h_xy = derivative(surface.height, surface.sigma, 1, 1) / bent.area
     one_x, one_y = 1.0 + bent.x * bent.x, 1.0 + bent.y * bent.y
     total = -(one_y * bent.xx - 2.0 * bent.x * bent.y * h_xy + one_x * bent.yy) / bent.root**3
     return np.where(surface.trusted, total, np.float32(0))
@@ -127,5 +130,5 @@ def spread(curvature: Image, trusted: MaskArray, white: float) -> float:
     values = sample(curvature, trusted)
     if not values.size:
         return white
-    quarter = float(np.quantile(np.abs(values), 0.25))
+    quarter = quantile(np.abs(values), 0.25)
     return max(white, quarter / 0.3186)  # 25 % of a Gaussian lies within 0.3186 sd

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["deproject", "depth_of", "to_membrane", "view_rays"]
@@ -46,7 +47,11 @@ def deproject(depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None = No
         raise InvalidInput(
             f"these intrinsics are of {intrinsics.height} rows by {intrinsics.width} columns, the image is {image.shape}"
         )
-    points = ray_table(intrinsics, image.dtype.char) * np.where(valid, image, np.nan)[..., None]
+    x, y = ray_planes(intrinsics, image.dtype.char)
+    z = np.where(valid, image, np.asarray(np.nan, image.dtype))
+    points = np.empty((*image.shape, 3), dtype=image.dtype)
+    for axis, values in enumerate((x * z, y * z, z)):
+        points[..., axis] = values
     return points, valid
 
 
@@ -61,11 +66,18 @@ def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
         )
     if image.dtype.itemsize < 4:
         image = image.astype(np.float32)
-    valid: MaskArray = np.isfinite(image) & (image > 0)
-    some = image[valid][:: max(1, image.size // 4096)]
-    if some.size and not PLAUSIBLE[0] <= np.median(some) <= PLAUSIBLE[1]:
-        raise InvalidInput(f"a depth image is in metres; a median of {np.median(some):.3g} m is another unit")
+    valid: MaskArray = (image > 0) & (image < np.inf)
+    some = sample(image, valid)
+    if some.size and not PLAUSIBLE[0] <= quantile(some) <= PLAUSIBLE[1]:
+        raise InvalidInput(f"a depth image is in metres; a median of {quantile(some):.3g} m is another unit")
     return image, valid
+
+
+@lru_cache(maxsize=16)
+def ray_planes(intrinsics: Intrinsics, dtype: str = "d") -> tuple[FloatArray, FloatArray]:
+    """Return x and y (h, w) of the ray table, each in one piece of memory."""
+    table = ray_table(intrinsics, dtype)
+    return np.ascontiguousarray(table[..., 0]), np.ascontiguousarray(table[..., 1])
 
 
 @lru_cache(maxsize=16)

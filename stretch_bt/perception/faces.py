@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.regions import distance, inner_half, touching
+from stretch_bt.perception.regions import distance, filled, inner_half, touching
 from stretch_bt.perception.smooth import derivative, gain
 from stretch_bt.perception.surface import Surface
 from stretch_bt.perception.types import MaskArray
@@ -33,19 +33,24 @@ def flat_or_round(
     surface: Surface, part: MaskArray, score: Image, threshold: float, sd: float, raised: MaskArray
 ) -> Patch:
     """Return the contact that a convex part belongs to: the part, or where it is a rim, the flat face within."""
-    whole = with_above_plane(surface, part, score, sd).mask
+    whole = _above_plane(surface, part)
     inside = inner_half(whole)
     if curvature_of(surface, inside) < threshold:
         return _flat_face(surface, whole, inside, raised)
-    return Patch(touching(part, part), score, sd)
+    return Patch(filled(part), score, sd)
 
 
 def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float) -> Patch:
     """Add what lies above the plane of the part and touches it, and fill holes."""
     above = _above(surface, part)
-    whole = touching(part | (above > 0.0), part)
+    whole = _above_plane(surface, part)
     # In units of the noise both scores weigh alike where the border is drawn between bins.
     return Patch(whole, np.maximum(score / np.float32(sd), above / np.float32(max(surface.smooth_sd, 1e-9))), 1.0)
+
+
+def _above_plane(surface: Surface, part: MaskArray) -> MaskArray:
+    """Return a part with what touches it above its plane, without holes."""
+    return touching(part | (_above(surface, part) > 0.0), part)
 
 
 def _some(part: MaskArray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
-from stretch_bt.perception.robust import TUKEY, scale_of, tukey_psi_slope, tukey_weights
+from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_psi_slope, tukey_weights
 from stretch_bt.perception.surface import check_points
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
@@ -57,35 +57,43 @@ def top_of_points(points: FloatArray) -> Estimate:
         raise NoContact("there is no valid point in contact")
     if len(cloud) < 12:
         raise IllConditioned(f"a height with its error needs at least twelve points in contact, there are {len(cloud)}")
-    middle = np.median(cloud[:, :2], axis=0)
-    radius = np.sqrt(2.0) * float(np.sqrt(np.median(((cloud[:, :2] - middle) ** 2).sum(axis=1))))
-    kept = _disc(cloud, middle, RIM * radius)
-    top = _Top(kept, middle)
+    x, y, z = np.ascontiguousarray(cloud.T)
+    middle = np.array([quantile(x), quantile(y)])
+    away = (x - middle[0]) ** 2 + (y - middle[1]) ** 2
+    radius = float(np.sqrt(2.0 * quantile(away)))
+    kept = _disc(away, RIM * radius)
+    top = _Top(x[kept], y[kept], z[kept], middle)
     if not top.is_curved:
-        return _flat(kept[:, 2])
+        return _flat(z[kept])
     for _ in range(2):
         reach = min(RIM * radius, max(REACH / top.curvature, 0.3 * radius))
-        disc = _disc(cloud, top.vertex(radius), reach)
-        if len(disc) < 12:
+        vertex = top.vertex(radius)
+        disc = _disc((x - vertex[0]) ** 2 + (y - vertex[1]) ** 2, reach)
+        if disc.sum() == len(x) or np.array_equal(disc, kept):
             break
-        top = _Top(disc, top.vertex(radius))
+        kept = disc
+        top = _Top(x[kept], y[kept], z[kept], vertex)
         if not top.is_curved:
-            return _flat(disc[:, 2])
+            return _flat(z[kept])
     return top.estimate(radius)
 
 
-def _disc(cloud: Array, middle: Array, radius: float) -> Array:
-    near: Array = cloud[((cloud[:, :2] - middle) ** 2).sum(axis=1) <= radius * radius]
-    return near if len(near) >= 12 else cloud
+def _disc(away: Array, radius: float) -> MaskArray:
+    """Return which squared distances lie within a radius, or all where that leaves too few."""
+    near = away <= radius * radius
+    return near if near.sum() >= 12 else np.ones(len(away), dtype=bool)
 
 
 def _flat(z: Array) -> Estimate:
     """Return Tukey's robust mean and its standard deviation."""
-    center = float(np.median(z))
+    center = quantile(z)
     scale = max(scale_of(z - center, 1), 1e-12)
     for _ in range(5):
+        before = center
         weights = tukey_weights((z - center) / (TUKEY * scale))
         center = float(weights @ z / weights.sum())
+        if abs(center - before) < 1e-3 * scale / len(z) ** 0.5:
+            break
     return Estimate(center, _m_sd((z - center) / (TUKEY * scale), 1) * TUKEY * scale / float(np.sqrt(len(z))))
 
 
@@ -98,29 +106,40 @@ def _m_sd(u: Array, parameters: int) -> float:
     return float(np.sqrt(spread * len(u) / count)) / max(float(tukey_psi_slope(u[inside]).mean()), 0.1)
 
 
+def _solve(normal: Array, right: Array) -> Array:
+    try:
+        solution: Array = np.linalg.solve(normal, right)
+    except np.linalg.LinAlgError as error:
+        raise IllConditioned("the points in contact lie on one line") from error
+    return solution
+
+
 class _Top:
     """z = c + b . (x, y) - (kx x^2 + 2 kxy x y + ky y^2) / 2 about `middle`, fitted with Tukey's weights."""
 
-    def __init__(self, cloud: Array, middle: Array) -> None:
+    def __init__(self, x: Array, y: Array, z: Array, middle: Array) -> None:
         self.middle = middle
-        x, y = (cloud[:, :2] - middle).T
-        self.size = max(float(np.sqrt((x * x + y * y).mean())), 1e-12)
+        x, y = x - middle[0], y - middle[1]
+        self.size = max(float(np.sqrt((x @ x + y @ y) / len(x))), 1e-12)
         x, y = x / self.size, y / self.size
-        design = np.column_stack([np.ones_like(x), x, y, -0.5 * x * x, -x * y, -0.5 * y * y])
-        z = cloud[:, 2]
-        offset = float(np.median(z))
-        weights = np.ones_like(z)
+        design = np.stack([np.ones_like(x), x, y, -0.5 * x * x, -x * y, -0.5 * y * y])
+        offset = quantile(z)
+        z = z - offset
+        normal = design @ design.T
+        if np.linalg.cond(normal) > 1e12:
+            raise IllConditioned("the points in contact lie on one line")
+        self.q = _solve(normal, design @ z)
         for _ in range(8):
-            weighted = design * weights[:, None]
-            normal = weighted.T @ design
-            if np.linalg.cond(normal) > 1e12:
-                raise IllConditioned("the points in contact lie on one line")
-            self.q = np.linalg.solve(normal, weighted.T @ (z - offset))
-            residuals = z - offset - design @ self.q
+            residuals = z - self.q @ design
             scale = max(scale_of(residuals, 6), 1e-12)
-            weights = tukey_weights(residuals / (TUKEY * scale))
+            weighted = design * tukey_weights(residuals / (TUKEY * scale))
+            before = self.q
+            self.q = _solve(weighted @ design.T, weighted @ z)
+            if np.abs(self.q - before).max() < 0.01 * scale / len(z) ** 0.5:
+                break
+        residuals = z - self.q @ design
         sd = _m_sd(residuals / (TUKEY * scale), 6) * TUKEY * scale
-        self.covariance: Array = np.linalg.inv(design.T @ design) * sd * sd
+        self.covariance: Array = np.linalg.inv(normal) * sd * sd
         self.q[0] += offset
 
     @property

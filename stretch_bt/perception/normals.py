@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stretch_bt.perception.smooth import derivative, enlarge
-from stretch_bt.perception.surface import Surface, binned_surface, clean
+from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, steps_of
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["estimate_normals", "surface_normals"]
@@ -37,16 +37,18 @@ def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.
     shape = cleaned.valid.shape
     seen = cleaned.valid & (enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5)
     trusted[cleaned.box] = seen
-    near = surface_normals(surface, shape)
+    near = surface_normals(cleaned, surface)
     near[~seen] = np.nan
     found[cleaned.box] = near
     return found, trusted
 
 
-def surface_normals(surface: Surface, shape: tuple[int, int]) -> FloatArray:
+def surface_normals(cleaned: Cleaned, surface: Surface) -> FloatArray:
     """Return unit normals (h, w, 3) of the pixels of a surface: (-h_x, -h_y, 1) normalised, turned to its frame."""
-    h_x = enlarge(derivative(surface.height, surface.sigma, 1, 0) / surface.x_u, surface.step, shape)
-    h_y = enlarge(derivative(surface.height, surface.sigma, 0, 1) / surface.y_v, surface.step, shape)
+    shape = cleaned.valid.shape
+    x_u, y_v = steps_of(cleaned, surface)
+    h_x = enlarge(derivative(surface.height, surface.sigma, 1, 0) / x_u, surface.step, shape)
+    h_y = enlarge(derivative(surface.height, surface.sigma, 0, 1) / y_v, surface.step, shape)
     found = np.empty((*shape, 3), dtype=np.float32)
     found[..., 2] = 1.0 / np.sqrt(1.0 + h_x * h_x + h_y * h_y)
     found[..., 0] = -h_x * found[..., 2]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["border", "distance", "enlarge_mask", "inner_half", "parts", "touching", "widened"]
+__all__ = ["border", "bounds", "distance", "enlarge_mask", "filled", "inner_half", "parts", "touching", "widened"]
 
 Image = npt.NDArray[np.float32]
 
@@ -19,7 +19,7 @@ def parts(mask: MaskArray, seeds: MaskArray) -> Iterator[MaskArray]:
     import cv2
 
     _, labels = cv2.connectedComponents(mask.view(np.uint8))
-    for k in np.unique(labels[seeds & mask]):
+    for k in set(labels[seeds & mask].tolist()):
         yield labels == k
 
 
@@ -30,10 +30,16 @@ def touching(mask: MaskArray, part: MaskArray) -> MaskArray:
     count, labels = cv2.connectedComponents(mask.view(np.uint8))
     hit = np.zeros(count, dtype=np.uint8)
     hit[labels[part & mask]] = 1
-    joined = hit[labels]
-    outline, _ = cv2.findContours(joined, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    filled = cv2.drawContours(joined, outline, -1, 1, cv2.FILLED)
-    return np.asarray(filled > 0)
+    return filled(hit[labels])
+
+
+def filled(mask: npt.NDArray[np.uint8] | MaskArray) -> MaskArray:
+    """Return a mask with its holes."""
+    import cv2
+
+    outline, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    whole = cv2.drawContours(np.zeros(mask.shape, dtype=np.uint8), outline, -1, 1, cv2.FILLED)
+    return np.asarray(whole).view(np.bool_)
 
 
 def distance(mask: MaskArray) -> Image:
@@ -69,7 +75,14 @@ def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:
     return np.asarray(cv2.erode(bytes_, square) > 0), np.asarray(cv2.dilate(bytes_, square) > 0)
 
 
-def enlarge_mask(mask: MaskArray, step: int, shape: tuple[int, int]) -> MaskArray:
-    """Return a mask of bins as one of pixels, (h, w) of `shape`."""
-    grown = mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
-    return grown[: shape[0], : shape[1]]
+def enlarge_mask(mask: MaskArray, step: int) -> MaskArray:
+    """Return a mask of bins as one of pixels."""
+    return mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
+
+
+def bounds(mask: MaskArray, margin: int) -> tuple[slice, slice]:
+    """Return the rows and columns of the box around a mask with a margin, within the image."""
+    import cv2
+
+    u, v, w, h = cv2.boundingRect(mask.view(np.uint8))
+    return slice(max(v - margin, 0), v + h + margin), slice(max(u - margin, 0), u + w + margin)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["TUKEY", "sample", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
+__all__ = ["TUKEY", "quantile", "sample", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
 
 Array = npt.NDArray[np.float64]
 
@@ -15,9 +15,10 @@ TUKEY = 4.685  # 95 % efficiency on Gaussian noise
 MAD_TO_SD = 1.4826
 
 
-def _median(values: Array) -> float:
-    half = values.size // 2
-    return float(np.partition(values, half)[half])
+def quantile(values: FloatArray, share: float = 0.5) -> float:
+    """Return the value of (n,) that a share of them does not reach; the median unless told otherwise."""
+    at = min(int(share * values.size), values.size - 1)
+    return float(np.partition(values, at)[at])
 
 
 def scale_of(residuals: Array, freedom: int = 0) -> float:
@@ -27,9 +28,9 @@ def scale_of(residuals: Array, freedom: int = 0) -> float:
     `freedom` is the number of parameters that were fitted to the residuals.
     """
     size = np.abs(residuals)
-    first = MAD_TO_SD * _median(size)
+    first = MAD_TO_SD * quantile(size)
     inside = size[size <= TUKEY * first]
-    sd = MAD_TO_SD * _median(inside)
+    sd = MAD_TO_SD * quantile(inside)
     return sd * float(np.sqrt(inside.size / max(inside.size - freedom, 1)))
 
 
@@ -50,7 +51,7 @@ def sparse(values: FloatArray, most: int = 20000) -> FloatArray:
     return values[:: max(1, values.size // most)]
 
 
-def sample(values: FloatArray, valid: MaskArray, most: int = 20000) -> FloatArray:
+def sample(values: FloatArray, valid: MaskArray, most: int = 4000) -> FloatArray:
     """Return the valid values on a grid of about `most` pixels of an image, or all where the grid meets none."""
     step = max(1, round((valid.size / most) ** 0.5))
     some = values[::step, ::step][valid[::step, ::step]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,14 +11,14 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.confidence import confidence_of
-from stretch_bt.perception.curvature import Bending, bending, spread
+from stretch_bt.perception.curvature import Bending, along_axes, bending, spread
 from stretch_bt.perception.faces import Patch, flat_or_round, with_above_plane
-from stretch_bt.perception.regions import border, enlarge_mask, parts, widened
-from stretch_bt.perception.robust import sample
+from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts, widened
+from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.smooth import enlarge, gain
 from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean
 from stretch_bt.perception.tension import combine, expected_ratio, tension_ratio
-from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
+from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
 
 __all__ = ["Rule", "Segmentation", "classify", "segment"]
@@ -86,14 +87,24 @@ def classify(
         labels = np.where(valid, UNDEFORMED, INVALID).astype(np.uint8)
         return Segmentation(labels, np.where(valid, np.float32(0.5), np.float32(0)), 0.0, 0.0)
     expected = expected_ratio(stretch)
-    first: _Scale | None = None
-    for kernel in KERNELS:
-        scale = _mean_scale(cleaned, kernel, expected) if rule == "mean" else _either_scale(cleaned, kernel)
-        first = first or scale
-        if scale.is_clear:
-            return _result(cleaned, scale, rule)
-    assert first is not None
-    return _result(cleaned, first, rule)
+
+    def at(kernel: float) -> _Scale:
+        return _mean_scale(cleaned, kernel, expected) if rule == "mean" else _either_scale(cleaned, kernel)
+
+    first = scale = at(KERNELS[0])
+    while scale.clearness < CLEAR and (kernel := _wider(scale)) is not None:
+        scale = at(kernel)
+    return _result(cleaned, scale if scale.clearness >= CLEAR else first, rule)
+
+
+def _wider(scale: _Scale) -> float | None:
+    """Return the next kernel at which what stands out now would be clear, if there is one.
+
+    The noise of a second derivative falls with the third power of the kernel.
+    """
+    enough = scale.ground.kernel * (CLEAR / max(scale.clearness, 0.01)) ** (1.0 / 3.0)
+    wider = [k for k in KERNELS if k > scale.ground.kernel]
+    return next((k for k in wider if k >= 0.9 * enough), wider[-1] if wider else None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,46 +117,61 @@ class _Signal:
 
 
 @dataclass(frozen=True, slots=True)
-class _Scale:
-    """A frame at one kernel: its surface, the height of the undeformed membrane, what is raised, and its signals."""
+class _Ground:
+    """The whole frame at one kernel, the height of its undeformed membrane, and the part of it that is raised."""
 
-    surface: Surface
+    kernel: float
+    whole: Surface
     plane: float
     least_rise: float
+    surface: Surface
     raised: MaskArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """The raised part of a frame at one kernel with its signals, and the ratio of the tensions that was used."""
+
+    ground: _Ground
     signals: tuple[_Signal, ...]
     ratio: Estimate | None
 
     @property
-    def is_clear(self) -> bool:
-        """Whether a signal stands out well enough to draw its edge."""
-        return any(float(np.max(s.curvature, where=self.raised, initial=0.0)) > CLEAR * s.sd for s in self.signals)
+    def clearness(self) -> float:
+        """How many standard deviations the clearest signal stands out where the membrane is raised."""
+        raised = self.ground.raised
+        return max(
+            float(np.max(s.curvature, where=raised, initial=0.0)) / max(s.sd, 1e-12) for s in self.signals
+        )
 
 
-def _raised(cleaned: Cleaned, kernel: float) -> tuple[Surface, float, float, MaskArray]:
-    surface = binned_surface(cleaned, kernel)
-    plane = _plane(surface)
-    least = _least_rise(surface)
-    return surface, plane, least, surface.smooth - np.float32(plane) > least
+def _ground(cleaned: Cleaned, kernel: float) -> _Ground:
+    whole = binned_surface(cleaned, kernel)
+    plane, least = _plane(whole), _least_rise(whole)
+    raised = whole.smooth - np.float32(plane) > least
+    # What is flat says nothing about curvature, and derivatives cost most.
+    window = bounds(raised, math.ceil(4.0 * whole.sigma))
+    return _Ground(kernel, whole, plane, least, whole.part(window), raised[window])
 
 
 def _mean_scale(cleaned: Cleaned, kernel: float, expected: Estimate) -> _Scale:
     """Return a frame at one kernel with its weighted mean curvature, and the ratio of the tensions that weights it."""
-    surface, plane, least, raised = _raised(cleaned, kernel)
-    bent = bending(surface)
+    ground = _ground(cleaned, kernel)
+    surface, raised = ground.surface, ground.raised
+    bent = bending(cleaned, surface)
     ratio = expected
     for _ in range(2):
         signal = _weighted(surface, bent, ratio.value)
-        if not raised.any():
-            break
         strong = raised & (signal.curvature > SEED * signal.sd)
         off = raised & surface.trusted & ~widened(strong, 2.0 * surface.sigma)
         try:
             found = tension_ratio(bent.xx[off], bent.yy[off], apart=np.pi * surface.sigma**2)
         except IllConditioned:
             break
-        ratio = combine(expected, found)
-    return _Scale(surface, plane, least, raised, (_weighted(surface, bent, ratio.value),), ratio)
+        before, ratio = ratio, combine(expected, found)
+        if 0.5 < ratio / before < 2.0:
+            break
+    return _Scale(ground, (_weighted(surface, bent, ratio.value),), ratio)
 
 
 def _weighted(surface: Surface, bent: Bending, ratio: float) -> _Signal:
@@ -158,22 +184,18 @@ def _weighted(surface: Surface, bent: Bending, ratio: float) -> _Signal:
     metric = (1.0 + k) + bent.x * bent.x + k * (bent.y * bent.y)
     curvature = -(bent.xx + k * bent.yy) / (metric * bent.root)
     curvature[~surface.trusted] = 0.0
-    white = bent.white * gain(surface.sigma, (2, 0, 1.0), (0, 2, round(ratio, 2))) / (1.0 + ratio)
+    one, both = gain(surface.sigma, (2, 0, 1.0)) ** 2, gain(surface.sigma, (2, 0, 1.0), (0, 2, 1.0)) ** 2
+    white = bent.white * math.sqrt((1.0 + ratio * ratio) * one + ratio * (both - 2.0 * one)) / (1.0 + ratio)
     sd = spread(curvature, surface.trusted, white)
-    return _Signal(curvature, sd, max(GROW * sd, 1.0 / _width(surface)))
+    return _Signal(curvature, sd, max(GROW * sd, 1.0 / surface.view))
 
 
 def _either_scale(cleaned: Cleaned, kernel: float) -> _Scale:
-    surface, plane, least, raised = _raised(cleaned, kernel)
-    bent = bending(surface)
-    flattest = 1.0 / _width(surface)
-    signals = tuple(_Signal(k, sd, max(GROW * sd, flattest)) for k, sd in ((bent.i, bent.i_sd), (bent.j, bent.j_sd)))
-    return _Scale(surface, plane, least, raised, signals, None)
-
-
-def _width(surface: Surface) -> float:
-    """Return the width of the view, m: a radius beyond it is a plane that is not quite flat."""
-    return float(max(surface.height.shape) * surface.pitch)
+    ground = _ground(cleaned, kernel)
+    flattest = 1.0 / ground.surface.view
+    i, j, i_sd, j_sd = along_axes(ground.surface, bending(cleaned, ground.surface))
+    signals = tuple(_Signal(k, sd, max(GROW * sd, flattest)) for k, sd in ((i, i_sd), (j, j_sd)))
+    return _Scale(ground, signals, None)
 
 
 def _plane(surface: Surface) -> float:
@@ -182,7 +204,7 @@ def _plane(surface: Surface) -> float:
         return -surface.level
     seen = sample(surface.smooth, surface.trusted & surface.valid)
     # In the camera frame the membrane's distance is unknown; its lowest part is taken to be undeformed.
-    return float(np.quantile(seen, 0.05)) + 1.645 * surface.smooth_sd if seen.size else 0.0
+    return quantile(seen, 0.05) + 1.645 * surface.smooth_sd if seen.size else 0.0
 
 
 def _least_rise(surface: Surface) -> float:
@@ -192,25 +214,32 @@ def _least_rise(surface: Surface) -> float:
 
 def _result(cleaned: Cleaned, scale: _Scale, rule: Rule) -> Segmentation:
     """Return the labels of the whole image."""
-    surface, shape = scale.surface, cleaned.valid.shape
+    ground, shape = scale.ground, cleaned.valid.shape
     patches = _round_and_flat(scale) if rule == "mean" else _above_either(scale)
-    rise = enlarge(surface.smooth, surface.step, shape) - np.float32(scale.plane + scale.least_rise)
-    near = np.where(rise > 0.0, np.uint8(DEFORMED), np.uint8(UNDEFORMED))
+    rise = ground.whole.smooth - np.float32(ground.plane + ground.least_rise)
+    near = (enlarge(rise, ground.whole.step, shape) > 0.0).view(np.uint8)  # DEFORMED is 1, UNDEFORMED 0
     for patch in patches:
-        near[_in_pixels(patch, surface.step, shape)] = CONTACT
+        _draw(near, patch, ground.surface)
     near[~cleaned.valid] = INVALID
+    sure = confidence_of(ground.whole, ground.surface.origin, patches, rise, shape)
+    np.copyto(sure, 0.0, where=~cleaned.valid)
     labels = np.full(cleaned.shape, INVALID, dtype=np.uint8)
     labels[cleaned.box] = near
     confidence = np.zeros(cleaned.shape, dtype=np.float32)
-    confidence[cleaned.box] = confidence_of(surface, patches, rise, near)
-    return Segmentation(labels, confidence, surface.noise, scale.plane + surface.level, scale.ratio)
+    confidence[cleaned.box] = sure
+    plane = ground.plane + ground.whole.level
+    return Segmentation(labels, confidence, ground.whole.noise, plane, scale.ratio)
 
 
-def _in_pixels(patch: Patch, step: int, shape: tuple[int, int]) -> MaskArray:
-    """Return a patch of bins in pixels: along its border the score decides, which is finer than the bins."""
-    inner, outer = border(patch.mask)
-    score = enlarge(patch.score, step, shape)
-    return np.asarray(enlarge_mask(inner, step, shape) | (enlarge_mask(outer, step, shape) & (score > 0.0)))
+def _draw(labels: LabelArray, patch: Patch, surface: Surface) -> None:
+    """Mark the pixels of a patch of bins: along its border the score decides, which is finer than the bins."""
+    step, window = surface.step, bounds(patch.mask, 2)
+    inner, outer = border(patch.mask[window])
+    score = enlarge(patch.score[window], step, (inner.shape[0] * step, inner.shape[1] * step))
+    near = enlarge_mask(inner, step) | (enlarge_mask(outer, step) & (score > 0.0))
+    v, u = ((first + s.start) * step for first, s in zip(surface.origin, window, strict=True))
+    place = labels[v : v + near.shape[0], u : u + near.shape[1]]
+    place[near[: place.shape[0], : place.shape[1]]] = CONTACT
 
 
 def _convex(signal: _Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]:
@@ -219,29 +248,29 @@ def _convex(signal: _Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]
     strong = raised & (signal.curvature > SEED * signal.sd)
     for blob in parts(raised & (signal.curvature > signal.least), strong):
         values = signal.curvature[blob]
-        level = float(np.quantile(values, 0.9))
+        level = quantile(values, 0.9)
         for _ in range(4):
-            level = float(np.median(values[values > 0.5 * level]))
+            level = quantile(values[values > 0.5 * level])
         threshold = max(signal.least, 0.5 * level)
         found.append((blob & (signal.curvature > threshold), threshold))
     return found
 
 
 def _round_and_flat(scale: _Scale) -> list[Patch]:
-    signal = scale.signals[0]
+    ground, signal = scale.ground, scale.signals[0]
     return [
-        flat_or_round(scale.surface, part, signal.curvature - np.float32(threshold), threshold, signal.sd, scale.raised)
-        for part, threshold in _convex(signal, scale.raised)
+        flat_or_round(ground.surface, part, signal.curvature - np.float32(threshold), threshold, signal.sd, ground.raised)
+        for part, threshold in _convex(signal, ground.raised)
     ]
 
 
 def _above_either(scale: _Scale) -> list[Patch]:
-    either = np.zeros(scale.raised.shape, dtype=bool)
-    score = np.full(scale.raised.shape, -np.inf, dtype=np.float32)
+    either = np.zeros(scale.ground.raised.shape, dtype=bool)
+    score = np.full(scale.ground.raised.shape, -1.0, dtype=np.float32)
     sd = 1.0
     for signal in scale.signals:
-        for part, threshold in _convex(signal, scale.raised):
+        for part, threshold in _convex(signal, scale.ground.raised):
             either |= part
             np.maximum(score, signal.curvature / np.float32(threshold) - 1.0, out=score)
             sd = signal.sd / threshold
-    return [with_above_plane(scale.surface, part, score, sd) for part in parts(either, either)]
+    return [with_above_plane(scale.ground.surface, part, score, sd) for part in parts(either, either)]

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.clean import flying_pixels
-from stretch_bt.perception.robust import MAD_TO_SD, sample, sparse
-from stretch_bt.perception.smooth import gain, gaussian, shrink, slope, smooth
+from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
+from stretch_bt.perception.smooth import derivative, enlarge, gain, gaussian, shrink, slope, smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["Cleaned", "Surface", "camera_side", "check_points", "clean", "surface_of"]
+__all__ = ["Cleaned", "Surface", "camera_side", "check_points", "binned_surface", "clean", "steps_of", "surface_of"]
 
 Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
@@ -49,17 +49,16 @@ class Cleaned:
 class Surface:
     """Height towards the camera, m, above `level`, in bins of `step` x `step` pixels, its holes filled.
 
-    `trusted` marks bins with valid ones on all sides, so that derivatives of `sigma` bins mean something; `x_u` and
-    `y_v` are the metres that x and y move a bin, `pitch` their typical size. `noise` is the standard deviation of one
-    pixel and `bin_noise` that of one bin, m.
+    `trusted` marks bins with valid ones on all sides, so that derivatives of `sigma` bins mean something; `pitch` is the
+    width of a bin, m. `noise` is the standard deviation of one pixel and `bin_noise` that of one bin, m; `view` the width of
+    all that is seen, m. `origin` is the
+    row and column of its first bin where it is part of a larger one.
     """
 
     height: Image
     smooth: Image
     valid: MaskArray
     trusted: MaskArray
-    x_u: Image
-    y_v: Image
     level: float
     pitch: float
     sigma: float
@@ -67,6 +66,14 @@ class Surface:
     noise: float
     bin_noise: float
     towards: int
+    view: float
+    origin: tuple[int, int] = (0, 0)
+
+    def part(self, window: Box) -> Surface:
+        """Return the bins of a window (rows, columns)."""
+        images = (image[window] for image in (self.height, self.smooth, self.valid, self.trusted))
+        first = (self.origin[0] + window[0].start, self.origin[1] + window[1].start)
+        return replace(self, **dict(zip(("height", "smooth", "valid", "trusted"), images, strict=True)), origin=first)
 
     @property
     def smooth_sd(self) -> float:
@@ -88,12 +95,13 @@ def camera_side(points: FloatArray, valid: MaskArray) -> int:
     In the camera frame every z is the distance, comparable to the width that is seen; in the membrane frame z is an
     indentation, small beside that width. A sample of the pixels decides.
     """
-    step = max(1, round((valid.size / 20000) ** 0.5))
+    step = max(1, round((valid.size / 2000) ** 0.5))
     seen = points[::step, ::step][valid[::step, ::step]]
     if len(seen) < 2:
         return 1
-    width = float(np.ptp(seen[:, :2], axis=0).max())
-    return -1 if float(np.median(seen[:, 2])) > CAMERA_RATIO * width else 1
+    x, y, z = seen.T
+    width = max(float(x.max() - x.min()), float(y.max() - y.min()))
+    return -1 if quantile(z) > CAMERA_RATIO * width else 1
 
 
 def valid_box(valid: MaskArray) -> Box:
@@ -106,26 +114,29 @@ def valid_box(valid: MaskArray) -> Box:
 
 def pitch_of(points: FloatArray, valid: MaskArray) -> float:
     """Return the median distance, m, between neighbours in a row; 0 where no two valid pixels touch."""
-    for every in (max(1, valid.size // 20000), 1):
+    for every in (max(1, valid.size // 4000), 1):
         x, seen = points[::every, :, 0], valid[::every]
         steps = np.abs((x[:, 1:] - x[:, :-1])[seen[:, 1:] & seen[:, :-1]])
         if steps.size:
-            return float(np.median(sparse(steps)))
+            return quantile(steps)
     return 0.0
 
 
-def clean(points: FloatArray, valid: MaskArray) -> Cleaned | None:
-    """Crop points (h, w, 3), m, to their valid pixels and drop flying ones; None where no two valid pixels touch."""
+def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | None:
+    """Crop points (h, w, 3), m, to their valid pixels and drop flying ones; None where no two valid pixels touch.
+
+    `towards` says where z points, as `camera_side` does; 0 asks that.
+    """
     check_points(points, valid)
     box = valid_box(valid)
     near, seen = points[box], valid[box]
     pitch = pitch_of(near, seen)
     if pitch == 0.0:
         return None
-    towards = camera_side(near, seen)
-    level = float(np.median(sample(near[..., 2], seen)))
-    height = np.where(seen, near[..., 2], np.asarray(level, near.dtype))
-    height -= np.asarray(level, near.dtype)
+    towards = towards or camera_side(near, seen)
+    level = quantile(sample(near[..., 2], seen))
+    height = near[..., 2] - np.asarray(level, near.dtype)
+    np.copyto(height, 0.0, where=~seen)
     raw = np.asarray(height if towards > 0 else -height, dtype=np.float32)
     kept = seen & ~flying_pixels(raw, seen, pitch)
     return Cleaned(raw, near, kept, box, valid.shape, pitch, towards * level, towards)
@@ -143,41 +154,53 @@ def binned_surface(cleaned: Cleaned, kernel: float) -> Surface:
     step = 2 ** max(0, math.floor(math.log2(max(pixels, 1.0) / LEAST_SIGMA)))
     # A bin spreads a pixel by (step^2 - 1) / 12 already.
     sigma = math.sqrt(max(pixels**2 - (step**2 - 1) / 12.0, 0.0)) / step
-    sigma = float(np.clip(round(sigma, 2), 1.5, MOST_SIGMA))
+    sigma = float(np.clip(round(20.0 * sigma) / 20.0, 1.5, MOST_SIGMA))
     raw, share = shrink(cleaned.height, cleaned.valid, step)
     valid = share > 0.0
     mean, cover = smooth(raw, share, sigma)
     height = np.where(valid, raw, mean)
     trusted = (cover > COVER) & (sigma * _steepness(cover) < ONE_SIDED)
     pitch = step * cleaned.pitch
-    x_u, y_v = (_steps(cleaned, axis, step, sigma) for axis in (1, 0))
+    view = cleaned.pitch * max(cleaned.valid.shape)
     pixel = _pixel_noise(cleaned, mean, step, sigma)
     bins = _noise(sample(raw - mean, valid), sigma, 1.0)
     return Surface(
-        height, mean, valid, trusted, x_u, y_v, cleaned.level, pitch, sigma, step, pixel, bins, cleaned.towards
+        height, mean, valid, trusted, cleaned.level, pitch, sigma, step, pixel, bins, cleaned.towards, view
     )
 
 
-def _steps(cleaned: Cleaned, axis: int, step: int, sigma: float) -> Image:
-    """Return how far x (axis 1) or y (axis 0) moves a bin, m, averaged over the kernel; `pitch` a pixel where unseen."""
+def steps_of(cleaned: Cleaned, surface: Surface) -> tuple[Image, Image]:
+    """Return how far x moves from column to column and y from row to row of a surface's bins (h, w), m.
+
+    Both are averaged over the kernel and change slowly, so every second bin is enough.
+    """
+    every, shape = 2 * surface.step, surface.height.shape
+    kernel, pitch = max(0.5 * surface.sigma, 0.8), np.float32(cleaned.pitch * every)
+    v, u = (first * surface.step for first in surface.origin)
+    grid = np.s_[v : v + shape[0] * surface.step : every, u : u + shape[1] * surface.step : every]
+    seen = cleaned.valid[grid]
+    steps = []
+    for axis in (1, 0):
+        values = _filled(cleaned.points[(*grid, 1 - axis)], seen, axis, pitch)
+        steps.append(np.maximum(derivative(values, kernel, axis, 1 - axis) + pitch, 0.1 * pitch) * np.float32(0.5))
+    return enlarge(steps[0], 2, (shape[0], shape[1])), enlarge(steps[1], 2, (shape[0], shape[1]))
+
+
+def _filled(values: FloatArray, seen: MaskArray, axis: int, pitch: np.float32) -> Image:
+    """Return coordinates less even steps of `pitch` along an axis; holes take the mean of what is within two steps."""
     import cv2
 
-    pitch = np.float32(cleaned.pitch * step)
-    values = cleaned.points[::step, ::step, 1 - axis]
-    seen = cleaned.valid[::step, ::step]
-    count = np.arange(values.shape[axis], dtype=np.float32) * pitch
-    # What is left when even steps are taken away is small, so that holes in it can be filled from around them.
-    even = count[None, :] if axis == 1 else count[:, None]
-    rest = np.where(seen, values - even, 0.0).astype(np.float32)
-    share = seen.astype(np.float32)
-    total, cover = (cv2.boxFilter(a, -1, (5, 5), normalize=False, borderType=cv2.BORDER_CONSTANT) for a in (rest, share))
-    middle = np.float32(np.median(sample(rest, seen))) if seen.any() else np.float32(0)
-    np.divide(total, cover, out=total, where=cover > 0.5)
-    rest = np.where(seen, rest, np.where(cover > 0.5, total, middle))
-    kernels = (gaussian(sigma, 1), gaussian(sigma, 0))
-    row, column = kernels if axis == 1 else kernels[::-1]
-    moved = cv2.sepFilter2D(rest, cv2.CV_32F, row, column, borderType=cv2.BORDER_REPLICATE) + pitch
-    return np.where(moved > 0.1 * pitch, moved, pitch)
+    even = np.arange(values.shape[axis], dtype=np.float32) * pitch
+    rest = np.where(seen, values - (even[None, :] if axis == 1 else even[:, None]), 0.0).astype(np.float32)
+    holes = np.nonzero(~seen)
+    if holes[0].size:
+        total, cover = (
+            cv2.boxFilter(a, -1, (5, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)[holes]
+            for a in (rest, seen.astype(np.float32))
+        )
+        middle = quantile(sample(rest, seen)) if seen.any() else 0.0
+        rest[holes] = np.where(cover > 0.5, total / np.maximum(cover, 1.0), np.float32(middle))
+    return rest
 
 
 def _steepness(cover: Image) -> Image:
@@ -187,7 +210,7 @@ def _steepness(cover: Image) -> Image:
 
 def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> float:
     """Return the noise of one pixel, m, from a sample of pixels beside the smoothed height at their places."""
-    every = step * max(1, round((mean.size / 10000) ** 0.5))
+    every = step * max(1, round((mean.size / 4000) ** 0.5))
     coarse = every // step
     offset = -0.5 * (step - 1) / step  # a bin's first pixel, from its middle
     near = mean[::coarse, ::coarse]
@@ -205,4 +228,4 @@ def _noise(residual: FloatArray, sigma: float, step: float) -> float:
     if not residual.size:
         return 0.0
     taken = (gain(sigma, (0, 0, 1.0)) ** 2 - 2.0 * float(gaussian(sigma, 0).max()) ** 2) / step**2 + 1.0
-    return MAD_TO_SD * float(np.median(np.abs(residual))) / math.sqrt(taken)
+    return MAD_TO_SD * quantile(np.abs(residual)) / math.sqrt(taken)

@@ -24,9 +24,10 @@ class Contact:
     """The points of the membrane that touch the object, in one frame.
 
     `points` (n, 3), m, and unit `rays` (n, 3), from the camera through each point, are in the membrane frame. `labels`
-    (h, w) uint8 holds the class of every pixel, and `surface` (h, w, 3), m, membrane frame, its point, NaN where the
-    label is 255. `noise` is the depth standard deviation of one pixel, m, as the frame itself shows it. `hand_height`,
-    `stretch`, m, and `time`, s, are those of the frame.
+    (h, w) uint8 holds the class of every pixel, `confidence` (h, w) float32 the probability that it is right, 0 where
+    invalid, and `surface` (h, w, 3), m, membrane frame, its point, NaN where the label is 255. `noise` is the depth
+    standard deviation of one pixel, m, as the frame itself shows it. `hand_height`, `stretch`, m, and `time`, s, are
+    those of the frame.
     """
 
     points: FloatArray
@@ -37,6 +38,7 @@ class Contact:
     stretch: Length | None
     time: Time
     surface: FloatArray
+    confidence: FloatArray
 
 
 @dataclass(frozen=True, slots=True)

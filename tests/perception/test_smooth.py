@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.perception.smooth import derivative, fill, gain, gaussian, slope, smooth
+from stretch_bt.perception.smooth import derivative, enlarge, gain, gaussian, shrink, slope, smooth
 
 
 @given(st.floats(1.0, 12.0), st.integers(0, 2), st.lists(st.floats(-2, 2), min_size=3, max_size=3))
@@ -29,12 +29,28 @@ def test_derivatives_of_an_image_have_the_axes_of_the_image():
 def test_smoothing_ignores_what_invalid_pixels_hold():
     image = np.full((40, 50), 3.0, dtype=np.float32)
     valid = np.random.default_rng(0).random((40, 50)) < 0.7
-    image[~valid] = np.nan
-    mean, cover = smooth(image, valid, 3.0)
+    image[~valid] = 1e3
+    mean, cover = smooth(image, valid.astype(np.float32), 3.0)
     np.testing.assert_allclose(mean, 3.0, rtol=1e-5)
     assert 0.5 < cover[20, 25] < 0.9
-    filled, _ = fill(image, valid, 3.0)
-    np.testing.assert_allclose(filled, 3.0, rtol=1e-5)
+
+
+@pytest.mark.parametrize("step", [1, 2, 4])
+def test_bins_hold_the_mean_of_what_is_valid_and_enlarging_goes_back(step):
+    v, u = np.mgrid[0:43, 0:50].astype(np.float32)
+    image = 0.5 * u - 0.25 * v
+    valid = np.ones(image.shape, dtype=bool)
+    valid[10, 10] = False
+    garbage = np.where(valid, image, np.float32(1e3))
+    mean, share = shrink(garbage, valid, step)
+    assert mean.shape == (-(-43 // step), -(-50 // step))
+    at = 10 // step
+    assert share[at, at] == pytest.approx(1 - 1 / step**2)
+    inner = np.s_[20:36, 20:40]
+    np.testing.assert_allclose(enlarge(mean, step, image.shape)[inner], image[inner], atol=1e-4)
+    if step > 1:
+        block = np.s_[at * step : (at + 1) * step, at * step : (at + 1) * step]
+        assert mean[at, at] == pytest.approx(image[block][valid[block]].mean(), rel=1e-5)
 
 
 @pytest.mark.parametrize("orders", [[(0, 0, 1.0)], [(2, 0, 1.0)], [(2, 0, 1.0), (0, 2, 1.0)]])
