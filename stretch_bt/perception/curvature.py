@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.robust import quantile, sample
-from stretch_bt.perception.smooth import derivative, enlarge, gain, slope
+from stretch_bt.perception.smooth import derivative, enlarge, slope
 from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, steps_of
 from stretch_bt.perception.types import FloatArray, MaskArray
 
@@ -65,23 +65,22 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
         return Curvatures(i, j, total, trusted, 0.0, 0.0, 0.0)
     surface = binned_surface(cleaned, kernel)
     bent = bending(cleaned, surface)
-    along_i, along_j, i_sd, j_sd = along_axes(surface, bent)
-    binned = (along_i, along_j, _twice_mean(surface, bent))
+    binned = (*along_axes(surface, bent), _twice_mean(surface, bent))
     shape = cleaned.valid.shape
     near = enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5
     trusted[cleaned.box] = near
     for image, coarse in zip((i, j, total), binned, strict=True):
         image[cleaned.box] = np.where(near, enlarge(coarse, surface.step, shape), 0.0)
-    white = bent.white * gain(surface.sigma, (2, 0, 1.0), (0, 2, 1.0))
-    return Curvatures(i, j, total, trusted, i_sd, j_sd, spread(binned[2], surface.trusted, white))
+    noise = [surface.noise_after(*o) / surface.pitch**2 for o in ([(2, 0, 1.0)], [(0, 2, 1.0)], [(2, 0, 1.0), (0, 2, 1.0)])]
+    sd = (spread(image, surface.trusted, expected) for image, expected in zip(binned, noise, strict=True))
+    return Curvatures(i, j, total, trusted, *sd)
 
 
 @dataclass(frozen=True, slots=True)
 class Bending:
     """Slopes `x`, `y` and second derivatives `xx`, `yy`, 1/m, of the height of a surface in its bins.
 
-    `area` is that of a bin seen along z, m^2, and `root` is sqrt(1 + x^2 + y^2). `white` is the noise of one bin over its size squared, 1/m: times the gain of a
-    filter it is that filter's noise.
+    `area` is that of a bin seen along z, m^2, and `root` is sqrt(1 + x^2 + y^2).
     """
 
     x: Image
@@ -90,7 +89,6 @@ class Bending:
     yy: Image
     area: Image
     root: Image
-    white: float
 
 
 def bending(cleaned: Cleaned, surface: Surface) -> Bending:
@@ -102,19 +100,17 @@ def bending(cleaned: Cleaned, surface: Surface) -> Bending:
     h_xx = (h_uu - h_x * slope(x_u, 1)) / (x_u * x_u)
     h_yy = (h_vv - h_y * slope(y_v, 0)) / (y_v * y_v)
     root = np.sqrt(1.0 + h_x * h_x + h_y * h_y)
-    return Bending(h_x, h_y, h_xx, h_yy, x_u * y_v, root, surface.bin_noise / surface.pitch**2)
+    return Bending(h_x, h_y, h_xx, h_yy, x_u * y_v, root)
 
 
-def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image, float, float]:
-    """Return the normal curvatures along i and j, 1/m, positive where convex, 0 where not trusted, and their noise."""
-    single = bent.white * gain(surface.sigma, (2, 0, 1.0))
+def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image]:
+    """Return the normal curvatures along i and j, 1/m, positive where convex, 0 where not trusted."""
     found = []
     for second, first in ((bent.xx, bent.x), (bent.yy, bent.y)):
         curvature = -second / ((1.0 + first * first) * bent.root)
         curvature[~surface.trusted] = 0.0
         found.append(curvature)
-    i, j = found
-    return i, j, spread(i, surface.trusted, single), spread(j, surface.trusted, single)
+    return found[0], found[1]
 
 
 def _twice_mean(surface: Surface, bent: Bending) -> Image:
@@ -125,10 +121,10 @@ def _twice_mean(surface: Surface, bent: Bending) -> Image:
     return np.where(surface.trusted, total, np.float32(0))
 
 
-def spread(curvature: Image, trusted: MaskArray, white: float) -> float:
-    """Return the noise of a curvature: that of white noise, or the flatter half of the image where it shows more."""
+def spread(curvature: Image, trusted: MaskArray, expected: float) -> float:
+    """Return the noise of a curvature: what is expected of it, or the flatter half of the image where it shows more."""
     values = sample(curvature, trusted)
     if not values.size:
-        return white
+        return expected
     quarter = quantile(np.abs(values), 0.25)
-    return max(white, quarter / 0.3186)  # 25 % of a Gaussian lies within 0.3186 sd
+    return max(expected, quarter / 0.3186)  # 25 % of a Gaussian lies within 0.3186 sd

@@ -8,15 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.regions import distance, filled, inner_half, touching
-from stretch_bt.perception.smooth import derivative, gain
+from stretch_bt.perception.regions import border, distance, filled, hull, inner_half, touching
+from stretch_bt.perception.smooth import derivative
 from stretch_bt.perception.surface import Surface
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["Patch", "flat_or_round", "with_above_plane"]
+__all__ = ["Patch", "flat_or_round", "highest", "holds_summit", "with_above_plane"]
 
 Image = npt.NDArray[np.float32]
 
+SHARE = 0.9  # of the height of the top, from which a place counts as the top
+SHARE_SD = 0.045  # how much that share differs between contacts
+CERTAIN = 12.0  # standard deviations by which the top must rise
 ENOUGH = 1500  # bins from which a plane or a quadratic is fitted
 
 
@@ -33,11 +36,19 @@ def flat_or_round(
     surface: Surface, part: MaskArray, score: Image, threshold: float, sd: float, raised: MaskArray
 ) -> Patch:
     """Return the contact that a convex part belongs to: the part, or where it is a rim, the flat face within."""
-    whole = _above_plane(surface, part)
-    inside = inner_half(whole)
+    inside = inner_half(hull(part))
     if curvature_of(surface, inside) < threshold:
-        return _flat_face(surface, whole, inside, raised)
+        return _flat_face(surface, _above_plane(surface, part), inside, raised)
     return Patch(filled(part), score, sd)
+
+
+def holds_summit(surface: Surface, patch: Patch) -> bool:
+    """Tell whether the highest bin of a patch and of what meets it lies in the patch.
+
+    What an object lifts is higher than what it does not touch; a fold of a slack sheet falls to one side.
+    """
+    _, outer = border(patch.mask)
+    return bool(surface.smooth[patch.mask].max() >= surface.smooth[outer].max())
 
 
 def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float) -> Patch:
@@ -60,7 +71,7 @@ def _some(part: MaskArray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
 
 
 def curvature_of(surface: Surface, part: MaskArray) -> float:
-    """Return twice the mean curvature, 1/m, of a quadratic through the unsmoothed heights of a part.
+    """Return the mean curvature, 1/m, of a quadratic through the unsmoothed heights of a part.
 
     Smoothing would carry the bend at a rim into a face that is flat. Infinite where the part is too small to tell.
     """
@@ -75,7 +86,7 @@ def curvature_of(surface: Surface, part: MaskArray) -> float:
         solution = np.linalg.solve(design @ design.T, design @ surface.height[v, u].astype(np.float64))
     except np.linalg.LinAlgError:
         return math.inf
-    return -2.0 * float(solution[3] + solution[5]) / size**2
+    return -float(solution[3] + solution[5]) / size**2
 
 
 def _above(surface: Surface, part: MaskArray) -> Image:
@@ -99,7 +110,28 @@ def _flat_face(surface: Surface, whole: MaskArray, inside: MaskArray, raised: Ma
     """
     s = surface.sigma
     laplacian = derivative(surface.height, s, 2, 0) + derivative(surface.height, s, 0, 2)
-    sd = surface.bin_noise * gain(s, (0, 0, 1.0), (2, 0, -s * s), (0, 2, -s * s))
+    sd = surface.noise_after((0, 0, 1.0), (2, 0, -s * s), (0, 2, -s * s))
     score = _above(surface, inside) - np.float32(s * s) * laplacian + np.float32(1.5 * sd)
     near = distance(~whole) <= 2.0 * s
     return Patch(touching(near & raised & (score > 0.0), inside), score, sd)
+
+
+def highest(surface: Surface, plane: float) -> list[Patch]:
+    """Return what stands within a tenth of the highest place, where curvature says nothing; none if it may be noise.
+
+    A membrane in tension has no summit off contact, so the summit at least is in contact. None either where the top
+    reaches the edge of what is seen, because the summit may be beyond.
+    """
+    rise = surface.smooth - np.float32(plane)
+    seen = np.where(surface.trusted, rise, np.float32(0))
+    peak = float(seen.max(initial=0.0))
+    if peak <= CERTAIN * surface.smooth_sd or peak <= 0.1 * surface.sigma * surface.pitch:
+        return []
+    top = float(np.median(seen[seen > SHARE * peak]))
+    at = np.zeros(rise.shape, dtype=bool)
+    at[np.unravel_index(int(seen.argmax()), at.shape)] = True
+    score = rise - np.float32(SHARE * top)
+    mask = touching((score > 0.0) | at, at)
+    if (mask & ~surface.trusted).any():
+        return []
+    return [Patch(mask, score, float(np.hypot(surface.smooth_sd, SHARE_SD * top)))]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["border", "bounds", "distance", "enlarge_mask", "filled", "inner_half", "parts", "touching", "widened"]
+__all__ = ["border", "bounds", "distance", "enlarge_mask", "filled", "hull", "inner_half", "parts", "touching", "widened"]
 
 Image = npt.NDArray[np.float32]
 
@@ -40,6 +40,17 @@ def filled(mask: npt.NDArray[np.uint8] | MaskArray) -> MaskArray:
     outline, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     whole = cv2.drawContours(np.zeros(mask.shape, dtype=np.uint8), outline, -1, 1, cv2.FILLED)
     return np.asarray(whole).view(np.bool_)
+
+
+def hull(mask: MaskArray) -> MaskArray:
+    """Return the convex hull of a mask."""
+    import cv2
+
+    points = cv2.findNonZero(mask.view(np.uint8))
+    whole = np.zeros(mask.shape, dtype=np.uint8)
+    if points is not None:
+        cv2.fillConvexPoly(whole, cv2.convexHull(points), 1)
+    return whole.view(np.bool_)
 
 
 def distance(mask: MaskArray) -> Image:

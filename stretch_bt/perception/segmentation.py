@@ -12,10 +12,10 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.curvature import Bending, along_axes, bending, spread
-from stretch_bt.perception.faces import Patch, flat_or_round, with_above_plane
+from stretch_bt.perception.faces import Patch, flat_or_round, highest, holds_summit, with_above_plane
 from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts, widened
 from stretch_bt.perception.robust import quantile, sample
-from stretch_bt.perception.smooth import enlarge, gain
+from stretch_bt.perception.smooth import enlarge
 from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean
 from stretch_bt.perception.tension import combine, expected_ratio, tension_ratio
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
@@ -26,8 +26,10 @@ __all__ = ["Rule", "Segmentation", "classify", "segment"]
 Rule = Literal["mean", "either"]
 Image = npt.NDArray[np.float32]
 
-KERNELS = (1.9e-3, 2.7e-3, 3.8e-3, 5.4e-3)  # m; the first one in which the contact stands out is used
-CLEAR = 9.0  # standard deviations at which a kernel is wide enough
+KERNELS = (1.3e-3, 1.9e-3, 2.7e-3, 3.8e-3)  # m; the finest in which the contact stands out is used
+COARSE = 3.8e-3  # m; tells how much there is to see, at a quarter of the cost
+HIGHEST = 2.7e-3  # m; for the rule that goes by height
+CLEAR = 7.0  # standard deviations at which a kernel is wide enough
 SEED = 6.0  # standard deviations that a contact must show somewhere
 GROW = 3.0  # and everywhere
 
@@ -88,23 +90,42 @@ def classify(
         return Segmentation(labels, np.where(valid, np.float32(0.5), np.float32(0)), 0.0, 0.0)
     expected = expected_ratio(stretch)
 
-    def at(kernel: float) -> _Scale:
-        return _mean_scale(cleaned, kernel, expected) if rule == "mean" else _either_scale(cleaned, kernel)
+    def at(kernel: float, ratio: Estimate | None) -> _Scale:
+        return _mean_scale(cleaned, kernel, expected, ratio) if rule == "mean" else _either_scale(cleaned, kernel)
 
-    first = scale = at(KERNELS[0])
-    while scale.clearness < CLEAR and (kernel := _wider(scale)) is not None:
-        scale = at(kernel)
-    return _result(cleaned, scale if scale.clearness >= CLEAR else first, rule)
+    coarse = scale = at(COARSE, None)
+    best: tuple[_Scale, list[Patch]] | None = None
+    for kernel in _kernels(coarse.clearness):
+        scale = coarse if kernel == COARSE else at(kernel, coarse.ratio)
+        patches = _patches(scale)
+        if _holds_top(scale.ground, patches):
+            best = best if best and best[0].clearness > scale.clearness else (scale, patches)
+            if scale.clearness >= CLEAR:
+                break
+    if best is None:
+        ground = _ground(cleaned, HIGHEST)
+        best = _Scale(ground, (), coarse.ratio), highest(ground.surface, ground.plane) if rule == "mean" else []
+    return _result(cleaned, *best)
 
 
-def _wider(scale: _Scale) -> float | None:
-    """Return the next kernel at which what stands out now would be clear, if there is one.
+def _kernels(clearness: float) -> list[float]:
+    """Return the kernels to try: from the finest at which what stands out should be clear, up.
 
-    The noise of a second derivative falls with the third power of the kernel.
+    The noise of a second derivative falls with the third power of the kernel, and its peak at a rim with the first.
     """
-    enough = scale.ground.kernel * (CLEAR / max(scale.clearness, 0.01)) ** (1.0 / 3.0)
-    wider = [k for k in KERNELS if k > scale.ground.kernel]
-    return next((k for k in wider if k >= 0.9 * enough), wider[-1] if wider else None)
+    enough = COARSE * (CLEAR / max(clearness, 0.01)) ** 0.5
+    return [k for k in KERNELS if k >= min(0.95 * enough, COARSE)]
+
+
+def _holds_top(ground: _Ground, patches: list[Patch]) -> bool:
+    """Tell whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
+    if not patches:
+        return False
+    height = np.where(ground.raised, ground.surface.smooth - np.float32(ground.plane), np.float32(0))
+    peak = float(height.max())
+    top = height > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
+    held = np.any([patch.mask[top] for patch in patches], axis=0)
+    return bool(held.mean() >= 0.5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +135,13 @@ class _Signal:
     curvature: Image
     sd: float
     least: float
+
+    @classmethod
+    def of(cls, curvature: Image, ground: _Ground, expected: float) -> _Signal:
+        """Take a curvature with the noise that is expected of it, or that the flat part shows where it is more."""
+        sd = spread(curvature, ground.surface.trusted & ~ground.raised, expected)
+        # A radius beyond the width of the view is a plane that is not quite flat.
+        return cls(curvature, sd, max(GROW * sd, 1.0 / ground.surface.view))
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,47 +182,50 @@ def _ground(cleaned: Cleaned, kernel: float) -> _Ground:
     return _Ground(kernel, whole, plane, least, whole.part(window), raised[window])
 
 
-def _mean_scale(cleaned: Cleaned, kernel: float, expected: Estimate) -> _Scale:
-    """Return a frame at one kernel with its weighted mean curvature, and the ratio of the tensions that weights it."""
+def _mean_scale(cleaned: Cleaned, kernel: float, expected: Estimate, known: Estimate | None) -> _Scale:
+    """Return a frame at one kernel with its mean curvature, weighted by the ratio of the tensions."""
     ground = _ground(cleaned, kernel)
-    surface, raised = ground.surface, ground.raised
-    bent = bending(cleaned, surface)
-    ratio = expected
-    for _ in range(2):
-        signal = _weighted(surface, bent, ratio.value)
-        strong = raised & (signal.curvature > SEED * signal.sd)
-        off = raised & surface.trusted & ~widened(strong, 2.0 * surface.sigma)
+    bent = bending(cleaned, ground.surface)
+    ratio = known or _ratio(ground, bent, expected)
+    return _Scale(ground, (_weighted(ground, bent, ratio.value),), ratio)
+
+
+def _ratio(ground: _Ground, bent: Bending, expected: Estimate) -> Estimate:
+    """Return the ratio of the tensions, from what is raised and not in contact by the ratio found so far."""
+    surface, ratio = ground.surface, expected
+    for _ in range(3):
+        signal = _weighted(ground, bent, ratio.value)
+        strong = ground.raised & (signal.curvature > SEED * signal.sd)
+        off = ground.raised & surface.trusted & ~widened(strong, 2.0 * surface.sigma)
         try:
             found = tension_ratio(bent.xx[off], bent.yy[off], apart=np.pi * surface.sigma**2)
         except IllConditioned:
             break
         before, ratio = ratio, combine(expected, found)
-        if 0.5 < ratio / before < 2.0:
+        if 0.7 < ratio / before < 1.4:
             break
-    return _Scale(ground, (_weighted(surface, bent, ratio.value),), ratio)
+    return ratio
 
 
-def _weighted(surface: Surface, bent: Bending, ratio: float) -> _Signal:
+def _weighted(ground: _Ground, bent: Bending, ratio: float) -> _Signal:
     """Return the mean curvature weighted by the tensions.
 
     (h_xx + k h_yy) / ((1 + h_x^2 + k (1 + h_y^2)) sqrt(1 + h_x^2 + h_y^2)), its sign turned, is 1/R on any sphere, and 0
     where only tensions act.
     """
-    k = np.float32(ratio)
+    surface, k = ground.surface, np.float32(ratio)
     metric = (1.0 + k) + bent.x * bent.x + k * (bent.y * bent.y)
     curvature = -(bent.xx + k * bent.yy) / (metric * bent.root)
     curvature[~surface.trusted] = 0.0
-    one, both = gain(surface.sigma, (2, 0, 1.0)) ** 2, gain(surface.sigma, (2, 0, 1.0), (0, 2, 1.0)) ** 2
-    white = bent.white * math.sqrt((1.0 + ratio * ratio) * one + ratio * (both - 2.0 * one)) / (1.0 + ratio)
-    sd = spread(curvature, surface.trusted, white)
-    return _Signal(curvature, sd, max(GROW * sd, 1.0 / surface.view))
+    expected = surface.noise_after((2, 0, 1.0), (0, 2, round(ratio, 1))) / (1.0 + ratio) / surface.pitch**2
+    return _Signal.of(curvature, ground, expected)
 
 
 def _either_scale(cleaned: Cleaned, kernel: float) -> _Scale:
     ground = _ground(cleaned, kernel)
-    flattest = 1.0 / ground.surface.view
-    i, j, i_sd, j_sd = along_axes(ground.surface, bending(cleaned, ground.surface))
-    signals = tuple(_Signal(k, sd, max(GROW * sd, flattest)) for k, sd in ((i, i_sd), (j, j_sd)))
+    along = along_axes(ground.surface, bending(cleaned, ground.surface))
+    expected = ground.surface.noise_after((2, 0, 1.0)) / ground.surface.pitch**2
+    signals = tuple(_Signal.of(curvature, ground, expected) for curvature in along)
     return _Scale(ground, signals, None)
 
 
@@ -208,14 +239,13 @@ def _plane(surface: Surface) -> float:
 
 
 def _least_rise(surface: Surface) -> float:
-    """Return the rise, m, from which a bin counts as deformed; half a pixel's noise covers what is not white."""
-    return max(3.0 * surface.smooth_sd, 0.5 * surface.noise, 0.01 * surface.sigma * surface.pitch)
+    """Return the rise, m, from which a bin counts as deformed."""
+    return max(3.0 * surface.smooth_sd, 0.01 * surface.sigma * surface.pitch)
 
 
-def _result(cleaned: Cleaned, scale: _Scale, rule: Rule) -> Segmentation:
+def _result(cleaned: Cleaned, scale: _Scale, patches: list[Patch]) -> Segmentation:
     """Return the labels of the whole image."""
     ground, shape = scale.ground, cleaned.valid.shape
-    patches = _round_and_flat(scale) if rule == "mean" else _above_either(scale)
     rise = ground.whole.smooth - np.float32(ground.plane + ground.least_rise)
     near = (enlarge(rise, ground.whole.step, shape) > 0.0).view(np.uint8)  # DEFORMED is 1, UNDEFORMED 0
     for patch in patches:
@@ -254,6 +284,12 @@ def _convex(signal: _Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]
         threshold = max(signal.least, 0.5 * level)
         found.append((blob & (signal.curvature > threshold), threshold))
     return found
+
+
+def _patches(scale: _Scale) -> list[Patch]:
+    """Return the contacts that the signals of a scale show."""
+    found = _above_either(scale) if scale.ratio is None else _round_and_flat(scale)
+    return [patch for patch in found if patch.mask.any() and holds_summit(scale.ground.surface, patch)]
 
 
 def _round_and_flat(scale: _Scale) -> list[Patch]:

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
 from stretch_bt.perception.clean import flying_pixels
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
-from stretch_bt.perception.smooth import derivative, enlarge, gain, gaussian, shrink, slope, smooth
+from stretch_bt.perception.smooth import derivative, enlarge, shrink, slope, smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Cleaned", "Surface", "camera_side", "check_points", "binned_surface", "clean", "steps_of", "surface_of"]
@@ -50,8 +51,8 @@ class Surface:
     """Height towards the camera, m, above `level`, in bins of `step` x `step` pixels, its holes filled.
 
     `trusted` marks bins with valid ones on all sides, so that derivatives of `sigma` bins mean something; `pitch` is the
-    width of a bin, m. `noise` is the standard deviation of one pixel and `bin_noise` that of one bin, m; `view` the width of
-    all that is seen, m. `origin` is the
+    width of a bin, m. `noise` is the standard deviation of one pixel and `bin_noise` that of one bin, m, shared over a
+    `length` in bins; `view` is the width of all that is seen, m. `origin` is the
     row and column of its first bin where it is part of a larger one.
     """
 
@@ -65,6 +66,7 @@ class Surface:
     step: int
     noise: float
     bin_noise: float
+    length: float
     towards: int
     view: float
     origin: tuple[int, int] = (0, 0)
@@ -77,8 +79,12 @@ class Surface:
 
     @property
     def smooth_sd(self) -> float:
-        """Standard deviation of the smoothed height, m, if the noise of the bins is white."""
-        return self.bin_noise * gain(self.sigma, (0, 0, 1.0))
+        """Standard deviation of the smoothed height, m."""
+        return self.noise_after((0, 0, 1.0))
+
+    def noise_after(self, *orders: tuple[int, int, float]) -> float:
+        """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin."""
+        return self.bin_noise * spread_of_mean(self.length, self.sigma, *orders)
 
 
 def check_points(points: FloatArray, valid: MaskArray) -> None:
@@ -162,10 +168,12 @@ def binned_surface(cleaned: Cleaned, kernel: float) -> Surface:
     trusted = (cover > COVER) & (sigma * _steepness(cover) < ONE_SIDED)
     pitch = step * cleaned.pitch
     view = cleaned.pitch * max(cleaned.valid.shape)
-    pixel = _pixel_noise(cleaned, mean, step, sigma)
-    bins = _noise(sample(raw - mean, valid), sigma, 1.0)
+    rest = np.where(valid, raw - mean, np.float32(0))
+    again = derivative(rest, sigma, 0, 0)
+    bins, length = noise_of(rest - again, valid, sigma)
+    pixel = max(_pixel_noise(cleaned, mean + again, step, sigma), bins)
     return Surface(
-        height, mean, valid, trusted, cleaned.level, pitch, sigma, step, pixel, bins, cleaned.towards, view
+        height, mean, valid, trusted, cleaned.level, pitch, sigma, step, pixel, bins, length, cleaned.towards, view
     )
 
 
@@ -209,7 +217,7 @@ def _steepness(cover: Image) -> Image:
 
 
 def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> float:
-    """Return the noise of one pixel, m, from a sample of pixels beside the smoothed height at their places."""
+    """Return the noise of one pixel, m, if it is white, from some pixels beside the smoothed height at their places."""
     every = step * max(1, round((mean.size / 4000) ** 0.5))
     coarse = every // step
     offset = -0.5 * (step - 1) / step  # a bin's first pixel, from its middle
@@ -217,15 +225,7 @@ def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> floa
     along = offset * (slope(mean, 1) + slope(mean, 0))[::coarse, ::coarse]
     first = cleaned.height[::every, ::every]
     seen = cleaned.valid[::every, ::every]
-    return _noise((first - near - along)[seen], sigma, float(step))
-
-
-def _noise(residual: FloatArray, sigma: float, step: float) -> float:
-    """Return the noise behind residuals to a smoothed height, m, if it is white; robust to edges.
-
-    A value among `step`^2 in its bin takes part in the mean that is taken from it.
-    """
+    residual = (first - near - along)[seen]
     if not residual.size:
         return 0.0
-    taken = (gain(sigma, (0, 0, 1.0)) ** 2 - 2.0 * float(gaussian(sigma, 0).max()) ** 2) / step**2 + 1.0
-    return MAD_TO_SD * quantile(np.abs(residual)) / math.sqrt(taken)
+    return MAD_TO_SD * quantile(np.abs(residual)) / math.sqrt(left_of_one(sigma, step))
