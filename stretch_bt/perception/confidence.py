@@ -19,14 +19,22 @@ __all__ = ["confidence_of"]
 Image = npt.NDArray[np.float32]
 
 MODEL = 0.25  # kernel widths by which the edge of a contact is misplaced even without noise
+UNKNOWN = 0.8  # the same where the tensions are not known, so that part of the skirt may pass for contact
 UNDECIDED = 0.5
 SURE = 4.0  # standard deviations from the edge beyond which nothing is worked out
 
 
 def confidence_of(
-    surface: Surface, origin: tuple[int, int], patches: Sequence[Patch], rise: Image, shape: tuple[int, int]
+    surface: Surface,
+    origin: tuple[int, int],
+    patches: Sequence[Patch],
+    rise: Image,
+    shape: tuple[int, int],
+    *,
+    known: bool,
 ) -> Image:
-    """Return the probability that the label of each pixel is right, (h, w) of `shape`; patches begin at bin `origin`.
+    """Return the probability that the label of each pixel is right, (h, w) of `shape`; patches begin at bin `origin`, and `known` says
+    whether the ratio of the tensions was.
 
     The edge of a contact is misplaced by what the noise of its score comes to over the score's gradient, and by a share
     of the kernel; a label holds with the probability that the edge does not reach its pixel. In the same way a pixel is
@@ -40,11 +48,11 @@ def confidence_of(
     signed = np.full(rise.shape, -SURE, dtype=np.float32)
     for patch in patches:
         place = tuple(slice(a, a + n) for a, n in zip(origin, patch.mask.shape, strict=True))
-        np.maximum(signed[place], _signed(surface, patch), out=signed[place])
+        np.maximum(signed[place], _signed(surface, patch, MODEL if known else UNKNOWN), out=signed[place])
     return enlarge(_normal(np.where(signed > 0.0, signed, np.minimum(raised, -signed))), surface.step, shape)
 
 
-def _signed(surface: Surface, patch: Patch) -> Image:
+def _signed(surface: Surface, patch: Patch, model: float) -> Image:
     """Return the distance of each bin from a patch's edge, positive inside, over the standard deviation of that edge."""
     window = bounds(patch.mask, 2)
     mask, score = patch.mask[window], patch.score[window]
@@ -53,7 +61,7 @@ def _signed(surface: Surface, patch: Patch) -> Image:
     steep = np.hypot(slope(score, 1)[ring], slope(score, 0)[ring])
     gradient = quantile(steep) if steep.size else 0.0
     random = patch.sd / max(gradient, 1e-12)
-    sd = float(np.hypot(random, MODEL * surface.sigma))
+    sd = float(np.hypot(random, model * surface.sigma))
     window = bounds(patch.mask, int(min(SURE * sd, 1e4)) + 1)
     mask = patch.mask[window]
     away = np.full(patch.mask.shape, -SURE, dtype=np.float32)

@@ -48,7 +48,8 @@ def holds_summit(surface: Surface, patch: Patch) -> bool:
     What an object lifts is higher than what it does not touch; a fold of a slack sheet falls to one side.
     """
     _, outer = border(patch.mask)
-    return bool(surface.smooth[patch.mask].max() >= surface.smooth[outer].max())
+    around = surface.smooth[outer & surface.trusted]
+    return bool(surface.smooth[patch.mask].max() >= around.max(initial=-np.inf))
 
 
 def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float) -> Patch:

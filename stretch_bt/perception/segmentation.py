@@ -26,7 +26,7 @@ __all__ = ["Rule", "Segmentation", "classify", "segment"]
 Rule = Literal["mean", "either"]
 Image = npt.NDArray[np.float32]
 
-KERNELS = (1.3e-3, 1.9e-3, 2.7e-3, 3.8e-3)  # m; the finest in which the contact stands out is used
+KERNELS = (1.9e-3, 2.7e-3, 3.8e-3)  # m; the finest in which the contact stands out is used
 COARSE = 3.8e-3  # m; tells how much there is to see, at a quarter of the cost
 HIGHEST = 2.7e-3  # m; for the rule that goes by height
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
@@ -40,7 +40,7 @@ class Segmentation:
 
     `labels` (h, w) uint8 and `confidence` (h, w) float32, the probability that a label is right, 0 where invalid;
     `noise` of one pixel and `plane`, the height of the undeformed membrane, m; `ratio` of the tensions along j and i,
-    None for the rule "either", which asks for none.
+    None where the frame does not show it and for the rule "either", which asks for none.
     """
 
     labels: LabelArray
@@ -121,7 +121,7 @@ def _holds_top(ground: _Ground, patches: list[Patch]) -> bool:
     """Tell whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
     if not patches:
         return False
-    height = np.where(ground.raised, ground.surface.smooth - np.float32(ground.plane), np.float32(0))
+    height = np.where(ground.raised & ground.surface.trusted, ground.surface.smooth - np.float32(ground.plane), np.float32(0))
     peak = float(height.max())
     top = height > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
     held = np.any([patch.mask[top] for patch in patches], axis=0)
@@ -182,29 +182,33 @@ def _ground(cleaned: Cleaned, kernel: float) -> _Ground:
     return _Ground(kernel, whole, plane, least, whole.part(window), raised[window])
 
 
-def _mean_scale(cleaned: Cleaned, kernel: float, expected: Estimate, known: Estimate | None) -> _Scale:
-    """Return a frame at one kernel with its mean curvature, weighted by the ratio of the tensions."""
+def _mean_scale(cleaned: Cleaned, kernel: float, expected: Estimate, before: Estimate | None) -> _Scale:
+    """Return a frame at one kernel with its mean curvature, weighted by the ratio of the tensions.
+
+    `before` is the ratio that another kernel found, if it did.
+    """
     ground = _ground(cleaned, kernel)
     bent = bending(cleaned, ground.surface)
-    ratio = known or _ratio(ground, bent, expected)
-    return _Scale(ground, (_weighted(ground, bent, ratio.value),), ratio)
+    found = _ratio(ground, bent, expected, before)
+    ratio = found or before or expected
+    return _Scale(ground, (_weighted(ground, bent, ratio.value),), found or before)
 
 
-def _ratio(ground: _Ground, bent: Bending, expected: Estimate) -> Estimate:
-    """Return the ratio of the tensions, from what is raised and not in contact by the ratio found so far."""
-    surface, ratio = ground.surface, expected
-    for _ in range(3):
-        signal = _weighted(ground, bent, ratio.value)
+def _ratio(ground: _Ground, bent: Bending, expected: Estimate, before: Estimate | None) -> Estimate | None:
+    """Return the ratio of the tensions, from what is raised and not in contact by the ratio so far; None if unseen."""
+    surface, found = ground.surface, before
+    for _ in range(1 if before else 3):
+        last = (found or expected).value
+        signal = _weighted(ground, bent, last)
         strong = ground.raised & (signal.curvature > SEED * signal.sd)
         off = ground.raised & surface.trusted & ~widened(strong, 2.0 * surface.sigma)
         try:
-            found = tension_ratio(bent.xx[off], bent.yy[off], apart=np.pi * surface.sigma**2)
+            found = combine(expected, tension_ratio(bent.xx[off], bent.yy[off]))
         except IllConditioned:
             break
-        before, ratio = ratio, combine(expected, found)
-        if 0.7 < ratio / before < 1.4:
+        if 0.7 < found / last < 1.4:
             break
-    return ratio
+    return found
 
 
 def _weighted(ground: _Ground, bent: Bending, ratio: float) -> _Signal:
@@ -251,7 +255,8 @@ def _result(cleaned: Cleaned, scale: _Scale, patches: list[Patch]) -> Segmentati
     for patch in patches:
         _draw(near, patch, ground.surface)
     near[~cleaned.valid] = INVALID
-    sure = confidence_of(ground.whole, ground.surface.origin, patches, rise, shape)
+    known = scale.ratio is not None or not scale.signals
+    sure = confidence_of(ground.whole, ground.surface.origin, patches, rise, shape, known=known)
     np.copyto(sure, 0.0, where=~cleaned.valid)
     labels = np.full(cleaned.shape, INVALID, dtype=np.uint8)
     labels[cleaned.box] = near
@@ -288,7 +293,7 @@ def _convex(signal: _Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]
 
 def _patches(scale: _Scale) -> list[Patch]:
     """Return the contacts that the signals of a scale show."""
-    found = _above_either(scale) if scale.ratio is None else _round_and_flat(scale)
+    found = _round_and_flat(scale) if len(scale.signals) == 1 else _above_either(scale)
     return [patch for patch in found if patch.mask.any() and holds_summit(scale.ground.surface, patch)]
 
 
