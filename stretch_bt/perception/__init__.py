@@ -23,11 +23,17 @@ if TYPE_CHECKING:
     from stretch_bt.perception.io import load_depth_png as load_depth_png
     from stretch_bt.perception.io import load_depth_stack as load_depth_stack
     from stretch_bt.perception.mask import mask_membrane as mask_membrane
+    from stretch_bt.perception.noise import FrameNoise as FrameNoise
+    from stretch_bt.perception.noise import PixelNoise as PixelNoise
+    from stretch_bt.perception.noise import frame_noise as frame_noise
+    from stretch_bt.perception.noise import pixel_noise as pixel_noise
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
     from stretch_bt.perception.sphere import fit_sphere as fit_sphere
+    from stretch_bt.perception.tension import expected_ratio as expected_ratio
+    from stretch_bt.perception.tension import tension_ratio as tension_ratio
     from stretch_bt.perception.tracker import HeightTracker as HeightTracker
     from stretch_bt.perception.types import Contact as Contact
     from stretch_bt.perception.types import Sphere as Sphere
@@ -36,21 +42,27 @@ _MODULES = {
     "Contact": "types",
     "ContactDetector": "detect",
     "Curvatures": "curvature",
+    "FrameNoise": "noise",
     "HeightTracker": "tracker",
+    "PixelNoise": "noise",
     "Segmentation": "segmentation",
     "Sphere": "types",
     "average_frames": "average",
     "brand": "curvature",
     "curvatures": "curvature",
     "deproject": "deprojection",
+    "expected_ratio": "tension",
     "find_contact": "contact",
     "fit_sphere": "sphere",
+    "frame_noise": "noise",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "estimate_normals": "normals",
     "mask_membrane": "mask",
+    "pixel_noise": "noise",
     "segment": "segmentation",
     "classify": "segmentation",
+    "tension_ratio": "tension",
     "to_membrane": "deprojection",
     "top_of_points": "height",
     "track_height": "height",
@@ -60,7 +72,9 @@ __all__ = [
     "Contact",
     "ContactDetector",
     "Curvatures",
+    "FrameNoise",
     "HeightTracker",
+    "PixelNoise",
     "Segmentation",
     "Sphere",
     "average_frames",
@@ -69,12 +83,16 @@ __all__ = [
     "curvatures",
     "deproject",
     "estimate_normals",
+    "expected_ratio",
     "find_contact",
     "fit_sphere",
+    "frame_noise",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
+    "pixel_noise",
     "segment",
+    "tension_ratio",
     "to_membrane",
     "top_of_points",
     "track_height",

@@ -18,7 +18,7 @@ __all__ = ["confidence_of"]
 
 Image = npt.NDArray[np.float32]
 
-MODEL = 0.25  # kernel widths by which the edge of a contact is misplaced even without noise
+MODEL = 0.12  # kernel widths by which the edge of a contact is misplaced even without noise
 UNKNOWN = 0.8  # the same where the tensions are not known, so that part of the skirt may pass for contact
 UNDECIDED = 0.5
 SURE = 4.0  # standard deviations from the edge beyond which nothing is worked out

@@ -21,6 +21,7 @@ PRIOR = (2.0, 1.0)  # mean and deviation of ln(T_j / T_i) of any membrane: 2.7 t
 # through the ratios that this module finds on noise-free presses of the sheet solver at 5, 30 and 60 mm.
 AT_REST, PER_METRE, PULLED_SD, LEAST_PULL = 2.47, 10.7, 0.3, 5e-3
 ENOUGH = 1000  # places that are used; more would mostly repeat the noise of their neighbours
+SIGNIFICANT = 4.0  # standard deviations by which the bending must exceed what noise alone shows
 LEAST, MOST = 0.2, 40.0  # ratios of a sheet that is pulled along j and free at its sides
 
 
@@ -54,7 +55,8 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     # Sum and difference are independent in noise; scaled by it, noise is a circle.
     scale = np.array([[1.0 / math.sqrt(1.0 + share)], [1.0 / math.sqrt(1.0 - share)]])
     turned = np.stack([pairs[0] + pairs[1], pairs[0] - pairs[1]]) * scale
-    weights = np.ones(turned.shape[1])
+    # In contact both are negative, off contact they differ in sign; Tukey's weights need that start where many touch.
+    weights = np.asarray(pairs[0] * pairs[1] < 0.0, dtype=np.float64)
     angle, before = 0.0, math.inf
     for _ in range(12):
         angle = _flattest(turned, weights)
@@ -66,10 +68,9 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
         weights = tukey_weights(residuals / (TUKEY * sd))
     along = -math.sin(angle) * turned[0] + math.cos(angle) * turned[1]
     signal = float(weights @ (along * along)) - sd * sd * float(weights.sum())
-    error = sd / math.sqrt(signal) if signal > 0.0 else math.inf
-    if error > 0.3:
+    if not signal > SIGNIFICANT * sd * sd * math.sqrt(2.0 * float(weights.sum())):
         raise IllConditioned("off contact the membrane is not bent enough to show the ratio of its tensions")
-    return _ratio_of(angle, error, scale)
+    return _ratio_of(angle, sd / math.sqrt(signal), scale)
 
 
 def _flattest(turned: Array, weights: Array) -> float:

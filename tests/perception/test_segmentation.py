@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from scipy.ndimage import gaussian_filter
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
@@ -259,3 +260,70 @@ def test_height_needs_contact_points():
     points[..., 0] = np.arange(64).reshape(8, 8)
     with pytest.raises(IllConditioned, match="line"):
         track_height(points, valid, np.full((8, 8), CONTACT, dtype=np.uint8))
+
+
+def seen_from(distance, profile, lens):
+    """Depth of a profile about the axis of a camera that far above the flat membrane, by bisection."""
+    x = ((np.arange(lens.width) - lens.cx) / lens.fx)[None, :]
+    y = ((np.arange(lens.height) - lens.cy) / lens.fy)[:, None]
+    low, high = (np.full((lens.height, lens.width), d) for d in (distance - 30e-3, distance + 1e-6))
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        short = middle < distance - profile(middle * np.hypot(x, y))
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return 0.5 * (low + high)
+
+
+@pytest.mark.parametrize("rule", ["mean", "either"])
+@settings(max_examples=8)
+@given(
+    distance=st.sampled_from([0.15, 0.2, 0.3]),
+    focal=st.sampled_from([240.0, 480.0]),
+    radius=st.sampled_from([15e-3, 25e-3]),
+)
+def test_classes_depend_on_neither_distance_nor_pitch(surfaces, rule, distance, focal, radius):
+    """The same surface, without noise, is sorted alike wherever the camera stands and however fine its pixels are."""
+    angle, grid = np.radians(35), np.meshgrid(*[np.arange(-28e-3, 28.1e-3, 1e-3)] * 2)
+    profile = surfaces.sphere_press(radius, angle)
+    sorted_at = []
+    for z, f in ((0.2, 480.0), (distance, focal)):
+        half = int(35e-3 / z * f)
+        lens = surfaces.camera(2 * half + 1, 2 * half + 1, f)
+        points, valid = deproject(seen_from(z, profile, lens), lens)
+        labels = segment(to_membrane(points, z), valid, rule=rule)
+        height = profile(np.hypot(*grid))
+        columns, rows = (np.rint(half + a / (z - height) * f).astype(int) for a in grid)
+        sorted_at.append(labels[np.clip(rows, 0, 2 * half), np.clip(columns, 0, 2 * half)])
+    assert (sorted_at[0] == sorted_at[1]).mean() > 0.97
+
+
+def test_confidence_is_the_share_of_labels_that_are_right(surfaces):
+    lens = surfaces.camera()
+    depth = surfaces.render(surfaces.sphere_press(20e-3, np.radians(35)), lens)
+    r = surfaces.distance_from_axis(depth, lens)
+    truth = r < 20e-3 * np.sin(np.radians(35))
+    stated, right = [], []
+    for seed in range(8):
+        found = classify(*as_seen(surfaces, depth, "membrane", noise=0.5e-3, seed=seed))
+        near = (found.labels != INVALID) & (r < 25e-3)
+        stated.append(found.confidence[near])
+        right.append(((found.labels == CONTACT) == truth)[near])
+        assert (found.confidence[found.labels == INVALID] == 0.0).all()
+    stated, right = np.concatenate(stated), np.concatenate(right)
+    assert right[stated > 0.99].mean() > 0.99
+    unsure = (stated > 0.6) & (stated < 0.9)
+    assert unsure.sum() > 500
+    assert right[unsure].mean() == pytest.approx(stated[unsure].mean(), abs=0.15)
+
+
+def test_under_correlated_noise_the_top_is_found_by_height_and_little_is_certain(surfaces):
+    lens = surfaces.camera()
+    depth = surfaces.render(surfaces.disc_press(10e-3, 10e-3), lens)
+    r = surfaces.distance_from_axis(depth, lens)
+    white = np.random.default_rng(0).standard_normal(depth.shape)
+    noisy = depth + gaussian_filter(white, 3.0) * 6 * np.sqrt(np.pi) * 0.6e-3
+    found = classify(*as_seen(surfaces, noisy, "membrane", noise=0.0))
+    assert found.noise == pytest.approx(0.6e-3, rel=0.15)
+    assert overlap(found.labels == CONTACT, r < 10e-3) > 0.5
+    edge = (r > 8e-3) & (r < 12e-3)
+    assert np.median(found.confidence[edge]) < 0.95
