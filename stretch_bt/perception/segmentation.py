@@ -90,8 +90,15 @@ def classify(
         return Segmentation(labels, np.where(valid, np.float32(0.5), np.float32(0)), 0.0, 0.0)
     expected = expected_ratio(stretch)
 
+    fine = binned_surface(cleaned, KERNELS[0])
+    noise = fine.noise, fine.length
+
+    def ground(kernel: float) -> _Ground:
+        return _ground(kernel, fine if kernel == KERNELS[0] else binned_surface(cleaned, kernel, noise))
+
     def at(kernel: float, ratio: Estimate | None) -> _Scale:
-        return _mean_scale(cleaned, kernel, expected, ratio) if rule == "mean" else _either_scale(cleaned, kernel)
+        place = ground(kernel)
+        return _mean_scale(cleaned, place, expected, ratio) if rule == "mean" else _either_scale(cleaned, place)
 
     coarse = scale = at(COARSE, None)
     best: tuple[_Scale, list[Patch]] | None = None
@@ -103,8 +110,8 @@ def classify(
             if scale.clearness >= CLEAR:
                 break
     if best is None:
-        ground = _ground(cleaned, HIGHEST)
-        best = _Scale(ground, (), coarse.ratio), highest(ground.surface, ground.plane) if rule == "mean" else []
+        place = ground(HIGHEST)
+        best = _Scale(place, (), coarse.ratio), highest(place.surface, place.plane) if rule == "mean" else []
     return _result(cleaned, *best)
 
 
@@ -173,8 +180,7 @@ class _Scale:
         )
 
 
-def _ground(cleaned: Cleaned, kernel: float) -> _Ground:
-    whole = binned_surface(cleaned, kernel)
+def _ground(kernel: float, whole: Surface) -> _Ground:
     plane, least = _plane(whole), _least_rise(whole)
     raised = whole.smooth - np.float32(plane) > least
     # What is flat says nothing about curvature, and derivatives cost most.
@@ -182,12 +188,11 @@ def _ground(cleaned: Cleaned, kernel: float) -> _Ground:
     return _Ground(kernel, whole, plane, least, whole.part(window), raised[window])
 
 
-def _mean_scale(cleaned: Cleaned, kernel: float, expected: Estimate, before: Estimate | None) -> _Scale:
+def _mean_scale(cleaned: Cleaned, ground: _Ground, expected: Estimate, before: Estimate | None) -> _Scale:
     """Return a frame at one kernel with its mean curvature, weighted by the ratio of the tensions.
 
     `before` is the ratio that another kernel found, if it did.
     """
-    ground = _ground(cleaned, kernel)
     bent = bending(cleaned, ground.surface)
     found = _ratio(ground, bent, expected, before)
     ratio = found or before or expected
@@ -225,8 +230,7 @@ def _weighted(ground: _Ground, bent: Bending, ratio: float) -> _Signal:
     return _Signal.of(curvature, ground, expected)
 
 
-def _either_scale(cleaned: Cleaned, kernel: float) -> _Scale:
-    ground = _ground(cleaned, kernel)
+def _either_scale(cleaned: Cleaned, ground: _Ground) -> _Scale:
     along = along_axes(ground.surface, bending(cleaned, ground.surface))
     expected = ground.surface.noise_after((2, 0, 1.0)) / ground.surface.pitch**2
     signals = tuple(_Signal.of(curvature, ground, expected) for curvature in along)

@@ -25,6 +25,7 @@ COVER = 0.5  # share of the kernel that must see valid pixels
 ONE_SIDED = 0.08  # how fast that share may change over a kernel's width: 1.8 widths away from a straight edge
 LEAST_SIGMA = 2.0  # bins a kernel keeps: binning that far loses a fortieth of the peak of a second derivative
 MOST_SIGMA = 6.0
+SHARED = 0.4  # bins; noise shared over less is white as far as bins can tell
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +52,9 @@ class Surface:
     """Height towards the camera, m, above `level`, in bins of `step` x `step` pixels, its holes filled.
 
     `trusted` marks bins with valid ones on all sides, so that derivatives of `sigma` bins mean something; `pitch` is the
-    width of a bin, m. `noise` is the standard deviation of one pixel and `bin_noise` that of one bin, m, shared over a
-    `length` in bins; `view` is the width of all that is seen, m. `origin` is the
-    row and column of its first bin where it is part of a larger one.
+    width of a bin, m. `noise` is the standard deviation of one pixel, m, and `length` tells how many pixels share it:
+    it is that of white noise smoothed by a Gaussian of `length` pixels. `view` is the width of all that is seen, m.
+    `origin` is the row and column of its first bin where it is part of a larger one.
     """
 
     height: Image
@@ -65,7 +66,6 @@ class Surface:
     sigma: float
     step: int
     noise: float
-    bin_noise: float
     length: float
     towards: int
     view: float
@@ -84,7 +84,9 @@ class Surface:
 
     def noise_after(self, *orders: tuple[int, int, float]) -> float:
         """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin."""
-        return self.bin_noise * spread_of_mean(self.length, self.sigma, *orders)
+        pixels = round(20.0 * math.hypot(self.step * self.sigma, self.step / math.sqrt(12.0))) / 20.0
+        each = ((a, b, weight * self.step ** (a + b)) for a, b, weight in orders)
+        return self.noise * spread_of_mean(self.length, pixels, *each)
 
 
 def check_points(points: FloatArray, valid: MaskArray) -> None:
@@ -154,8 +156,12 @@ def surface_of(points: FloatArray, valid: MaskArray, kernel: float) -> Surface |
     return cleaned and binned_surface(cleaned, kernel)
 
 
-def binned_surface(cleaned: Cleaned, kernel: float) -> Surface:
-    """Return the surface in bins as wide as the kernel allows, which costs less and says the same."""
+def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] | None = None) -> Surface:
+    """Return the surface in bins as wide as the kernel allows, which costs less and says the same.
+
+    `noise` of one pixel, m, and the length over which it is shared, pixels, are measured unless they are given: best with
+    a narrow kernel, which leaves least of the surface in the residual.
+    """
     pixels = kernel / cleaned.pitch
     step = 2 ** max(0, math.floor(math.log2(max(pixels, 1.0) / LEAST_SIGMA)))
     # A bin spreads a pixel by (step^2 - 1) / 12 already.
@@ -168,12 +174,9 @@ def binned_surface(cleaned: Cleaned, kernel: float) -> Surface:
     trusted = (cover > COVER) & (sigma * _steepness(cover) < ONE_SIDED)
     pitch = step * cleaned.pitch
     view = cleaned.pitch * max(cleaned.valid.shape)
-    rest = np.where(valid, raw - mean, np.float32(0))
-    again = derivative(rest, sigma, 0, 0)
-    bins, length = noise_of(rest - again, valid, sigma)
-    pixel = max(_pixel_noise(cleaned, mean + again, step, sigma), bins)
+    pixel, length = noise or _noise(cleaned, np.where(valid, raw - mean, np.float32(0)), valid, mean, step, sigma)
     return Surface(
-        height, mean, valid, trusted, cleaned.level, pitch, sigma, step, pixel, bins, length, cleaned.towards, view
+        height, mean, valid, trusted, cleaned.level, pitch, sigma, step, pixel, length, cleaned.towards, view
     )
 
 
@@ -214,6 +217,17 @@ def _filled(values: FloatArray, seen: MaskArray, axis: int, pitch: np.float32) -
 def _steepness(cover: Image) -> Image:
     """Return the larger gradient of an image along its axes, per bin."""
     return np.maximum(np.abs(slope(cover, 1)), np.abs(slope(cover, 0)))
+
+
+def _noise(
+    cleaned: Cleaned, rest: Image, valid: MaskArray, mean: Image, step: int, sigma: float
+) -> tuple[float, float]:
+    """Return the noise of one pixel, m, and the length over which pixels share it, from what the mean leaves."""
+    again = derivative(rest, sigma, 0, 0)
+    shared, length = noise_of(rest - again, valid, sigma)
+    if length < SHARED:
+        return _pixel_noise(cleaned, mean + again, step, sigma), 0.0
+    return shared, step * length
 
 
 def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> float:

@@ -294,7 +294,7 @@ def test_classes_depend_on_neither_distance_nor_pitch(surfaces, rule, distance, 
         height = profile(np.hypot(*grid))
         columns, rows = (np.rint(half + a / (z - height) * f).astype(int) for a in grid)
         sorted_at.append(labels[np.clip(rows, 0, 2 * half), np.clip(columns, 0, 2 * half)])
-    assert (sorted_at[0] == sorted_at[1]).mean() > 0.97
+    assert (sorted_at[0] == sorted_at[1]).mean() > 0.95
 
 
 def test_confidence_is_the_share_of_labels_that_are_right(surfaces):
