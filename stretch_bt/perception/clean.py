@@ -34,7 +34,7 @@ def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
     import cv2
 
     # Holes hold about the median of all already, as `median` would have them.
-    difference = cv2.absdiff(height, cv2.medianBlur(height, 5))
+    difference = np.asarray(cv2.absdiff(height, cv2.medianBlur(height, 5)), dtype=np.float32)
     known = sample(difference, valid)
     sd = MAD_TO_SD * quantile(known) if known.size else 0.0
     far: MaskArray = valid & (difference > np.float32(max(CUT * sd, 2.0 * pitch)))

@@ -224,7 +224,7 @@ def _weighted(ground: _Ground, bent: Bending, ratio: float) -> _Signal:
     """
     surface, k = ground.surface, np.float32(ratio)
     metric = (1.0 + k) + bent.x * bent.x + k * (bent.y * bent.y)
-    curvature = -(bent.xx + k * bent.yy) / (metric * bent.root)
+    curvature: Image = np.asarray(-(bent.xx + k * bent.yy) / (metric * bent.root), dtype=np.float32)
     curvature[~surface.trusted] = 0.0
     expected = surface.noise_after((2, 0, 1.0), (0, 2, round(ratio, 1))) / (1.0 + ratio) / surface.pitch**2
     return _Signal.of(curvature, ground, expected)

@@ -63,17 +63,16 @@ def shrink(image: Image, valid: MaskArray, step: int) -> tuple[Image, Image]:
     import cv2
 
     if step == 1:
-        share = valid.astype(np.float32)
-        return np.where(valid, image, np.float32(0)), share
+        return np.where(valid, image, np.float32(0)), valid.astype(np.float32)
     h, w = image.shape
     size = (-(-w // step), -(-h // step))
     padding = (0, size[1] * step - h, 0, size[0] * step - w, cv2.BORDER_CONSTANT)
     padded = cv2.copyMakeBorder(image, *padding, value=0.0)
     mask = cv2.copyMakeBorder(valid.view(np.uint8), *padding, value=0.0)
     total = cv2.resize(cv2.copyTo(padded, mask), size, interpolation=cv2.INTER_AREA)
-    share = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    share: Image = np.asarray(cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA), dtype=np.float32)
     np.divide(total, share, out=total, where=share > 0.0)
-    return np.asarray(total, dtype=np.float32), np.asarray(share, dtype=np.float32)
+    return np.asarray(total, dtype=np.float32), share
 
 
 def enlarge(image: Image, step: int, shape: tuple[int, int]) -> Image:

@@ -73,9 +73,9 @@ class Surface:
 
     def part(self, window: Box) -> Surface:
         """Return the bins of a window (rows, columns)."""
-        images = (image[window] for image in (self.height, self.smooth, self.valid, self.trusted))
+        height, mean, valid = self.height[window], self.smooth[window], self.valid[window]
         first = (self.origin[0] + window[0].start, self.origin[1] + window[1].start)
-        return replace(self, **dict(zip(("height", "smooth", "valid", "trusted"), images, strict=True)), origin=first)
+        return replace(self, height=height, smooth=mean, valid=valid, trusted=self.trusted[window], origin=first)
 
     @property
     def smooth_sd(self) -> float:
@@ -153,7 +153,7 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
 def surface_of(points: FloatArray, valid: MaskArray, kernel: float) -> Surface | None:
     """Prepare points (h, w, 3), m, for derivatives with a Gaussian of `kernel`, m; None where too few are valid."""
     cleaned = clean(points, valid)
-    return cleaned and binned_surface(cleaned, kernel)
+    return None if cleaned is None else binned_surface(cleaned, kernel)
 
 
 def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] | None = None) -> Surface:

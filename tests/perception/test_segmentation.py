@@ -278,7 +278,7 @@ def seen_from(distance, profile, lens):
 @settings(max_examples=8)
 @given(
     distance=st.sampled_from([0.15, 0.2, 0.3]),
-    focal=st.sampled_from([240.0, 480.0]),
+    focal=st.sampled_from([320.0, 480.0]),
     radius=st.sampled_from([15e-3, 25e-3]),
 )
 def test_classes_depend_on_neither_distance_nor_pitch(surfaces, rule, distance, focal, radius):

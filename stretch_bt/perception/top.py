@@ -1,0 +1,127 @@
+"""A curved top: the quadratic through it and its vertex."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_psi_slope, tukey_weights
+from stretch_bt.units import Estimate
+
+__all__ = ["Places", "Top", "curved_top", "m_sd", "shared"]
+
+Array = npt.NDArray[np.float64]
+Places = npt.NDArray[np.intp]
+
+ENOUGH_PAIRS = 30
+CLEARLY, POSSIBLY = 3.0, 1.5  # standard deviations at which a top counts as curved, alike or not in all directions
+EVEN: Array = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
+
+
+def curved_top(x: Array, y: Array, z: Array, places: Places, middle: Array) -> Top | None:
+    """Return the quadratic through points (n,), m, about `middle`; None where they show no curvature.
+
+    Where the curvatures along two axes do not stand out, one for all directions is tried, which asks less of the points:
+    a cap taken for flat would come out too low by half its sag.
+    """
+    top = Top(x, y, z, places, middle, even=False)
+    if top.is_curved(CLEARLY):
+        return top
+    top = Top(x, y, z, places, middle, even=True)
+    return top if top.is_curved(POSSIBLY) else None
+
+
+def m_sd(u: Array, parameters: int) -> float:
+    """Return how much wider than 1/sqrt(n) an M-estimate spreads, in units of the cut (Huber, 1981, section 7.6)."""
+    inside = np.abs(u) < 1.0
+    psi = u[inside] * tukey_weights(u[inside])
+    count = max(int(inside.sum()), parameters + 1)
+    spread = float(psi @ psi) / (count - parameters)
+    return float(np.sqrt(spread * len(u) / count)) / max(float(tukey_psi_slope(u[inside]).mean()), 0.1)
+
+
+def _solve(normal: Array, right: Array) -> Array:
+    try:
+        solution: Array = np.asarray(np.linalg.solve(normal, right), dtype=np.float64)
+    except np.linalg.LinAlgError as error:
+        raise IllConditioned("the points in contact lie on one line") from error
+    return solution
+
+
+def shared(residuals: Array, places: Places) -> float:
+    """Return how much wider a mean spreads because neighbouring pixels share their noise; 1 where they do not.
+
+    `places` are the pixels' numbers, row by row, so that neighbours in a row differ by 1.
+    """
+    neighbours = np.diff(places) == 1
+    if neighbours.sum() < ENOUGH_PAIRS:
+        return 1.0
+    steps = np.diff(residuals)[neighbours]
+    together = 1.0 - (quantile(np.abs(steps)) / max(quantile(np.abs(residuals)), 1e-12)) ** 2 / 2.0
+    if together < 3.0 / float(neighbours.sum()) ** 0.5:
+        return 1.0
+    # Noise after a Gaussian of l pixels: neighbours correlate as exp(-1 / 4 l^2), and 4 pi l^2 pixels share one value.
+    return max(float(np.sqrt(-np.pi / np.log(min(together, 0.99)))), 1.0)
+
+
+class Top:
+    """z = c + b . (x, y) - (kx x^2 + 2 kxy x y + ky y^2) / 2 about `middle`, fitted with Tukey's weights."""
+
+    def __init__(self, x: Array, y: Array, z: Array, places: Places, middle: Array, *, even: bool) -> None:
+        """Fit to points (n,), m; `even` keeps the curvature the same in all directions."""
+        self.middle = middle
+        x, y = x - middle[0], y - middle[1]
+        self.size = max(float(np.sqrt((x @ x + y @ y) / len(x))), 1e-12)
+        x, y = x / self.size, y / self.size
+        bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
+        design = np.stack([np.ones_like(x), x, y, *bent])
+        free = len(design)
+        offset = quantile(z)
+        z = z - offset
+        normal: Array = design @ design.T
+        if np.linalg.cond(normal) > 1e12:
+            raise IllConditioned("the points in contact lie on one line")
+        self.q = _solve(normal, design @ z)
+        for _ in range(8):
+            residuals = z - self.q @ design
+            scale = max(scale_of(residuals, free), 1e-12)
+            weighted = design * tukey_weights(residuals / (TUKEY * scale))
+            before = self.q
+            self.q = _solve(weighted @ design.T, weighted @ z)
+            if np.abs(self.q - before).max() < 0.01 * scale / len(z) ** 0.5:
+                break
+        residuals = z - self.q @ design
+        sd = m_sd(residuals / (TUKEY * scale), free) * TUKEY * scale * shared(residuals, places)
+        self.covariance: Array = np.asarray(np.linalg.inv(normal) * sd * sd, dtype=np.float64)
+        self.q[0] += offset
+        if even:
+            self.q, self.covariance = EVEN @ self.q, EVEN @ self.covariance @ EVEN.T
+
+    @property
+    def curvature(self) -> float:
+        """Mean curvature, 1/m."""
+        return float(self.q[3] + self.q[5]) / 2.0 / self.size**2
+
+    def is_curved(self, significance: float) -> bool:
+        """Tell whether it is convex in every direction, and by so many standard deviations on the mean."""
+        both = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.5])
+        sd = float(np.sqrt(both @ self.covariance @ both))
+        kx, kxy, ky = self.q[3:]
+        return bool(both @ self.q > significance * sd and kx > 0.0 and ky > 0.0 and kx * ky > kxy * kxy)
+
+    def _offset(self, most: float) -> Array:
+        """Return the vertex from the middle in units of `size`, at most `most` metres away."""
+        kx, kxy, ky = self.q[3:]
+        step: Array = np.linalg.solve([[kx, kxy], [kxy, ky]], self.q[1:3])
+        return step * min(1.0, most / self.size / max(float(np.linalg.norm(step)), 1e-300))
+
+    def vertex(self, most: float) -> Array:
+        """Return (x, y) of the vertex, m."""
+        return self.middle + self.size * self._offset(most)
+
+    def estimate(self, most: float) -> Estimate:
+        """Return the height of the vertex; where it lies does not matter to first order."""
+        x, y = self._offset(most)
+        row = np.array([1.0, x, y, -0.5 * x * x, -x * y, -0.5 * y * y])
+        return Estimate(float(row @ self.q), float(np.sqrt(row @ self.covariance @ row)))
