@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from stretch_bt.perception.io import load_depth_stack as load_depth_stack
     from stretch_bt.perception.mask import mask_membrane as mask_membrane
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
+    from stretch_bt.perception.outline import Outline as Outline
+    from stretch_bt.perception.outline import outline_of as outline_of
+    from stretch_bt.perception.roundness import Roundness as Roundness
+    from stretch_bt.perception.roundness import circularity as circularity
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
@@ -37,20 +41,24 @@ _MODULES = {
     "ContactDetector": "detect",
     "Curvatures": "curvature",
     "HeightTracker": "tracker",
+    "Outline": "outline",
+    "Roundness": "roundness",
     "Segmentation": "segmentation",
     "Sphere": "types",
     "average_frames": "average",
     "brand": "curvature",
+    "circularity": "roundness",
+    "classify": "segmentation",
     "curvatures": "curvature",
     "deproject": "deprojection",
+    "estimate_normals": "normals",
     "find_contact": "contact",
     "fit_sphere": "sphere",
     "load_depth_png": "io",
     "load_depth_stack": "io",
-    "estimate_normals": "normals",
     "mask_membrane": "mask",
+    "outline_of": "outline",
     "segment": "segmentation",
-    "classify": "segmentation",
     "to_membrane": "deprojection",
     "top_of_points": "height",
     "track_height": "height",
@@ -61,10 +69,13 @@ __all__ = [
     "ContactDetector",
     "Curvatures",
     "HeightTracker",
+    "Outline",
+    "Roundness",
     "Segmentation",
     "Sphere",
     "average_frames",
     "brand",
+    "circularity",
     "classify",
     "curvatures",
     "deproject",
@@ -74,6 +85,7 @@ __all__ = [
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
+    "outline_of",
     "segment",
     "to_membrane",
     "top_of_points",

@@ -37,4 +37,6 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
         raise NoContact("no part of the membrane is curved and raised enough to be in contact")
     rays = view_rays(touching, (0.0, 0.0, frame.plane_distance))
     points[found.labels == INVALID] = np.nan
-    return Contact(touching, rays, found.labels, found.noise, frame.hand_height, frame.stretch, frame.time, points)
+    return Contact(
+        touching, rays, found.labels, found.noise, frame.hand_height, frame.stretch, frame.time, points, frame.pose
+    )

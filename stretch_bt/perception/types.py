@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.frames import Pose
 from stretch_bt.units import Curvature, Length, Time
 
 __all__ = ["CONTACT", "DEFORMED", "INVALID", "UNDEFORMED", "Contact", "FloatArray", "LabelArray", "MaskArray", "Sphere"]
@@ -26,7 +27,7 @@ class Contact:
     `points` (n, 3), m, and unit `rays` (n, 3), from the camera through each point, are in the membrane frame. `labels`
     (h, w) uint8 holds the class of every pixel, and `surface` (h, w, 3), m, membrane frame, its point, NaN where the
     label is 255. `noise` is the depth standard deviation of one pixel, m, as the frame itself shows it. `hand_height`,
-    `stretch`, m, and `time`, s, are those of the frame.
+    `stretch`, m, `time`, s, and `pose`, of the hand in the world, are those of the frame.
     """
 
     points: FloatArray
@@ -37,6 +38,7 @@ class Contact:
     stretch: Length | None
     time: Time
     surface: FloatArray
+    pose: Pose | None = None
 
 
 @dataclass(frozen=True, slots=True)
