@@ -1,0 +1,186 @@
+"""Flat faces in a cloud, by robust plane fits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.cloud import Array, Cloud
+from stretch_bt.perception.robust import TUKEY, scale_of, tukey_weights
+
+__all__ = ["Face", "find_faces", "settled"]
+
+PATCH = 40  # points of the first guess of a plane
+GUESSES = 120
+FEWEST = 60  # points
+LEAST_WIDTH = 3e-3  # m; narrower ones are what a membrane leaves of an edge
+BAND = 3.5  # standard deviations to either side of a plane within which points can be of it
+TURN = np.cos(np.radians(35.0))  # how far the normal around a point may lean from that of its face
+CENTRAL = 0.35  # share of its width to either side of a face's middle in which it is flat if it is one
+BOW, SURE, STRAIGHT = 0.2, 5.0, 2e-5  # of the scatter, standard deviations, and m: a face bows by less over that
+GRID, BORDER = 1e-3, 2  # m, and cells of it along the border of a face that are left out
+BLOCK = 4e-3  # m; points of one frame that are nearer may err together
+
+
+@dataclass(frozen=True, slots=True)
+class Face:
+    """A plane with the points that lie in it.
+
+    `normal` (3,) points out of the object, `middle` (3,), m, is the mean of its points and `frame` (2, 3) spans it.
+    `covariance` (3, 3) is that of its height over the middle, m, and of its two slopes along `frame`.
+    """
+
+    normal: Array
+    middle: Array
+    frame: Array
+    covariance: Array
+    members: npt.NDArray[np.bool_]
+    width: float
+
+    def height(self, place: Array, along: Array) -> tuple[float, float]:
+        """Return how far the plane is from a place along a direction, m, and the standard deviation of that."""
+        lean = float(self.normal @ along)
+        away = float(self.normal @ (self.middle - place)) / lean
+        at = self.frame @ (place + away * along - self.middle)
+        row = np.array([1.0, *at])
+        return away, float(np.sqrt(row @ self.covariance @ row)) / abs(lean)
+
+
+def settled(points: Array, count: int) -> tuple[Array, Array]:
+    """Return each point (n, 3) moved onto the plane through its nearest `count` points, and the normal (n, 3) of that."""
+    from scipy.spatial import cKDTree
+
+    _, near = cKDTree(points).query(points, k=min(count, len(points)))
+    around = points[near]
+    means = around.mean(axis=1)
+    away = around - means[:, None]
+    _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", away, away))
+    normals = vectors[:, :, 0]
+    return points + normals * np.einsum("ij,ij->i", means - points, normals)[:, None], normals
+
+
+def find_faces(cloud: Cloud, normals: Array) -> list[Face]:
+    """Return the flat faces of a cloud, the largest first; `normals` (n, 3) are unit vectors out of the object."""
+    left = np.ones(len(cloud), dtype=bool)
+    found: list[Face] = []
+    while left.sum() >= FEWEST:
+        face = _largest(cloud, normals, left)
+        if face is None:
+            break
+        left &= ~face.members
+        if face.width >= LEAST_WIDTH and not _is_bowed(cloud, face):
+            found.append(_inner(cloud, normals, face))
+    return sorted(found, key=lambda face: -int(face.members.sum()))
+
+
+def _largest(cloud: Cloud, normals: Array, left: npt.NDArray[np.bool_]) -> Face | None:
+    """Return the plane in which most of the points lie that are left, or None when no plane has enough."""
+    some = np.flatnonzero(left)
+    some = some[:: max(1, len(some) // 4000)]
+    points, outward, sd = cloud.points[some], normals[some], cloud.sd[some]
+    seeds = np.linspace(0, len(some) - 1, min(GUESSES, len(some))).astype(np.int64)
+    # The distance of every point from the plane through every seed across its normal, in standard deviations.
+    away = (points @ outward[seeds].T - np.einsum("ij,ij->i", points[seeds], outward[seeds])) / sd[:, None]
+    fits = np.maximum(1.0 - (away / (2.0 * BAND)) ** 2, 0.0) * (outward @ outward[seeds].T > TURN)
+    best = seeds[int(fits.sum(axis=0).argmax())]
+    members = left & _near(cloud, normals, outward[best], points[best], 2.0 * BAND)
+    face = None
+    for _ in range(12):
+        if members.sum() < FEWEST:
+            return None
+        face = _fitted(cloud, members, normals)
+        again = left & _near(cloud, normals, face.normal, face.middle, BAND)
+        if (again == members).all():
+            break
+        members = again
+    return face
+
+
+def _near(cloud: Cloud, normals: Array, normal: Array, middle: Array, band: float) -> npt.NDArray[np.bool_]:
+    """Return which points lie in a band about a plane and face as it does."""
+    close = np.abs((cloud.points - middle) @ normal) <= band * _across(cloud, normal)
+    return np.asarray(close & (normals @ normal > TURN))
+
+
+def _across(cloud: Cloud, normal: Array) -> Array:
+    """Return the standard deviation of each point along a normal: that along its ray, and at least the floor."""
+    return np.hypot(cloud.sd * np.abs(cloud.rays @ normal), cloud.floor)
+
+
+def _fitted(cloud: Cloud, members: npt.NDArray[np.bool_], normals: Array) -> Face:
+    """Return the plane through members by reweighted least squares along its own normal, with Tukey's weights."""
+    points = cloud.points[members]
+    middle = points.mean(axis=0)
+    extent, vectors = np.linalg.eigh((points - middle).T @ (points - middle) / len(points))
+    normal, frame = vectors[:, 0], vectors[:, :0:-1].T
+    if normal @ normals[members].sum(axis=0) < 0:
+        normal = -normal
+    known = 1.0 / _across(cloud, normal)[members]
+    weights = np.ones(len(points))
+    for _ in range(8):
+        design = np.column_stack([np.ones(len(points)), (points - middle) @ frame.T])
+        height = (points - middle) @ normal
+        weighted = design * (weights * known**2)[:, None]
+        inverse = np.linalg.pinv(weighted.T @ design)
+        fit = inverse @ (weighted.T @ height)
+        left = height - design @ fit
+        normal = normal - frame.T @ fit[1:]
+        normal /= np.linalg.norm(normal)
+        frame = np.linalg.qr(np.column_stack([normal, frame.T]))[0][:, 1:].T
+        middle = middle + normal * fit[0]
+        scaled = left * known
+        weights = tukey_weights(scaled / (TUKEY * max(scale_of(scaled, 3), 1e-3)))
+    covariance = _covariance(design, weights * known**2, left, inverse)
+    width = float(np.sqrt(12.0 * max(extent[1], 0.0)))
+    return Face(normal, middle, frame, covariance, members, width)
+
+
+def _covariance(design: Array, weights: Array, left: Array, inverse: Array) -> Array:
+    """Return the covariance of a weighted fit whose errors are alike within blocks (Liang and Zeger, 1986)."""
+    cells = np.floor(design[:, 1:] / BLOCK)
+    _, block = np.unique(cells, axis=0, return_inverse=True)
+    pulls = design * (weights * left)[:, None]
+    sums = np.column_stack([np.bincount(block.ravel(), pull) for pull in pulls.T])
+    count = len(sums)
+    alone = float(weights @ left**2) / max(float((weights > 0).sum()) - 3.0, 1.0)
+    if count <= 3:  # too few blocks for their scatter: let all points of one err together
+        return np.asarray(inverse * alone * len(left) / count)
+    clustered = inverse @ (sums.T @ sums) @ inverse * count / (count - 3)
+    white = inverse * alone
+    return np.asarray(clustered if np.trace(clustered) > np.trace(white) else white)
+
+
+def _is_bowed(cloud: Cloud, face: Face) -> bool:
+    """Whether the middle of the members follows a curve: a quadratic rises by much over half their width, and surely."""
+    points = cloud.points[face.members] - face.middle
+    x, y = (points @ face.frame.T).T
+    central = (np.abs(x) < CENTRAL * np.sqrt(12.0 * np.var(x))) & (np.abs(y) < CENTRAL * np.sqrt(12.0 * np.var(y)))
+    x, y, z = x[central], y[central], (points @ face.normal)[central]
+    design = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    if len(z) < FEWEST // 2:
+        return False
+    fit, *_ = np.linalg.lstsq(design, z, rcond=None)
+    scatter = scale_of(z - design @ fit, 6)
+    rise = 0.5 * (CENTRAL * face.width) ** 2
+    sd = scatter * rise * float(np.sqrt(np.diag(np.linalg.pinv(design.T @ design))[3:].max()))
+    bend = float(np.abs(np.linalg.eigvalsh([[2 * fit[3], fit[4]], [fit[4], 2 * fit[5]]])).max())
+    return bend * rise > max(BOW * scatter, SURE * sd, STRAIGHT)
+
+
+def _inner(cloud: Cloud, normals: Array, face: Face) -> Face:
+    """Return the face fitted without its border, which the membrane may have rounded; as it is where too little is left."""
+    from scipy.ndimage import binary_closing, binary_erosion
+
+    at = (cloud.points[face.members] - face.middle) @ face.frame.T
+    cells = np.floor((at - at.min(axis=0)) / GRID).astype(np.int64) + 2
+    seen = np.zeros(cells.max(axis=0) + 3, dtype=bool)
+    seen[tuple(cells.T)] = True
+    whole = binary_erosion(binary_closing(seen), iterations=BORDER)
+    members = np.zeros_like(face.members)
+    members[np.flatnonzero(face.members)[whole[tuple(cells.T)]]] = True
+    if members.sum() < FEWEST:
+        return face
+    inner = _fitted(cloud, members, normals)
+    return inner if inner.width >= LEAST_WIDTH / 2 else face
