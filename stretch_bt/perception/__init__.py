@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stretch_bt.perception.average import average_frames as average_frames
+    from stretch_bt.perception.cloud import Cloud as Cloud
+    from stretch_bt.perception.cloud import cloud_of as cloud_of
+    from stretch_bt.perception.cloud_picture import draw_cloud as draw_cloud
     from stretch_bt.perception.contact import find_contact as find_contact
     from stretch_bt.perception.curvature import Curvatures as Curvatures
     from stretch_bt.perception.curvature import brand as brand
@@ -18,6 +21,9 @@ if TYPE_CHECKING:
     from stretch_bt.perception.deprojection import to_membrane as to_membrane
     from stretch_bt.perception.deprojection import view_rays as view_rays
     from stretch_bt.perception.detect import ContactDetector as ContactDetector
+    from stretch_bt.perception.dimensions import Dimensions as Dimensions
+    from stretch_bt.perception.dimensions import measure_object as measure_object
+    from stretch_bt.perception.fuse import fuse_contact as fuse_contact
     from stretch_bt.perception.height import top_of_points as top_of_points
     from stretch_bt.perception.height import track_height as track_height
     from stretch_bt.perception.io import load_depth_png as load_depth_png
@@ -37,9 +43,11 @@ if TYPE_CHECKING:
     from stretch_bt.perception.types import Sphere as Sphere
 
 _MODULES = {
+    "Cloud": "cloud",
     "Contact": "types",
     "ContactDetector": "detect",
     "Curvatures": "curvature",
+    "Dimensions": "dimensions",
     "HeightTracker": "tracker",
     "Outline": "outline",
     "Roundness": "roundness",
@@ -49,14 +57,18 @@ _MODULES = {
     "brand": "curvature",
     "circularity": "roundness",
     "classify": "segmentation",
+    "cloud_of": "cloud",
     "curvatures": "curvature",
     "deproject": "deprojection",
+    "draw_cloud": "cloud_picture",
     "estimate_normals": "normals",
     "find_contact": "contact",
     "fit_sphere": "sphere",
+    "fuse_contact": "fuse",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "mask_membrane": "mask",
+    "measure_object": "dimensions",
     "outline_of": "outline",
     "segment": "segmentation",
     "to_membrane": "deprojection",
@@ -65,9 +77,11 @@ _MODULES = {
     "view_rays": "deprojection",
 }
 __all__ = [
+    "Cloud",
     "Contact",
     "ContactDetector",
     "Curvatures",
+    "Dimensions",
     "HeightTracker",
     "Outline",
     "Roundness",
@@ -77,14 +91,18 @@ __all__ = [
     "brand",
     "circularity",
     "classify",
+    "cloud_of",
     "curvatures",
     "deproject",
+    "draw_cloud",
     "estimate_normals",
     "find_contact",
     "fit_sphere",
+    "fuse_contact",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
+    "measure_object",
     "outline_of",
     "segment",
     "to_membrane",

@@ -182,7 +182,7 @@ def _end(surface: Array, normals: Array, axis: Array) -> tuple[float, float, flo
     along = surface @ axis
     last = np.argsort(along)[-2 * max(3, round(ENDS * len(along))) :]
     facing = float(np.clip(np.median(normals[last] @ axis), 0.0, 1.0))
-    return float(np.median(along[last])), float(np.ptp(along[last])) / 2, EDGE * (1.0 - facing)
+    return float(np.median(along[last])), float(np.ptp(along[last])), EDGE * (1.0 - facing)
 
 
 def _sorted(measured: list[_Length]) -> Dimensions:

@@ -20,6 +20,8 @@ BAND = 3.5  # standard deviations to either side of a plane within which points 
 TURN = np.cos(np.radians(35.0))  # how far the normal around a point may lean from that of its face
 CENTRAL = 0.35  # share of its width to either side of a face's middle in which it is flat if it is one
 BOW, SURE, STRAIGHT = 0.2, 5.0, 2e-5  # of the scatter, standard deviations, and m: a face bows by less over that
+BESIDE, STRIP = 2e-3, 0.35  # m, and the share of a face that may lie so near a curved surface that it passes into
+GRAZING = 0.2  # share of its noise that a point seen along a face still has across it
 GRID, BORDER = 1e-3, 2  # m, and cells of it along the border of a face that are left out
 BLOCK = 4e-3  # m; points of one frame that are nearer may err together
 
@@ -64,13 +66,18 @@ def settled(points: Array, count: int) -> tuple[Array, Array]:
 def find_faces(cloud: Cloud, normals: Array) -> list[Face]:
     """Return the flat faces of a cloud, the largest first; `normals` (n, 3) are unit vectors out of the object."""
     left = np.ones(len(cloud), dtype=bool)
+    bowed = np.zeros(len(cloud), dtype=bool)
     found: list[Face] = []
     while left.sum() >= FEWEST:
         face = _largest(cloud, normals, left)
         if face is None:
             break
         left &= ~face.members
-        if face.width >= LEAST_WIDTH and not _is_bowed(cloud, face):
+        if face.width < LEAST_WIDTH:
+            continue
+        if _is_bowed(cloud, face) or _goes_on(cloud, normals, face, bowed):
+            bowed |= face.members
+        else:
             found.append(_inner(cloud, normals, face))
     return sorted(found, key=lambda face: -int(face.members.sum()))
 
@@ -105,8 +112,8 @@ def _near(cloud: Cloud, normals: Array, normal: Array, middle: Array, band: floa
 
 
 def _across(cloud: Cloud, normal: Array) -> Array:
-    """Return the standard deviation of each point along a normal: that along its ray, and at least the floor."""
-    return np.hypot(cloud.sd * np.abs(cloud.rays @ normal), cloud.floor)
+    """Return the standard deviation of each point along a normal: that along its ray, and at least a part of it."""
+    return np.hypot(cloud.sd * np.abs(cloud.rays @ normal), np.maximum(GRAZING * cloud.noise, cloud.floor))
 
 
 def _fitted(cloud: Cloud, members: npt.NDArray[np.bool_], normals: Array) -> Face:
@@ -164,9 +171,23 @@ def _is_bowed(cloud: Cloud, face: Face) -> bool:
     fit, *_ = np.linalg.lstsq(design, z, rcond=None)
     scatter = scale_of(z - design @ fit, 6)
     rise = 0.5 * (CENTRAL * face.width) ** 2
-    sd = scatter * rise * float(np.sqrt(np.diag(np.linalg.pinv(design.T @ design))[3:].max()))
+    sd = scatter * rise * 2.0 * float(np.sqrt(np.diag(np.linalg.pinv(design.T @ design))[3:].max()))
     bend = float(np.abs(np.linalg.eigvalsh([[2 * fit[3], fit[4]], [fit[4], 2 * fit[5]]])).max())
     return bend * rise > max(BOW * scatter, SURE * sd, STRAIGHT)
+
+
+def _goes_on(cloud: Cloud, normals: Array, face: Face, bowed: npt.NDArray[np.bool_]) -> bool:
+    """Whether much of a face passes into a curved surface without an edge: it is a strip of that."""
+    from scipy.spatial import cKDTree
+
+    curved = np.flatnonzero(bowed)
+    if not len(curved):
+        return False
+    found = cKDTree(cloud.points[curved]).query(cloud.points[face.members], distance_upper_bound=BESIDE)
+    away, near = np.asarray(found[0]), np.asarray(found[1])
+    close = np.isfinite(away)
+    alike = np.einsum("ij,ij->i", normals[face.members][close], normals[curved[near[close]]]) > TURN
+    return float(alike.sum()) > STRIP * float(face.members.sum())
 
 
 def _inner(cloud: Cloud, normals: Array, face: Face) -> Face:

@@ -16,6 +16,7 @@ __all__ = ["BLUR", "largest_piece", "trace"]
 BLUR = 1.0  # pixels; the least at which stairs no longer show
 SPECK = 0.1  # share of the region that may lie in other pieces
 FEWEST = 40  # pixels
+FAINT, SEEN = 0.05, 0.3  # shares of valid pixels within the blur: below the one nothing is known, below the other little
 UNSEEN = 0.1  # share of the border that may run along pixels without depth
 
 
@@ -24,19 +25,15 @@ def largest_piece(region: MaskArray) -> MaskArray:
 
     Raises
     ------
-    NoContact
-        There is no pixel in it.
     IllConditioned
         It has too few pixels, consists of several pieces that are no specks, or is cut by the edge of the image.
     """
     import cv2
 
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(region.astype(np.uint8))
-    if count < 2:
-        raise NoContact("the region has no pixel")
     sizes = stats[1:, cv2.CC_STAT_AREA]
-    if sizes.max() < FEWEST:
-        raise IllConditioned(f"the region has {sizes.max()} pixels; an outline needs at least {FEWEST}")
+    if sizes.max(initial=0) < FEWEST:
+        raise IllConditioned(f"the region has {sizes.max(initial=0)} pixels; an outline needs at least {FEWEST}")
     if sizes.max() < (1.0 - SPECK) * sizes.sum():
         raise IllConditioned(f"the region is in {count - 1} pieces, the largest with {sizes.max()} of {sizes.sum()} pixels")
     piece: MaskArray = np.asarray(pieces == 1 + int(sizes.argmax()))
@@ -49,21 +46,21 @@ def trace(region: MaskArray, valid: MaskArray) -> Array:
     """Return the outer border (n, 2), pixels u and v, of the largest piece of a region (h, w).
 
     The line is where the blurred region, pixels that are not valid left out, falls to one half. Raises as
-    `largest_piece`, and IllConditioned where too much of the border runs along pixels that are not valid.
+    `largest_piece`, NoContact where no valid pixel is in the region, and IllConditioned where too much of the border runs
+    along pixels that are not valid.
     """
     import cv2
 
-    piece = largest_piece(region)
-    top, left = np.argwhere(piece).min(axis=0) - 8
-    bottom, right = np.argwhere(piece).max(axis=0) + 9
-    window = slice(max(top, 0), bottom), slice(max(left, 0), right)
-    cover, soft = _blurred(valid[window]), _blurred(piece[window] & valid[window])
-    level = np.where(cover > 0.05, soft / np.maximum(cover, 0.05), piece[window].astype(np.float32)).astype(np.float32)
-    found, _ = cv2.findContours((level >= 0.5).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    if not (region & valid).any():
+        raise NoContact("the region has no pixel")
+    cover, soft = _blurred(valid), _blurred(region & valid)
+    level = np.where(cover > FAINT, soft / np.maximum(cover, FAINT), np.float32(0.0)).astype(np.float32)
+    piece = largest_piece(level >= 0.5)
+    found, _ = cv2.findContours(piece.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     line = max(found, key=len)[:, 0].astype(np.float32)
-    if float((_at(cover, line) < 0.5).mean()) > UNSEEN:
+    if float((_at(cover, line) < SEEN).mean()) > UNSEEN:
         raise IllConditioned("the region ends where the image has no depth, so its border is not seen")
-    return np.asarray(_on_level(level, line) + (window[1].start, window[0].start), dtype=np.float64)
+    return np.asarray(_on_level(level, line), dtype=np.float64)
 
 
 def _blurred(mask: MaskArray) -> npt.NDArray[np.float32]:
