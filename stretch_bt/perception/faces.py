@@ -19,11 +19,13 @@ LEAST_WIDTH = 3e-3  # m; narrower ones are what a membrane leaves of an edge
 BAND = 3.5  # standard deviations to either side of a plane within which points can be of it
 TURN = np.cos(np.radians(35.0))  # how far the normal around a point may lean from that of its face
 CENTRAL = 0.35  # share of its width to either side of a face's middle in which it is flat if it is one
-BOW, SURE, STRAIGHT = 0.2, 5.0, 2e-5  # of the scatter, standard deviations, and m: a face bows by less over that
+BOW, SURE, STRAIGHT = 0.2, 3.5, 2e-5  # of the scatter, standard deviations, and m: a face bows by less over that
 BESIDE, STRIP = 2e-3, 0.35  # m, and the share of a face that may lie so near a curved surface that it passes into
 GRAZING = 0.2  # share of its noise that a point seen along a face still has across it
 GRID, BORDER = 1e-3, 2  # m, and cells of it along the border of a face that are left out
-BLOCK = 4e-3  # m; points of one frame that are nearer may err together
+LAG, REACH = 0.5e-3, 25  # m, and how many of it the errors of two points are compared over
+EFFICIENCY = np.sqrt(0.95)  # of Tukey's weights on Gaussian noise, as a deviation
+VANISHED = 0.1  # correlation that is taken for none
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,24 +141,36 @@ def _fitted(cloud: Cloud, members: npt.NDArray[np.bool_], normals: Array) -> Fac
         middle = middle + normal * fit[0]
         scaled = left * known
         weights = tukey_weights(scaled / (TUKEY * max(scale_of(scaled, 3), 1e-3)))
-    covariance = _covariance(design, weights * known**2, left, inverse)
+    covariance = _covariance(design, known, left, weights > 0)
     width = float(np.sqrt(12.0 * max(extent[1], 0.0)))
     return Face(normal, middle, frame, covariance, members, width)
 
 
-def _covariance(design: Array, weights: Array, left: Array, inverse: Array) -> Array:
-    """Return the covariance of a weighted fit whose errors are alike within blocks (Liang and Zeger, 1986)."""
-    cells = np.floor(design[:, 1:] / BLOCK)
-    _, block = np.unique(cells, axis=0, return_inverse=True)
-    pulls = design * (weights * left)[:, None]
-    sums = np.column_stack([np.bincount(block.ravel(), pull) for pull in pulls.T])
-    count = len(sums)
-    alone = float(weights @ left**2) / max(float((weights > 0).sum()) - 3.0, 1.0)
-    if count <= 3:  # too few blocks for their scatter: let all points of one err together
-        return np.asarray(inverse * alone * len(left) / count)
-    clustered = inverse @ (sums.T @ sums) @ inverse * count / (count - 3)
-    white = inverse * alone
-    return np.asarray(clustered if np.trace(clustered) > np.trace(white) else white)
+def _covariance(design: Array, known: Array, left: Array, used: npt.NDArray[np.bool_]) -> Array:
+    """Return the covariance of a Tukey fit of points with inverse deviations `known`, wider as near points err alike."""
+    design, known, left = design[used], known[used], left[used]
+    sd = scale_of(left * known, 3) / EFFICIENCY
+    inverse = np.linalg.pinv((design * (known * known)[:, None]).T @ design)
+    return np.asarray(inverse * sd * sd * _alike(design[:, 1:], left))
+
+
+def _alike(places: Array, left: Array) -> float:
+    """Return how many points of a plane err as one: the sum of the autocorrelation of what a fit left, over the plane.
+
+    It is summed up to where it vanishes. What varies slower than the face is wide is taken up by the fit and not seen.
+    """
+    cells = np.floor((places - places.min(axis=0)) / LAG).astype(np.int64)
+    shape = tuple(2 * (cells.max(axis=0) + 1))
+    known, seen = np.zeros(shape), np.zeros(shape)
+    np.add.at(known, tuple(cells.T), left / np.sqrt(np.mean(left**2)) if left.any() else left)
+    np.add.at(seen, tuple(cells.T), 1.0)
+    products, pairs = (np.fft.irfft2(np.abs(np.fft.rfft2(v)) ** 2, s=shape) for v in (known, seen))
+    lags = np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, 1.0 / n) for n in shape), indexing="ij"))
+    ring = np.rint(lags).astype(np.int64).ravel()
+    product, pair = (np.bincount(ring, v.ravel())[:REACH] for v in (products, pairs))
+    gone = np.flatnonzero(product[1:] <= VANISHED * pair[1:])
+    last = 1 + int(gone[0]) if len(gone) else len(product)
+    return max(float(product[:last].sum()) / len(left), 1.0)
 
 
 def _is_bowed(cloud: Cloud, face: Face) -> bool:
@@ -169,9 +183,11 @@ def _is_bowed(cloud: Cloud, face: Face) -> bool:
     if len(z) < FEWEST // 2:
         return False
     fit, *_ = np.linalg.lstsq(design, z, rcond=None)
-    scatter = scale_of(z - design @ fit, 6)
+    left = z - design @ fit
+    scatter = scale_of(left, 6)
     rise = 0.5 * (CENTRAL * face.width) ** 2
-    sd = scatter * rise * 2.0 * float(np.sqrt(np.diag(np.linalg.pinv(design.T @ design))[3:].max()))
+    alone = float(np.diag(np.linalg.pinv(design.T @ design))[3:].max())
+    sd = scatter * rise * 2.0 * float(np.sqrt(alone * _alike(design[:, 1:3], left)))
     bend = float(np.abs(np.linalg.eigvalsh([[2 * fit[3], fit[4]], [fit[4], 2 * fit[5]]])).max())
     return bend * rise > max(BOW * scatter, SURE * sd, STRAIGHT)
 

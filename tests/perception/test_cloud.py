@@ -112,6 +112,23 @@ def test_the_deviation_of_a_dimension_is_that_of_its_spread():
     assert (np.sqrt(np.mean(error**2, axis=0)) > 0.4 * stated).all()
 
 
+def test_the_deviation_of_a_face_holds_when_near_points_err_alike():
+    from scipy.ndimage import gaussian_filter
+
+    x, y = np.meshgrid(np.arange(60) * 0.5 * MM, np.arange(40) * 0.5 * MM)
+    heights, stated = [], []
+    for seed in range(20):
+        noise = gaussian_filter(np.random.default_rng(seed).normal(size=(80, 100)), 2.5)[20:-20, 20:-20]
+        z = 0.03 + 0.5 * MM * noise * np.sqrt(4 * np.pi) * 2.5
+        points = np.column_stack([v.ravel() for v in (x, y, z)])
+        found = measure_object(cloud_of(points, 0.5 * MM, floor=0.0))
+        assert found.how[2] == "table"
+        heights.append(found.height)
+        stated.append(found.sd[2])
+    assert np.std(heights) > 0.03 * MM  # white noise of this size would give 0.01 mm
+    assert 0.6 < np.mean(stated) / np.std(heights) < 1.6
+
+
 def test_dimensions_without_opposite_faces_are_extents_that_say_so():
     rng = np.random.default_rng(0)
     three = measure_object(objects.block((0.04, 0.04, 0.04), 0.2 * MM, rng, flanks=(0, 1, 2)))
