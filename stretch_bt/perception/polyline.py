@@ -14,8 +14,8 @@ Array = npt.NDArray[np.float64]
 
 HALF_WIDTHS = (1, 2, 3, 4, 5, 7, 9, 12, 16, 22, 30)  # samples to either side, from none used to many
 NOISE_HALF_WIDTH = 5  # samples over which noise and shape are told apart
-STRAY = 3.0  # standard deviations by which a wider fit may differ before the boundary is taken to bend
-GIVEN_BACK = 0.6  # share of what smoothing took that a second pass returns: less bias at corners for a little noise
+STRAY = 3.2  # standard deviations by which a wider fit may differ before the boundary is taken to bend
+GIVEN_BACK = 0.75  # share of what smoothing took that a second pass returns: less bias at corners for a little noise
 UNEVEN = 3.0  # longest over median gap, over a few samples, from which an outline is sampled anew
 LEAST, MOST = 16, 20000  # samples
 
