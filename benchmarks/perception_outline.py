@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from perception_outlines import PITCH, jittered, mask, outline, true_area, true_circularity
 
+from stretch_bt.accuracy.perception.outlines import PITCH, jittered, mask, outline, true_area, true_circularity
 from stretch_bt.perception import circularity, outline_of
 
 HEADINGS = "size mm  shape      method       noise       truth    mean error  largest  spread  stated sd  ms"

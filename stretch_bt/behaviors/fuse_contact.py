@@ -1,7 +1,7 @@
 """Fusing contacts into a cloud."""
 
 from stretch_bt import perception
-from stretch_bt.perception.cloud import CELL, FLOOR, Cloud
+from stretch_bt.perception.clouds.cloud import CELL, FLOOR, Cloud
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node

@@ -1,8 +1,8 @@
 """Measuring an object."""
 
 from stretch_bt import perception
-from stretch_bt.perception.cloud import Cloud
-from stretch_bt.perception.dimensions import Dimensions
+from stretch_bt.perception.clouds.cloud import Cloud
+from stretch_bt.perception.clouds.dimensions import Dimensions
 from stretch_bt.tree.ports import Behavior, In, Out, Status
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stretch_bt.perception.average import average_frames as average_frames
-    from stretch_bt.perception.cloud import Cloud as Cloud
-    from stretch_bt.perception.cloud import cloud_of as cloud_of
-    from stretch_bt.perception.cloud_picture import draw_cloud as draw_cloud
+    from stretch_bt.perception.clouds.cloud import Cloud as Cloud
+    from stretch_bt.perception.clouds.cloud import cloud_of as cloud_of
+    from stretch_bt.perception.clouds.picture import draw_cloud as draw_cloud
     from stretch_bt.perception.contact import find_contact as find_contact
     from stretch_bt.perception.curvature import Curvatures as Curvatures
     from stretch_bt.perception.curvature import brand as brand
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     from stretch_bt.perception.deprojection import to_membrane as to_membrane
     from stretch_bt.perception.deprojection import view_rays as view_rays
     from stretch_bt.perception.detect import ContactDetector as ContactDetector
-    from stretch_bt.perception.dimensions import Dimensions as Dimensions
-    from stretch_bt.perception.dimensions import measure_object as measure_object
-    from stretch_bt.perception.fuse import fuse_contact as fuse_contact
+    from stretch_bt.perception.clouds.dimensions import Dimensions as Dimensions
+    from stretch_bt.perception.clouds.dimensions import measure_object as measure_object
+    from stretch_bt.perception.clouds.fuse import fuse_contact as fuse_contact
     from stretch_bt.perception.height import top_of_points as top_of_points
     from stretch_bt.perception.height import track_height as track_height
     from stretch_bt.perception.io import load_depth_png as load_depth_png
     from stretch_bt.perception.io import load_depth_stack as load_depth_stack
     from stretch_bt.perception.mask import mask_membrane as mask_membrane
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
-    from stretch_bt.perception.outline import Outline as Outline
-    from stretch_bt.perception.outline import outline_of as outline_of
-    from stretch_bt.perception.roundness import Roundness as Roundness
-    from stretch_bt.perception.roundness import circularity as circularity
+    from stretch_bt.perception.outlines.outline import Outline as Outline
+    from stretch_bt.perception.outlines.outline import outline_of as outline_of
+    from stretch_bt.perception.outlines.roundness import Roundness as Roundness
+    from stretch_bt.perception.outlines.roundness import circularity as circularity
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
@@ -43,33 +43,33 @@ if TYPE_CHECKING:
     from stretch_bt.perception.types import Sphere as Sphere
 
 _MODULES = {
-    "Cloud": "cloud",
+    "Cloud": "clouds.cloud",
     "Contact": "types",
     "ContactDetector": "detect",
     "Curvatures": "curvature",
-    "Dimensions": "dimensions",
+    "Dimensions": "clouds.dimensions",
     "HeightTracker": "tracker",
-    "Outline": "outline",
-    "Roundness": "roundness",
+    "Outline": "outlines.outline",
+    "Roundness": "outlines.roundness",
     "Segmentation": "segmentation",
     "Sphere": "types",
     "average_frames": "average",
     "brand": "curvature",
-    "circularity": "roundness",
+    "circularity": "outlines.roundness",
     "classify": "segmentation",
-    "cloud_of": "cloud",
+    "cloud_of": "clouds.cloud",
     "curvatures": "curvature",
     "deproject": "deprojection",
-    "draw_cloud": "cloud_picture",
+    "draw_cloud": "clouds.picture",
     "estimate_normals": "normals",
     "find_contact": "contact",
     "fit_sphere": "sphere",
-    "fuse_contact": "fuse",
+    "fuse_contact": "clouds.fuse",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "mask_membrane": "mask",
-    "measure_object": "dimensions",
-    "outline_of": "outline",
+    "measure_object": "clouds.dimensions",
+    "outline_of": "outlines.outline",
     "segment": "segmentation",
     "to_membrane": "deprojection",
     "top_of_points": "height",

@@ -1,18 +1,13 @@
-import importlib.util
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stretch_bt.accuracy.perception import outlines
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception import circularity, outline_of
 
-_path = Path(__file__).parents[2] / "benchmarks" / "perception_outlines.py"
-_spec = importlib.util.spec_from_file_location("perception_outlines", _path)
-outlines = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(outlines)
 PITCH = outlines.PITCH
 SHAPES = ("disc", "oval", "square", "triangle")
 

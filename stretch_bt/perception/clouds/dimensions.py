@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, NoContact
-from stretch_bt.perception.cloud import Array, Cloud
-from stretch_bt.perception.faces import Face, find_faces, settled
+from stretch_bt.perception.clouds.cloud import Array, Cloud
+from stretch_bt.perception.clouds.faces import Face, find_faces, settled
 from stretch_bt.perception.types import FloatArray
 from stretch_bt.units import Length
 

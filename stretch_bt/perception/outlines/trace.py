@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, NoContact
-from stretch_bt.perception.polyline import Array
+from stretch_bt.perception.outlines.polyline import Array
 from stretch_bt.perception.types import MaskArray
 
 __all__ = ["BLUR", "largest_piece", "trace"]

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.pixel_chain import chain_of
-from stretch_bt.perception.polyline import Curve, area_of, even, perimeter_of, redrawn, smoothed
+from stretch_bt.perception.outlines.pixel_chain import chain_of
+from stretch_bt.perception.outlines.polyline import Curve, area_of, even, perimeter_of, redrawn, smoothed
 from stretch_bt.units import Estimate
 
 __all__ = ["METHODS", "Method", "Roundness", "circularity", "contour_of", "roundness"]

@@ -7,7 +7,7 @@ import io
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.cloud import Array, Cloud
+from stretch_bt.perception.clouds.cloud import Array, Cloud
 
 __all__ = ["colours", "encode"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.cloud import Array, Cloud
+from stretch_bt.perception.clouds.cloud import Array, Cloud
 from stretch_bt.perception.robust import TUKEY, scale_of, tukey_weights
 
 __all__ = ["Face", "find_faces", "settled"]

@@ -65,7 +65,7 @@ class Cloud:
         InvalidInput
             The path has another ending, is taken, or cannot be written.
         """
-        from stretch_bt.perception import cloud_picture, ply
+        from stretch_bt.perception.clouds import picture as cloud_picture, ply
 
         target = Path(path)
         if target.suffix == ".ply":

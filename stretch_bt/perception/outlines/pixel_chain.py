@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.polyline import MOST, Curve, perimeter_of, spacing_of
+from stretch_bt.perception.outlines.polyline import MOST, Curve, perimeter_of, spacing_of
 
 __all__ = ["chain_of"]
 

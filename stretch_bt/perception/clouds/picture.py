@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.cloud import Array, Cloud
-from stretch_bt.perception.ply import colours
+from stretch_bt.perception.clouds.cloud import Array, Cloud
+from stretch_bt.perception.clouds.ply import colours
 
 __all__ = ["draw_cloud", "encode"]
 

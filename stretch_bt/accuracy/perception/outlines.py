@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+__all__ = ["PITCH", "jittered", "mask", "outline", "true_area", "true_circularity"]
+
 Array = npt.NDArray[np.float64]
 PITCH = 0.4e-3  # m
 OVAL = 0.9  # short over long axis
@@ -23,12 +25,14 @@ def _corners(shape: str, size: float) -> Any:
 
 
 def true_circularity(shape: str) -> float:
+    """Return 4 pi area / perimeter^2 of a shape."""
     fine = _corners(shape, 1.0)
     area = 0.5 * float((fine.conj() * np.roll(fine, -1)).imag.sum())
     return float(4 * np.pi * area / np.abs(np.roll(fine, -1) - fine).sum() ** 2)
 
 
 def true_area(shape: str, size: float = 25e-3) -> float:
+    """Return the area, m^2, of a shape of `size`, m."""
     return size**2 * {"disc": np.pi / 4, "oval": np.pi / 4 * OVAL, "square": 1.0}[shape]
 
 

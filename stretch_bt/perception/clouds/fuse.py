@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
-from stretch_bt.perception.cloud import CELL, FLOOR, Array, Cloud, Frame
+from stretch_bt.perception.clouds.cloud import CELL, FLOOR, Array, Cloud, Frame
 from stretch_bt.perception.types import Contact
 
 __all__ = ["fuse_contact", "placed"]

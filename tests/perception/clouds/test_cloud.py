@@ -1,19 +1,14 @@
-import importlib.util
 import struct
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stretch_bt.accuracy.perception import objects
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
 from stretch_bt.perception import cloud_of, draw_cloud, fuse_contact, measure_object
 
-_path = Path(__file__).parents[2] / "benchmarks" / "perception_objects.py"
-_spec = importlib.util.spec_from_file_location("perception_objects", _path)
-objects = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(objects)
 MM = 1e-3
 
 
