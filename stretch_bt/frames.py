@@ -108,7 +108,8 @@ class DepthFrame:
 
     `raw` is (h, w) uint16 in counts of `unit` metres, 0 where invalid. `time` is the device's own, s. `plane_distance`
     is the distance from the camera to the flat membrane along the optical axis, m. `hand_height` (world z of the flat
-    membrane, m) and `stretch` (m) are those at the moment of exposure, None where the cell does not know them.
+    membrane, m), `stretch` (m) and `pose` (of the hand frame in the world) are those at the moment of exposure, None
+    where the cell does not know them.
     """
 
     raw: npt.NDArray[np.uint16]
@@ -119,6 +120,7 @@ class DepthFrame:
     plane_distance: Length | None = None
     hand_height: Length | None = None
     stretch: Length | None = None
+    pose: Pose | None = None
 
     def __post_init__(self) -> None:
         expected = (self.intrinsics.height, self.intrinsics.width)

@@ -17,7 +17,7 @@ MAX_AGE = 0.5
 
 
 class FrameSource:
-    """Hands out frames exposed after the source was made, each once in a run, with the hand's height and stretch then."""
+    """Hands out frames exposed after the source was made, each once in a run, with the hand's pose and stretch then."""
 
     def __init__(self, context: Context, camera: DepthCamera, arm: Arm | None, gripper: Gripper | None) -> None:
         self.context = context
@@ -45,13 +45,15 @@ class FrameSource:
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:
         geometry = self.context.hand.geometry
-        height, stretch = frame.hand_height, frame.stretch  # those at exposure, where the camera's driver knows them
+        # What the camera's driver knows is of the moment of exposure; what the arm says now is the next best.
+        pose, height, stretch = frame.pose, frame.hand_height, frame.stretch
         if height is None and self.arm is not None:
-            height = self.arm.pose(MAX_AGE).value.height
+            pose = self.arm.pose(MAX_AGE).value
+            height = pose.height
         if stretch is None and self.gripper is not None:
             stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value)
         distance = frame.plane_distance or geometry.plane_distance
-        placed = replace(frame, hand_height=height, stretch=stretch, plane_distance=distance)
+        placed = replace(frame, pose=pose, hand_height=height, stretch=stretch, plane_distance=distance)
         if self.arm is None and self.gripper is None:  # a camera alone may look at anything
             return placed
         return perception.mask_membrane(placed, gauge=geometry.gauge, width=geometry.width, stretch=stretch or 0.0)

@@ -10,6 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stretch_bt.perception.average import average_frames as average_frames
+    from stretch_bt.perception.clouds.cloud import Cloud as Cloud
+    from stretch_bt.perception.clouds.cloud import cloud_of as cloud_of
+    from stretch_bt.perception.clouds.dimensions import Dimensions as Dimensions
+    from stretch_bt.perception.clouds.dimensions import measure_object as measure_object
+    from stretch_bt.perception.clouds.fuse import fuse_contact as fuse_contact
+    from stretch_bt.perception.clouds.picture import draw_cloud as draw_cloud
     from stretch_bt.perception.contact import find_contact as find_contact
     from stretch_bt.perception.curvature import Curvatures as Curvatures
     from stretch_bt.perception.curvature import brand as brand
@@ -28,6 +34,10 @@ if TYPE_CHECKING:
     from stretch_bt.perception.noise import frame_noise as frame_noise
     from stretch_bt.perception.noise import pixel_noise as pixel_noise
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
+    from stretch_bt.perception.outlines.outline import Outline as Outline
+    from stretch_bt.perception.outlines.outline import outline_of as outline_of
+    from stretch_bt.perception.outlines.roundness import Roundness as Roundness
+    from stretch_bt.perception.outlines.roundness import circularity as circularity
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
@@ -39,29 +49,39 @@ if TYPE_CHECKING:
     from stretch_bt.perception.types import Sphere as Sphere
 
 _MODULES = {
+    "Cloud": "clouds.cloud",
     "Contact": "types",
     "ContactDetector": "detect",
     "Curvatures": "curvature",
+    "Dimensions": "clouds.dimensions",
     "FrameNoise": "noise",
     "HeightTracker": "tracker",
+    "Outline": "outlines.outline",
     "PixelNoise": "noise",
+    "Roundness": "outlines.roundness",
     "Segmentation": "segmentation",
     "Sphere": "types",
     "average_frames": "average",
     "brand": "curvature",
+    "circularity": "outlines.roundness",
+    "classify": "segmentation",
+    "cloud_of": "clouds.cloud",
     "curvatures": "curvature",
     "deproject": "deprojection",
+    "draw_cloud": "clouds.picture",
+    "estimate_normals": "normals",
     "expected_ratio": "tension",
     "find_contact": "contact",
     "fit_sphere": "sphere",
     "frame_noise": "noise",
+    "fuse_contact": "clouds.fuse",
     "load_depth_png": "io",
     "load_depth_stack": "io",
-    "estimate_normals": "normals",
     "mask_membrane": "mask",
+    "measure_object": "clouds.dimensions",
+    "outline_of": "outlines.outline",
     "pixel_noise": "noise",
     "segment": "segmentation",
-    "classify": "segmentation",
     "tension_ratio": "tension",
     "to_membrane": "deprojection",
     "top_of_points": "height",
@@ -69,27 +89,37 @@ _MODULES = {
     "view_rays": "deprojection",
 }
 __all__ = [
+    "Cloud",
     "Contact",
     "ContactDetector",
     "Curvatures",
+    "Dimensions",
     "FrameNoise",
     "HeightTracker",
+    "Outline",
     "PixelNoise",
+    "Roundness",
     "Segmentation",
     "Sphere",
     "average_frames",
     "brand",
+    "circularity",
     "classify",
+    "cloud_of",
     "curvatures",
     "deproject",
+    "draw_cloud",
     "estimate_normals",
     "expected_ratio",
     "find_contact",
     "fit_sphere",
     "frame_noise",
+    "fuse_contact",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
+    "measure_object",
+    "outline_of",
     "pixel_noise",
     "segment",
     "tension_ratio",

@@ -46,4 +46,5 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
         time=frame.time,
         surface=points,
         confidence=found.confidence,
+        pose=frame.pose,
     )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.frames import Pose
 from stretch_bt.units import Curvature, Length, Time
 
 __all__ = ["CONTACT", "DEFORMED", "INVALID", "UNDEFORMED", "Contact", "FloatArray", "LabelArray", "MaskArray", "Sphere"]
@@ -26,8 +27,8 @@ class Contact:
     `points` (n, 3), m, and unit `rays` (n, 3), from the camera through each point, are in the membrane frame. `labels`
     (h, w) uint8 holds the class of every pixel, `confidence` (h, w) float32 the probability that it is right, 0 where
     invalid, and `surface` (h, w, 3), m, membrane frame, its point, NaN where the label is 255. `noise` is the depth
-    standard deviation of one pixel, m, as the frame itself shows it. `hand_height`, `stretch`, m, and `time`, s, are
-    those of the frame.
+    standard deviation of one pixel, m, as the frame itself shows it. `hand_height`, `stretch`, m, `time`, s, and
+    `pose`, of the hand in the world, are those of the frame.
     """
 
     points: FloatArray
@@ -39,6 +40,7 @@ class Contact:
     time: Time
     surface: FloatArray
     confidence: FloatArray
+    pose: Pose | None = None
 
 
 @dataclass(frozen=True, slots=True)

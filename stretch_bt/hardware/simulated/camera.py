@@ -83,5 +83,6 @@ class SimulatedCamera(CameraDriver):
             plane_distance=self.bench.hand.geometry.plane_distance,
             hand_height=told.height,
             stretch=stretch,
+            pose=told,
         )
         return Reading(frame, time, time, number)

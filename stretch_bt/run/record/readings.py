@@ -34,11 +34,14 @@ def _object(*names: str, **kind: Any) -> dict[str, Any]:
 
 
 _VECTOR = {"type": "array", "items": {"type": "number"}}
+_POSE = _object("position", "rotation", **_VECTOR)
+_FRAME = _object("image", "calibration", *_FRAME_FIELDS, type="number")
+_FRAME["properties"]["pose"] = _POSE
 SCHEMAS: dict[str, dict[str, Any]] = {
     NUMBER: _schema("A number, SI", {"type": "number"}),
-    POSE: _schema("Pose of the hand in the world, m and rad", _object("position", "rotation", **_VECTOR)),
+    POSE: _schema("Pose of the hand in the world, m and rad", _POSE),
     WRENCH: _schema("Wrench on the hand in world axes, N and N m", _object("force", "torque", **_VECTOR)),
-    FRAME: _schema("A depth frame, SI", _object("image", "calibration", *_FRAME_FIELDS, type="number")),
+    FRAME: _schema("A depth frame, SI; pose of the hand in the world, m and rad", _FRAME),
     VALUE: _schema("A reading", {}),
 }
 
@@ -47,8 +50,8 @@ def reading_fields(reading: Reading[Any]) -> tuple[str, dict[str, Any]]:
     """Return the schema and the message of a reading that is not a frame."""
     value = reading.value
     if value.__class__ in _VECTORS:
-        schema, first, second = _VECTORS[value.__class__]
-        content: Any = {first: _plain_list(getattr(value, first)), second: _plain_list(getattr(value, second))}
+        schema = _VECTORS[value.__class__][0]
+        content: Any = _vectors(value)
     else:
         content = plain(value)
         schema = NUMBER if isinstance(value, int | float) and not isinstance(value, bool) else VALUE
@@ -59,7 +62,14 @@ def frame_fields(reading: Reading[DepthFrame], image: int, calibration: int) -> 
     """Return the message of a frame whose image and intrinsics are stored under these numbers."""
     known = {name: plain(getattr(reading.value, name)) for name in _FRAME_FIELDS}
     content = {name: value for name, value in known.items() if value is not None}
+    if reading.value.pose is not None:
+        content["pose"] = _vectors(reading.value.pose)
     return _with_times(reading, {**content, "image": image, "calibration": calibration})
+
+
+def _vectors(value: Any) -> dict[str, Any]:
+    _, *names = _VECTORS[value.__class__]
+    return {name: _plain_list(getattr(value, name)) for name in names}
 
 
 def _plain_list(values: Any) -> list[Any]:
@@ -79,7 +89,9 @@ def read_reading(schema: str, fields: Mapping[str, Any]) -> Reading[Any]:
 def read_frame(fields: Mapping[str, Any], image: Any, intrinsics: Any) -> Reading[DepthFrame]:
     """Return the reading of a frame, given its image and intrinsics."""
     rest = {name: _number(fields["value"].get(name)) for name in _FRAME_FIELDS}
-    return _reading(fields, DepthFrame(raw=image, intrinsics=intrinsics, **rest))
+    placed = fields["value"].get("pose")
+    pose = None if placed is None else _pose(placed)
+    return _reading(fields, DepthFrame(raw=image, intrinsics=intrinsics, pose=pose, **rest))
 
 
 def _reading(fields: Mapping[str, Any], value: Any) -> Reading[Any]:
@@ -94,13 +106,17 @@ def _vector(values: Any) -> tuple[Any, ...]:
     return tuple(_number(value) for value in values)
 
 
+def _pose(fields: Mapping[str, Any]) -> Pose:
+    return Pose(_vector(fields["position"]), _vector(fields["rotation"]))
+
+
 def _as_is(value: Any) -> Any:
     return value
 
 
 _VALUE_READERS: dict[str, Callable[[Any], Any]] = {
     NUMBER: _number,
-    POSE: lambda value: Pose(_vector(value["position"]), _vector(value["rotation"])),
+    POSE: _pose,
     WRENCH: lambda value: Wrench(_vector(value["force"]), _vector(value["torque"])),
 }
 

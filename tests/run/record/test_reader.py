@@ -29,8 +29,9 @@ def images(shape: tuple[int, int]) -> st.SearchStrategy[np.ndarray]:
     return st.integers(0, 5).map(lambda seed: np.random.default_rng(seed).integers(0, 2**16, shape, np.uint16))
 
 
+POSES = st.none() | st.builds(Pose, VECTOR, VECTOR)
 FRAMES = st.builds(
-    DepthFrame, images((20, 24)), FINITE, st.just(INTRINSICS), FINITE, st.integers(0), MAYBE, MAYBE, MAYBE
+    DepthFrame, images((20, 24)), FINITE, st.just(INTRINSICS), FINITE, st.integers(0), MAYBE, MAYBE, MAYBE, POSES
 )
 CROPPED = INTRINSICS.cropped(2, 10, 0, 5)
 CROPS = st.builds(DepthFrame, images((8, 5)), FINITE, st.just(CROPPED), FINITE, st.integers(0), MAYBE, MAYBE, MAYBE)

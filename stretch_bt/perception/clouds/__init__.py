@@ -1,0 +1,1 @@
+"""Clouds of points from many contacts, and what they say of an object."""

@@ -1,0 +1,126 @@
+"""A cloud of surface points, each with its standard deviation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.units import Length
+
+__all__ = ["CELL", "FLOOR", "Array", "Cloud", "Frame", "cloud_of"]
+
+Array = npt.NDArray[np.float64]
+Frame = Literal["world", "hand"]
+
+CELL = 0.5e-3  # m
+FLOOR = 0.1e-3  # m; an arm of this class returns to a pose within it
+
+
+@dataclass(frozen=True, slots=True)
+class Cloud:
+    """Points of an object's surface, fused from any number of contacts.
+
+    `points` (n, 3), m, lie in the world, or in the frame of a hand whose pose nobody told. `noise` (n,), m, is the
+    standard deviation along the unit `rays` (n, 3), from the camera, and `seen` (n,) in how many contacts a point was
+    found. `columns` (n, 3) int64 holds the axis along which a point was averaged and its cell across it, `cell` m wide.
+    `floor`, m, is the standard deviation that all points share, as that of the arm's pose, and that no repetition
+    reduces. `scatter` is the sum of squared disagreements between contacts in units of their noise, in `repeats` cases.
+    """
+
+    points: Array
+    noise: Array
+    rays: Array
+    seen: npt.NDArray[np.int64]
+    columns: npt.NDArray[np.int64]
+    frame: Frame = "world"
+    cell: Length = CELL
+    floor: Length = FLOOR
+    contacts: int = 0
+    scatter: float = 0.0
+    repeats: int = 0
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def disagreement(self) -> float:
+        """Root mean square by which contacts differ, in units of what their noise explains; 1 when that explains it."""
+        return float(np.sqrt(self.scatter / self.repeats)) if self.repeats else 1.0
+
+    @property
+    def sd(self) -> Array:
+        """Standard deviation (n,) of each point along its ray, m: noise, widened where contacts disagree, and the floor."""
+        return np.hypot(self.noise * max(self.disagreement, 1.0), self.floor)
+
+    def save(self, path: str | Path, *, text: bool = False) -> None:
+        """Write the cloud: as PLY, binary or text, where the path ends in .ply, as a picture where it ends in .png.
+
+        Raises
+        ------
+        InvalidInput
+            The path has another ending, is taken, or cannot be written.
+        """
+        from stretch_bt.perception.clouds import picture as cloud_picture, ply
+
+        target = Path(path)
+        if target.suffix == ".ply":
+            data = ply.encode(self, text=text)
+        elif target.suffix == ".png":
+            data = cloud_picture.encode(self)
+        else:
+            raise InvalidInput(f"{target.name!r} says no format; write a name such as cloud.ply or cloud.png")
+        try:
+            with target.open("xb") as file:
+                file.write(data)
+        except FileExistsError:
+            raise InvalidInput(f"{target} exists; choose another name or remove it") from None
+        except OSError as error:
+            raise InvalidInput(f"the cloud cannot be written to {target}: {error.strerror}") from error
+
+
+def cloud_of(
+    points: npt.NDArray[Any],
+    noise: npt.NDArray[Any] | float,
+    *,
+    rays: npt.NDArray[Any] | None = None,
+    frame: Frame = "world",
+    floor: float = FLOOR,
+) -> Cloud:
+    """Return points from elsewhere as a cloud; those that are not finite are left out.
+
+    Parameters
+    ----------
+    points : (n, 3) float, m
+    noise : (n,) float or float, m
+        Positive standard deviation along the rays.
+    rays : (n, 3) unit vectors
+        From the camera through the points; straight down unless given.
+
+    Raises
+    ------
+    InvalidInput
+        An array has another shape or type, or a standard deviation is not positive.
+    """
+    at = np.asarray(points)
+    if at.ndim != 2 or at.shape[1] != 3 or at.dtype.kind != "f":
+        raise InvalidInput(f"the points of a cloud are floats of shape (n, 3), got {at.dtype} {at.shape}")
+    known: Array = at.astype(np.float64)
+    seen_from = np.tile([0.0, 0.0, -1.0], (len(known), 1)) if rays is None else np.asarray(rays, dtype=np.float64)
+    if seen_from.shape != known.shape:
+        raise InvalidInput(f"the rays of {len(known)} points have shape {known.shape}, got {seen_from.shape}")
+    try:
+        sd = np.broadcast_to(np.asarray(noise, dtype=np.float64), len(known))
+    except ValueError:
+        raise InvalidInput(f"the noise of {len(known)} points is one number or as many, got {np.shape(noise)}") from None
+    kept = np.isfinite(known).all(axis=1) & np.isfinite(seen_from).all(axis=1)
+    if not (np.isfinite(sd[kept]).all() and (sd[kept] > 0).all()):
+        raise InvalidInput("the noise of a cloud is a positive standard deviation in metres")
+    count = int(kept.sum())
+    columns = np.column_stack([np.full(count, 2), np.arange(count), np.zeros(count)]).astype(np.int64)
+    seen = np.ones(count, dtype=np.int64)
+    return Cloud(known[kept], sd[kept].copy(), seen_from[kept], seen, columns, frame, floor=floor, contacts=1)

@@ -1,0 +1,1 @@
+"""Outlines of flat objects: area, perimeter and circularity."""

@@ -1,0 +1,122 @@
+"""The outline of a flat object: the border of its contact in the plane, its area, its length and how round it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.outlines.polyline import Array, area_of, even, noise_of, perimeter_of, redrawn, smoothed, spacing_of
+from stretch_bt.perception.outlines.roundness import CORNERS, REPLICATES, Method, Roundness, contour_of, roundness
+from stretch_bt.perception.outlines.trace import BLUR, trace
+from stretch_bt.perception.types import CONTACT, INVALID, FloatArray, MaskArray
+from stretch_bt.units import Area, Length
+
+__all__ = ["Outline", "outline_of"]
+
+LEAST_PIXEL_NOISE = 0.07  # pixels: what drawing an edge on a grid and blurring it leaves of its place
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A closed line around a region, with what it encloses.
+
+    `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations are
+    those of the border's own roughness: that a region is a pixel too wide all around cannot be seen from it.
+    """
+
+    vertices: FloatArray
+    area: Area
+    area_sd: Area
+    perimeter: Length
+    perimeter_sd: Length
+
+    def roundness(self, method: Method = "contour") -> Roundness:
+        """Return the circularity with its standard deviation and the method."""
+        return roundness(self.vertices, method=method)
+
+
+def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: int = CONTACT) -> Outline:
+    """Return the outer outline of a region of pixels, in the plane of the flat membrane.
+
+    Parameters
+    ----------
+    region : (h, w) uint8 or bool
+        Labels as `segment` gives them, of which those equal to `label` are taken, or a mask.
+    where : (h, w, 3) float, m, or a float, m
+        The point of each pixel in the membrane frame, or the distance from pixel to pixel.
+
+    Raises
+    ------
+    NoContact
+        The region has no pixel.
+    IllConditioned
+        It is cut by the edge of the image or by pixels without depth, too small, or in several pieces.
+    InvalidInput
+        An array has another shape or type.
+    """
+    inside, valid = _region(region, label)
+    if np.ndim(where) == 0:
+        pitch = float(where)
+        if not (np.isfinite(pitch) and pitch > 0):
+            raise InvalidInput(f"the distance from pixel to pixel is a positive number of metres, got {pitch}")
+        return _outline(trace(inside, valid) * pitch, pitch)
+    points = np.asarray(where)
+    if points.shape != (*inside.shape, 3) or points.dtype.kind != "f":
+        raise InvalidInput(
+            f"the points of a region of shape {inside.shape} have shape {(*inside.shape, 3)} and are floats, "
+            f"got {points.dtype} {points.shape}"
+        )
+    valid &= np.isfinite(points).all(axis=2)
+    line = trace(inside, valid)
+    vertices = _in_plane(line, points, inside & valid)
+    return _outline(vertices, perimeter_of(_curve(vertices)) / perimeter_of(_curve(line)))
+
+
+def _region(region: npt.NDArray[Any], label: int) -> tuple[MaskArray, MaskArray]:
+    """Return which pixels are in a region, and which are valid."""
+    image = np.asarray(region)
+    if image.ndim != 2 or image.dtype not in (np.dtype(bool), np.dtype(np.uint8)):
+        raise InvalidInput(f"a region is an (h, w) image of uint8 labels or of bool, got {image.dtype} {image.shape}")
+    if image.dtype == bool:
+        return image, np.ones(image.shape, dtype=bool)
+    return np.asarray(image == label), np.asarray(image != INVALID)
+
+
+def _curve(vertices: Array) -> npt.NDArray[np.complex128]:
+    return np.asarray(vertices[:, 0] + 1j * vertices[:, 1])
+
+
+def _in_plane(line: Array, points: FloatArray, inside: MaskArray) -> Array:
+    """Return x and y, m, of places given in pixels, by a quadratic map fitted to the region's own points."""
+    v, u = np.nonzero(inside)
+    middle, size = np.array([u.mean(), v.mean()]), max(u.std(), v.std(), 1.0)
+    design = _quadratic((np.column_stack([u, v]) - middle) / size)
+    known = points[inside][:, :2].astype(np.float64)
+    fit, _, rank, _ = np.linalg.lstsq(design, known, rcond=None)
+    if rank < design.shape[1]:
+        raise IllConditioned("too few pixels of the region have depth to place its outline")
+    return np.asarray(_quadratic((line - middle) / size) @ fit)
+
+
+def _quadratic(at: Array) -> Array:
+    x, y = at.T
+    return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+
+
+def _outline(vertices: Array, pitch: float) -> Outline:
+    """Return the outline with the errors that its roughness gives it; `pitch` is the size of a pixel, m."""
+    curve = contour_of(vertices)
+    area = area_of(curve)
+    if len(curve) < CORNERS:
+        raise IllConditioned(f"an outline of {len(curve)} vertices is too coarse")
+    curve = even(curve)
+    noise = max(noise_of(curve)[0], LEAST_PIXEL_NOISE * pitch)
+    perimeter = perimeter_of(smoothed(curve))
+    others = [perimeter_of(smoothed(other)) for other in redrawn(curve, REPLICATES)]
+    # The noise of a blurred border is the same over the blur's width: the integral of its autocorrelation.
+    alike = max(2.0 * np.sqrt(np.pi) * BLUR * pitch, spacing_of(curve))
+    return Outline(vertices, area, noise * float(np.sqrt(perimeter * alike)), perimeter, float(np.std(others, ddof=1)))

@@ -1,0 +1,143 @@
+"""Closed curves as arrays of complex numbers x + iy: length, area, even sampling, smoothing that keeps corners."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Array", "Curve", "area_of", "even", "noise_of", "perimeter_of", "redrawn", "smoothed", "spacing_of"]
+
+Curve = npt.NDArray[np.complex128]
+Array = npt.NDArray[np.float64]
+
+HALF_WIDTHS = (1, 2, 3, 4, 5, 7, 9, 12, 16, 22, 30)  # samples to either side, from none used to many
+NOISE_HALF_WIDTH = 5  # samples over which noise and shape are told apart
+STRAY = 3.2  # standard deviations by which a wider fit may differ before the boundary is taken to bend
+GIVEN_BACK = 0.75  # share of what smoothing took that a second pass returns: less bias at corners for a little noise
+UNEVEN = 3.0  # longest over median gap, over a few samples, from which an outline is sampled anew
+LEAST, MOST = 16, 20000  # samples
+
+
+def area_of(curve: Curve) -> float:
+    """Return the area that a closed polygon encloses."""
+    return abs(0.5 * float((np.conj(curve) * np.roll(curve, -1)).imag.sum()))
+
+
+def perimeter_of(curve: Curve) -> float:
+    """Return the length of a closed polygon."""
+    return float(np.abs(np.roll(curve, -1) - curve).sum())
+
+
+def _gaps(curve: Curve) -> Array:
+    """Return the distance from each sample to the next, over several of them, which noise across lengthens but little."""
+    lag = max(1, min(4, len(curve) // 8))
+    return np.asarray(np.abs(np.roll(curve, -lag) - curve) / lag)
+
+
+def spacing_of(curve: Curve) -> float:
+    """Return the typical distance between samples along the curve."""
+    return float(np.median(_gaps(curve)))
+
+
+def even(curve: Curve, gap: float | None = None) -> Curve:
+    """Return the polygon sampled evenly along its length at about `gap`; without one, as it is unless that is uneven."""
+    sides = np.abs(np.roll(curve, -1) - curve)
+    if gap is None:
+        if _gaps(curve).max() <= UNEVEN * spacing_of(curve):
+            return curve
+        gap = float(np.median(sides))
+    along = np.concatenate([[0.0], np.cumsum(sides)])
+    count = int(min(max(along[-1] / gap, LEAST), MOST))
+    places = np.arange(count) * (along[-1] / count)
+    closed = np.append(curve, curve[0])
+    sampled: Curve = np.interp(places, along, closed.real) + 1j * np.interp(places, along, closed.imag)
+    return sampled
+
+
+@lru_cache(maxsize=64)
+def _weights(half: int) -> Array:
+    """Return the weights with which a least-squares quadratic over 2 half + 1 samples gives its middle (Savitzky and Golay, 1964)."""
+    k = np.arange(-half, half + 1.0)
+    if half == 1:
+        return np.array([0.0, 1.0, 0.0])  # a parabola through three samples
+    moments = np.vander(k, 3, increasing=True)
+    return np.asarray(np.linalg.pinv(moments)[0])
+
+
+def _smooth(curve: Curve, half: int) -> Curve:
+    weights = _weights(half)
+    wrapped = np.concatenate([curve[-half:], curve, curve[:half]])
+    return np.asarray(np.convolve(wrapped, weights, mode="valid"))
+
+
+def _normals(curve: Curve) -> Curve:
+    lag = max(1, min(4, len(curve) // 8))
+    along = np.roll(curve, -lag) - np.roll(curve, lag)
+    size = np.abs(along)
+    return np.asarray(1j * along / np.where(size > 0, size, 1.0))
+
+
+def _half_widths(count: int) -> list[int]:
+    return [half for half in HALF_WIDTHS if 2 * half + 1 <= count // 3]
+
+
+def _noise_sd(curve: Curve, normal: Curve) -> float:
+    """Return the standard deviation across the curve, from what a local quadratic leaves; a few corners do not count."""
+    half = max(h for h in _half_widths(len(curve)) if h <= NOISE_HALF_WIDTH)
+    left = ((curve - _smooth(curve, half)) * np.conj(normal)).real
+    share = 1.0 - float(_weights(half)[half])
+    return 1.4826 * float(np.median(np.abs(left))) / np.sqrt(share) if share > 0 else 0.0
+
+
+def smoothed(curve: Curve) -> Curve:
+    """Return a curve of at least 16 even samples without its noise, its corners kept.
+
+    At each sample the widest local quadratic is taken that still agrees with all narrower ones within their errors
+    (Goldenshluger and Nemirovski, 1997; Katkovnik, 1999), the noise being what the curve itself shows.
+    """
+    normal = _normals(curve)
+    noise = _noise_sd(curve, normal)
+    wide = np.ones(len(curve), dtype=np.int64)
+    low, high = np.full(len(curve), -np.inf), np.full(len(curve), np.inf)
+    agrees = np.ones(len(curve), dtype=bool)
+    fits = {half: _smooth(curve, half) for half in _half_widths(len(curve))}
+    for half, fit in fits.items():
+        shift = ((fit - curve) * np.conj(normal)).real
+        reach = STRAY * noise * float(np.linalg.norm(_weights(half)))
+        low, high = np.maximum(low, shift - reach), np.minimum(high, shift + reach)
+        agrees &= low <= high
+        wide[agrees] = half
+    found = _pick(fits, wide)
+    taken = curve - found
+    return np.asarray(found + GIVEN_BACK * _pick({half: _smooth(taken, half) for half in fits}, wide))
+
+
+def _pick(fits: dict[int, Curve], wide: npt.NDArray[np.int64]) -> Curve:
+    found = np.zeros(len(wide), dtype=np.complex128)
+    for half, fit in fits.items():
+        found[wide == half] = fit[wide == half]
+    return found
+
+
+def noise_of(curve: Curve) -> tuple[float, float]:
+    """Return the standard deviation of a curve's noise across it, and its correlation from one sample to the next."""
+    normal = _normals(curve)
+    left = ((curve - smoothed(curve)) * np.conj(normal)).real
+    sd = max(_noise_sd(curve, normal), 1.4826 * float(np.median(np.abs(left))))
+    left = np.clip(left, -STRAY * sd, STRAY * sd)
+    power = float(left @ left)
+    return sd, float(np.clip(left @ np.roll(left, 1) / power, 0.0, 0.9)) if power > 0 else 0.0
+
+
+def redrawn(curve: Curve, count: int) -> Curve:
+    """Return (count, n): curves as this one might as well have come out, with other noise of the same kind."""
+    rng = np.random.default_rng(0)
+    sd, correlation = noise_of(curve)
+    white = rng.normal(size=(count, len(curve)))
+    # An autoregression of first order around the closed curve, as a filter of unit power.
+    gain = 1.0 / np.abs(1.0 - correlation * np.exp(-2j * np.pi * np.fft.rfftfreq(len(curve))))
+    noise = np.fft.irfft(np.fft.rfft(white) * gain, n=len(curve)) * np.sqrt(1.0 - correlation**2)
+    inside = smoothed(curve)
+    return np.asarray(inside + sd * noise * _normals(inside))

@@ -1,0 +1,127 @@
+"""Nodes that measure objects: outline, cloud and dimensions, alone and in a tree."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stretch_bt.frames import Pose
+from stretch_bt.perception import Cloud
+from stretch_bt.perception.types import Contact
+from stretch_bt.run.context import RunContext
+from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
+from stretch_bt.tree.registry import lookup
+
+
+def node(name: str, **inputs: Any) -> Behavior:
+    info = lookup(name)
+    assert info is not None
+    made = info.cls(f"main/{name}")
+    made.context = RunContext()
+    for p in info.of(Role.INPUT):
+        made.wiring[p.name] = partial(inputs.get, p.name, p.default)
+    return made
+
+
+def tick(made: Behavior) -> Status:
+    for _ in made.tick():
+        pass
+    status: Status = made.status
+    return status
+
+
+def disc(radius: float, x: float = 0.0, cut: bool = False) -> Contact:
+    """A flat, round contact in an image of 0.4 mm a pixel, seen by a hand at x."""
+    v, u = np.mgrid[:80, :80]
+    middle = 4.0 if cut else 40.0
+    surface = np.stack([(u - middle) * 0.4e-3, (v - 40.0) * 0.4e-3, np.full(u.shape, 0.01)], axis=2)
+    labels = np.where(np.hypot(surface[..., 0], surface[..., 1]) < radius, 2, 0).astype(np.uint8)
+    points = surface[labels == 2]
+    rays = points - [0.0, 0.0, 0.2]
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return Contact(points, rays, labels, 1e-4, 0.05, 0.0, 0.0, surface, np.ones(labels.shape), Pose((x, 0.0, 0.05)))
+
+
+def test_measure_outline_writes_what_it_measures_with_deviations() -> None:
+    measure = node("measure_outline", contact=disc(0.01))
+    assert tick(measure) is Status.SUCCESS
+    circularity, area = (measure.sinks[name] for name in ("circularity", "area"))
+    assert circularity.value == pytest.approx(1.0, abs=0.01)
+    assert area.value == pytest.approx(np.pi * 1e-4, rel=0.02)
+    assert circularity.sd is not None
+    assert 0 < circularity.sd < 0.01
+    by_chain = node("measure_outline", contact=disc(0.01), method="pixel_chain")
+    assert tick(by_chain) is Status.SUCCESS
+    assert by_chain.sinks["circularity"].value < 0.92
+
+
+def test_measure_outline_refuses_a_cut_contact() -> None:
+    measure = node("measure_outline", contact=disc(0.01, cut=True))
+    assert tick(measure) is Status.FAILURE
+    assert "edge of the image" in measure.reason
+    assert measure.sinks["circularity"].value is MISSING
+
+
+def test_nodes_that_write_to_one_key_add_to_one_cloud_until_reset() -> None:
+    key = Cell("cloud")
+    sizes = []
+    for x, reset in ((0.0, False), (0.03, False), (0.03, False), (0.0, True)):
+        fuse = node("fuse_contact", contact=disc(0.01, x), reset=reset)
+        fuse.sinks["cloud"] = key
+        assert tick(fuse) is Status.SUCCESS
+        cloud: Cloud = key.value
+        sizes.append((np.ptp(cloud.points[:, 0]) > 0.04, cloud.contacts, int(cloud.seen.max())))
+    assert sizes == [(False, 1, 1), (True, 2, 1), (True, 3, 2), (False, 1, 1)]
+
+
+def test_measure_object_writes_lengths_or_refuses() -> None:
+    fuse = node("fuse_contact", contact=disc(0.01))
+    assert tick(fuse) is Status.SUCCESS
+    measure = node("measure_object", cloud=fuse.sinks["cloud"].value)
+    assert tick(measure) is Status.SUCCESS
+    assert measure.sinks["dimensions"].value.how == ("extent", "extent", "table")
+    assert measure.sinks["height"].value == pytest.approx(0.06, abs=1e-4)
+    length = measure.sinks["length"]
+    assert abs(length.value - 0.02) < 3 * length.sd
+    assert 0 < length.sd < 2e-3
+    small = node("fuse_contact", contact=disc(0.0006))
+    assert tick(small) is Status.FAILURE
+    assert "too small" in small.reason
+
+
+TREE = """\
+format: stretch-tree/1
+doc: Press a flat cylinder at two places and measure it.
+devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
+scene: calibration_cylinder
+keys: {contact: Contact, cloud: Cloud}
+trees:
+  feel:
+    keys: {frame: DepthFrame}
+    in: {depth: Length}
+    out: {cloud: Cloud, contact: Contact}
+    sequence:
+      - press: {depth: $depth}
+      - average_frames: {count: 4, frame: $frame}
+      - segment_contact: {frame: $frame, contact: $contact}
+      - fuse_contact: {contact: $contact, cloud: $cloud}
+  main:
+    out: {circularity: float, height: Length, contacts: int, disagreement: float}
+    sequence:
+      - approach: {}
+      - feel: {depth: 6 mm, cloud: $cloud, contact: $contact}
+      - feel: {depth: 8 mm, cloud: $cloud, contact: $contact}
+      - measure_outline: {contact: $contact, circularity: $circularity}
+      - measure_object: {cloud: $cloud, height: $height}
+      - set: {contacts: cloud.contacts, disagreement: cloud.disagreement}
+"""
+
+
+def test_a_tree_measures_the_cylinder_of_a_scene(run: Callable[..., Any]) -> None:
+    result = run(TREE)
+    assert result.status == "SUCCESS", result.reason
+    values = {name: output["value"] for name, output in result.to_json()["outputs"].items()}
+    assert values["height"] == pytest.approx(60.0, abs=0.5)  # mm
+    assert values["contacts"] == 2
