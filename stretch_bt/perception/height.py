@@ -95,13 +95,13 @@ def _faint(top: Top, z: Array, places: Places, radius: float) -> Estimate:
     """Return the height of a top that is flat, or nearly so.
 
     Taken for flat, a faint cap comes out too low by half its sag; taken for curved, a flat face comes out twice as
-    uncertain. The weight of the vertex grows with the curvature's significance t as 1 - 1 / t^2, which is the shrinkage of
+    uncertain. The weight of the vertex grows with the curvature's significance t as 1 - 2 / t^2, in the manner of the shrinkage of
     James and Stein.
     """
     flat, t = _flat(z, places), top.significance
-    if t <= 1.0:
+    if t * t <= 2.0:
         return flat
-    weight, vertex = 1.0 - 1.0 / t**2, top.estimate(radius)
+    weight, vertex = 1.0 - 2.0 / t**2, top.estimate(radius)
     variance = flat.sd**2 + weight * max(vertex.sd**2 - flat.sd**2, 0.0)
     return Estimate(flat.value + weight * (vertex.value - flat.value), float(np.sqrt(variance)))
 
