@@ -32,10 +32,11 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
         raise NoContact("the frame has no valid pixel")
     np.subtract(np.float32(frame.plane_distance), points[..., 2], out=points[..., 2])
     found = classify(points, valid, rule=rule, stretch=frame.stretch)
-    touching = points[found.labels == CONTACT]
+    pixels, labels = points.reshape(-1, 3), found.labels.reshape(-1)
+    touching = pixels[np.flatnonzero(labels == CONTACT)]
     if not len(touching):
         raise NoContact("no part of the membrane is curved and raised enough to be in contact")
-    points[valid & (found.labels == INVALID)] = np.nan
+    pixels[np.flatnonzero(valid.reshape(-1) & (labels == INVALID))] = np.nan
     return Contact(
         points=touching,
         rays=view_rays(touching, (0.0, 0.0, frame.plane_distance)),

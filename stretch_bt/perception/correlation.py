@@ -17,7 +17,7 @@ __all__ = ["left_of_one", "noise_of", "spread_of_mean"]
 Array = npt.NDArray[np.float64]
 
 LENGTHS: Array = np.concatenate([[0.0], np.geomspace(0.25, 4.0, 30)])
-MOST = 12000  # pixels that are looked at
+MOST = 6000  # pixels that are looked at
 PASSES = (1.0, -4.0, 6.0, -4.0, 1.0)  # of (1 - g)^4, the power that two passes of 1 less a Gaussian g leave
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.smooth import derivative, enlarge, slope
-from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, steps_of
+from stretch_bt.perception.surface import Lateral, Surface, binned_surface, clean, lateral
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Bending", "Curvatures", "along_axes", "bending", "brand", "curvatures", "spread"]
@@ -64,7 +64,7 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
     if cleaned is None:
         return Curvatures(i, j, total, trusted, 0.0, 0.0, 0.0)
     surface = binned_surface(cleaned, kernel)
-    bent = bending(cleaned, surface)
+    bent = bending(surface, lateral(cleaned, kernel))
     binned = (*along_axes(surface, bent), _twice_mean(surface, bent))
     shape = cleaned.valid.shape
     near = enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5
@@ -91,9 +91,9 @@ class Bending:
     root: Image
 
 
-def bending(cleaned: Cleaned, surface: Surface) -> Bending:
+def bending(surface: Surface, moves: Lateral) -> Bending:
     """Return the derivatives of a surface, or of part of it."""
-    x_u, y_v = steps_of(cleaned, surface)
+    x_u, y_v = moves.of(surface)
     h_u, h_uu, h_v, h_vv = (derivative(surface.height, surface.sigma, *o) for o in ((1, 0), (2, 0), (0, 1), (0, 2)))
     h_x, h_y = h_u / x_u, h_v / y_v
     # Perspective makes x_u change where the surface rises; left out, a steep flank gains a false curvature.

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.types import FloatArray, MaskArray
 
@@ -47,11 +48,13 @@ def deproject(depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None = No
         raise InvalidInput(
             f"these intrinsics are of {intrinsics.height} rows by {intrinsics.width} columns, the image is {image.shape}"
         )
+    points = np.full((*image.shape, 3), np.nan, dtype=image.dtype)
+    box = valid_box(valid)
+    near, z = points[box], image[box].copy()
+    np.copyto(z, np.nan, where=~valid[box])
     x, y = ray_planes(intrinsics, image.dtype.char)
-    z = np.where(valid, image, np.asarray(np.nan, image.dtype))
-    points = np.empty((*image.shape, 3), dtype=image.dtype)
-    for axis, values in enumerate((x * z, y * z, z)):
-        points[..., axis] = values
+    for axis, values in enumerate((x[box] * z, y[box] * z, z)):
+        near[..., axis] = values
     return points, valid
 
 

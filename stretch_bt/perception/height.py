@@ -8,7 +8,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_weights
 from stretch_bt.perception.surface import check_points
-from stretch_bt.perception.top import Places, curved_top, m_sd, shared
+from stretch_bt.perception.top import Places, Top, m_sd, shared
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -79,14 +79,31 @@ def _best(cloud: Array, places: Places) -> Estimate:
     radius = float(np.sqrt(2.0 * quantile((x - middle[0]) ** 2 + (y - middle[1]) ** 2)))
     reach = RIM * radius
     kept = _disc((x - middle[0]) ** 2 + (y - middle[1]) ** 2, reach)
-    top = curved_top(x[kept], y[kept], z[kept], places[kept], middle)
-    if top is not None:
+    top = Top(x[kept], y[kept], z[kept], places[kept], middle, even=False)
+    if top.is_curved:
         within = min(reach, max(REACH / top.curvature, 0.3 * radius))
-        vertex = top.vertex(radius)
-        disc = _disc((x - vertex[0]) ** 2 + (y - vertex[1]) ** 2, within)
+        middle = top.vertex(radius)
+        disc = _disc((x - middle[0]) ** 2 + (y - middle[1]) ** 2, within)
         if not np.array_equal(disc, kept):
-            kept, top = disc, curved_top(x[disc], y[disc], z[disc], places[disc], vertex)
-    return _flat(z[kept], places[kept]) if top is None else top.estimate(radius)
+            kept, top = disc, Top(x[disc], y[disc], z[disc], places[disc], middle, even=False)
+    if top.is_curved:
+        return top.estimate(radius)
+    return _faint(Top(x[kept], y[kept], z[kept], places[kept], middle, even=True), z[kept], places[kept], radius)
+
+
+def _faint(top: Top, z: Array, places: Places, radius: float) -> Estimate:
+    """Return the height of a top that is flat, or nearly so.
+
+    Taken for flat, a faint cap comes out too low by half its sag; taken for curved, a flat face comes out twice as
+    uncertain. The weight of the vertex grows with the curvature's significance t as 1 - 2 / t^2, in the manner of the shrinkage of
+    James and Stein.
+    """
+    flat, t = _flat(z, places), top.significance
+    if t * t <= 2.0:
+        return flat
+    weight, vertex = 1.0 - 2.0 / t**2, top.estimate(radius)
+    variance = flat.sd**2 + weight * max(vertex.sd**2 - flat.sd**2, 0.0)
+    return Estimate(flat.value + weight * (vertex.value - flat.value), float(np.sqrt(variance)))
 
 
 def _disc(away: Array, radius: float) -> MaskArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stretch_bt.perception.smooth import derivative, enlarge
-from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, steps_of
+from stretch_bt.perception.surface import Lateral, Surface, binned_surface, clean, lateral
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["estimate_normals", "surface_normals"]
@@ -37,16 +37,15 @@ def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.
     shape = cleaned.valid.shape
     seen = cleaned.valid & (enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5)
     trusted[cleaned.box] = seen
-    near = surface_normals(cleaned, surface)
+    near = surface_normals(surface, lateral(cleaned, kernel), shape)
     near[~seen] = np.nan
     found[cleaned.box] = near
     return found, trusted
 
 
-def surface_normals(cleaned: Cleaned, surface: Surface) -> FloatArray:
+def surface_normals(surface: Surface, moves: Lateral, shape: tuple[int, int]) -> FloatArray:
     """Return unit normals (h, w, 3) of the pixels of a surface: (-h_x, -h_y, 1) normalised, turned to its frame."""
-    shape = cleaned.valid.shape
-    x_u, y_v = steps_of(cleaned, surface)
+    x_u, y_v = moves.of(surface)
     h_x = enlarge(derivative(surface.height, surface.sigma, 1, 0) / x_u, surface.step, shape)
     h_y = enlarge(derivative(surface.height, surface.sigma, 0, 1) / y_v, surface.step, shape)
     found = np.empty((*shape, 3), dtype=np.float32)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["border", "bounds", "distance", "enlarge_mask", "filled", "hull", "inner_half", "parts", "touching", "widened"]
+__all__ = ["border", "bounds", "distance", "enlarge_mask", "filled", "hull", "inner_half", "parts", "touching", "valid_box", "widened"]
 
 Image = npt.NDArray[np.float32]
 
@@ -97,3 +97,11 @@ def bounds(mask: MaskArray, margin: int) -> tuple[slice, slice]:
 
     u, v, w, h = cv2.boundingRect(mask.view(np.uint8))
     return slice(max(v - margin, 0), v + h + margin), slice(max(u - margin, 0), u + w + margin)
+
+
+def valid_box(valid: MaskArray) -> tuple[slice, slice]:
+    """Return the rows and columns that hold the valid pixels; empty where there are none."""
+    rows, columns = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
+    if not rows.size:
+        return slice(0, 0), slice(0, 0)
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)

@@ -51,7 +51,7 @@ def sparse(values: FloatArray, most: int = 20000) -> FloatArray:
     return values[:: max(1, values.size // most)]
 
 
-def sample(values: FloatArray, valid: MaskArray, most: int = 4000) -> FloatArray:
+def sample(values: FloatArray, valid: MaskArray, most: int = 2000) -> FloatArray:
     """Return the valid values on a grid of about `most` pixels of an image, or all where the grid meets none."""
     step = max(1, round((valid.size / most) ** 0.5))
     some = values[::step, ::step][valid[::step, ::step]]

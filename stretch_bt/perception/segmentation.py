@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.confidence import confidence_of
-from stretch_bt.perception.curvature import Bending, along_axes, bending, spread
 from stretch_bt.perception.faces import Patch, flat_or_round, highest, holds_summit, with_above_plane
-from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts, widened
-from stretch_bt.perception.robust import quantile, sample
+from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts
+from stretch_bt.perception.robust import quantile
+from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge
-from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean
-from stretch_bt.perception.tension import combine, expected_ratio, tension_ratio
+from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, lateral
+from stretch_bt.perception.tension import expected_ratio
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -30,8 +29,6 @@ KERNELS = (1.9e-3, 2.7e-3, 3.8e-3)  # m; the finest in which the contact stands 
 COARSE = 3.8e-3  # m; tells how much there is to see, at a quarter of the cost
 HIGHEST = 2.7e-3  # m; for the rule that goes by height
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
-SEED = 6.0  # standard deviations that a contact must show somewhere
-GROW = 3.0  # and everywhere
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,31 +85,34 @@ def classify(
     if cleaned is None:
         labels = np.where(valid, UNDEFORMED, INVALID).astype(np.uint8)
         return Segmentation(labels, np.where(valid, np.float32(0.5), np.float32(0)), 0.0, 0.0)
-    expected = expected_ratio(stretch)
+    return _result(cleaned, *_best_scale(cleaned, rule, expected_ratio(stretch)))
 
+
+def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale, list[Patch]]:
+    """Return the finest kernel at which a contact is clear, or the clearest, with the contacts it shows."""
     fine = binned_surface(cleaned, KERNELS[0])
-    noise = fine.noise, fine.length
+    noise, moves = (fine.noise, fine.length), lateral(cleaned, KERNELS[0])
 
-    def ground(kernel: float) -> _Ground:
-        return _ground(kernel, fine if kernel == KERNELS[0] else binned_surface(cleaned, kernel, noise))
+    def ground(kernel: float) -> Ground:
+        return ground_of(kernel, fine if kernel == KERNELS[0] else binned_surface(cleaned, kernel, noise))
 
-    def at(kernel: float, ratio: Estimate | None) -> _Scale:
+    def at(kernel: float, ratio: Estimate | None) -> Scale:
         place = ground(kernel)
-        return _mean_scale(cleaned, place, expected, ratio) if rule == "mean" else _either_scale(cleaned, place)
+        return mean_scale(place, moves, expected, ratio) if rule == "mean" else either_scale(place, moves)
 
-    coarse = scale = at(COARSE, None)
-    best: tuple[_Scale, list[Patch]] | None = None
+    coarse = at(COARSE, None)
+    best: tuple[Scale, list[Patch]] | None = None
     for kernel in _kernels(coarse.clearness):
         scale = coarse if kernel == COARSE else at(kernel, coarse.ratio)
         patches = _patches(scale)
-        if _holds_top(scale.ground, patches):
-            best = best if best and best[0].clearness > scale.clearness else (scale, patches)
-            if scale.clearness >= CLEAR:
-                break
-    if best is None:
-        place = ground(HIGHEST)
-        best = _Scale(place, (), coarse.ratio), highest(place.surface, place.plane) if rule == "mean" else []
-    return _result(cleaned, *best)
+        if _holds_top(scale.ground, patches) and (best is None or best[0].clearness <= scale.clearness):
+            best = scale, patches
+        if best and best[0].clearness >= CLEAR:
+            return best
+    if best is not None:
+        return best
+    place = ground(HIGHEST)
+    return Scale(place, (), coarse.ratio), highest(place.surface, place.plane) if rule == "mean" else []
 
 
 def _kernels(clearness: float) -> list[float]:
@@ -124,7 +124,7 @@ def _kernels(clearness: float) -> list[float]:
     return [k for k in KERNELS if k >= min(0.95 * enough, COARSE)]
 
 
-def _holds_top(ground: _Ground, patches: list[Patch]) -> bool:
+def _holds_top(ground: Ground, patches: list[Patch]) -> bool:
     """Tell whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
     if not patches:
         return False
@@ -135,123 +135,7 @@ def _holds_top(ground: _Ground, patches: list[Patch]) -> bool:
     return bool(held.mean() >= 0.5)
 
 
-@dataclass(frozen=True, slots=True)
-class _Signal:
-    """A curvature, 1/m, in bins, its noise, and the least that counts."""
-
-    curvature: Image
-    sd: float
-    least: float
-
-    @classmethod
-    def of(cls, curvature: Image, ground: _Ground, expected: float) -> _Signal:
-        """Take a curvature with the noise that is expected of it, or that the flat part shows where it is more."""
-        sd = spread(curvature, ground.surface.trusted & ~ground.raised, expected)
-        # A radius beyond the width of the view is a plane that is not quite flat.
-        return cls(curvature, sd, max(GROW * sd, 1.0 / ground.surface.view))
-
-
-@dataclass(frozen=True, slots=True)
-class _Ground:
-    """The whole frame at one kernel, the height of its undeformed membrane, and the part of it that is raised."""
-
-    kernel: float
-    whole: Surface
-    plane: float
-    least_rise: float
-    surface: Surface
-    raised: MaskArray
-
-
-@dataclass(frozen=True, slots=True)
-class _Scale:
-    """The raised part of a frame at one kernel with its signals, and the ratio of the tensions that was used."""
-
-    ground: _Ground
-    signals: tuple[_Signal, ...]
-    ratio: Estimate | None
-
-    @property
-    def clearness(self) -> float:
-        """How many standard deviations the clearest signal stands out where the membrane is raised."""
-        raised = self.ground.raised
-        return max(
-            float(np.max(s.curvature, where=raised, initial=0.0)) / max(s.sd, 1e-12) for s in self.signals
-        )
-
-
-def _ground(kernel: float, whole: Surface) -> _Ground:
-    plane, least = _plane(whole), _least_rise(whole)
-    raised = whole.smooth - np.float32(plane) > least
-    # What is flat says nothing about curvature, and derivatives cost most.
-    window = bounds(raised, math.ceil(4.0 * whole.sigma))
-    return _Ground(kernel, whole, plane, least, whole.part(window), raised[window])
-
-
-def _mean_scale(cleaned: Cleaned, ground: _Ground, expected: Estimate, before: Estimate | None) -> _Scale:
-    """Return a frame at one kernel with its mean curvature, weighted by the ratio of the tensions.
-
-    `before` is the ratio that another kernel found, if it did.
-    """
-    bent = bending(cleaned, ground.surface)
-    found = _ratio(ground, bent, expected, before)
-    ratio = found or before or expected
-    return _Scale(ground, (_weighted(ground, bent, ratio.value),), found or before)
-
-
-def _ratio(ground: _Ground, bent: Bending, expected: Estimate, before: Estimate | None) -> Estimate | None:
-    """Return the ratio of the tensions, from what is raised and not in contact by the ratio so far; None if unseen."""
-    surface, found = ground.surface, before
-    for _ in range(1 if before else 3):
-        last = (found or expected).value
-        signal = _weighted(ground, bent, last)
-        strong = ground.raised & (signal.curvature > SEED * signal.sd)
-        off = ground.raised & surface.trusted & ~widened(strong, 2.0 * surface.sigma)
-        try:
-            found = combine(expected, tension_ratio(bent.xx[off], bent.yy[off]))
-        except IllConditioned:
-            break
-        if 0.7 < found / last < 1.4:
-            break
-    return found
-
-
-def _weighted(ground: _Ground, bent: Bending, ratio: float) -> _Signal:
-    """Return the mean curvature weighted by the tensions.
-
-    (h_xx + k h_yy) / ((1 + h_x^2 + k (1 + h_y^2)) sqrt(1 + h_x^2 + h_y^2)), its sign turned, is 1/R on any sphere, and 0
-    where only tensions act.
-    """
-    surface, k = ground.surface, np.float32(ratio)
-    metric = (1.0 + k) + bent.x * bent.x + k * (bent.y * bent.y)
-    curvature: Image = np.asarray(-(bent.xx + k * bent.yy) / (metric * bent.root), dtype=np.float32)
-    curvature[~surface.trusted] = 0.0
-    expected = surface.noise_after((2, 0, 1.0), (0, 2, round(ratio, 1))) / (1.0 + ratio) / surface.pitch**2
-    return _Signal.of(curvature, ground, expected)
-
-
-def _either_scale(cleaned: Cleaned, ground: _Ground) -> _Scale:
-    along = along_axes(ground.surface, bending(cleaned, ground.surface))
-    expected = ground.surface.noise_after((2, 0, 1.0)) / ground.surface.pitch**2
-    signals = tuple(_Signal.of(curvature, ground, expected) for curvature in along)
-    return _Scale(ground, signals, None)
-
-
-def _plane(surface: Surface) -> float:
-    """Return the height of the undeformed membrane above the surface's level, m."""
-    if surface.towards > 0:
-        return -surface.level
-    seen = sample(surface.smooth, surface.trusted & surface.valid)
-    # In the camera frame the membrane's distance is unknown; its lowest part is taken to be undeformed.
-    return quantile(seen, 0.05) + 1.645 * surface.smooth_sd if seen.size else 0.0
-
-
-def _least_rise(surface: Surface) -> float:
-    """Return the rise, m, from which a bin counts as deformed."""
-    return max(3.0 * surface.smooth_sd, 0.01 * surface.sigma * surface.pitch)
-
-
-def _result(cleaned: Cleaned, scale: _Scale, patches: list[Patch]) -> Segmentation:
+def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentation:
     """Return the labels of the whole image."""
     ground, shape = scale.ground, cleaned.valid.shape
     rise = ground.whole.smooth - np.float32(ground.plane + ground.least_rise)
@@ -281,7 +165,7 @@ def _draw(labels: LabelArray, patch: Patch, surface: Surface) -> None:
     place[near[: place.shape[0], : place.shape[1]]] = CONTACT
 
 
-def _convex(signal: _Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]:
+def _convex(signal: Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]:
     """Return each connected part with more than half its own typical curvature, and that threshold, 1/m."""
     found = []
     strong = raised & (signal.curvature > SEED * signal.sd)
@@ -295,13 +179,13 @@ def _convex(signal: _Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]
     return found
 
 
-def _patches(scale: _Scale) -> list[Patch]:
+def _patches(scale: Scale) -> list[Patch]:
     """Return the contacts that the signals of a scale show."""
     found = _round_and_flat(scale) if len(scale.signals) == 1 else _above_either(scale)
     return [patch for patch in found if patch.mask.any() and holds_summit(scale.ground.surface, patch)]
 
 
-def _round_and_flat(scale: _Scale) -> list[Patch]:
+def _round_and_flat(scale: Scale) -> list[Patch]:
     ground, signal = scale.ground, scale.signals[0]
     return [
         flat_or_round(ground.surface, part, signal.curvature - np.float32(threshold), threshold, signal.sd, ground.raised)
@@ -309,7 +193,7 @@ def _round_and_flat(scale: _Scale) -> list[Patch]:
     ]
 
 
-def _above_either(scale: _Scale) -> list[Patch]:
+def _above_either(scale: Scale) -> list[Patch]:
     either = np.zeros(scale.ground.raised.shape, dtype=bool)
     score = np.full(scale.ground.raised.shape, -1.0, dtype=np.float32)
     sd = 1.0

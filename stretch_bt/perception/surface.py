@@ -11,11 +11,12 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
 from stretch_bt.perception.clean import flying_pixels
+from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
-from stretch_bt.perception.smooth import derivative, enlarge, shrink, slope, smooth
+from stretch_bt.perception.smooth import derivative, shrink, slope, smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["Cleaned", "Surface", "camera_side", "check_points", "binned_surface", "clean", "steps_of", "surface_of"]
+__all__ = ["Cleaned", "Lateral", "Surface", "camera_side", "check_points", "binned_surface", "clean", "lateral", "surface_of"]
 
 Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
@@ -112,14 +113,6 @@ def camera_side(points: FloatArray, valid: MaskArray) -> int:
     return -1 if quantile(z) > CAMERA_RATIO * width else 1
 
 
-def valid_box(valid: MaskArray) -> Box:
-    """Return the rows and columns that hold the valid pixels; empty where there are none."""
-    rows, columns = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
-    if not rows.size:
-        return slice(0, 0), slice(0, 0)
-    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-
-
 def pitch_of(points: FloatArray, valid: MaskArray) -> float:
     """Return the median distance, m, between neighbours in a row; 0 where no two valid pixels touch."""
     for every in (max(1, valid.size // 4000), 1):
@@ -180,21 +173,42 @@ def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] |
     )
 
 
-def steps_of(cleaned: Cleaned, surface: Surface) -> tuple[Image, Image]:
-    """Return how far x moves from column to column and y from row to row of a surface's bins (h, w), m.
+@dataclass(frozen=True, slots=True)
+class Lateral:
+    """How far x moves from column to column and y from row to row of pixels, m, in blocks of `every` pixels."""
 
-    Both are averaged over the kernel and change slowly, so every second bin is enough.
-    """
-    every, shape = 2 * surface.step, surface.height.shape
-    kernel, pitch = max(0.5 * surface.sigma, 0.8), np.float32(cleaned.pitch * every)
-    v, u = (first * surface.step for first in surface.origin)
-    grid = np.s_[v : v + shape[0] * surface.step : every, u : u + shape[1] * surface.step : every]
-    seen = cleaned.valid[grid]
+    x: Image
+    y: Image
+    every: int
+
+    def of(self, surface: Surface) -> tuple[Image, Image]:
+        """Return the same from bin to bin of a surface."""
+        import cv2
+
+        h, w = surface.height.shape
+        share = surface.step / self.every
+        # Middles of bins in blocks: both begin at the first pixel of the whole.
+        u = np.float32(share * (surface.origin[1] + 0.5) - 0.5)
+        v = np.float32(share * (surface.origin[0] + 0.5) - 0.5)
+        way = np.array([[share, 0.0, u], [0.0, share, v]], dtype=np.float64)
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        x, y = (
+            cv2.warpAffine(image, way, (w, h), flags=flags, borderMode=cv2.BORDER_REPLICATE) for image in (self.x, self.y)
+        )
+        return x * np.float32(surface.step), y * np.float32(surface.step)
+
+
+def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
+    """Return how far x and y move a pixel, averaged over a Gaussian of `kernel`, m; they change slowly."""
+    every = 2 ** max(0, math.floor(math.log2(max(kernel / cleaned.pitch, 1.0))))
+    sigma, pitch = max(kernel / cleaned.pitch / every, 0.8), np.float32(cleaned.pitch * every)
+    seen = cleaned.valid[::every, ::every]
     steps = []
     for axis in (1, 0):
-        values = _filled(cleaned.points[(*grid, 1 - axis)], seen, axis, pitch)
-        steps.append(np.maximum(derivative(values, kernel, axis, 1 - axis) + pitch, 0.1 * pitch) * np.float32(0.5))
-    return enlarge(steps[0], 2, (shape[0], shape[1])), enlarge(steps[1], 2, (shape[0], shape[1]))
+        values = _filled(cleaned.points[::every, ::every, 1 - axis], seen, axis, pitch)
+        moved = derivative(values, round(sigma, 1), axis, 1 - axis) + pitch
+        steps.append(np.maximum(moved, np.float32(0.1) * pitch) / np.float32(every))
+    return Lateral(steps[0], steps[1], every)
 
 
 def _filled(values: FloatArray, seen: MaskArray, axis: int, pitch: np.float32) -> Image:

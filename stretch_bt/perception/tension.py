@@ -20,7 +20,7 @@ PRIOR = (2.0, 1.0)  # mean and deviation of ln(T_j / T_i) of any membrane: 2.7 t
 # The same of a membrane 90 mm wide and 100 mm long that is pulled by a stretch in m, less than 5 mm excepted; a line
 # through the ratios that this module finds on noise-free presses of the sheet solver at 5, 30 and 60 mm.
 AT_REST, PER_METRE, PULLED_SD, LEAST_PULL = 2.47, 10.7, 0.3, 5e-3
-ENOUGH = 1000  # places that are used; more would mostly repeat the noise of their neighbours
+ENOUGH = 600  # places that are used; more would mostly repeat the noise of their neighbours
 SIGNIFICANT = 4.0  # standard deviations by which the bending must exceed what noise alone shows
 LEAST, MOST = 0.2, 40.0  # ratios of a sheet that is pulled along j and free at its sides
 

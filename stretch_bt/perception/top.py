@@ -9,27 +9,14 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_psi_slope, tukey_weights
 from stretch_bt.units import Estimate
 
-__all__ = ["Places", "Top", "curved_top", "m_sd", "shared"]
+__all__ = ["Places", "Top", "m_sd", "shared"]
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 ENOUGH_PAIRS = 30
-CLEARLY, POSSIBLY = 3.0, 1.5  # standard deviations at which a top counts as curved, alike or not in all directions
+CLEARLY = 3.0  # standard deviations at which a top counts as curved
 EVEN: Array = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
-
-
-def curved_top(x: Array, y: Array, z: Array, places: Places, middle: Array) -> Top | None:
-    """Return the quadratic through points (n,), m, about `middle`; None where they show no curvature.
-
-    Where the curvatures along two axes do not stand out, one for all directions is tried, which asks less of the points:
-    a cap taken for flat would come out too low by half its sag.
-    """
-    top = Top(x, y, z, places, middle, even=False)
-    if top.is_curved(CLEARLY):
-        return top
-    top = Top(x, y, z, places, middle, even=True)
-    return top if top.is_curved(POSSIBLY) else None
 
 
 def m_sd(u: Array, parameters: int) -> float:
@@ -103,12 +90,19 @@ class Top:
         """Mean curvature, 1/m."""
         return float(self.q[3] + self.q[5]) / 2.0 / self.size**2
 
-    def is_curved(self, significance: float) -> bool:
-        """Tell whether it is convex in every direction, and by so many standard deviations on the mean."""
-        both = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.5])
-        sd = float(np.sqrt(both @ self.covariance @ both))
+    @property
+    def significance(self) -> float:
+        """Convexity, in standard deviations, in the direction in which it is least: a vertex along it lies anywhere."""
         kx, kxy, ky = self.q[3:]
-        return bool(both @ self.q > significance * sd and kx > 0.0 and ky > 0.0 and kx * ky > kxy * kxy)
+        least, directions = np.linalg.eigh([[kx, kxy], [kxy, ky]])
+        x, y = directions[:, 0]
+        row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
+        return float(least[0]) / max(float(np.sqrt(row @ self.covariance @ row)), 1e-300)
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether it is clearly convex in every direction."""
+        return self.significance > CLEARLY
 
     def _offset(self, most: float) -> Array:
         """Return the vertex from the middle in units of `size`, at most `most` metres away."""
