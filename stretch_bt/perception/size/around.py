@@ -11,44 +11,43 @@ import numpy.typing as npt
 
 from stretch_bt.perception.size.exterior import ExteriorMap
 
-__all__ = ["COUNT", "ORDERS", "functions", "slope_sums"]
+__all__ = ["COUNT", "ORDERS", "skirt_around", "slope_sums"]
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
 KINK = 0.6e-3  # m, half the width over which the rim is rounded by its fillet and by the cells
-FARTHEST = 4.0  # tau
 
 # (harmonic or not, order n, cosine or sine)
 ORDERS = tuple((kind, n, part) for kind, most in (("sinh", 4), ("square", 2)) for n in range(most + 1) for part in "cs" if n or part == "c")
 COUNT = len(ORDERS)
 
 
-def functions(tau: Array, unit: Complex, width: Array) -> tuple[Array, Array, Array]:
-    """Return the skirt functions (COUNT, n) and their derivatives by tau and by psi; all vanish for tau < -width.
+def skirt_around(
+    outline: ExteriorMap, by_size: Complex, k: float, coefficients: Array, x: Array, y: Array, sign: Array, least: float = 1.0
+) -> tuple[Array, Array, Array]:
+    """Return how far the skirt falls below the face (n,), its derivatives (3 + shape, n), and its functions (COUNT, n).
 
-    The kink at the rim is rounded to (tau + width)^2 / (4 width), which keeps the line outside as it is.
+    Parameters
+    ----------
+    by_size : (1 + shape, 1 + terms)
+        What C and the series of the outline change by with k and with the shape's own parameters.
+    coefficients : (COUNT,), m
+    x, y : (n,), m
+        Places about the outline's centre.
+    sign : (n,)
+        1 outside; -1 where a place inside was mirrored into the outside; 0 where it is too far inside to matter.
+    least : float
+        Least |z|: below 1 where the map goes on inside the outline.
+
+    The derivatives are by x and y of the centre, by k, and by the shape's own parameters.
     """
-    rise = np.maximum(tau + width, 0.0)
-    far = tau > width
-    t = np.minimum(np.where(far, tau, rise * rise / (4.0 * width)), FARTHEST)
-    slope = np.where(far, 1.0, rise / (2.0 * width)) * (t < FARTHEST)
-    basis, by_tau, by_psi = np.empty((3, COUNT, tau.size))
-    grow, turned = np.exp(t), np.ones_like(unit)
-    size = np.ones_like(t)
-    radial = [(t, np.ones_like(t))]
-    around = [turned]
-    for n in range(1, 5):
-        size, turned = size * grow, turned * unit
-        back = 1.0 / size
-        radial.append(((size - back) / (2.0 * n), 0.5 * (size + back)))
-        around.append(turned)
-    half = 0.5 * t * t
-    for row, (kind, n, part) in enumerate(ORDERS):
-        value, steep = radial[n] if kind == "sinh" else (half, t)
-        shape, bend = (around[n].real, -n * around[n].imag) if part == "c" else (around[n].imag, n * around[n].real)
-        basis[row], by_tau[row], by_psi[row] = value * shape, slope * steep * shape, value * bend
-    return basis, by_tau, by_psi
+    from stretch_bt.perception.size.around_kernel import fill_skirt
+
+    fall, by_rim, basis = np.empty(x.size), np.empty((2 + len(by_size), x.size)), np.empty((COUNT, x.size))
+    contiguous = [np.ascontiguousarray(values, dtype=np.float64) for values in (coefficients, x, y, sign)]
+    fill_skirt(outline.scale, outline.series, outline.stride, by_size, k, least, KINK, *contiguous, fall, by_rim, basis)
+    return fall, by_rim, basis
 
 
 def slope_sums(outline: ExteriorMap, k: float, z: Complex) -> Array:

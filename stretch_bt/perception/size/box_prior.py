@@ -82,12 +82,14 @@ class BoxRegression:
 class BoxPrior:
     """Prior of ln ratio and the coefficients over the depth, with the stretch known and unknown.
 
-    `systematic` (5,) is what fits without noise miss, rms: x, y, a side along i, one along j, m, and the rotation, rad.
+    `systematic` (5,) is what fits without noise miss, rms: x, y, a side along i, one along j, m, and the rotation, rad;
+    `free_form` (2,) is what those of a free outline miss along i and j, m.
     """
 
     known: BoxRegression
     unknown: BoxRegression
     systematic: Array
+    free_form: Array
 
     def chosen(self, stretch: float | None) -> BoxRegression:
         """Return the regression for a stretch, m, or for None."""
@@ -103,7 +105,7 @@ class BoxPrior:
             name: {"coefficients": _rounded(part.coefficients), "covariance": _rounded(part.covariance)}
             for name, part in (("known", self.known), ("unknown", self.unknown))
         }
-        return json.dumps({**parts, "systematic": _rounded(self.systematic)})
+        return json.dumps({**parts, "systematic": _rounded(self.systematic), "free_form": _rounded(self.free_form)})
 
     @classmethod
     def from_json(cls, text: str) -> BoxPrior:
@@ -114,7 +116,7 @@ class BoxPrior:
                 BoxRegression(*(np.array(fields[name][f], dtype=np.float64) for f in ("coefficients", "covariance")))
                 for name in ("known", "unknown")
             ]
-            return cls(*parts, np.array(fields["systematic"], dtype=np.float64))
+            return cls(*parts, *(np.array(fields[f], dtype=np.float64) for f in ("systematic", "free_form")))
         except (KeyError, TypeError, ValueError) as error:
             raise InvalidInput(
                 f"this is no prior of a rectangle's skirt as benchmarks/perception_skirt_rectangle.py writes it: {error}"

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.size.around import COUNT, KINK, functions, slope_sums
+from stretch_bt.perception.size.around import skirt_around, slope_sums
 from stretch_bt.perception.size.exterior import ExteriorMap, parallelogram_maps
 
 __all__ = ["BoxRim"]
@@ -18,8 +18,7 @@ Complex = npt.NDArray[np.complex128]
 
 NEAR = 1.5e-3  # m inside the rim beyond which the face is flat
 MIDDLE = 0.35  # of a side, to either hand of its middle, over which its slope is averaged
-STEEPEST = 2e3  # 1/m, of tau, to which the rounding of the rim follows it
-STEPS = np.array([1e-6, 1e-6, 1e-5, 1e-5])  # of the two sides, m, rotation, rad, and k
+STEPS = np.array([1e-5, 1e-6, 1e-6, 1e-5])  # of k, the two sides, m, and the rotation, rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,34 +71,20 @@ class BoxRim:
 
         The derivatives are by x, y, the two sides (per m), rotation and log_ratio. `coefficients` are in m.
         """
-        outside, places_x, places_y, sign = self._mirrored(x, y)
-        near = outside > -NEAR
         sizes = np.tile(self._sizes(), (5, 1))
-        sizes[np.arange(1, 5), np.arange(4)] += STEPS
+        sizes[np.arange(1, 5), [3, 0, 1, 2]] += STEPS
         scale, series = parallelogram_maps(*_sides(sizes))
-        outline = ExteriorMap(float(scale[0]), series[0], 2)
-        k, y_over = self.k, places_y[near] / self.k
-        z = outline.inverse(places_x[near] + 1j * y_over)
-        turn = outline.turn(z)
         by_size = np.column_stack([scale[1:] - scale[0], series[1:] - series[0]]) / STEPS[:, None]
-        moved = outline.powers(z) @ by_size.T
-        log_by = np.empty((6, z.size), dtype=np.complex128)
-        log_by[0], log_by[1] = -turn, (-1j / k) * turn
-        log_by[2:5] = -moved[:, :3].T * turn
-        log_by[5] = -0.5 * (k * moved[:, 3] + 1j * y_over) * turn
-        radius = np.abs(z)
-        steep = np.minimum(np.hypot(turn.real, turn.imag / k), STEEPEST)
-        basis, by_tau, by_psi = functions(sign[near] * np.log(radius), z / radius, KINK * steep)
-        all_basis, by_rim = np.zeros((COUNT, x.size)), np.zeros((6, x.size))
-        all_basis[:, near] = basis
-        by_rim[:, near] = (coefficients @ by_tau) * log_by.real + (coefficients @ by_psi) * log_by.imag
-        return coefficients @ all_basis, by_rim, all_basis
+        outline = ExteriorMap(float(scale[0]), series[0], 2)
+        fall, by, basis = skirt_around(outline, by_size, self.k, coefficients, *self._mirrored(x, y))
+        by[2] *= 0.5 * self.k
+        return fall, by[[0, 1, 3, 4, 5, 2]], basis
 
     def _sizes(self) -> Array:
         return np.array([self.first, self.second, self.rotation, self.k])
 
-    def _mirrored(self, x: Array, y: Array) -> tuple[Array, Array, Array, Array]:
-        """Return distances outside the rim, places about the centre, and -1 where a place inside was mirrored at a side.
+    def _mirrored(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Return places about the centre, and 1; -1 where a place inside was mirrored at a side, 0 where it is far inside.
 
         tau is odd in the distance from a straight side, and the map has no inside.
         """
@@ -110,7 +95,8 @@ class BoxRim:
         u = np.where(inside & (past_u >= past_v), np.sign(u) * (self.first - np.abs(u)), u)
         v = np.where(inside & (past_u < past_v), np.sign(v) * (self.second - np.abs(v)), v)
         c, s = np.cos(self.rotation), np.sin(self.rotation)
-        return outside, c * u - s * v, s * u + c * v, np.where(inside, -1.0, 1.0)
+        sign = np.where(inside, np.where(outside > -NEAR, -1.0, 0.0), 1.0)
+        return c * u - s * v, s * u + c * v, sign
 
 
 def _sides(sizes: Array) -> tuple[Complex, Complex]:
@@ -123,4 +109,4 @@ def _sides(sizes: Array) -> tuple[Complex, Complex]:
 @lru_cache(maxsize=1)
 def _circle() -> Complex:
     """Return places on the unit circle, none at a corner of a rectangle along the axes."""
-    return np.asarray(np.exp(1j * (np.arange(192) + 0.37) * 2.0 * np.pi / 192))
+    return np.asarray(np.exp(1j * (np.arange(96) + 0.31) * 2.0 * np.pi / 96))

@@ -85,7 +85,7 @@ class Hypothesis(Protocol):
         ...
 
 
-HYPOTHESES = {"circle": "Circle", "ellipse": "Ellipse", "rectangle": "Rectangle"}  # name and module: class
+HYPOTHESES = {"circle": "Circle", "ellipse": "Ellipse", "rectangle": "Rectangle", "free_form": "FreeForm"}  # name and module: class
 
 
 def hypothesis(name: str, context: Context) -> Hypothesis:
