@@ -19,6 +19,8 @@ Array = npt.NDArray[np.float64]
 SIDE = 3  # pixels
 MARGIN = 25e-3  # m kept around the pixels in contact
 COVER = 0.5  # share of a cell's pixels that must be valid
+SAMPLE = 5000  # pixels that are enough to tell frames and units apart
+WIDEST = 20.0  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,60 +59,56 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     InvalidInput
         A shape or a type is wrong, or the points are not in metres.
     """
-    valid = _checked(points, labels)
-    towards = camera_side(points, valid)
-    level = _level(points, labels, valid) if towards < 0 else 0.0
-    rows, columns = _window(points, labels, valid)
-    part, mask = points[rows, columns], valid[rows, columns]
+    towards, level = _side(points, labels)
+    rows, columns = _window(points, labels)
+    part, classes = points[rows, columns], labels[rows, columns]
+    mask = (classes != INVALID) & np.isfinite(part[..., 0] + part[..., 1] + part[..., 2])
     count = _blocks(mask.astype(np.float32))
     kept = count >= COVER
     share = np.where(kept, count, 1.0)
-    planes = [
-        np.where(kept, _blocks(np.where(mask, part[..., axis], 0).astype(np.float32)) / share, 0.0) for axis in range(3)
-    ]
+    planes = [np.where(kept, _blocks(np.where(mask, part[..., n], 0).astype(np.float32)) / share, 0.0) for n in range(3)]
     height = np.where(kept, towards * (planes[2] - level), 0.0)
-    touching = _blocks((labels[rows, columns] == CONTACT).astype(np.float32))
+    touching = _blocks((mask & (classes == CONTACT)).astype(np.float32))
     pitch = _pitch(planes[0], kept)
     return Cells(planes[0], planes[1], height, kept, touching, pitch, (rows.start, columns.start), labels.shape)
 
 
-def _checked(points: FloatArray, labels: LabelArray) -> MaskArray:
+def _side(points: FloatArray, labels: LabelArray) -> tuple[int, float]:
+    """Return +1 where z points to the camera, -1 where away, and z of the undeformed membrane, m, from a sample."""
     if not isinstance(labels, np.ndarray) or labels.dtype != np.uint8:
-        raise InvalidInput(f"labels are a (h, w) uint8 image of 0, 1, 2 and 255, got {getattr(labels, 'dtype', type(labels))}")
+        kind = getattr(labels, "dtype", type(labels).__name__)
+        raise InvalidInput(f"labels are a (h, w) uint8 image of 0, 1, 2 and 255, got {kind}")
     check_points(points, labels != INVALID)
-    valid: MaskArray = (labels != INVALID) & np.isfinite(points).all(axis=2)
+    step = max(1, round((labels.size / SAMPLE) ** 0.5))
+    some, classes = points[::step, ::step], labels[::step, ::step]
+    valid: MaskArray = (classes != INVALID) & np.isfinite(some).all(axis=2)
     if not valid.any():
         raise NoContact("the frame has no valid pixel")
-    if not (labels[valid] == CONTACT).any():
-        raise NoContact("no pixel is labelled as in contact")
-    width = float(np.ptp(points[valid][:: max(1, valid.size // 4096), :2], axis=0).max())
-    if width > 20.0:
-        raise InvalidInput(f"points are in metres; a view {width:.3g} m wide is another unit")
-    return valid
+    wide = float(np.ptp(some[valid][:, :2], axis=0).max())
+    if wide > WIDEST:
+        raise InvalidInput(f"points are in metres; a view {wide:.3g} m wide is in another unit")
+    towards = camera_side(some, valid)
+    if towards > 0:
+        return towards, 0.0
+    flat = some[..., 2][valid & (classes == UNDEFORMED)]
+    return towards, float(np.median(flat) if flat.size >= 20 else np.quantile(some[..., 2][valid], 0.95))
 
 
-def _level(points: FloatArray, labels: LabelArray, valid: MaskArray) -> float:
-    """Return the distance of the undeformed membrane in the camera frame, m."""
-    flat = points[..., 2][valid & (labels == UNDEFORMED)]
-    if flat.size >= 50:
-        return float(np.median(flat))
-    return float(np.quantile(points[..., 2][valid], 0.95))
-
-
-def _window(points: FloatArray, labels: LabelArray, valid: MaskArray) -> tuple[slice, slice]:
+def _window(points: FloatArray, labels: LabelArray) -> tuple[slice, slice]:
     """Return the rows and columns of the contact and a margin around it, whole cells of them."""
-    touching = valid & (labels == CONTACT)
-    near = float(np.median(np.abs(np.diff(points[..., 0], axis=1))[valid[:, 1:] & valid[:, :-1]])) if valid.sum() > 1 else 0
-    if not near > 0.0:
-        raise NoContact("too few pixels are valid to see a shape")
+    touching = labels == CONTACT
+    lines = [np.nonzero(touching.any(axis=axis))[0] for axis in (1, 0)]
+    if not lines[0].size:
+        raise NoContact("no pixel is labelled as in contact")
+    steps = np.abs(np.diff(points[int(np.median(lines[0])), :, 0]))
+    near = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.inf
     margin = int(MARGIN / near)
     found = []
-    for axis in (1, 0):
-        at = np.nonzero(touching.any(axis=axis))[0]
-        first, last = max(int(at[0]) - margin, 0), min(int(at[-1]) + 1 + margin, touching.shape[1 - axis])
+    for at, length in zip(lines, labels.shape, strict=True):
+        first, last = max(int(at[0]) - margin, 0), min(int(at[-1]) + 1 + margin, length)
         found.append(slice(first, first + (last - first) // SIDE * SIDE))
     if min(part.stop - part.start for part in found) < 4 * SIDE:
-        raise NoContact("the frame is too small to see a shape")
+        raise NoContact("too few pixels are valid to see a shape")
     return found[0], found[1]
 
 

@@ -22,7 +22,7 @@ INSIDE, OUTSIDE = 7e-3, 12e-3  # m around the rim that are fitted
 FIRST_AREA = 12.0  # cells taken as one until the residuals tell: rather the prior than a wrong basin
 FLOOR = 1e-5  # m, noise of a cell below which nothing is gained
 STEPS = 25
-MET = 1e-3  # square of the last step in standard deviations
+MET = 0.1, 1e-3  # square of the last step in standard deviations, before the noise is known and after
 FEWEST = 40  # cells
 
 
@@ -71,7 +71,7 @@ def fit_to(shape: Hypothesis, cells: Cells, q: Array, *, window: MaskArray | Non
     for stage in range(2):
         chosen = window_of(shape, q, cells) if window is None else window
         x, y, height = cells.x[chosen], cells.y[chosen], cells.height[chosen]
-        q, information, residuals, sd, used = _refine(shape, x, y, height, q, area, max(noise, FLOOR))
+        q, information, residuals, sd, used = _refine(shape, x, y, height, q, area, max(noise, FLOOR), MET[stage])
         steps += used
         image = np.zeros(chosen.shape)
         image[chosen] = residuals
@@ -81,7 +81,7 @@ def fit_to(shape: Hypothesis, cells: Cells, q: Array, *, window: MaskArray | Non
 
 
 def _refine(
-    shape: Hypothesis, x: Array, y: Array, height: Array, q: Array, area: float, floor: float
+    shape: Hypothesis, x: Array, y: Array, height: Array, q: Array, area: float, floor: float, met: float
 ) -> tuple[Array, Array, Array, float, int]:
     """Return the best parameters, their information, the residuals, the noise of a cell and the steps that it took."""
     model, jacobian = shape.model(q, x, y)
@@ -105,7 +105,7 @@ def _refine(
         q, residuals, jacobian = q + move, new_residuals, new_jacobian
         against, by_prior = new_against, new_by_prior
         damping = max(0.1 * damping, 1e-7)
-        small = float(move @ information @ move) < MET
+        small = float(move @ information @ move) < met
         sd, weights, cost = _weighed(residuals, against, area, floor)
         if small:
             break

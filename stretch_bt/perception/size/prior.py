@@ -56,17 +56,19 @@ class Regression:
 
     def mean(self, at: Array) -> tuple[Array, Array]:
         """Return the targets at features (3,), and their derivatives (targets, 3)."""
-        chosen = at[list(self.use)]
-        z = (np.clip(chosen, self.low, self.high) - self.center) / self.scale
-        inside = (chosen > self.low) & (chosen < self.high)
-        terms = z**self.exponents
-        slopes = np.zeros((len(self.coefficients[0]), 3))
+        columns = np.arange(len(self.use))
+        clipped = np.clip(at[list(self.use)], self.low, self.high)
+        inside = clipped == at[list(self.use)]
+        degrees = np.arange(int(self.exponents.max(initial=0)) + 1)
+        raised = ((clipped - self.center) / self.scale)[:, None] ** degrees
+        risen = np.zeros_like(raised)
+        risen[:, 1:] = degrees[1:] * raised[:, :-1] * (inside / self.scale)[:, None]
+        factors = raised[columns, self.exponents]
+        slopes = np.zeros((self.coefficients.shape[1], 3))
         for place, column in enumerate(self.use):
-            lowered = self.exponents.copy()
-            lowered[:, place] = np.maximum(lowered[:, place] - 1, 0)
-            rise = self.exponents[:, place] * (z**lowered).prod(axis=1) * inside[place] / self.scale[place]
+            rise = risen[place, self.exponents[:, place]] * np.delete(factors, place, axis=1).prod(axis=1)
             slopes[:, column] = rise @ self.coefficients
-        return terms.prod(axis=1) @ self.coefficients, slopes
+        return factors.prod(axis=1) @ self.coefficients, slopes
 
 
 @dataclass(frozen=True, slots=True)
