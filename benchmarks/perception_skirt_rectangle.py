@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,16 @@ from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.perception.size import box_prior
 from stretch_bt.perception.size.around import ORDERS
 from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, BoxRegression, box_terms, matching
+from stretch_bt.perception.size.cells import Cells
+from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.fit import fit_to
-from stretch_bt.perception.size.hypothesis import Context
+from stretch_bt.perception.size.free_form import FreeForm
+from stretch_bt.perception.size.hypothesis import Context, Measured
 from stretch_bt.perception.size.prior import shipped_prior
 from stretch_bt.perception.size.rectangle import GEOMETRY, HEIGHT, RATIO, SKIRT, Rectangle
+from stretch_bt.perception.size.start import start_of
 from stretch_bt.simulation.membrane.indenters.box import Box
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 Array = npt.NDArray[np.float64]
 
@@ -50,10 +56,10 @@ def presses(count: int) -> list[Press]:
 def weak_prior() -> BoxPrior:
     """Return a prior that only keeps a fit without noise from running away."""
     spread = np.array([0.5, *((0.5 if kind == "square" else 3.0 if n <= 2 else 0.1) for kind, n, _ in ORDERS)])
-    coefficients = np.zeros((box_terms(np.ones((1, 6)), None)[0].shape[1], TARGETS))
+    coefficients = np.zeros((box_terms(np.ones((1, 6)), 0.0)[0].shape[1], TARGETS))
     coefficients[0, :2], coefficients[1, 0] = (2.3, 0.4), -0.7
     one = BoxRegression(coefficients, np.diag(spread**2))
-    return BoxPrior(one, one, np.zeros(5))
+    return BoxPrior(one, one, np.zeros(5), np.zeros(2))
 
 
 class Held(Rectangle):
@@ -84,9 +90,9 @@ def start_at(press: Press) -> Array:
     return q
 
 
-def context_of(press: Press, *, known: bool = True) -> Context:
+def context_of(press: Press) -> Context:
     assert isinstance(press.indenter, Box)
-    return Context(press.stretch if known else None, press.indenter.edge, 0.0, shipped_prior())
+    return Context(press.stretch, press.indenter.edge, 0.0, shipped_prior())
 
 
 def row_of(press: Press) -> Array | None:
@@ -95,14 +101,9 @@ def row_of(press: Press) -> Array | None:
         cells = fine_cells(seen(press))
     except NoEquilibrium:
         return None
-    shape = Held(Context(None, *_fillet(press), shipped_prior()), weak_prior(), truth_of(press)[:5])
+    shape = Held(context_of(press), weak_prior(), truth_of(press)[:5])
     q = fit_to(shape, cells, start_at(press)).q
     return np.concatenate([truth_of(press)[:5], [q[HEIGHT], press.stretch, q[RATIO]], q[SKIRT] / q[HEIGHT]])
-
-
-def _fillet(press: Press) -> tuple[float, float]:
-    assert isinstance(press.indenter, Box)
-    return press.indenter.edge, 0.0
 
 
 def regress(rows: Array, *, known: bool) -> BoxRegression:
@@ -127,9 +128,9 @@ def _covariance(left: Array) -> Array:
     return np.asarray(kept.T @ kept / len(left))
 
 
-def prior_from(rows: Array, systematic: Array) -> BoxPrior:
-    """Return the prior that rows of presses give."""
-    return BoxPrior(regress(rows, known=True), regress(rows, known=False), systematic)
+def prior_from(rows: Array) -> BoxPrior:
+    """Return the prior that rows of presses give, with nothing that fits miss."""
+    return BoxPrior(regress(rows, known=True), regress(rows, known=False), np.zeros(5), np.zeros(2))
 
 
 def missed(press: Press, prior: BoxPrior) -> Array:
@@ -147,7 +148,7 @@ def halves_miss(wanted: list[Press], rows: Array) -> tuple[Array, Array]:
     """Return (n, 5) what fits miss with the prior of the other half of the presses, and the presses' numbers."""
     found, numbers = [], []
     for half in (0, 1):
-        prior = prior_from(rows[1 - half :: 2], np.zeros(5))
+        prior = prior_from(rows[1 - half :: 2])
         for number in range(half, len(wanted), 2):
             try:
                 found.append(missed(wanted[number], prior))
@@ -169,6 +170,43 @@ def systematic_of(errors: Array, rotation: Array) -> Array:
     return np.array([x, y, *np.sqrt(np.maximum(sides, 1e-10)), turn])
 
 
+def free_form_misses(prior: BoxPrior, wanted: list[Press]) -> Array:
+    """Return (n, 2) what free outlines without noise miss of the widths of cylinders and boxes through their centre, m."""
+    found = []
+    for press in wanted:
+        shape = FreeForm(Context(press.stretch, 1e-3, 0.0, shipped_prior()), prior)
+        cells = fine_cells(seen(press))
+        try:
+            size = choose_start(shape, cells)
+        except NoAnswer:
+            continue
+        found.append([size.diameter_i[0] - width_of(press, 0.0), size.diameter_j[0] - width_of(press, math.pi / 2)])
+    return np.array(found)
+
+
+def choose_start(shape: FreeForm, cells: Cells) -> Measured:
+    """Return what a free outline measures."""
+    fit = best_fit(shape, cells, start_of(cells))
+    return shape.measure(fit.q, fit.covariance)
+
+
+def width_of(press: Press, direction: float) -> float:
+    """Return the width through the centre of the object that is pressed in, m."""
+    body = press.indenter
+    if isinstance(body, Cylinder):
+        return body.diameter
+    assert isinstance(body, Box)
+    c, s = abs(math.cos(direction - body.angle)), abs(math.sin(direction - body.angle))
+    return min(body.first / max(c, 1e-9), body.second / max(s, 1e-9))
+
+
+def round_presses() -> list[Press]:
+    """Return every seventh of the cylinders that the round prior is made from, at a depth of 5 mm and more."""
+    from perception_skirt import presses as cylinders
+
+    return [p for p in cylinders()[::7] if p.depth >= 5e-3]
+
+
 def main() -> None:
     file = Path(sys.argv[1]) if len(sys.argv) > 1 else FILE
     wanted = presses(int(sys.argv[2]) if len(sys.argv) > 2 else COUNT)
@@ -181,11 +219,19 @@ def main() -> None:
     print(f"  {sd[0]:8.3f}  {' '.join(f'{s:.3f}' for s in sd[1:])}")
     errors, numbers = halves_miss(kept, rows)
     systematic = systematic_of(errors, rows[numbers, 4])
-    names = ("x mm", "y mm", "side along i mm", "side along j mm", "rotation deg")
-    print("missed without noise, prior of the other half: " + ", ".join(
-        f"{n} {v * (1e3 if n.endswith('mm') else 180 / math.pi):.2f}" for n, v in zip(names, systematic, strict=True)))
-    file.write_text(prior_from(rows, systematic).to_json() + "\n", encoding="utf-8")
-    np.savez("/tmp/wt-rectangle/rows.npz", rows=rows, errors=errors, numbers=numbers)
+    units = [(1e3, "mm")] * 4 + [(180.0 / math.pi, "degrees")]
+    names = ("x", "y", "side along i", "side along j", "rotation")
+    print("missed without noise with the prior of the other half of the presses, rms:")
+    for name, value, (scale, unit) in zip(names, systematic, units, strict=True):
+        print(f"  {name:14s} {value * scale:.2f} {unit}")
+    made = prior_from(rows)
+    np.save("/tmp/wt-rectangle/e.npy", errors)
+    misses = free_form_misses(made, round_presses() + [p for p in kept[::5] if p.depth >= 5e-3])
+    free_form = np.sqrt(np.mean(misses**2, axis=0))
+    print(f"free outlines miss along i {free_form[0] * 1e3:.2f}, along j {free_form[1] * 1e3:.2f} mm rms")
+    made = replace(made, systematic=systematic, free_form=free_form)
+    file.write_text(made.to_json() + "\n", encoding="utf-8")
+    np.savez("/tmp/wt-rectangle/rows.npz", rows=rows, errors=errors, numbers=numbers, misses=misses)
     print(f"written to {file}")
 
 

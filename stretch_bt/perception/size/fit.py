@@ -99,7 +99,7 @@ def _refine(
         new_residuals = height - tried
         if weights @ new_residuals**2 + new_against @ new_against > cost * (1 + 1e-9):
             damping *= 10.0
-            if damping > 1e6:
+            if damping > 1e6 or float(move @ information @ move) < 10.0 * met:
                 break
             continue
         q, residuals, jacobian = q + move, new_residuals, new_jacobian
