@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
+    from stretch_bt.perception.size.measure import diameters as diameters
+    from stretch_bt.perception.size.measure import measure_contact as measure_contact
+    from stretch_bt.perception.size.result import ContactSize as ContactSize
+    from stretch_bt.perception.size.result import Diameters as Diameters
     from stretch_bt.perception.sphere import fit_sphere as fit_sphere
     from stretch_bt.perception.tracker import HeightTracker as HeightTracker
     from stretch_bt.perception.types import Contact as Contact
@@ -35,7 +39,9 @@ if TYPE_CHECKING:
 _MODULES = {
     "Contact": "types",
     "ContactDetector": "detect",
+    "ContactSize": "size.result",
     "Curvatures": "curvature",
+    "Diameters": "size.result",
     "HeightTracker": "tracker",
     "Segmentation": "segmentation",
     "Sphere": "types",
@@ -43,12 +49,14 @@ _MODULES = {
     "brand": "curvature",
     "curvatures": "curvature",
     "deproject": "deprojection",
+    "diameters": "size.measure",
     "find_contact": "contact",
     "fit_sphere": "sphere",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "estimate_normals": "normals",
     "mask_membrane": "mask",
+    "measure_contact": "size.measure",
     "segment": "segmentation",
     "classify": "segmentation",
     "to_membrane": "deprojection",
@@ -59,7 +67,9 @@ _MODULES = {
 __all__ = [
     "Contact",
     "ContactDetector",
+    "ContactSize",
     "Curvatures",
+    "Diameters",
     "HeightTracker",
     "Segmentation",
     "Sphere",
@@ -68,12 +78,14 @@ __all__ = [
     "classify",
     "curvatures",
     "deproject",
+    "diameters",
     "estimate_normals",
     "find_contact",
     "fit_sphere",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
+    "measure_contact",
     "segment",
     "to_membrane",
     "top_of_points",

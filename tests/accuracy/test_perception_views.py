@@ -55,4 +55,4 @@ def test_noise_has_the_size_and_the_memory_that_it_says() -> None:
     assert beside == pytest.approx([np.exp(-(lag**2) / 36) for lag in (1, 3, 6)], abs=0.05)
     assert (stack[1:] * stack[:-1]).mean() / stack.var() == pytest.approx(0.6, abs=0.05)
     assert np.std(observe(flat, noise, 3).depth - np.float32(0.2)) == pytest.approx(0.62e-3, rel=0.08)
-    assert np.array_equal(observe(flat, CLEAN, 1).depth, observe(flat, CLEAN, 2).depth)
+    assert np.abs(observe(flat, CLEAN, 1).depth - 0.2).max() < 5e-6

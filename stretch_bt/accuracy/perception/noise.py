@@ -35,7 +35,7 @@ class Noise:
     count: int = 1
 
 
-CLEAN = Noise(quantum=1e-6, dropouts=0.0)
+CLEAN = Noise(quantum=4e-6, dropouts=0.0)
 WHITE_03, WHITE_05, WHITE_10 = Noise(white=0.3e-3), Noise(white=0.5e-3), Noise(white=1e-3)
 CORRELATED = Noise(correlated=1e-3, count=8)
 
@@ -88,5 +88,5 @@ def _counts(depth: Image, visible: npt.NDArray[np.bool_], noise: Noise, rng: np.
         flies = rng.random(depth.shape) < noise.flying
         measured[flies] += rng.uniform(-20e-3, 20e-3, int(flies.sum()))
     kept = visible & (rng.random(depth.shape) >= noise.dropouts)
-    counts = np.clip(np.rint(measured / noise.quantum), 0, 65535)
+    counts = np.clip(np.rint(measured / noise.quantum), 0, 65535)  # counts of 16 bits end here
     return np.where(kept & (counts < 65535), counts, 0).astype(np.uint16)

@@ -27,15 +27,18 @@ def best_fit(shape: Hypothesis, cells: Cells, start: Start, *, noise: float = 0.
     """Return the fit of a shape from that of its starts which leaves least; raises IllConditioned where none fits."""
     found: list[Fit] = []
     reason: NoAnswer | None = None
-    import os
-    for q in shape.starts(start)[:int(os.environ.get('NS','9'))]:
+    for q in shape.starts(start):
         try:
-            found.append(fit_to(shape, cells, q, noise=noise, window=window))
+            fit = fit_to(shape, cells, q, noise=noise, window=window)
         except NoAnswer as error:
             reason = error
+            continue
+        found.append(fit)
+        if shape.satisfied(fit.q):
+            break
     if not found:
         raise reason or IllConditioned(f"no {shape.name} fits the contact")
-    return min(found, key=lambda fit: fit.noise)
+    return min(found, key=lambda fit: fit.noise**2 * fit.area)
 
 
 def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *, noise: float = 0.0) -> Choice:

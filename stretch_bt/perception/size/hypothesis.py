@@ -76,6 +76,10 @@ class Hypothesis(Protocol):
         """
         ...
 
+    def satisfied(self, q: Array) -> bool:
+        """Return whether a fit is so likely that no other start needs to be tried."""
+        ...
+
     def outside(self, q: Array, x: Array, y: Array) -> Array:
         """Return how far places lie outside the rim, m, negative inside."""
         ...

@@ -3,58 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
-from stretch_bt.errors import InvalidInput
-from stretch_bt.perception.size.cells import cells_of
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.size.cells import Cells, cells_of
 from stretch_bt.perception.size.choose import choose
-from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context
+from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured
 from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
+from stretch_bt.perception.size.result import ContactSize, Diameters
 from stretch_bt.perception.size.start import start_of
 from stretch_bt.perception.types import FloatArray, LabelArray
-from stretch_bt.units import Angle, Length
 
-__all__ = ["ContactSize", "Diameters", "diameters", "measure_contact"]
+__all__ = ["diameters", "measure_contact"]
 
 FILLET, FILLET_SD = 1e-3, 0.1e-3  # m, of the object's edge, where the caller knows no better
+STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
 WIDEST = 0.15  # m, stretch beyond which a number is taken to be in another unit
-
-
-@dataclass(frozen=True, slots=True)
-class Diameters:
-    """Widths of an object along i and j, m, with their standard deviations."""
-
-    i: Length
-    i_sd: Length
-    j: Length
-    j_sd: Length
-
-
-@dataclass(frozen=True, slots=True)
-class ContactSize:
-    """Size of the object that a contact shows, SI, each number with its standard deviation.
-
-    `shape` is the hypothesis that was chosen, `evidence` the natural logarithm of each one's evidence over that of the
-    best. `center` (x, y) is in the frame of the points. The diameters are the widths along i and j through the centre, to
-    the ends of the edge fillet. `sides` (short, long) and the `rotation` of the first from i are None for round shapes.
-    `depth` is the height of the face over the undeformed membrane; `noise` is that of one cell of 3 x 3 pixels.
-    """
-
-    shape: str
-    evidence: dict[str, float]
-    center: tuple[Length, Length]
-    center_sd: tuple[Length, Length]
-    diameter_i: Length
-    diameter_i_sd: Length
-    diameter_j: Length
-    diameter_j_sd: Length
-    depth: Length
-    depth_sd: Length
-    noise: Length
-    sides: tuple[Length, Length] | None = None
-    sides_sd: tuple[Length, Length] | None = None
-    rotation: Angle | None = None
-    rotation_sd: Angle | None = None
 
 
 def diameters(
@@ -121,6 +87,8 @@ def measure_contact(
     names = list(HYPOTHESES) if hypothesis == "auto" else [hypothesis]
     shape, fit, evidence = choose(names, cells, start_of(cells), context, noise=(noise or 0.0) / 3.0)
     size = shape.measure(fit.q, fit.covariance)
+    if seen_share(shape, fit.q, cells, size) < SEEN:
+        raise IllConditioned("too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane")
     (x, x_sd), (y, y_sd) = size.center
     return ContactSize(
         shape.name,
@@ -136,6 +104,19 @@ def measure_contact(
         size.rotation and size.rotation[0],
         size.rotation and size.rotation[1],
     )
+
+
+def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size: Measured) -> float:
+    """Return the share of the strip around the rim, `STRIP` wide, that valid cells see."""
+    reach = 0.75 * max(size.diameter_i[0], size.diameter_j[0]) + STRIP
+    steps = np.arange(-reach, reach, cells.pitch)
+    x, y = (grid.ravel() for grid in np.meshgrid(size.center[0][0] + steps, size.center[1][0] + steps))
+    whole, seen = shape.outside(q, x, y), shape.outside(q, cells.x[cells.valid], cells.y[cells.valid])
+    return _in_strip(seen) / max(_in_strip(whole), 1)
+
+
+def _in_strip(outside: npt.NDArray[np.float64]) -> int:
+    return int(np.count_nonzero((outside > 0.0) & (outside < STRIP)))
 
 
 def _check(stretch: float | None, hypothesis: str, fillet: float, fillet_sd: float, noise: float | None) -> None:

@@ -19,6 +19,7 @@ Array = npt.NDArray[np.float64]
 
 TILT_SD = 0.02  # rad: an object's face lies about parallel to the membrane
 STARTS = (0.95, 0.7)  # radius over twice the smaller deviation of the raised part
+LIKELY = 30.0  # sum of squares of eleven residuals of the prior: exceeded in 2 of 1000
 SMALLEST = 1.5e-3  # m, radius
 
 
@@ -117,6 +118,11 @@ class RoundShape:
         against, _ = self.prior(q)
         scale = np.log(np.diag(self._whitener)).sum() - 2.0 * math.log(TILT_SD) - COUNT * math.log(max(q[self.height], 1e-4))
         return float(scale - 0.5 * against @ against - 0.5 * against.size * math.log(2.0 * math.pi))
+
+    def satisfied(self, q: Array) -> bool:
+        """Return whether the prior has little against the skirt and the tilts."""
+        against, _ = self.prior(q)
+        return bool(against @ against < LIKELY)
 
     def outside(self, q: Array, x: Array, y: Array) -> Array:
         """Return how far places lie outside the rim, m."""

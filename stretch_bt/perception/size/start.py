@@ -17,7 +17,9 @@ Array = npt.NDArray[np.float64]
 
 SMOOTH = 2.0  # cells
 LEVEL = 0.72  # share of the top above which a place counts as part of the contact, skirt included
-SEPARATE = 0.85  # share above which two parts that do not touch are two contacts
+HIGH = 0.6  # share above which a part that is labelled as in contact may be a contact of its own
+LARGE = 10e-6  # m^2, from which it is
+VALLEY = 0.1  # share of the top by which the membrane drops between two contacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +55,7 @@ def start_of(cells: Cells) -> Start:
     top = _top(height, cells, peak)
     if not top > 0.0:
         raise NoContact("the pixels labelled as in contact do not rise above the undeformed membrane")
-    _refuse_two(height, cells, peak, top)
+    _refuse_two(height, cells, top)
     part = _part(cells.valid & (height > LEVEL * top), peak)
     x, y = cells.x[part], cells.y[part]
     middle = float(x.mean()), float(y.mean())
@@ -87,15 +89,22 @@ def _part(mask: MaskArray, place: tuple[np.intp, ...]) -> MaskArray:
     return found & mask
 
 
-def _refuse_two(height: Array, cells: Cells, peak: tuple[np.intp, ...], top: float) -> None:
-    """Raise where another part, labelled as in contact too, rises as high as the one at the peak."""
+def _refuse_two(height: Array, cells: Cells, top: float) -> None:
+    """Raise where two parts labelled as in contact are both high and a valley lies between them."""
     import cv2
 
-    high = cells.valid & (height > SEPARATE * top)
-    count, parts = cv2.connectedComponents(high.astype(np.uint8), connectivity=8)
-    if count <= 2:
+    labelled = (cells.touching > 0.5) & (height > HIGH * top)
+    count, parts, stats, centroids = cv2.connectedComponentsWithStats(labelled.astype(np.uint8), connectivity=8)
+    large = [n for n in range(1, count) if stats[n, cv2.CC_STAT_AREA] * cells.pitch**2 > LARGE]
+    if len(large) < 2:
         return
-    sizes = np.bincount(parts[cells.touching > 0.5], minlength=count)
-    sizes[0] = sizes[parts[peak]] = 0
-    if sizes.max() * cells.pitch**2 > 10e-6:
-        raise IllConditioned("there are two separate contacts; measure one at a time, with the other's pixels labelled 255")
+    noise = float(np.std((cells.height - height)[cells.valid]))
+    least = max(VALLEY * top, 4.0 * noise)
+    largest = max(large, key=lambda n: stats[n, cv2.CC_STAT_AREA])
+    for other in (n for n in large if n != largest):
+        line = np.linspace(centroids[largest], centroids[other], 60).round().astype(int)
+        between = float(height[line[:, 1], line[:, 0]].min())
+        if between < min(np.median(height[parts == n]) for n in (largest, other)) - least:
+            raise IllConditioned(
+                "there are two separate contacts; measure one at a time, with the pixels of the other labelled 255"
+            )
