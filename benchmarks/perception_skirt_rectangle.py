@@ -22,7 +22,7 @@ from stretch_bt.accuracy.perception.view import Press, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.perception.size import box_prior
 from stretch_bt.perception.size.around import ORDERS
-from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, BoxRegression, box_terms, matching
+from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, BoxRegression, box_terms, matching, steady_terms
 from stretch_bt.perception.size.cells import Cells
 from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.fit import fit_to
@@ -58,7 +58,7 @@ def weak_prior() -> BoxPrior:
     spread = np.array([0.5, *((0.5 if kind == "square" else 3.0 if n <= 2 else 0.1) for kind, n, _ in ORDERS)])
     coefficients = np.zeros((box_terms(np.ones((1, 6)), 0.0)[0].shape[1], TARGETS))
     coefficients[0, :2], coefficients[1, 0] = (2.3, 0.4), -0.7
-    one = BoxRegression(coefficients, np.diag(spread**2))
+    one = BoxRegression(coefficients, np.diag(spread**2), np.zeros((6, 2)))
     return BoxPrior(one, one, np.zeros(5), np.zeros(2))
 
 
@@ -117,7 +117,7 @@ def regress(rows: Array, *, known: bool) -> BoxRegression:
         coefficients[classes == kind, target] = solution
         hat = np.einsum("ij,ij->i", chosen, np.linalg.solve(normal, chosen.T).T)
         left[:, target] = (rows[:, 7 + target] - chosen @ solution) / (1.0 - hat)
-    return BoxRegression(coefficients, _covariance(left))
+    return BoxRegression(coefficients, _covariance(left), np.zeros((6 if known else 3, 2)))
 
 
 def _covariance(left: Array) -> Array:
@@ -156,6 +156,26 @@ def halves_miss(wanted: list[Press], rows: Array) -> tuple[Array, Array]:
             except NoAnswer as error:
                 print(f"no fit of {wanted[number]}: {error}")
     return np.array(found), np.array(numbers)
+
+
+def steady_of(rows: Array, errors: Array, *, known: bool) -> Array:
+    """Return the regression (terms, 2) of what sides along i and j are to be corrected by, robust to rare wrong fits."""
+    terms = steady_terms(rows[:, 5], rows[:, 6] if known else None)
+    share = np.cos(rows[:, 4]) ** 2
+    design = np.vstack([np.hstack([terms * part[:, None] for part in parts]) for parts in ((share, 1 - share), (1 - share, share))])
+    wanted = -np.concatenate([errors[:, 2], errors[:, 3]])
+    near = np.abs(wanted) < OUTLIER * 1.4826 * np.median(np.abs(wanted))
+    return np.asarray(np.linalg.lstsq(design[near], wanted[near], rcond=None)[0].reshape(2, -1).T)
+
+
+def corrected(rows: Array, errors: Array, steady: Array) -> Array:
+    """Return errors with those of the sides corrected."""
+    by = steady_terms(rows[:, 5], rows[:, 6]) @ steady
+    share = np.cos(rows[:, 4]) ** 2
+    found = errors.copy()
+    found[:, 2] += share * by[:, 0] + (1 - share) * by[:, 1]
+    found[:, 3] += (1 - share) * by[:, 0] + share * by[:, 1]
+    return found
 
 
 def systematic_of(errors: Array, rotation: Array) -> Array:
@@ -218,18 +238,21 @@ def main() -> None:
     sd = np.sqrt(np.diag(whole.covariance))
     print(f"  {sd[0]:8.3f}  {' '.join(f'{s:.3f}' for s in sd[1:])}")
     errors, numbers = halves_miss(kept, rows)
-    systematic = systematic_of(errors, rows[numbers, 4])
+    fitted = rows[numbers]
+    steady = [steady_of(fitted, errors, known=known) for known in (True, False)]
+    systematic = systematic_of(corrected(fitted, errors, steady[0]), fitted[:, 4])
     units = [(1e3, "mm")] * 4 + [(180.0 / math.pi, "degrees")]
     names = ("x", "y", "side along i", "side along j", "rotation")
-    print("missed without noise with the prior of the other half of the presses, rms:")
+    print("missed without noise with the prior of the other half of the presses, the steady part taken off, rms:")
     for name, value, (scale, unit) in zip(names, systematic, units, strict=True):
         print(f"  {name:14s} {value * scale:.2f} {unit}")
     made = prior_from(rows)
+    known, unknown = (replace(part, steady=s) for part, s in zip((made.known, made.unknown), steady, strict=True))
     np.save("/tmp/wt-rectangle/e.npy", errors)
     misses = free_form_misses(made, round_presses() + [p for p in kept[::5] if p.depth >= 5e-3])
     free_form = np.sqrt(np.mean(misses**2, axis=0))
     print(f"free outlines miss along i {free_form[0] * 1e3:.2f}, along j {free_form[1] * 1e3:.2f} mm rms")
-    made = replace(made, systematic=systematic, free_form=free_form)
+    made = BoxPrior(known, unknown, systematic, free_form)
     file.write_text(made.to_json() + "\n", encoding="utf-8")
     np.savez("/tmp/wt-rectangle/rows.npz", rows=rows, errors=errors, numbers=numbers, misses=misses)
     print(f"written to {file}")

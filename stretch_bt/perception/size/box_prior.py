@@ -18,7 +18,7 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.size.around import ORDERS
 
-__all__ = ["TARGETS", "BoxPrior", "BoxRegression", "box_terms", "matching", "shipped_box_prior"]
+__all__ = ["TARGETS", "BoxPrior", "BoxRegression", "box_terms", "matching", "shipped_box_prior", "steady_terms"]
 
 Array = npt.NDArray[np.float64]
 
@@ -59,6 +59,16 @@ def box_terms(sizes: Array, stretch: float | Array | None) -> tuple[Array, npt.N
     return np.column_stack([term for group in groups for term in group]), classes
 
 
+def steady_terms(depth: float | Array, stretch: float | Array | None) -> Array:
+    """Return the terms (n, 3 or 6) that the steady part of what fits miss follows, for depths and stretches in m."""
+    d = np.clip(np.atleast_1d(depth), LOW[5], HIGH[5]) / 10e-3
+    terms = [np.ones_like(d), d, d * d]
+    if stretch is not None:
+        t = np.clip(np.atleast_1d(stretch), 0.0, FARTHEST) / 40e-3 * np.ones_like(d)
+        terms += [t, t * t, t * d]
+    return np.column_stack(terms)
+
+
 def matching() -> npt.NDArray[np.int64]:
     """Return the mirror class of each target (TARGETS,)."""
     found = [EVEN]
@@ -72,17 +82,21 @@ def matching() -> npt.NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class BoxRegression:
-    """Coefficients (terms, TARGETS) of the terms, and the covariance (TARGETS, TARGETS) of what they leave."""
+    """Coefficients (terms, TARGETS) of the terms, and the covariance (TARGETS, TARGETS) of what they leave.
+
+    `steady` (terms of `steady_terms`, 2) is what is to be added to a side along i and to one along j, m.
+    """
 
     coefficients: Array
     covariance: Array
+    steady: Array
 
 
 @dataclass(frozen=True, slots=True)
 class BoxPrior:
     """Prior of ln ratio and the coefficients over the depth, with the stretch known and unknown.
 
-    `systematic` (5,) is what fits without noise miss, rms: x, y, a side along i, one along j, m, and the rotation, rad;
+    `systematic` (5,) is what fits without noise miss beyond the steady part, rms: x, y, a side along i, one along j, m, and the rotation, rad;
     `free_form` (2,) is what those of a free outline miss along i and j, m.
     """
 
@@ -99,10 +113,14 @@ class BoxPrior:
         """Return the means (n, TARGETS) for rows of x, y, sides, m, rotation, rad, and depth, m."""
         return np.asarray(box_terms(sizes, stretch)[0] @ self.chosen(stretch).coefficients)
 
+    def steady(self, depth: float, stretch: float | None) -> Array:
+        """Return what is to be added to a side along i and to one along j (2,), m."""
+        return np.asarray(steady_terms(depth, stretch)[0] @ self.chosen(stretch).steady)
+
     def to_json(self) -> str:
         """Return the text of a file that `from_json` reads."""
         parts = {
-            name: {"coefficients": _rounded(part.coefficients), "covariance": _rounded(part.covariance)}
+            name: {field: _rounded(getattr(part, field)) for field in BoxRegression.__slots__}
             for name, part in (("known", self.known), ("unknown", self.unknown))
         }
         return json.dumps({**parts, "systematic": _rounded(self.systematic), "free_form": _rounded(self.free_form)})
@@ -113,7 +131,7 @@ class BoxPrior:
         try:
             fields = json.loads(text)
             parts = [
-                BoxRegression(*(np.array(fields[name][f], dtype=np.float64) for f in ("coefficients", "covariance")))
+                BoxRegression(*(np.array(fields[name][f], dtype=np.float64) for f in BoxRegression.__slots__))
                 for name in ("known", "unknown")
             ]
             return cls(*parts, *(np.array(fields[f], dtype=np.float64) for f in ("systematic", "free_form")))

@@ -27,6 +27,7 @@ RATIO, HEIGHT, TILT_X, TILT_Y = SHAPE, SHAPE + 1, SHAPE + 2, SHAPE + 3
 SKIRT = slice(SHAPE + 4, SHAPE + 4 + COUNT)
 SIZE = SKIRT.stop
 LOOSE = 3.0  # times the deviations of the prior for rectangles: other outlines have other skirts
+LIKELY = 30.0  # squared deviations from the prior that all of it allows
 TILT_SD = 0.02  # rad
 SPREAD = np.array([0.3, 0.2, 0.08, 0.08, 0.08, 0.08, 0.04, 0.04])  # of ln(i / j), Im c_1 / C, then c_2 .. c_4 over C
 INSIDE = 0.88  # |z| to which the map goes on inside the outline
@@ -122,6 +123,11 @@ class FreeForm:
         by_first = math.log(2.0 * size / max(size**2 - float(q[3]) ** 2, 1e-3 * size**2))
         shape = by_first - float(np.log(SPREAD).sum()) - (2 * HARMONICS - 1) * math.log(size)
         return density + shape - 0.5 * float(against @ against) - 0.5 * against.size * math.log(2.0 * math.pi)
+
+    def satisfied(self, q: Array) -> bool:
+        """Return whether the prior has little against the skirt and the tilts."""
+        against, _ = self.prior(q)
+        return bool(against @ against < LIKELY)
 
     def outside(self, q: Array, x: Array, y: Array) -> Array:
         """Return how far places lie outside the rim along the line from the centre, m."""

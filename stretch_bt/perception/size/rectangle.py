@@ -18,6 +18,7 @@ __all__ = ["Rectangle"]
 
 Array = npt.NDArray[np.float64]
 
+LIKELY = 30.0  # squared deviations from the prior that all of it allows
 TILT_SD = 0.02  # rad: an object's face lies about parallel to the membrane
 ASPECT_SD = 0.5  # of ln(first / second), over the objects there are
 SMALLEST, LARGEST = 3e-3, 60e-3  # m, sides
@@ -42,12 +43,9 @@ class Rectangle:
         self._whitener = np.linalg.inv(np.linalg.cholesky(self.skirt_prior.chosen(context.stretch).covariance))
 
     def starts(self, start: Start) -> list[Array]:
-        """Return parameters along the axes of the raised part and turned from them, and squares, with the prior's skirt."""
-        side = math.sqrt(12.0)
-        long, short = side * 0.85 * start.major, side * 0.85 * start.minor
-        square = side * 0.9 * min(start.across, start.along)
-        boxes = [(long, short, start.angle + turn) for turn in (0.0, 0.4, -0.4)]
-        boxes += [(square, square, turn) for turn in (0.0, math.pi / 4)]
+        """Return squares along i and j and turned from them, and along the axes of the raised part, with the prior's skirt."""
+        square = 2.6 * min(start.across, start.along)
+        boxes = [(square, square, 0.0), (square, square, math.pi / 4), (2.2 * start.major, 2.2 * start.minor, start.angle)]
         return [self._start(start, *box) for box in boxes]
 
     def _start(self, start: Start, first: float, second: float, rotation: float) -> Array:
@@ -114,6 +112,11 @@ class Rectangle:
         aspect = -0.5 * ratio**2 - math.log(ASPECT_SD * math.sqrt(2.0 * math.pi) * second)
         return skirt + aspect - math.log(math.pi / 2.0)
 
+    def satisfied(self, q: Array) -> bool:
+        """Return whether the prior has little against the skirt and the tilts."""
+        against, _ = self.prior(q)
+        return bool(against @ against < LIKELY)
+
     def outside(self, q: Array, x: Array, y: Array) -> Array:
         """Return how far places lie outside the rim, m."""
         return self.rim(q).outside(x, y)
@@ -123,6 +126,7 @@ class Rectangle:
         if q[HEIGHT] <= 0.0 or not SMALLEST < min(q[2:4]) <= max(q[2:4]) < LARGEST:
             raise IllConditioned("no rectangle fits the contact: it is too shallow or too small for the noise")
         shape = covariance[:5, :5] + self._beyond_noise(q)
+        q = self._corrected(q)
         sd = np.sqrt(np.diag(shape))
         short = 2 if q[2] <= q[3] else 3
         sides = [(float(q[n]), float(sd[n])) for n in (short, 5 - short)]
@@ -135,6 +139,14 @@ class Rectangle:
             sides=(sides[0], sides[1]),
             rotation=((turned + 0.5 * math.pi) % math.pi - 0.5 * math.pi, float(sd[4])),
         )
+
+    def _corrected(self, q: Array) -> Array:
+        """Return q with what fits without noise miss steadily added to its sides."""
+        along_i, along_j = self.skirt_prior.steady(float(q[HEIGHT]), self.context.stretch)
+        c, s = math.cos(q[4]) ** 2, math.sin(q[4]) ** 2
+        found = q.copy()
+        found[2:4] += c * along_i + s * along_j, s * along_i + c * along_j
+        return found
 
     def _beyond_noise(self, q: Array) -> Array:
         """Return the covariance (5, 5) from what the model misses without noise and from the fillet."""
