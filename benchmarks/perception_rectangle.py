@@ -61,7 +61,7 @@ def row_of(press: Press, noise: Noise, seed: int) -> list[float]:
     assert size.sides_sd is not None
     assert size.rotation is not None
     assert size.rotation_sd is not None
-    turned = (size.rotation - press.indenter.angle + math.pi / 2) % math.pi - math.pi / 2
+    turned = (size.rotation - press.indenter.angle + math.pi / 4) % (math.pi / 2) - math.pi / 4  # which side is short may flip
     errors = [size.sides[0] - press.indenter.first, size.sides[1] - press.indenter.second, turned]
     return [press.depth, press.stretch, *errors, *size.sides_sd, size.rotation_sd, ms]
 

@@ -22,7 +22,7 @@ from stretch_bt.accuracy.perception.view import Press, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.perception.size import box_prior
 from stretch_bt.perception.size.around import ORDERS
-from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, BoxRegression, box_terms, matching, steady_terms
+from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, BoxRegression, box_terms, looseness, matching, steady_terms
 from stretch_bt.perception.size.cells import Cells
 from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.fit import fit_to
@@ -37,7 +37,7 @@ from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 Array = npt.NDArray[np.float64]
 
 FILE = Path(box_prior.__file__).with_name("box_skirt.json")
-COUNT = 704
+COUNT = 700
 LOW = np.array([8e-3, 8e-3, -np.pi / 2, -4e-3, 2e-3, -9e-3, -9e-3])  # sides, angle, stretch (from 0), depth, place
 HIGH = np.array([32e-3, 32e-3, np.pi / 2, 60e-3, 16e-3, 9e-3, 9e-3])
 RIDGE = 1e-5
@@ -58,7 +58,7 @@ def weak_prior() -> BoxPrior:
     spread = np.array([0.5, *((0.5 if kind == "square" else 3.0 if n <= 2 else 0.1) for kind, n, _ in ORDERS)])
     coefficients = np.zeros((box_terms(np.ones((1, 6)), 0.0)[0].shape[1], TARGETS))
     coefficients[0, :2], coefficients[1, 0] = (2.3, 0.4), -0.7
-    one = BoxRegression(coefficients, np.diag(spread**2), np.zeros((6, 2)))
+    one = BoxRegression(coefficients, np.diag(spread**2), np.zeros(TARGETS), np.zeros((6, 2)))
     return BoxPrior(one, one, np.zeros(5), np.zeros(2))
 
 
@@ -117,7 +117,13 @@ def regress(rows: Array, *, known: bool) -> BoxRegression:
         coefficients[classes == kind, target] = solution
         hat = np.einsum("ij,ij->i", chosen, np.linalg.solve(normal, chosen.T).T)
         left[:, target] = (rows[:, 7 + target] - chosen @ solution) / (1.0 - hat)
-    return BoxRegression(coefficients, _covariance(left), np.zeros((6 if known else 3, 2)))
+    slack = np.zeros(TARGETS)
+    if known:
+        loose = np.log(looseness(rows[:, 6]))
+        design = np.column_stack([np.ones(len(rows)), loose])
+        slack = np.linalg.lstsq(design, np.log(np.abs(left) + 1e-6), rcond=None)[0][1]
+        left = left / np.exp(loose[:, None] * slack)
+    return BoxRegression(coefficients, _covariance(left), slack, np.zeros((6 if known else 3, 2)))
 
 
 def _covariance(left: Array) -> Array:

@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.size.around import ORDERS
+from stretch_bt.perception.size.prior import GAIN, SLACK
 
-__all__ = ["TARGETS", "BoxPrior", "BoxRegression", "box_terms", "matching", "shipped_box_prior", "steady_terms"]
+__all__ = ["TARGETS", "BoxPrior", "BoxRegression", "box_terms", "looseness", "matching", "shipped_box_prior", "steady_terms"]
 
 Array = npt.NDArray[np.float64]
 
@@ -45,15 +46,22 @@ def box_terms(sizes: Array, stretch: float | Array | None) -> tuple[Array, npt.N
     size, d = 0.5 * np.log(first * second / 4e-4), np.log(depth / 8e-3)
     wide = (xx - yy) / (xx + yy)
     turned = 2.0 * (first**2 - second**2) * c * s / (xx + yy)
-    diamond = 2.0 * first * second / (xx + yy) * np.cos(4.0 * rotation)
+    aspect = 2.0 * first * second / (xx + yy)
+    diamond, tilted = aspect * np.cos(4.0 * rotation), aspect * np.sin(4.0 * rotation)
     a, b, one = x / 10e-3, y / 10e-3, np.ones_like(x)
     even = [one, d, size, wide, d * d, size**2, wide**2, d * size, d * wide, size * wide, turned**2, a * a, b * b, diamond]
-    odd_x, odd_y = [[p, p * d, p * size, p * wide, other * turned] for p, other in ((a, b), (b, a))]
-    odd_both = [turned, turned * d, turned * size, turned * wide, a * b]
+    even += [d**3, d * diamond, size * diamond, wide * diamond, wide**3, wide**2 * d, wide * turned**2, size * wide**2]
+    odd_x, odd_y = (
+        [p, p * d, p * size, p * wide, o * turned, p * d * d, p**3, p * o * o, p * wide**2] for p, o in ((a, b), (b, a))
+    )
+    odd_both = [turned, turned * d, turned * size, turned * wide, a * b, turned * d * d, turned * size**2, turned * wide**2]
+    odd_both += [turned**3, tilted]
     if stretch is not None:
-        t = np.log((np.clip(stretch, 0.0, FARTHEST) + 12e-3) / 40e-3) * one
+        t = np.log((np.clip(stretch, 0.0, FARTHEST) + SLACK + GAIN * depth**2) / 40e-3)
         even += [t, t * t, t * d, t * size, t * wide, t**3, t * t * d, t * d * d]
-        odd_x, odd_y, odd_both = odd_x + [a * t], odd_y + [b * t], odd_both + [turned * t]
+        even += [t * t * size, t * t * wide, t * d * size, t * d * wide, t * diamond, wide**2 * t]
+        odd_x, odd_y = ([*odd, p * t, p * t * t, p * t * d] for odd, p in ((odd_x, a), (odd_y, b)))
+        odd_both += [turned * t, turned * t * t, turned * t * d]
     groups = (even, odd_x, odd_y, odd_both)
     classes = np.repeat(np.arange(4), [len(g) for g in groups])
     return np.column_stack([term for group in groups for term in group]), classes
@@ -69,6 +77,11 @@ def steady_terms(depth: float | Array, stretch: float | Array | None) -> Array:
     return np.column_stack(terms)
 
 
+def looseness(stretch: float | Array) -> Array:
+    """Return the stretch, m, plus 5 mm over that at 35 mm."""
+    return (np.clip(stretch, 0.0, FARTHEST) + 5e-3) / 40e-3
+
+
 def matching() -> npt.NDArray[np.int64]:
     """Return the mirror class of each target (TARGETS,)."""
     found = [EVEN]
@@ -82,13 +95,15 @@ def matching() -> npt.NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class BoxRegression:
-    """Coefficients (terms, TARGETS) of the terms, and the covariance (TARGETS, TARGETS) of what they leave.
+    """Coefficients (terms, TARGETS) of the terms, and the covariance (TARGETS, TARGETS) of what they leave at 35 mm of stretch.
 
+    The deviations of each target go with `slack` (TARGETS,) powers of the stretch plus 5 mm: a slack sheet is less alike.
     `steady` (terms of `steady_terms`, 2) is what is to be added to a side along i and to one along j, m.
     """
 
     coefficients: Array
     covariance: Array
+    slack: Array
     steady: Array
 
 
@@ -112,6 +127,12 @@ class BoxPrior:
     def mean(self, sizes: Array, stretch: float | None) -> Array:
         """Return the means (n, TARGETS) for rows of x, y, sides, m, rotation, rad, and depth, m."""
         return np.asarray(box_terms(sizes, stretch)[0] @ self.chosen(stretch).coefficients)
+
+    def covariance(self, stretch: float | None) -> Array:
+        """Return the covariance (TARGETS, TARGETS)."""
+        part = self.chosen(stretch)
+        deviations = looseness(0.0 if stretch is None else stretch) ** part.slack
+        return part.covariance * np.outer(deviations, deviations)
 
     def steady(self, depth: float, stretch: float | None) -> Array:
         """Return what is to be added to a side along i and to one along j (2,), m."""

@@ -49,7 +49,7 @@ class FreeForm:
     def __init__(self, context: Context, prior: BoxPrior | None = None) -> None:
         self.context = context
         self.skirt_prior = prior or shipped_box_prior()
-        covariance = LOOSE**2 * self.skirt_prior.chosen(context.stretch).covariance
+        covariance = LOOSE**2 * self.skirt_prior.covariance(context.stretch)
         self._whitener = np.linalg.inv(np.linalg.cholesky(covariance))
 
     def starts(self, start: Start) -> list[Array]:

@@ -40,7 +40,7 @@ class Rectangle:
     def __init__(self, context: Context, prior: BoxPrior | None = None) -> None:
         self.context = context
         self.skirt_prior = prior or shipped_box_prior()
-        self._whitener = np.linalg.inv(np.linalg.cholesky(self.skirt_prior.chosen(context.stretch).covariance))
+        self._whitener = np.linalg.inv(np.linalg.cholesky(self.skirt_prior.covariance(context.stretch)))
 
     def starts(self, start: Start) -> list[Array]:
         """Return squares along i and j and turned from them, and along the axes of the raised part, with the prior's skirt."""
