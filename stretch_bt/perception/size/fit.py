@@ -25,7 +25,7 @@ STEPS = 25
 DAMPING = 1e-5  # of the scaled normal equations, to begin with
 STAGES = 5
 SETTLED = 0.1  # share of the cells that may change when the rim moves
-MET = 0.3, 0.01  # square of the last step in standard deviations, before the noise is known and after
+MET = 0.3, 1e-3  # square of the last step in standard deviations, before the noise is known and after
 FEWEST = 40  # cells
 
 
