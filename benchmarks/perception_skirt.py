@@ -20,9 +20,9 @@ from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.perception.size import prior as prior_module
 from stretch_bt.perception.size.cells import Cells, cells_of
+from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.circle import Circle
 from stretch_bt.perception.size.conformal import COUNT
-from stretch_bt.perception.size.fit import fit_to
 from stretch_bt.perception.size.hypothesis import Context
 from stretch_bt.perception.size.prior import Regression, SkirtPrior, features, powers
 from stretch_bt.perception.size.start import start_of
@@ -74,15 +74,10 @@ def row_of(press: Press) -> list[float] | None:
     assert isinstance(press.indenter, Cylinder)
     cells = fine_cells(seen(press))
     shape = Circle(Context(press.stretch, press.indenter.rim, 0.0, weak_prior()))
-    fits = []
-    for q in shape.starts(start_of(cells)):
-        try:
-            fits.append(fit_to(shape, cells, q))
-        except NoAnswer:
-            continue
-    if not fits:
+    try:
+        best = best_fit(shape, cells, start_of(cells))
+    except NoAnswer:
         return None
-    best = min(fits, key=lambda f: f.noise)
     q, diameter = best.q, press.indenter.diameter
     height = float(q[shape.height])
     ratios = q[shape.skirt] / height

@@ -22,7 +22,10 @@ INSIDE, OUTSIDE = 7e-3, 12e-3  # m around the rim that are fitted
 FIRST_AREA = 12.0  # cells taken as one until the residuals tell: rather the prior than a wrong basin
 FLOOR = 1e-5  # m, noise of a cell below which nothing is gained
 STEPS = 25
-MET = 0.1, 1e-3  # square of the last step in standard deviations, before the noise is known and after
+DAMPING = 1e-5  # of the scaled normal equations, to begin with
+STAGES = 5
+SETTLED = 0.1  # share of the cells that may change when the rim moves
+MET = 0.3, 1e-3  # square of the last step in standard deviations, before the noise is known and after
 FEWEST = 40  # cells
 
 
@@ -67,16 +70,21 @@ def fit_to(shape: Hypothesis, cells: Cells, q: Array, *, window: MaskArray | Non
     IllConditioned
         Too few cells, or they leave a parameter free.
     """
-    area, steps = FIRST_AREA, 0
-    for stage in range(2):
-        chosen = window_of(shape, q, cells) if window is None else window
+    area, steps, informed = FIRST_AREA, 0, False
+    chosen = window_of(shape, q, cells) if window is None else window
+    for stage in range(STAGES):
         x, y, height = cells.x[chosen], cells.y[chosen], cells.height[chosen]
-        q, information, residuals, sd, used = _refine(shape, x, y, height, q, area, max(noise, FLOOR), MET[stage])
+        q, information, residuals, sd, used = _refine(shape, x, y, height, q, area, max(noise, FLOOR), MET[informed])
         steps += used
         image = np.zeros(chosen.shape)
         image[chosen] = residuals
-        if stage == 0:
-            area = correlation_area(image, chosen)
+        moved = chosen if window is not None else window_of(shape, q, cells)
+        settled = np.count_nonzero(moved ^ chosen) <= SETTLED * np.count_nonzero(chosen)
+        if (settled and informed) or stage == STAGES - 1:
+            break
+        if settled:
+            area, informed = correlation_area(image, chosen), True
+        chosen = moved
     return Fit(q, _inverse(information), chosen, image, sd, area, steps)
 
 
@@ -86,7 +94,7 @@ def _refine(
     """Return the best parameters, their information, the residuals, the noise of a cell and the steps that it took."""
     model, jacobian = shape.model(q, x, y)
     against, by_prior = shape.prior(q)
-    residuals, damping = height - model, 1e-3
+    residuals, damping = height - model, DAMPING
     sd, weights, cost = _weighed(residuals, against, area, floor)
     for step in range(1, STEPS + 1):
         weighted = jacobian * weights
@@ -104,7 +112,7 @@ def _refine(
             continue
         q, residuals, jacobian = q + move, new_residuals, new_jacobian
         against, by_prior = new_against, new_by_prior
-        damping = max(0.1 * damping, 1e-7)
+        damping = max(0.1 * damping, 1e-8)
         small = float(move @ information @ move) < met
         sd, weights, cost = _weighed(residuals, against, area, floor)
         if small:

@@ -9,6 +9,7 @@ of the prior, the covariance of what the regression leaves is its width, so that
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
@@ -25,10 +26,9 @@ Array = npt.NDArray[np.float64]
 SLACK, GAIN = 1e-3, 40.0  # m, 1/m: a press stretches a slack sheet by about GAIN depth^2
 
 
-def features(stretch: float | Array, depth: float | Array, radius: float | Array) -> Array:
-    """Return what the regression sees, (3, ...): logarithms that stay finite without stretch; lengths in m."""
-    tension = np.log(stretch + SLACK + GAIN * np.square(depth))
-    return np.array(np.broadcast_arrays(tension, np.log(depth), np.log(radius)), dtype=np.float64)
+def features(stretch: Array, depth: Array, radius: Array) -> Array:
+    """Return what the regression sees, (3, n): logarithms that stay finite without stretch; lengths in m."""
+    return np.array([np.log(stretch + SLACK + GAIN * depth**2), np.log(depth), np.log(radius)])
 
 
 def powers(count: int, degree: int) -> npt.NDArray[np.int64]:
@@ -66,8 +66,9 @@ class Regression:
         factors = raised[columns, self.exponents]
         slopes = np.zeros((self.coefficients.shape[1], 3))
         for place, column in enumerate(self.use):
-            rise = risen[place, self.exponents[:, place]] * np.delete(factors, place, axis=1).prod(axis=1)
-            slopes[:, column] = rise @ self.coefficients
+            others = factors.copy()
+            others[:, place] = risen[place, self.exponents[:, place]]
+            slopes[:, column] = others.prod(axis=1) @ self.coefficients
         return factors.prod(axis=1) @ self.coefficients, slopes
 
 
@@ -86,8 +87,9 @@ class SkirtPrior:
         slack = 0.0 if stretch is None else stretch
         depth, radius = max(depth, 1e-4), max(radius, 1e-4)
         chosen = self.unknown if stretch is None else self.known
-        mean, slopes = chosen.mean(features(slack, depth, radius))
-        by_depth = slopes[:, 0] * 2.0 * GAIN * depth / (slack + SLACK + GAIN * depth**2) + slopes[:, 1] / depth
+        tension = slack + SLACK + GAIN * depth**2
+        mean, slopes = chosen.mean(np.array([math.log(tension), math.log(depth), math.log(radius)]))
+        by_depth = slopes[:, 0] * 2.0 * GAIN * depth / tension + slopes[:, 1] / depth
         return mean, np.column_stack([by_depth, slopes[:, 2] / radius])
 
     def covariance(self, stretch: float | None) -> Array:

@@ -18,7 +18,7 @@ __all__ = ["RoundShape"]
 Array = npt.NDArray[np.float64]
 
 TILT_SD = 0.02  # rad: an object's face lies about parallel to the membrane
-STARTS = (0.95, 0.7)  # radius over twice the smaller deviation of the raised part
+STARTS = np.geomspace(4e-3, 18e-3, 8)  # m, radius
 LIKELY = 30.0  # sum of squares of eleven residuals of the prior: exceeded in 2 of 1000
 SMALLEST = 1.5e-3  # m, radius
 
@@ -47,8 +47,8 @@ class RoundShape:
         """Return the object's half axes along i and j, m."""
 
     def starts(self, start: Start) -> list[Array]:
-        """Return parameters with the prior's skirt for two radii."""
-        return [self._start(start, share * 2.0 * min(start.across, start.along)) for share in STARTS]
+        """Return parameters with the prior's skirt for several radii."""
+        return [self._start(start, radius) for radius in STARTS]
 
     def _start(self, start: Start, radius: float) -> Array:
         mean, _ = self.context.prior.mean(self.context.stretch, start.top, radius)
