@@ -90,7 +90,8 @@ def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *
     logs = {name: _log_evidence(shape, fit, quietest) for name, (shape, fit) in fits.items()}
     first = chosen = next(iter(logs))
     for name, value in logs.items():
-        if value > logs[chosen] + CLEARLY:
+        must = 0.5 * quietest.window.sum() * (fits[name][0].handicap * start.top / quietest.noise) ** 2 / quietest.area
+        if value > logs[chosen] + CLEARLY + must:
             chosen = name
     shape, fit = fits[chosen]
     if chosen != first:

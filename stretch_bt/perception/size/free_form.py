@@ -34,6 +34,9 @@ INSIDE = 0.88  # |z| to which the map goes on inside the outline
 NEAR = 1.5e-3  # m inside the rim beyond which the face is flat
 SMALLEST = 1e-3  # m, C
 POINTS = 128
+FOLLOWED = np.array([0, 1, *range(2, SHAPE), RATIO, HEIGHT])  # what the prior's means follow
+STEPS = np.where(FOLLOWED == RATIO, 1e-5, 1e-7)
+HANDICAP = 0.02  # of the depth: twice what the skirts of simple shapes miss without noise
 RATIOS = (-0.5, 5.0)
 
 
@@ -45,6 +48,7 @@ class FreeForm:
     """
 
     name = "free_form"
+    handicap = HANDICAP
 
     def __init__(self, context: Context, prior: BoxPrior | None = None) -> None:
         self.context = context
@@ -57,9 +61,9 @@ class FreeForm:
         radius = 1.6 * min(start.across, start.along)
         q = np.zeros(SIZE)
         q[:2], q[RATIO], q[HEIGHT] = (start.x, start.y), 2.0, start.top
-        q[RATIO] = self._mean(_ellipse(q, radius))[0]
+        q[RATIO] = self._mean(_ellipse(q, radius)[None])[0, 0]
         q = _ellipse(q, radius)
-        q[SKIRT] = self._mean(q)[1:] * start.top
+        q[SKIRT] = self._mean(q[None])[0, 1:] * start.top
         return [q]
 
     def scales(self, q: Array) -> Array:
@@ -87,36 +91,37 @@ class FreeForm:
 
     def prior(self, q: Array) -> tuple[Array, Array]:
         """Return what the prior of skirt, tilts and outline holds against q, and its Jacobian."""
-        against = self._against(q)
-        jacobian = np.empty((SIZE, against.size))
-        steps = np.where(np.arange(SIZE) == RATIO, 1e-5, 1e-7)
-        for n, step in enumerate(steps):
-            moved = q.copy()
-            moved[n] += step
-            jacobian[n] = (self._against(moved) - against) / step
-        return against, jacobian
+        depth = max(float(q[HEIGHT]), 1e-4)
+        rows = np.tile(q, (1 + len(FOLLOWED), 1))
+        rows[np.arange(1, len(rows)), FOLLOWED] += STEPS
+        mean, shape = self._mean(rows), _shape(rows)
+        slopes = np.zeros((SIZE, TARGETS))
+        slopes[FOLLOWED] = -(mean[1:] - mean[0]) / STEPS[:, None]
+        slopes[HEIGHT, 1:] -= q[SKIRT] / depth**2
+        slopes[RATIO, 0] += 1.0
+        slopes[SKIRT, 1:] = np.eye(COUNT) / depth
+        jacobian = np.zeros((SIZE, TARGETS + 2 + len(SPREAD)))
+        jacobian[:, :TARGETS] = slopes @ self._whitener.T
+        jacobian[TILT_X, TARGETS] = jacobian[TILT_Y, TARGETS + 1] = 1.0 / TILT_SD
+        jacobian[FOLLOWED, TARGETS + 2 :] = (shape[1:] - shape[0]) / STEPS[:, None]
+        skirt = self._whitener @ (np.append(q[RATIO], q[SKIRT] / depth) - mean[0])
+        return np.concatenate([skirt, q[[TILT_X, TILT_Y]] / TILT_SD, shape[0]]), jacobian
 
-    def _against(self, q: Array) -> Array:
-        depth, size = max(float(q[HEIGHT]), 1e-4), max(float(q[2]), SMALLEST)
-        skirt = np.append(q[RATIO], q[SKIRT] / depth) - self._mean(q)
-        half_i, half_j = size + q[3], _k(q) * max(size - float(q[3]), 0.02 * size)
-        shape = np.append(math.log(max(half_i, 0.02 * size) / half_j), q[4:SHAPE] / size) / SPREAD
-        return np.concatenate([self._whitener @ skirt, q[[TILT_X, TILT_Y]] / TILT_SD, shape])
-
-    def _mean(self, q: Array) -> Array:
-        """Return the prior's mean (TARGETS,) for the rectangle of the outline's second moments."""
-        x, y = _places(q)
-        spread = np.cov(x, y)
-        values, vectors = np.linalg.eigh(spread)
-        # a line of constant density around a square of side a has a^2 / 6 along each axis, around a circle a^2 / 8
-        sides = np.sqrt(7.0 * np.maximum(values, 1e-8))
-        turn = math.atan2(vectors[1, 1], vectors[0, 1])
-        sizes = np.array([[q[0], q[1], sides[1], sides[0], turn, max(float(q[HEIGHT]), 1e-4)]])
-        return np.asarray(self.skirt_prior.mean(sizes, self.context.stretch)[0])
+    def _mean(self, rows: Array) -> Array:
+        """Return the prior's means (n, TARGETS) for the rectangles of the outlines' second moments."""
+        w = rows[:, OUTLINE] @ _powers().T
+        x, y = w.real, np.exp(0.5 * np.clip(rows[:, RATIO], *RATIOS))[:, None] * w.imag
+        xx, yy, xy = (x * x).mean(axis=1), (y * y).mean(axis=1), (x * y).mean(axis=1)
+        half, apart = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+        # around a square of side a the line has a second moment a^2 / 6 along each axis, around a circle a^2 / 8
+        long, short = (np.sqrt(7.0 * np.maximum(half + sign * apart, 1e-8)) for sign in (1.0, -1.0))
+        turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+        sizes = np.column_stack([rows[:, 0], rows[:, 1], long, short, turn, np.maximum(rows[:, HEIGHT], 1e-4)])
+        return self.skirt_prior.mean(sizes, self.context.stretch)
 
     def log_prior(self, q: Array) -> float:
         """Return the logarithm of the prior density but for x, y, height and C."""
-        against = self._against(q)
+        against, _ = self.prior(q)
         depth, size = max(float(q[HEIGHT]), 1e-4), max(float(q[2]), SMALLEST)
         density = float(np.log(np.diag(self._whitener)).sum()) - 2.0 * math.log(TILT_SD) - COUNT * math.log(depth)
         # d ln(i / j) / d Re c_1 = 2 C / (C^2 - c_1^2)
@@ -170,6 +175,14 @@ class FreeForm:
         steep = q[SKIRT] @ slope_sums(_outline(q), _k(q), z)
         slope = float(np.abs(steep[away < 0.35]).mean()) if (away < 0.35).any() else 0.0
         return 1.0 - math.tan(0.5 * math.atan(slope))
+
+
+def _shape(rows: Array) -> Array:
+    """Return what the outlines (n, q) deviate from a circle by, (n, 2 HARMONICS), in deviations of the prior."""
+    size = np.maximum(rows[:, 2], SMALLEST)
+    half_i, half_j = (np.maximum(size + sign * rows[:, 3], 0.02 * size) for sign in (1.0, -1.0))
+    ratio = np.log(half_i / half_j) - 0.5 * np.clip(rows[:, RATIO], *RATIOS)
+    return np.column_stack([ratio, rows[:, 4:SHAPE] / size[:, None]]) / SPREAD
 
 
 def _k(q: Array) -> float:

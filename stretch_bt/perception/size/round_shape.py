@@ -31,6 +31,7 @@ class RoundShape:
     """
 
     name = "round"
+    handicap = 0.0
     radii = 1
 
     def __init__(self, context: Context) -> None:
