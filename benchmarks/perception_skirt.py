@@ -20,9 +20,9 @@ from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.perception.size import prior as prior_module
 from stretch_bt.perception.size.cells import Cells, cells_of
-from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.circle import Circle
 from stretch_bt.perception.size.conformal import COUNT
+from stretch_bt.perception.size.fit import fit_to
 from stretch_bt.perception.size.hypothesis import Context
 from stretch_bt.perception.size.prior import Regression, SkirtPrior, features, powers
 from stretch_bt.perception.size.start import start_of
@@ -74,11 +74,12 @@ def row_of(press: Press) -> list[float] | None:
     assert isinstance(press.indenter, Cylinder)
     cells = fine_cells(seen(press))
     shape = Circle(Context(press.stretch, press.indenter.rim, 0.0, weak_prior()))
+    diameter = press.indenter.diameter
+    begin = min(shape.starts(start_of(cells)), key=lambda q: abs(float(q[2]) - diameter / 2))
     try:
-        best = best_fit(shape, cells, start_of(cells))
+        q = fit_to(shape, cells, begin).q
     except NoAnswer:
         return None
-    q, diameter = best.q, press.indenter.diameter
     height = float(q[shape.height])
     ratios = q[shape.skirt] / height
     return [
