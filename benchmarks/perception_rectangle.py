@@ -39,10 +39,16 @@ def presses(count: int) -> list[Press]:
     rng = np.random.default_rng(12345)
     found = []
     for _ in range(count):
-        sides = sorted((rng.uniform(10e-3, 20e-3), rng.uniform(20e-3, 30e-3)))
-        angle, stretch, depth = rng.uniform(-np.pi / 2, np.pi / 2), rng.choice(STRETCHES) * 1e-3, rng.uniform(5e-3, 15e-3)
+        first, second = float(rng.uniform(10e-3, 20e-3)), float(rng.uniform(20e-3, 30e-3))
+        angle, stretch, depth = (
+            rng.uniform(-np.pi / 2, np.pi / 2),
+            rng.choice(STRETCHES) * 1e-3,
+            rng.uniform(5e-3, 15e-3),
+        )
         at = rng.uniform(-8e-3, 8e-3, 2)
-        found.append(Press(Box(*sides, float(angle)), float(stretch), float(depth), (float(at[0]), float(at[1]))))
+        found.append(
+            Press(Box(first, second, float(angle)), float(stretch), float(depth), (float(at[0]), float(at[1])))
+        )
     return found
 
 
@@ -61,7 +67,9 @@ def row_of(press: Press, noise: Noise, seed: int) -> list[float]:
     assert size.sides_sd is not None
     assert size.rotation is not None
     assert size.rotation_sd is not None
-    turned = (size.rotation - press.indenter.angle + math.pi / 4) % (math.pi / 2) - math.pi / 4  # which side is short may flip
+    turned = (size.rotation - press.indenter.angle + math.pi / 4) % (
+        math.pi / 2
+    ) - math.pi / 4  # which side is short may flip
     errors = [size.sides[0] - press.indenter.first, size.sides[1] - press.indenter.second, turned]
     return [press.depth, press.stretch, *errors, *size.sides_sd, size.rotation_sd, ms]
 

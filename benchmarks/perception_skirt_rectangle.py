@@ -22,7 +22,15 @@ from stretch_bt.accuracy.perception.view import Press, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.perception.size import box_prior
 from stretch_bt.perception.size.around import ORDERS
-from stretch_bt.perception.size.box_prior import TARGETS, BoxPrior, BoxRegression, box_terms, looseness, matching, steady_terms
+from stretch_bt.perception.size.box_prior import (
+    TARGETS,
+    BoxPrior,
+    BoxRegression,
+    box_terms,
+    looseness,
+    matching,
+    steady_terms,
+)
 from stretch_bt.perception.size.cells import Cells
 from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.fit import fit_to
@@ -168,7 +176,9 @@ def steady_of(rows: Array, errors: Array, *, known: bool) -> Array:
     """Return the regression (terms, 2) of what sides along i and j are to be corrected by, robust to rare wrong fits."""
     terms = steady_terms(rows[:, 5], rows[:, 6] if known else None)
     share = np.cos(rows[:, 4]) ** 2
-    design = np.vstack([np.hstack([terms * part[:, None] for part in parts]) for parts in ((share, 1 - share), (1 - share, share))])
+    design = np.vstack(
+        [np.hstack([terms * part[:, None] for part in parts]) for parts in ((share, 1 - share), (1 - share, share))]
+    )
     wanted = -np.concatenate([errors[:, 2], errors[:, 3]])
     near = np.abs(wanted) < OUTLIER * 1.4826 * np.median(np.abs(wanted))
     return np.asarray(np.linalg.lstsq(design[near], wanted[near], rcond=None)[0].reshape(2, -1).T)
@@ -254,13 +264,11 @@ def main() -> None:
         print(f"  {name:14s} {value * scale:.2f} {unit}")
     made = prior_from(rows)
     known, unknown = (replace(part, steady=s) for part, s in zip((made.known, made.unknown), steady, strict=True))
-    np.save("/tmp/wt-rectangle/e.npy", errors)
     misses = free_form_misses(made, round_presses() + [p for p in kept[::5] if p.depth >= 5e-3])
     free_form = np.sqrt(np.mean(misses**2, axis=0))
     print(f"free outlines miss along i {free_form[0] * 1e3:.2f}, along j {free_form[1] * 1e3:.2f} mm rms")
     made = BoxPrior(known, unknown, systematic, free_form)
     file.write_text(made.to_json() + "\n", encoding="utf-8")
-    np.savez("/tmp/wt-rectangle/rows.npz", rows=rows, errors=errors, numbers=numbers, misses=misses)
     print(f"written to {file}")
 
 

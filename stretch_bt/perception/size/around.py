@@ -45,8 +45,8 @@ def skirt_around(
     from stretch_bt.perception.size.around_kernel import fill_skirt
 
     fall, by_rim, basis = np.empty(x.size), np.empty((2 + len(by_size), x.size)), np.empty((COUNT, x.size))
-    contiguous = [np.ascontiguousarray(values, dtype=np.float64) for values in (coefficients, x, y, sign)]
-    fill_skirt(outline.scale, outline.series, outline.stride, by_size, k, least, KINK, *contiguous, fall, by_rim, basis)
+    c, x, y, sign = (np.ascontiguousarray(values, dtype=np.float64) for values in (coefficients, x, y, sign))
+    fill_skirt(outline.scale, outline.series, outline.stride, by_size, k, least, KINK, c, x, y, sign, fall, by_rim, basis)
     return fall, by_rim, basis
 
 

@@ -151,11 +151,12 @@ class BoxPrior:
         """Read a prior; raises InvalidInput where the text is none."""
         try:
             fields = json.loads(text)
-            parts = [
+            known, unknown = (
                 BoxRegression(*(np.array(fields[name][f], dtype=np.float64) for f in BoxRegression.__slots__))
                 for name in ("known", "unknown")
-            ]
-            return cls(*parts, *(np.array(fields[f], dtype=np.float64) for f in ("systematic", "free_form")))
+            )
+            systematic, free_form = (np.array(fields[f], dtype=np.float64) for f in ("systematic", "free_form"))
+            return cls(known, unknown, systematic, free_form)
         except (KeyError, TypeError, ValueError) as error:
             raise InvalidInput(
                 f"this is no prior of a rectangle's skirt as benchmarks/perception_skirt_rectangle.py writes it: {error}"

@@ -34,6 +34,7 @@ INSIDE = 0.88  # |z| to which the map goes on inside the outline
 NEAR = 1.5e-3  # m inside the rim beyond which the face is flat
 SMALLEST = 1e-3  # m, C
 POINTS = 128
+FOLDED = 0.1  # share of the outline that may run backwards, as it does at tips that are sharper than it can be
 FOLLOWED = np.array([0, 1, *range(2, SHAPE), RATIO, HEIGHT])  # what the prior's means follow
 STEPS = np.where(FOLLOWED == RATIO, 1e-5, 1e-7)
 HANDICAP = 0.02  # of the depth: twice what the skirts of simple shapes miss without noise
@@ -145,11 +146,10 @@ class FreeForm:
         return np.asarray(np.hypot(x - q[0], y - q[1]) - radius)
 
     def measure(self, q: Array, covariance: Array) -> Measured:
-        """Return the sizes; raises IllConditioned where the outline folds, or is none."""
-        x, y = _places(q)
-        angle = np.unwrap(np.arctan2(y, x))
-        if q[HEIGHT] <= 0.0 or q[2] <= 2.0 * SMALLEST or (np.diff(angle) <= 0.0).any():
-            raise IllConditioned("no outline without folds fits the contact: it is too shallow or too small for the noise")
+        """Return the sizes; raises IllConditioned where the outline is folded, or none."""
+        angle = np.unwrap(np.arctan2(*_places(q)[::-1]))
+        if q[HEIGHT] <= 0.0 or q[2] <= 2.0 * SMALLEST or (np.diff(angle) <= 0.0).mean() > FOLDED:
+            raise IllConditioned("no single outline fits the contact: it is too shallow or too small for the noise")
         chosen = [*range(2, SHAPE), RATIO]
         inner = covariance[np.ix_(chosen, chosen)]
         sizes = []
@@ -182,7 +182,7 @@ def _shape(rows: Array) -> Array:
     size = np.maximum(rows[:, 2], SMALLEST)
     half_i, half_j = (np.maximum(size + sign * rows[:, 3], 0.02 * size) for sign in (1.0, -1.0))
     ratio = np.log(half_i / half_j) - 0.5 * np.clip(rows[:, RATIO], *RATIOS)
-    return np.column_stack([ratio, rows[:, 4:SHAPE] / size[:, None]]) / SPREAD
+    return np.asarray(np.column_stack([ratio, rows[:, 4:SHAPE] / size[:, None]]) / SPREAD)
 
 
 def _k(q: Array) -> float:
