@@ -2,8 +2,8 @@
 
 python benchmarks/perception_rectangle.py [FRAMES] [PARTS]
 
-Boxes of 10 x 20 to 20 x 30 mm at any angle, up to 8 mm off centre, at random depths of 5 to 15 mm; one frame each, whose seed
-is its number. PARTS are of "white", "correlated" and "shapes". A miss is a refusal or an error of more than 5 mm. The prior of
+Boxes of 10 x 20 to 20 x 30 mm at any angle, up to 8 mm off centre, at random depths of 5 to 15 mm; the seed of a
+frame is its number. PARTS are of "white", "correlated" and "shapes". A miss is a refusal or an error of more than 5 mm. The prior of
 the skirt comes from other presses (benchmarks/perception_skirt_rectangle.py).
 """
 
@@ -79,7 +79,8 @@ def accuracy(name: str, noise: Noise, frames: int) -> Iterator[str]:
     yield f"{name}: {BOUNDS[name]}"
     yield "                    n  misses %   short mm (bias)     long mm (bias)  rotation deg   error/sd short long rotation   ms"
     least = 10e-3 if name == "correlated" else 0.0
-    rows = np.array([row_of(press, noise, seed) for seed, press in enumerate(presses(frames)) if press.depth >= least])
+    deep = [press for press in presses(frames) if press.depth >= least]
+    rows = np.array([row_of(deep[seed % len(deep)], noise, seed) for seed in range(frames)])
     depth, stretch = rows[:, 0] * MM, rows[:, 1] * MM
     for low, high in ((5, 7.5), (7.5, 10), (10, 12.5), (12.5, 15)):
         yield from line(f"depth {low:4} to {high:4}", rows[(depth >= low) & (depth < high)])

@@ -11,7 +11,7 @@ from stretch_bt.compiled import kernel
 
 __all__ = ["fill_skirt"]
 
-FLATTEST = 0.15  # share of C below which f', 0 at a corner, counts as this share
+FLATTEST = 0.05  # share of C below which f', 0 at a corner, counts as this share
 FARTHEST = 4.0  # tau, beyond which the skirt is level
 STEEPEST = 2e3  # 1/m, of tau, to which the rounding of the rim follows it
 TURNS = 20

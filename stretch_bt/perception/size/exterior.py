@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
 TERMS = 10  # of a parallelogram's series, the odd powers
-FLATTEST = 0.15  # share of C below which f', 0 at a corner, counts as this share
+FLATTEST = 0.05  # share of C below which f', 0 at a corner, counts as this share
 _NODES = 16
 
 

@@ -72,8 +72,8 @@ def level(points, labels):
     return points, labels
 
 
-def half_gone(points, labels):
-    return without(points, labels, lambda p: np.random.default_rng(1).random(p.shape[:2]) < 0.5)
+def third_gone(points, labels):
+    return without(points, labels, lambda p: np.random.default_rng(1).random(p.shape[:2]) < 0.33)
 
 
 CASES = {
@@ -82,14 +82,14 @@ CASES = {
     "noisy, chosen": (partial(measured, shape="auto"), lambda size: _is(size, "rectangle")),
     "float32": (partial(measured, lambda p, v: (p.astype(np.float32), v)), sides),
     "NaN and infinite points": (partial(measured, broken), sides),
-    "half the pixels dropped out": (partial(measured, half_gone), sides),
+    "a third of the pixels dropped out": (partial(measured, third_gone), sides),
     "a quarter of the frame gone": (
         partial(sides_or_refusal, partial(measured, lambda p, v: without(p, v, lambda q: (q[..., 0] > 3e-3) & (q[..., 1] > 0)))),
         None,
     ),
     "concave": (partial(measured, lambda p, v: (p * [1, 1, -1], v)), (NoContact, "rise")),
     "a plane called a contact": (partial(measured, flat), (NoContact, "rise")),
-    "all at one height": (partial(measured, level), (NoAnswer, "")),
+    "all at one height": (partial(measured, level), (NoAnswer, "contact")),
     "nothing in contact": (partial(measured, lambda p, v: (p, np.minimum(v, 1))), (NoContact, "labelled")),
     "all invalid": (partial(measured, lambda p, v: (p, np.full_like(v, 255))), (NoContact, "valid")),
     "millimetres": (partial(measured, lambda p, v: (p * 1e3, v)), (InvalidInput, "metres")),

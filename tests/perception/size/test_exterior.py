@@ -54,5 +54,5 @@ def test_the_derivatives_of_the_skirt_are_those_of_its_height():
         move = step * np.eye(6)[n]
         plus, minus = (BoxRim(*(at + sign * move)).skirt(c, x[near], y[near])[0] for sign in (1, -1))
         numeric = (plus - minus) / (2.0 * step)
-        assert np.quantile(np.abs(by_rim[n] - numeric), 0.99) < 1e-3 * np.abs(numeric).max()
+        assert np.quantile(np.abs(by_rim[n] - numeric), 0.99) < 5e-3 * np.abs(numeric).max()
     assert BoxRim(*at).skirt(c, x[near], y[near])[0] == pytest.approx(c @ basis, abs=1e-12)
