@@ -63,10 +63,16 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     rows, columns = _window(points, labels)
     part, classes = points[rows, columns], labels[rows, columns]
     mask = (classes != INVALID) & np.isfinite(part[..., 0] + part[..., 1] + part[..., 2])
+    if not mask.any():
+        raise NoContact("no pixel around the contact is valid")
+    origin = part[np.unravel_index(int(np.argmax(mask)), mask.shape)]  # single precision is enough near it
     count = _blocks(mask.astype(np.float32))
     kept = count >= COVER
     share = np.where(kept, count, 1.0)
-    planes = [np.where(kept, _blocks(np.where(mask, part[..., n], 0).astype(np.float32)) / share, 0.0) for n in range(3)]
+    planes = [
+        np.where(kept, _blocks(np.where(mask, part[..., n] - origin[n], 0).astype(np.float32)) / share + origin[n], 0.0)
+        for n in range(3)
+    ]
     height = np.where(kept, towards * (planes[2] - level), 0.0)
     touching = _blocks((mask & (classes == CONTACT)).astype(np.float32))
     pitch = _pitch(planes[0], kept)
@@ -83,7 +89,7 @@ def _side(points: FloatArray, labels: LabelArray) -> tuple[int, float]:
     some, classes = points[::step, ::step], labels[::step, ::step]
     valid: MaskArray = (classes != INVALID) & np.isfinite(some).all(axis=2)
     if not valid.any():
-        raise NoContact("the frame has no valid pixel")
+        raise NoContact("the frame has no valid pixel, or hardly any")
     wide = float(np.ptp(some[valid][:, :2], axis=0).max())
     if wide > WIDEST:
         raise InvalidInput(f"points are in metres; a view {wide:.3g} m wide is in another unit")

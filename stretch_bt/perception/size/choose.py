@@ -20,7 +20,7 @@ __all__ = ["Choice", "best_fit", "choose"]
 Array = npt.NDArray[np.float64]
 Choice = tuple[Hypothesis, Fit, dict[str, float]]
 
-CLEARLY = 5.0  # of log evidence by which a shape must beat an earlier, simpler one
+CLEARLY = 7.0  # of log evidence, odds of 1000 to 1, by which a shape must beat an earlier, simpler one
 TRIES = 4  # starts, those that leave least
 
 

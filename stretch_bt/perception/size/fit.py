@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ __all__ = ["Fit", "fit_to", "window_of"]
 Array = npt.NDArray[np.float64]
 
 INSIDE, OUTSIDE = 7e-3, 12e-3  # m around the rim that are fitted
+REACH = 20e-3  # m from the centre, at least: a window that shrinks with the shape would settle on a bump of noise
 FIRST_AREA = 12.0  # cells taken as one until the residuals tell: rather the prior than a wrong basin
 FLOOR = 1e-5  # m, noise of a cell below which nothing is gained
 STEPS = 25
@@ -49,7 +51,8 @@ class Fit:
 def window_of(shape: Hypothesis, q: Array, cells: Cells) -> MaskArray:
     """Return the cells around the rim of a shape that are to be fitted; raises IllConditioned where they are too few."""
     outside = shape.outside(q, cells.x.ravel(), cells.y.ravel()).reshape(cells.x.shape)
-    window: MaskArray = cells.valid & (outside > -INSIDE) & (outside < OUTSIDE)
+    radius = math.sqrt(np.count_nonzero(outside < 0.0) / math.pi) * cells.pitch
+    window: MaskArray = cells.valid & (outside > -INSIDE) & (outside < max(OUTSIDE, REACH - radius))
     if np.count_nonzero(window) < FEWEST:
         raise IllConditioned("too few valid pixels around the rim of the contact")
     return window
