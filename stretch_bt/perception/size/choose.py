@@ -63,7 +63,7 @@ def _ranked(shape: Hypothesis, cells: Cells, start: Start) -> list[Array]:
 
 
 def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *, noise: float = 0.0) -> Choice:
-    """Fit several shapes and return the simplest that no other clearly beats, with the log evidence of each.
+    """Fit several shapes and return the best, or the first that fits unless the best is clearly better, with all log evidences.
 
     The evidence is Laplace's approximation (MacKay, Information Theory, chapter 28), for all shapes over the cells around
     the first one's rim and with the noise of the shape that leaves least. `names` are ordered from simple to complex.
@@ -88,11 +88,10 @@ def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *
         raise reason or IllConditioned("no shape was given to fit")
     quietest = min((fit for _, fit in fits.values()), key=lambda fit: fit.noise**2 * fit.area)
     logs = {name: _log_evidence(shape, fit, quietest) for name, (shape, fit) in fits.items()}
-    first = chosen = next(iter(logs))
-    for name, value in logs.items():
-        must = 0.5 * quietest.window.sum() * (fits[name][0].handicap * start.top / quietest.noise) ** 2 / quietest.area
-        if value > logs[chosen] + CLEARLY + must:
-            chosen = name
+    must = 0.5 * quietest.window.sum() * (start.top / quietest.noise) ** 2 / quietest.area
+    scores = {name: value - must * fits[name][0].handicap ** 2 for name, value in logs.items()}
+    first, best = next(iter(logs)), max(scores, key=lambda name: scores[name])
+    chosen = best if scores[best] > scores[first] + CLEARLY else first
     shape, fit = fits[chosen]
     if chosen != first:
         fit = fit_to(shape, cells, fit.q, noise=noise)

@@ -37,7 +37,7 @@ POINTS = 128
 FOLDED = 0.1  # share of the outline that may run backwards, as it does at tips that are sharper than it can be
 FOLLOWED = np.array([0, 1, *range(2, SHAPE), RATIO, HEIGHT])  # what the prior's means follow
 STEPS = np.where(FOLLOWED == RATIO, 1e-5, 1e-7)
-HANDICAP = 0.02  # of the depth: twice what the skirts of simple shapes miss without noise
+HANDICAP = 0.009  # of the depth: the skirts of simple shapes miss up to 0.006 without noise
 RATIOS = (-0.5, 5.0)
 
 

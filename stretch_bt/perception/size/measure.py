@@ -63,7 +63,7 @@ def measure_contact(
     stretch : float, m, or None
         Of the membrane, if known: the skirt's prior is several times narrower with it.
     hypothesis : str
-        A shape to fit, or "auto": the simplest that no other clearly beats by its evidence.
+        A shape to fit, or "auto": a circle unless the evidence is clearly for another.
     fillet, fillet_sd : float, m
         Radius of the object's edge and its standard deviation. A frame does not show it, and 1 mm of it is up to 1.8 mm of
         the diameter.
