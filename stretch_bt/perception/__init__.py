@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
+    from stretch_bt.perception.size.measure import diameters as diameters
+    from stretch_bt.perception.size.measure import measure_contact as measure_contact
+    from stretch_bt.perception.size.result import ContactSize as ContactSize
+    from stretch_bt.perception.size.result import Diameters as Diameters
     from stretch_bt.perception.sphere import fit_sphere as fit_sphere
     from stretch_bt.perception.tension import expected_ratio as expected_ratio
     from stretch_bt.perception.tension import tension_ratio as tension_ratio
@@ -52,7 +56,9 @@ _MODULES = {
     "Cloud": "clouds.cloud",
     "Contact": "types",
     "ContactDetector": "detect",
+    "ContactSize": "size.result",
     "Curvatures": "curvature",
+    "Diameters": "size.result",
     "Dimensions": "clouds.dimensions",
     "FrameNoise": "noise",
     "HeightTracker": "tracker",
@@ -68,6 +74,7 @@ _MODULES = {
     "cloud_of": "clouds.cloud",
     "curvatures": "curvature",
     "deproject": "deprojection",
+    "diameters": "size.measure",
     "draw_cloud": "clouds.picture",
     "estimate_normals": "normals",
     "expected_ratio": "tension",
@@ -78,6 +85,7 @@ _MODULES = {
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "mask_membrane": "mask",
+    "measure_contact": "size.measure",
     "measure_object": "clouds.dimensions",
     "outline_of": "outlines.outline",
     "pixel_noise": "noise",
@@ -92,7 +100,9 @@ __all__ = [
     "Cloud",
     "Contact",
     "ContactDetector",
+    "ContactSize",
     "Curvatures",
+    "Diameters",
     "Dimensions",
     "FrameNoise",
     "HeightTracker",
@@ -108,6 +118,7 @@ __all__ = [
     "cloud_of",
     "curvatures",
     "deproject",
+    "diameters",
     "draw_cloud",
     "estimate_normals",
     "expected_ratio",
@@ -118,6 +129,7 @@ __all__ = [
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
+    "measure_contact",
     "measure_object",
     "outline_of",
     "pixel_noise",

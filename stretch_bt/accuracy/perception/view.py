@@ -14,7 +14,7 @@ import numpy.typing as npt
 from stretch_bt.accuracy.perception.render import render
 from stretch_bt.frames import Intrinsics
 from stretch_bt.simulation import membrane
-from stretch_bt.simulation.membrane.compiled import cache_folder
+from stretch_bt.compiled import cache_folder
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.press import press
@@ -95,7 +95,7 @@ def _file(wanted: Press) -> Path | None:
     if folder is None:
         return None
     name = hashlib.sha256(f"{wanted!r} {_sources()}".encode()).hexdigest()[:24]
-    kept = folder / "views"
+    kept = folder.parent / "views"  # a kernel that no view depends on may change
     kept.mkdir(exist_ok=True)
     return kept / f"{name}.npz"
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.compiled import kernel
+from stretch_bt.compiled import kernel
 
 __all__ = ["capsule", "cone", "prism", "rotate", "shaft"]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.compiled import kernel
+from stretch_bt.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
 __all__ = ["bounds", "contact", "gauss_points", "leftover", "tangents"]

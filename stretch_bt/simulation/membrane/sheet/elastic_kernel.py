@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.compiled import kernel
+from stretch_bt.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.energy_kernel import strain_energy
 
 __all__ = ["EXACT", "GRADIENT", "PROJECTED", "elastic", "peaks"]

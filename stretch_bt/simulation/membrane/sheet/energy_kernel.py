@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from stretch_bt.simulation.membrane.compiled import kernel
+from stretch_bt.compiled import kernel
 
 __all__ = ["strain_energy"]
 

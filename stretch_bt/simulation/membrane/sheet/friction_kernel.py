@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.simulation.membrane.compiled import kernel
+from stretch_bt.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.contact_kernel import (
     add_block,
     add_line,

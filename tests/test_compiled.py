@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.simulation.membrane import compiled
+from stretch_bt import compiled
 
-ASK = "from stretch_bt.simulation.membrane.compiled import cache_folder; print(cache_folder())"
+ASK = "from stretch_bt.compiled import cache_folder; print(cache_folder())"
 
 
 def folder_in(**environment):

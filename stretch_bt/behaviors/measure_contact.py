@@ -1,0 +1,41 @@
+"""Measuring the object in contact."""
+
+from typing import Literal
+
+from stretch_bt import perception
+from stretch_bt.perception.types import Contact
+from stretch_bt.perception.size.result import ContactSize
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Length
+
+
+@node
+class MeasureContact(Behavior):
+    """Measure a flat-faced object in contact, with the skirt around it; FAILURE when the frame carries no size."""
+
+    kind = "perception"
+    instant = True
+    contact: In[Contact]  # surface and labels of the contact, and the stretch where it is known
+    hypothesis: In[Literal["auto", "circle", "ellipse"]] = "auto"  # auto: the simplest that no other clearly beats
+    fillet: In[Length] = port(1e-3, min=0.0, doc="radius of the object's edge, which no frame shows")
+    fillet_sd: In[Length] = port(0.1e-3, min=0.0, doc="its standard deviation")
+    diameter_i: Out[Length]  # width of the object across
+    diameter_j: Out[Length]  # width of the object along the stretch
+    size: Out[ContactSize]  # shape, sides, rotation, place and all that a measurement finds
+
+    def update(self) -> Status:
+        """Measure."""
+        size = perception.measure_contact(
+            self.contact.surface,
+            self.contact.labels,
+            stretch=self.contact.stretch,
+            hypothesis=self.hypothesis,
+            fillet=self.fillet,
+            fillet_sd=self.fillet_sd,
+            noise=self.contact.noise,
+        )
+        self.diameter_i = Estimate(size.diameter_i, size.diameter_i_sd)
+        self.diameter_j = Estimate(size.diameter_j, size.diameter_j_sd)
+        self.size = size
+        return Status.SUCCESS

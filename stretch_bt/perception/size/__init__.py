@@ -1,0 +1,1 @@
+"""Size of a contact from one frame: shapes with the anisotropic skirt of the membrane around them, and the choice."""

@@ -1,0 +1,101 @@
+"""What a shape must say to be fitted to a contact, and the shapes there are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.perception.size.prior import SkirtPrior
+from stretch_bt.perception.size.start import Start
+
+__all__ = ["HYPOTHESES", "Context", "Hypothesis", "Measured", "hypothesis"]
+
+Array = npt.NDArray[np.float64]
+Value = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What is known besides the frame, lengths in m: the membrane's stretch, the object's fillet and the skirt's prior."""
+
+    stretch: float | None
+    fillet: float
+    fillet_sd: float
+    prior: SkirtPrior
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Sizes of a fitted shape, SI, as (value, sd); `sides` is None for round shapes, `rotation` is that of the first side.
+
+    `diameter_i` and `diameter_j` are the widths along i and j through the centre, of the object itself: to the ends of
+    its edge fillet, not of the contact.
+    """
+
+    center: tuple[Value, Value]
+    diameter_i: Value
+    diameter_j: Value
+    depth: Value
+    sides: tuple[Value, Value] | None = None
+    rotation: Value | None = None
+
+
+class Hypothesis(Protocol):
+    """A shape with its skirt, ready to fit: made anew for each contact with its `Context`.
+
+    Parameters q (p,) are in SI, in an order of the shape's own. All Jacobians are (p, n).
+    """
+
+    name: str
+    handicap: float  # share of the depth by which its residuals must be smaller than those of a simpler shape
+
+    def starts(self, start: Start) -> list[Array]:
+        """Return the parameters to start from, best guess first."""
+        ...
+
+    def scales(self, q: Array) -> Array:
+        """Return the largest step (p,) that is allowed at once."""
+        ...
+
+    def model(self, q: Array, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return heights (n,), m, at places (n,), m, and their Jacobian."""
+        ...
+
+    def prior(self, q: Array) -> tuple[Array, Array]:
+        """Return what the prior holds against q as residuals (r,) in standard deviations, and their Jacobian (p, r)."""
+        ...
+
+    def log_prior(self, q: Array) -> float:
+        """Return the logarithm of the whole prior density at q, SI, but for x, y, height and one size.
+
+        Those four are as likely anywhere, for all shapes alike. What `prior` holds against q is part of it.
+        """
+        ...
+
+    def satisfied(self, q: Array) -> bool:
+        """Return whether a fit is so likely that no other start needs to be tried."""
+        ...
+
+    def outside(self, q: Array, x: Array, y: Array) -> Array:
+        """Return how far places lie outside the rim, m, negative inside."""
+        ...
+
+    def measure(self, q: Array, covariance: Array) -> Measured:
+        """Return the sizes of a fitted shape; raises IllConditioned where q is no such shape."""
+        ...
+
+
+HYPOTHESES = {"circle": "Circle", "ellipse": "Ellipse", "rectangle": "Rectangle", "free_form": "FreeForm"}  # name and module: class
+
+
+def hypothesis(name: str, context: Context) -> Hypothesis:
+    """Return the hypothesis of a name."""
+    if name not in HYPOTHESES:
+        raise InvalidInput(f"hypothesis is 'auto' or one of {', '.join(sorted(HYPOTHESES))}, got {name!r}")
+    made: Any = getattr(import_module(f"stretch_bt.perception.size.{name}"), HYPOTHESES[name])
+    return made(context)  # type: ignore[no-any-return]

@@ -1,0 +1,131 @@
+"""The size of a contact from one frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.size.cells import Cells, cells_of
+from stretch_bt.perception.size.choose import choose
+from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured
+from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
+from stretch_bt.perception.size.result import ContactSize, Diameters
+from stretch_bt.perception.size.start import start_of
+from stretch_bt.perception.types import FloatArray, LabelArray
+
+__all__ = ["diameters", "measure_contact"]
+
+FILLET, FILLET_SD = 1e-3, 0.1e-3  # m, of the object's edge, where the caller knows no better
+STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
+WIDEST = 0.15  # m, stretch beyond which a number is taken to be in another unit
+
+
+def diameters(
+    points: FloatArray,
+    labels: LabelArray,
+    *,
+    stretch: float | None = None,
+    hypothesis: str = "auto",
+    fillet: float = FILLET,
+    fillet_sd: float = FILLET_SD,
+    noise: float | None = None,
+    prior: SkirtPrior | None = None,
+) -> Diameters:
+    """Return the widths of the object in contact along i and j; takes and raises what `measure_contact` does."""
+    found = measure_contact(
+        points, labels, stretch=stretch, hypothesis=hypothesis, fillet=fillet, fillet_sd=fillet_sd, noise=noise, prior=prior
+    )
+    return Diameters(found.diameter_i, found.diameter_i_sd, found.diameter_j, found.diameter_j_sd)
+
+
+def measure_contact(
+    points: FloatArray,
+    labels: LabelArray,
+    *,
+    stretch: float | None = None,
+    hypothesis: str = "auto",
+    fillet: float = FILLET,
+    fillet_sd: float = FILLET_SD,
+    noise: float | None = None,
+    prior: SkirtPrior | None = None,
+) -> ContactSize:
+    """Measure the flat-faced object that presses into the membrane, by a joint fit of its face and the skirt around it.
+
+    Parameters
+    ----------
+    points : (h, w, 3) float, m
+        In the membrane frame or the camera frame; what is not finite or labelled 255 is left out.
+    labels : (h, w) uint8
+        As `segment` returns them. They only say where to look.
+    stretch : float, m, or None
+        Of the membrane, if known: the skirt's prior is several times narrower with it.
+    hypothesis : str
+        A shape to fit, or "auto": a circle unless the evidence is clearly for another.
+    fillet, fillet_sd : float, m
+        Radius of the object's edge and its standard deviation. A frame does not show it, and 1 mm of it is up to 1.8 mm of
+        the diameter.
+    noise : float, m, or None
+        Standard deviation of one pixel, if known; the frame may show more, never less.
+    prior : SkirtPrior or None
+        Of another sheet than the hand's own.
+
+    Raises
+    ------
+    NoContact
+        Nothing is valid, or nothing in contact.
+    IllConditioned
+        The frame does not determine a size; `.reason` says why.
+    InvalidInput
+        A shape, type or unit is wrong.
+    """
+    _check(stretch, hypothesis, fillet, fillet_sd, noise)
+    cells = cells_of(points, labels)
+    context = Context(stretch, fillet, fillet_sd, prior or shipped_prior())
+    names = list(HYPOTHESES) if hypothesis == "auto" else [hypothesis]
+    shape, fit, evidence = choose(names, cells, start_of(cells), context, noise=(noise or 0.0) / 3.0)
+    size = shape.measure(fit.q, fit.covariance)
+    if seen_share(shape, fit.q, cells, size) < SEEN:
+        raise IllConditioned("too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane")
+    (x, x_sd), (y, y_sd) = size.center
+    return ContactSize(
+        shape.name,
+        evidence,
+        (x, y),
+        (x_sd, y_sd),
+        *size.diameter_i,
+        *size.diameter_j,
+        *size.depth,
+        fit.noise,
+        size.sides and (size.sides[0][0], size.sides[1][0]),
+        size.sides and (size.sides[0][1], size.sides[1][1]),
+        size.rotation and size.rotation[0],
+        size.rotation and size.rotation[1],
+    )
+
+
+def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size: Measured) -> float:
+    """Return the share of the strip around the rim, `STRIP` wide, that valid cells see."""
+    reach = 0.75 * max(size.diameter_i[0], size.diameter_j[0]) + STRIP
+    steps = np.arange(-reach, reach, cells.pitch)
+    x, y = (grid.ravel() for grid in np.meshgrid(size.center[0][0] + steps, size.center[1][0] + steps))
+    whole, seen = shape.outside(q, x, y), shape.outside(q, cells.x[cells.valid], cells.y[cells.valid])
+    return _in_strip(seen) / max(_in_strip(whole), 1)
+
+
+def _in_strip(outside: npt.NDArray[np.float64]) -> int:
+    return int(np.count_nonzero((outside > 0.0) & (outside < STRIP)))
+
+
+def _check(stretch: float | None, hypothesis: str, fillet: float, fillet_sd: float, noise: float | None) -> None:
+    if hypothesis != "auto" and hypothesis not in HYPOTHESES:
+        raise InvalidInput(f"hypothesis is 'auto' or one of {', '.join(HYPOTHESES)}, got {hypothesis!r}")
+    if stretch is not None and not 0.0 <= stretch < WIDEST:
+        raise InvalidInput(f"stretch is from 0 to {WIDEST} m, got {stretch:g}")
+    for name, value in (("fillet", fillet), ("fillet_sd", fillet_sd), ("noise", noise)):
+        if value is not None and not 0.0 <= value < 0.05:
+            raise InvalidInput(f"{name} is a length in m, from 0 to 0.05, got {value:g}")
+        if value is not None and not math.isfinite(value):
+            raise InvalidInput(f"{name} is finite, got {value}")
