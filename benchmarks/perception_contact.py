@@ -116,7 +116,7 @@ def labelled(frame: DepthFrame) -> tuple[Any, bool]:
     except NoAnswer:
         points, valid = deproject(frame)
         points = to_membrane(points, frame.plane_distance or 0.0)
-        height, _ = smooth(points[..., 2].astype(np.float32), valid, 6.0)
+        height, _ = smooth(np.where(valid, points[..., 2], 0.0).astype(np.float32), valid.astype(np.float32), 6.0)
         high = height > 0.85 * np.quantile(height[valid], 0.995)
         labels = np.where(valid, np.where(high, 2, 1), 255).astype(np.uint8)
         return SimpleNamespace(surface=points, labels=labels), False

@@ -177,7 +177,7 @@ def checked(text: str, folder: Path) -> tuple[Program, set[str]]:
     return program, {d.code for d in program.errors}
 
 
-many = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+many = settings(max_examples=150, suppress_health_check=list(HealthCheck))
 
 
 @many

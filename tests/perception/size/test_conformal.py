@@ -27,7 +27,7 @@ def around(rim, tau):
 
 
 @given(RIMS)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_skirt_balances_the_two_tensions_and_leaves_from_the_rim(rim):
     coefficients = np.array([4e-3, 1e-3, -1e-3, 2e-3, 1e-3, 0.0, 0.0])
     x, y = around(rim, 0.6)
@@ -43,7 +43,7 @@ def test_the_skirt_balances_the_two_tensions_and_leaves_from_the_rim(rim):
 
 
 @given(RIMS, st.integers(0, 2**31))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_derivatives_are_those_of_the_fall(rim, seed):
     rng = np.random.default_rng(seed)
     coefficients = rng.normal(0.0, 3e-3, COUNT)

@@ -11,7 +11,7 @@ ANGLES = st.floats(-3.0, 3.0)
 RATIOS = st.floats(0.0, 3.5)  # ln(T_j / T_i)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(SIDES, SIDES, ANGLES, RATIOS)
 def test_the_unit_circle_is_mapped_onto_the_sides_of_the_rectangle(first, second, rotation, ratio):
     rim = BoxRim(0.0, 0.0, first, second, rotation, ratio)
@@ -22,7 +22,7 @@ def test_the_unit_circle_is_mapped_onto_the_sides_of_the_rectangle(first, second
     assert np.abs(outside).max() < 0.6e-3  # corners are rounded
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SIDES, SIDES, ANGLES, RATIOS)
 def test_the_skirt_is_level_inside_and_obeys_the_tensions_outside(first, second, rotation, ratio):
     rim = BoxRim(1e-3, -2e-3, first, second, rotation, ratio)

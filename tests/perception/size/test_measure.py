@@ -20,7 +20,7 @@ def surface_of(press, noise, seed):
     """Return points and labels: what the smoothed height shows, as a segmentation would roughly have it."""
     points, valid = deproject(observe(seen(press), noise, seed))
     points = to_membrane(points, PLANE_DISTANCE)
-    height, _ = smooth(points[..., 2], valid, 6.0)
+    height, _ = smooth(np.where(valid, points[..., 2], 0.0).astype(np.float32), valid.astype(np.float32), 6.0)
     return points, np.where(valid, np.where(height > 0.85 * height.max(), 2, 1), 255).astype(np.uint8)
 
 
