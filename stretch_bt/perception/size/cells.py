@@ -106,7 +106,8 @@ def _window(points: FloatArray, labels: LabelArray) -> tuple[slice, slice]:
     lines = [np.nonzero(touching.any(axis=axis))[0] for axis in (1, 0)]
     if not lines[0].size:
         raise NoContact("no pixel is labelled as in contact")
-    steps = np.abs(np.diff(points[int(np.median(lines[0])), :, 0]))
+    row = points[int(np.median(lines[0])), :, 0]
+    steps = np.abs(np.diff(np.where(np.isfinite(row), row, np.nan)))
     near = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.inf
     margin = int(MARGIN / near)
     found = []
