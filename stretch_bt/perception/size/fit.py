@@ -28,6 +28,7 @@ DAMPING = 1e-5  # of the scaled normal equations, to begin with
 STAGES = 5
 SETTLED = 0.1  # share of the cells that may change when the rim moves
 MET = 0.3, 1e-3  # square of the last step in standard deviations, before the noise is known and after
+MOST_TAKEN = 0.6  # share of the independent cells that parameters may account for
 FEWEST = 40  # cells
 
 
@@ -88,7 +89,11 @@ def fit_to(shape: Hypothesis, cells: Cells, q: Array, *, window: MaskArray | Non
         if settled:
             area, informed = correlation_area(image, chosen), True
         chosen = moved
-    return Fit(q, _inverse(information), chosen, image, sd, area, steps)
+    against = shape.prior(q)[1]
+    by_cells = information - against @ against.T
+    taken = float(np.trace(_inverse(information) @ by_cells)) * area / residuals.size
+    share = 1.0 / (1.0 - min(taken, MOST_TAKEN))  # what the parameters took from the residuals
+    return Fit(q, _inverse(by_cells / share + against @ against.T), chosen, image, sd, area * share, steps)
 
 
 def _refine(
