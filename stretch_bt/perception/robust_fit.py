@@ -1,0 +1,145 @@
+"""Robust least squares along the camera rays, for any surface that gives its height and derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic, Protocol, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.correlation import correlation_area
+from stretch_bt.perception.robust import TUKEY, scale_of, tukey_psi_slope, tukey_weights
+from stretch_bt.perception.sight import Sight
+
+__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
+
+Array = npt.NDArray[np.float64]
+
+START = 400  # points that are enough to start from
+STEPS = 30
+ROUNDING = 10.0  # units of the resolution up to which residuals are those of the arithmetic
+SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
+PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
+
+
+class SightSurface(Protocol):
+    """A surface over (x, y) in the frame of a Sight, with parameters that a step can move."""
+
+    @property
+    def parameters(self) -> int:
+        """How many parameters a step has."""
+
+    def heights(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the height (n,) and its derivatives (p, n) by a step's parameters."""
+
+    def moved(self, step: Array) -> tuple[Self, Array]:
+        """Return the surface after a step (p,), shortened where it would leave what is meaningful, and that step."""
+
+
+S = TypeVar("S", bound=SightSurface)
+
+
+@dataclass(frozen=True, slots=True)
+class Settled(Generic[S]):
+    """A fitted surface, the covariance (p, p) of its parameters, and the residuals (n,) with their scale.
+
+    `area` is the number of points that share one error; the covariance counts it in.
+    """
+
+    surface: S
+    covariance: Array
+    residuals: Array
+    scale: float
+    area: float
+
+    def sd(self, parameter: int) -> float:
+        """Return the standard deviation of one parameter."""
+        return float(np.sqrt(self.covariance[parameter, parameter]))
+
+
+def solve(matrix: Array, right: Array, name: str) -> Array:
+    """Solve the normal equations of a shape, or refuse where the points leave one of its parameters free."""
+    diagonal = np.sqrt(np.diag(matrix).clip(1e-300))
+    even = matrix / (diagonal[:, None] * diagonal)
+    try:
+        free = float(np.linalg.cholesky(even).diagonal().min()) ** 2 < SINGULAR
+    except np.linalg.LinAlgError:
+        free = True
+    if free:
+        raise IllConditioned(
+            f"the points leave the {name} free: they lie on too few distinct lines of sight or on a ring"
+        )
+    scaled = right / (diagonal if right.ndim == 1 else diagonal[:, None])
+    solution = np.linalg.solve(even, scaled)
+    return np.asarray(solution / (diagonal if right.ndim == 1 else diagonal[:, None]))
+
+
+def thinned(sight: Sight) -> tuple[Array, Array, Array]:
+    """Return x, y and z of about as many points as are enough to start from."""
+    every = max(1, sight.x.size // START)
+    return sight.x[::every], sight.y[::every], sight.z[::every]
+
+
+def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Array, Array]:
+    """Return the solution (p,) and weights (n,) of z = solution @ design (p, n).
+
+    First by least absolute residuals, a convex problem that needs no start, then with Tukey's weights.
+    """
+    weights = np.ones_like(z)
+    solution = np.zeros(len(design))
+    for step in range(9):
+        weighted = design * weights
+        solution = solve(weighted @ design.T, weighted @ z, name)
+        residuals = z - solution @ design
+        scale = max(scale_of(residuals, len(design)), floor)
+        weights = 1.0 / np.maximum(np.abs(residuals), 0.1 * scale)
+        if step >= 5:
+            weights = tukey_weights(residuals / (TUKEY * scale))
+    return solution, weights
+
+
+def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
+    """Iterate Gauss-Newton with Tukey's weights from a start, and return where it settles, with its error.
+
+    Raises
+    ------
+    IllConditioned
+        The points leave a parameter free, too few agree, or their errors are too alike to tell how large they are.
+    """
+    for _ in range(STEPS):
+        height, jacobian = surface.heights(sight.x, sight.y)
+        residuals = sight.z - height
+        scale = max(scale_of(residuals, surface.parameters), sight.floor)
+        weighted = jacobian * tukey_weights(residuals / (TUKEY * scale))
+        surface, step = surface.moved(solve(weighted @ jacobian.T, weighted @ residuals, name))
+        if np.abs(step).max() < 1e-2 * max(scale / np.sqrt(residuals.size), 1e-12):
+            break
+    return _with_error(surface, sight, name)
+
+
+def _with_error(surface: S, sight: Sight, name: str) -> Settled[S]:
+    """Return a surface with the covariance of an M-estimate (Huber, Robust Statistics, 1981, section 7.6)."""
+    height, jacobian = surface.heights(sight.x, sight.y)
+    residuals = sight.z - height
+    p = surface.parameters
+    scale = max(scale_of(residuals, p), sight.floor)
+    u = residuals / (TUKEY * scale)
+    inside = np.abs(u) < 1.0
+    count = int(inside.sum())
+    if count <= p:
+        raise IllConditioned(f"no {name} agrees with more than {p} of the points")
+    # Rounding errors are alike wherever the shape is, and say nothing about the noise.
+    noisy = scale_of(residuals[inside]) > ROUNDING * sight.resolution
+    area = correlation_area(sight.x[inside], sight.y[inside], residuals[inside], p) if noisy else 1.0
+    if area > 1.0 and count < PATCHES * p * area:
+        raise IllConditioned(
+            f"the noise is alike over {area:.0f} points: {count} points are too few to tell a {name} from noise"
+        )
+    psi = u[inside] * tukey_weights(u[inside])
+    spread = float(psi @ psi) / (count - p)
+    variance = spread / max(float(tukey_psi_slope(u[inside]).mean()), 0.1) ** 2 * (TUKEY * scale) ** 2
+    kept = jacobian[:, inside]
+    inverse = solve(kept @ kept.T, np.eye(p), name)
+    return Settled(surface, inverse * max(variance * area, sight.floor**2), residuals, scale, area)
