@@ -5,6 +5,7 @@ import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.cube import Cube
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -23,7 +24,15 @@ def field(surface, count=51, pitch=0.5e-3):
 
 
 BUMP = field(lambda x, y: 0.008 * np.exp(-((x - 0.002) ** 2 + 1.6 * (y + 0.001) ** 2 + 0.4 * x * y) / 6e-5))
-SHAPES = [Sphere(0.02), Cylinder(0.02), Cone(math.pi / 4), Cube(0.02), Wire(0.0015, 0.03, 0.4), BUMP]
+SHAPES = [
+    Sphere(0.02),
+    Cylinder(0.02),
+    Cone(math.pi / 4),
+    Cube(0.02),
+    Box(0.01, 0.016, 0.4),
+    Wire(0.0015, 0.03, 0.4),
+    BUMP,
+]
 TILTS = [(0.0, 0.0), (0.2, -0.3)]
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Indenter
@@ -143,9 +144,25 @@ class SheetPress:
         parts = [_touched(self.shape, contact) for contact in self.contacts]
         return Region(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
 
+    def touches(self, points: Array) -> npt.NDArray[np.bool_]:
+        """Return which of the points (n, 3), m, membrane frame, on the sheet are in contact."""
+        touching = np.zeros(len(points), dtype=np.bool_)
+        for contact in self.contacts:
+            penetration = contact.offset - contact.body.gap(np.ascontiguousarray(points)).distance / self.shape.unit
+            _, _, sunk, area = _near(self.shape, contact)
+            touching |= penetration > _least(contact, sunk, area)
+        return touching
+
 
 def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
     """Return points, deformed areas and areas seen along z of the quadrature points in contact with a body."""
+    points, normal, sunk, area = _near(shape, contact)
+    touches, body = sunk > _least(contact, sunk, area), contact.body
+    return points[touches] @ body.rotation.T + body.origin, area[touches], np.abs(normal[touches, 2])
+
+
+def _near(shape: Shape, contact: Contact) -> tuple[Array, Array, Array, Array]:
+    """Return points as the body sees them, area vectors, penetration in gauges and areas of the quadrature points near it."""
     (tx, ty), body, unit = shape.mesh.touch, contact.body, shape.unit
     elements = near(shape.mesh, body, shape.control, unit, contact.offset * (1 + _FLAT))
     points = seen(shape.mesh, body, shape.control, unit, elements)
@@ -154,9 +171,8 @@ def _touched(shape: Shape, contact: Contact) -> tuple[Array, Array, Array]:
     ey, ex = np.divmod(elements, shape.mesh.x.elements)
     weight = (ty.weight[ey][:, :, None] * tx.weight[ex][:, None, :]).reshape(-1, 1) * unit**2
     normal = np.cross(along_x, along_y) * weight
-    sunk, area = contact.offset - body.indenter.gap(points).distance / unit, np.linalg.norm(normal, axis=1)
-    touches = sunk > _least(contact, sunk, area)
-    return points[touches] @ body.rotation.T + body.origin, area[touches], np.abs(normal[touches, 2])
+    sunk = contact.offset - body.indenter.gap(points).distance / unit
+    return points, normal, sunk, np.linalg.norm(normal, axis=1)
 
 
 def _least(contact: Contact, sunk: Array, area: Array) -> float:

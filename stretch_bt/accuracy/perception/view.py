@@ -1,0 +1,110 @@
+"""One press of the sheet by a rigid body, and what a depth camera 200 mm above the membrane would see without noise."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.accuracy.perception.render import render
+from stretch_bt.frames import Intrinsics
+from stretch_bt.simulation import membrane
+from stretch_bt.simulation.membrane.compiled import cache_folder
+from stretch_bt.simulation.membrane.indenters.base import Indenter
+from stretch_bt.simulation.membrane.indenters.several import Several
+from stretch_bt.simulation.membrane.press import press
+from stretch_bt.simulation.membrane.sheet.result import SheetPress
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.membrane.sheet.spline import Array
+
+__all__ = ["CAMERA", "PLANE_DISTANCE", "Press", "Seen", "seen"]
+
+PLANE_DISTANCE = 0.2
+CAMERA = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333)  # a crop of the sensor that holds the membrane
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """A rigid body, the stretch and the depth of the press, m, the place (x, y), m, and the smallest elements, m."""
+
+    indenter: Indenter | Several
+    stretch: float
+    depth: float
+    at: tuple[float, float] = (0.0, 0.0)
+    mesh: float = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """The depth (h, w) float32, m, 0 where the sheet is not seen; where it touches (h, w); and the force, N."""
+
+    press: Press
+    depth: npt.NDArray[np.float32]
+    touching: npt.NDArray[np.bool_]
+    force: float
+
+    @property
+    def area(self) -> float:
+        """Area, m^2, of the contact seen along z: each pixel's share grows with its squared depth."""
+        return float((self.depth[self.touching].astype(np.float64) ** 2).sum()) / (CAMERA.fx * CAMERA.fy)
+
+    @property
+    def radius(self) -> float:
+        """Radius, m, of the disc with the area of the contact seen along z."""
+        return math.sqrt(self.area / math.pi)
+
+
+def seen(wanted: Press) -> Seen:
+    """Return what the camera sees of a press; solved presses are kept between runs.
+
+    Raises
+    ------
+    NoEquilibrium
+        The sheet has none.
+    """
+    file = _file(wanted)
+    if file is not None and file.exists():
+        with np.load(file) as kept:
+            return Seen(wanted, kept["depth"], kept["touching"], float(kept["force"]))
+    found = _solved(wanted)
+    if file is not None:
+        part = file.with_name(f"{file.stem}.{np.random.default_rng().integers(1 << 40)}.npz")
+        np.savez_compressed(part, depth=found.depth, touching=found.touching, force=found.force)
+        part.replace(file)
+    return found
+
+
+def _solved(wanted: Press) -> Seen:
+    settings = Settings(mesh=wanted.mesh, growth=1.4, budget=3000)
+    solved = press(wanted.indenter, wanted.stretch, wanted.depth, at=wanted.at, settings=settings).detail
+    assert isinstance(solved, SheetPress)
+    depth, points = render(solved.shape, CAMERA, PLANE_DISTANCE)
+    visible = np.isfinite(points[..., 2])
+    touching = np.zeros(depth.shape, bool)
+    touching[visible] = solved.touches(points[visible])
+    return Seen(wanted, depth.astype(np.float32), touching, float(solved.force[2]))
+
+
+def _file(wanted: Press) -> Path | None:
+    folder = cache_folder()
+    if folder is None:
+        return None
+    name = hashlib.sha256(f"{wanted!r} {_sources()}".encode()).hexdigest()[:24]
+    kept = folder / "views"
+    kept.mkdir(exist_ok=True)
+    return kept / f"{name}.npz"
+
+
+@lru_cache(maxsize=1)
+def _sources() -> str:
+    """Return a digest of all that a view depends on, so that none outlives a change."""
+    digest = hashlib.sha256()
+    here = Path(__file__).parent
+    for file in sorted([*Path(membrane.__path__[0]).rglob("*.py"), here / "render.py", here / "view.py"]):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
