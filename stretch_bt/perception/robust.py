@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.types import FloatArray
 
-__all__ = ["TUKEY", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
+__all__ = ["TUKEY", "Inliers", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
 
 Array = npt.NDArray[np.float64]
 
 TUKEY = 4.685  # 95 % efficiency on Gaussian noise
 MAD_TO_SD = 1.4826
+MOST_OUTLIERS = 0.5  # share beyond which outliers could as well be the surface
 
 
 def _median(values: Array) -> float:
@@ -43,6 +47,48 @@ def tukey_psi_slope(u: Array) -> Array:
     """Return the derivative of u (1 - u^2)^2, 0 beyond the cut (Huber, Robust Statistics, 1981, section 7.6)."""
     t = np.maximum(1.0 - u * u, 0.0)
     return np.where(t > 0.0, t * (1.0 - 5.0 * u * u), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Inliers:
+    """Residuals as a mixture: Gaussian of standard deviation `scale`, and a `share` of outliers spread evenly over `width`.
+
+    Torr and Zisserman, MLESAC, Computer Vision and Image Understanding, 2000, section 4. Its weights reach the bound of
+    the inliers when the outliers are far, and cut no more than the noise calls for when there are none.
+    """
+
+    scale: float
+    share: float
+    width: float
+
+    @classmethod
+    def first(cls, residuals: Array, freedom: int, floor: float) -> Self:
+        """Return a mixture from the bulk of residuals (n,) of a fit with `freedom` parameters."""
+        scale = max(scale_of(residuals, freedom), floor)
+        far = float((np.abs(residuals) > TUKEY * scale).mean())
+        return cls(scale, min(max(far, 1.0 / residuals.size), MOST_OUTLIERS), max(float(np.ptp(residuals)), scale))
+
+    def next(self, residuals: Array, weights: Array, freedom: int, floor: float) -> Self:
+        """Return the mixture after one step of expectation maximisation, given the weights by this one."""
+        total = float(weights.sum())
+        squares = float(weights @ (residuals * residuals))
+        scale = max(float(np.sqrt(squares / max(total - freedom, 1.0))), floor)
+        share = float(np.clip(1.0 - total / residuals.size, 1.0 / residuals.size, MOST_OUTLIERS))
+        return type(self)(scale, share, max(float(np.ptp(residuals)), scale))
+
+    def weights(self, residuals: Array) -> Array:
+        """Return the probability (n,) that each residual is noise and not an outlier."""
+        odds = self.share / (1.0 - self.share) * np.sqrt(2.0 * np.pi) * self.scale / self.width
+        u = residuals / self.scale
+        return np.asarray(1.0 / (1.0 + odds * np.exp(np.minimum(0.5 * u * u, 600.0))))
+
+    def spread(self, residuals: Array, weights: Array, freedom: int) -> float:
+        """Return the variance of one inlier that an M-estimate with these weights has (Huber, 1981, section 7.6)."""
+        u = residuals / self.scale
+        total = float(weights.sum())
+        psi = u * weights
+        slope = float((weights - u * psi * (1.0 - weights)).sum())
+        return float(psi @ psi) * total / max(slope, 0.1 * total) ** 2 * total / (total - freedom) * self.scale**2
 
 
 def sparse(values: FloatArray, most: int = 20000) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.correlation import correlation_area
-from stretch_bt.perception.robust import TUKEY, scale_of, tukey_psi_slope, tukey_weights
+from stretch_bt.perception.robust import TUKEY, Inliers, scale_of, tukey_weights
 from stretch_bt.perception.sight import Sight
 
 __all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 
 START = 400  # points that are enough to start from
 STEPS = 30
-ROUNDING = 10.0  # units of the resolution up to which residuals are those of the arithmetic
+ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
 PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
 
@@ -101,45 +101,50 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
 
 
 def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
-    """Iterate Gauss-Newton with Tukey's weights from a start, and return where it settles, with its error.
+    """Iterate weighted Gauss-Newton from a robust start, and return where it settles, with its error.
 
     Raises
     ------
     IllConditioned
         The points leave a parameter free, too few agree, or their errors are too alike to tell how large they are.
     """
-    for _ in range(STEPS):
-        height, jacobian = surface.heights(sight.x, sight.y)
-        residuals = sight.z - height
-        scale = max(scale_of(residuals, surface.parameters), sight.floor)
-        weighted = jacobian * tukey_weights(residuals / (TUKEY * scale))
-        surface, step = surface.moved(solve(weighted @ jacobian.T, weighted @ residuals, name))
-        if np.abs(step).max() < 1e-2 * max(scale / np.sqrt(residuals.size), 1e-12):
-            break
-    return _with_error(surface, sight, name)
-
-
-def _with_error(surface: S, sight: Sight, name: str) -> Settled[S]:
-    """Return a surface with the covariance of an M-estimate (Huber, Robust Statistics, 1981, section 7.6)."""
+    p = surface.parameters
     height, jacobian = surface.heights(sight.x, sight.y)
     residuals = sight.z - height
+    inliers = Inliers.first(residuals, p, sight.floor)
+    for _ in range(STEPS):
+        weights = inliers.weights(residuals)
+        weighted = jacobian * weights
+        surface, step = surface.moved(solve(weighted @ jacobian.T, weighted @ residuals, name))
+        height, jacobian = surface.heights(sight.x, sight.y)
+        residuals = sight.z - height
+        inliers = inliers.next(residuals, weights, p, sight.floor)
+        if np.abs(step).max() < 1e-2 * max(inliers.scale / np.sqrt(residuals.size), 1e-12):
+            break
+    return _with_error(surface, sight, name, inliers, residuals, jacobian)
+
+
+def _with_error(
+    surface: S, sight: Sight, name: str, inliers: Inliers, residuals: Array, jacobian: Array
+) -> Settled[S]:
     p = surface.parameters
-    scale = max(scale_of(residuals, p), sight.floor)
-    u = residuals / (TUKEY * scale)
-    inside = np.abs(u) < 1.0
-    count = int(inside.sum())
-    if count <= p:
+    weights = inliers.weights(residuals)
+    total = float(weights.sum())
+    inside = weights > 0.5
+    if inside.sum() <= p or total <= p + 0.5:
         raise IllConditioned(f"no {name} agrees with more than {p} of the points")
-    # Rounding errors are alike wherever the shape is, and say nothing about the noise.
-    noisy = scale_of(residuals[inside]) > ROUNDING * sight.resolution
-    area = correlation_area(sight.x[inside], sight.y[inside], residuals[inside], p) if noisy else 1.0
-    if area > 1.0 and count < PATCHES * p * area:
+    area = _area(sight, residuals, inside, p)
+    if area > 1.0 and total < PATCHES * p * area:
         raise IllConditioned(
-            f"the noise is alike over {area:.0f} points: {count} points are too few to tell a {name} from noise"
+            f"the noise is alike over {area:.0f} points: {total:.0f} points are too few to tell a {name} from noise"
         )
-    psi = u[inside] * tukey_weights(u[inside])
-    spread = float(psi @ psi) / (count - p)
-    variance = spread / max(float(tukey_psi_slope(u[inside]).mean()), 0.1) ** 2 * (TUKEY * scale) ** 2
-    kept = jacobian[:, inside]
-    inverse = solve(kept @ kept.T, np.eye(p), name)
-    return Settled(surface, inverse * max(variance * area, sight.floor**2), residuals, scale, area)
+    inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
+    variance = max(inliers.spread(residuals, weights, p) * area, sight.floor**2)
+    return Settled(surface, inverse * variance, residuals, inliers.scale, area)
+
+
+def _area(sight: Sight, residuals: Array, inside: npt.NDArray[np.bool_], p: int) -> float:
+    """Return how many points share one error; rounding errors are alike wherever the shape is, and say nothing."""
+    if scale_of(residuals[inside]) <= ROUNDING * sight.resolution:
+        return 1.0
+    return correlation_area(sight.x[inside], sight.y[inside], residuals[inside], p)
