@@ -125,6 +125,7 @@ class ConeSurface:
 
 def cone_of(settled: Settled[ConeSurface], sight: Sight) -> Cone:
     """Return the cone in the caller's frame, m, or refuse one without a clear angle or apex."""
+    settled.check("cone")
     surface = settled.surface
     s, sd = surface.s, settled.sd(5)
     if abs(s) < FLAT or abs(s) < SIGNIFICANCE * sd:

@@ -105,13 +105,13 @@ class CylinderSurface:
 
 def cylinder_of(settled: Settled[CylinderSurface], sight: Sight) -> Cylinder:
     """Return the cylinder in the caller's frame, m, or refuse one without a clear curvature."""
+    settled.check("cylinder")
     surface = settled.surface
     k, sd = surface.k, settled.sd(4)
     check_curvature(k, sd)
     a, b, n = surface.axes
     middle = np.array([0.0, 0.0, surface.c])
-    by_point = np.column_stack([[0.0, 0.0, 1.0], b / k, np.zeros(3), np.zeros(3), n / k**2])
-    by_point -= np.outer(a, a @ by_point)
+    by_point = np.column_stack([[0.0, 0.0, 1.0], b / k, -a / k, np.zeros(3), n / k**2])
     by_axis = np.column_stack([np.zeros(3), np.zeros(3), -n, b, np.zeros(3)])
     return Cylinder(
         radius=float(sight.size / abs(k)),

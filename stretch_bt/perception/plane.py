@@ -73,6 +73,7 @@ class PlaneSurface:
 
 def plane_of(settled: Settled[PlaneSurface], sight: Sight) -> Plane:
     """Return the plane in the caller's frame, m."""
+    settled.check("plane")
     c, p1, p2 = settled.surface.q
     length = np.sqrt(1.0 + p1 * p1 + p2 * p2)
     normal = np.array([-p1, -p2, 1.0]) / length

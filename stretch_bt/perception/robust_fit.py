@@ -45,7 +45,8 @@ S = TypeVar("S", bound=SightSurface)
 class Settled(Generic[S]):
     """A fitted surface, the covariance (p, p) of its parameters, and the residuals (n,) with their scale.
 
-    `area` is the number of points that share one error; the covariance counts it in.
+    `area` is the number of points that share one error; the covariance counts it in. `agreeing` is how many points are
+    no outliers.
     """
 
     surface: S
@@ -53,6 +54,16 @@ class Settled(Generic[S]):
     residuals: Array
     scale: float
     area: float
+    agreeing: float
+
+    def check(self, name: str) -> None:
+        """Refuse a fit whose errors are too alike to tell from the residuals how large they are."""
+        if self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
+            alike = f"{self.area:.0f} points" if self.area < self.agreeing else "most points"
+            raise IllConditioned(
+                f"what is left of the depth after the {name} is alike over {alike}: among {self.agreeing:.0f} points that"
+                " is too few independent errors to tell how large they are"
+            )
 
     def sd(self, parameter: int) -> float:
         """Return the standard deviation of one parameter."""
@@ -76,6 +87,14 @@ def solve(matrix: Array, right: Array, name: str) -> Array:
     return np.asarray(solution / (diagonal if right.ndim == 1 else diagonal[:, None]))
 
 
+def _step(matrix: Array, right: Array, name: str) -> Array:
+    """Solve normal equations that `solve` has seen before, or will see."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return solve(matrix, right, name)
+
+
 def thinned(sight: Sight) -> tuple[Array, Array, Array]:
     """Return x, y and z of about as many points as are enough to start from."""
     every = max(1, sight.x.size // START)
@@ -88,10 +107,10 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
     First by least absolute residuals, a convex problem that needs no start, then with Tukey's weights.
     """
     weights = np.ones_like(z)
-    solution = np.zeros(len(design))
+    solution = solve(design @ design.T, design @ z, name)
     for step in range(9):
         weighted = design * weights
-        solution = solve(weighted @ design.T, weighted @ z, name)
+        solution = _step(weighted @ design.T, weighted @ z, name)
         residuals = z - solution @ design
         scale = max(scale_of(residuals, len(design)), floor)
         weights = 1.0 / np.maximum(np.abs(residuals), 0.1 * scale)
@@ -106,7 +125,7 @@ def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     Raises
     ------
     IllConditioned
-        The points leave a parameter free, too few agree, or their errors are too alike to tell how large they are.
+        The points leave a parameter free, or too few agree.
     """
     p = surface.parameters
     height, jacobian = surface.heights(sight.x, sight.y)
@@ -115,10 +134,14 @@ def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     for _ in range(STEPS):
         weights = inliers.weights(residuals)
         weighted = jacobian * weights
-        surface, step = surface.moved(solve(weighted @ jacobian.T, weighted @ residuals, name))
+        surface, step = surface.moved(_step(weighted @ jacobian.T, weighted @ residuals, name))
         height, jacobian = surface.heights(sight.x, sight.y)
         residuals = sight.z - height
-        inliers = inliers.next(residuals, weights, p, sight.floor)
+        # While the surface still moves, its misfit is no noise, and what fits it worse no outlier.
+        moving = np.abs(step).max() > inliers.scale
+        inliers = (
+            Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
+        )
         if np.abs(step).max() < 1e-2 * max(inliers.scale / np.sqrt(residuals.size), 1e-12):
             break
     return _with_error(surface, sight, name, inliers, residuals, jacobian)
@@ -134,13 +157,9 @@ def _with_error(
     if inside.sum() <= p or total <= p + 0.5:
         raise IllConditioned(f"no {name} agrees with more than {p} of the points")
     area = _area(sight, residuals, inside, p)
-    if area > 1.0 and total < PATCHES * p * area:
-        raise IllConditioned(
-            f"the noise is alike over {area:.0f} points: {total:.0f} points are too few to tell a {name} from noise"
-        )
     inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
-    variance = max(inliers.spread(residuals, weights, p) * area, sight.floor**2)
-    return Settled(surface, inverse * variance, residuals, inliers.scale, area)
+    variance = max(inliers.spread(residuals, weights, p) * min(area, total), sight.floor**2)
+    return Settled(surface, inverse * variance, residuals, inliers.scale, area, total)
 
 
 def _area(sight: Sight, residuals: Array, inside: npt.NDArray[np.bool_], p: int) -> float:

@@ -45,7 +45,8 @@ FITTERS: dict[ShapeKind, _Fitter] = {
 class _Fitted:
     kind: ShapeKind
     settled: Settled[Any]
-    fit: Plane | Sphere | Cylinder | Cone
+    fit: Plane | Sphere | Cylinder | Cone | None
+    refused: str = ""
 
 
 def fit_shape(
@@ -79,34 +80,44 @@ def fit_shape(
         raise InvalidInput(f"a shape is one of auto, {', '.join(FITTERS)}, got {shape!r}")
     sight = sighted(points, rays, noise, name="plane" if shape == "auto" else shape, least=4)
     kinds = list(FITTERS) if shape == "auto" else [shape]
-    fitted: list[_Fitted] = []
-    refused: list[Candidate] = []
-    for kind in kinds:
-        try:
-            settled = FITTERS[kind].settle(sight)
-            fitted.append(_Fitted(kind, settled, FITTERS[kind].finish(settled, sight)))
-        except IllConditioned as error:
-            refused.append(Candidate(kind, -np.inf, error.reason))
-    if not fitted:
-        raise IllConditioned("; ".join(f"{c.kind}: {c.refused}" for c in refused) if len(refused) > 1 else refused[0].refused)
-    return _chosen(fitted, refused, sight)
+    tried = [_tried(kind, sight) for kind in kinds]
+    if not any(isinstance(t, _Fitted) and t.fit is not None for t in tried):
+        raise IllConditioned("; ".join(f"{t.kind}: {t.refused}" if len(tried) > 1 else t.refused for t in tried))
+    return _chosen(tried, sight)
 
 
-def _chosen(fitted: list[_Fitted], refused: list[Candidate], sight: Sight) -> Shape:
-    """Return the simplest of the fitted shapes, in their order, that is within the margin of the best."""
-    best = min(fitted, key=lambda f: f.settled.scale).settled
+def _tried(kind: ShapeKind, sight: Sight) -> _Fitted | Candidate:
+    """Return a shape as far as it could be fitted: without the fit, if its parameters were refused."""
+    try:
+        settled = FITTERS[kind].settle(sight)
+    except IllConditioned as error:
+        return Candidate(kind, -np.inf, error.reason)
+    try:
+        return _Fitted(kind, settled, FITTERS[kind].finish(settled, sight))
+    except IllConditioned as error:
+        return _Fitted(kind, settled, None, error.reason)
+
+
+def _chosen(tried: list[_Fitted | Candidate], sight: Sight) -> Shape:
+    """Return the simplest of the shapes, in their order, that is within the margin of the best."""
+    settled = [t for t in tried if isinstance(t, _Fitted)]
+    best = min(settled, key=lambda f: f.settled.scale).settled
     scale = max(best.scale, sight.floor)
-    independent = max(sight.x.size / best.area, 1.0)
-    evidence = {f.kind: _evidence(f.settled, scale, independent, best.area) for f in fitted}
+    area = min(best.area, best.agreeing)
+    evidence = {f.kind: _evidence(f.settled, scale, area) for f in settled}
     top = max(evidence.values())
-    chosen = next(f for f in fitted if evidence[f.kind] >= top - MARGIN)
-    ranking = sorted((Candidate(k, e - top) for k, e in evidence.items()), key=lambda c: -c.evidence)
-    return Shape(chosen.kind, chosen.fit, chosen.settled.scale * sight.size, (*ranking, *refused))
+    fits = {f.kind: f for f in settled if f.fit is not None}
+    reached = max(evidence[kind] for kind in fits)
+    chosen = next(f for kind, f in fits.items() if evidence[kind] >= reached - MARGIN)
+    assert chosen.fit is not None
+    ranking = [t if isinstance(t, Candidate) else Candidate(t.kind, evidence[t.kind] - top, t.refused) for t in tried]
+    ranking.sort(key=lambda c: -c.evidence)
+    return Shape(chosen.kind, chosen.fit, chosen.settled.scale * sight.size, tuple(ranking))
 
 
-def _evidence(settled: Settled[Any], scale: float, independent: float, area: float) -> float:
+def _evidence(settled: Settled[Any], scale: float, area: float) -> float:
     """Return the logarithm, nats, of a shape's probability given the points, up to a constant."""
     u = np.minimum(np.abs(settled.residuals) / (TUKEY * scale), 1.0)
     loss = TUKEY**2 / 6.0 * float((1.0 - (1.0 - u * u) ** 3).sum())
     freedom: int = settled.surface.parameters
-    return -loss / area - 0.5 * freedom * float(np.log(independent))
+    return -loss / area - 0.5 * freedom * float(np.log(u.size / area))

@@ -120,6 +120,7 @@ def check_curvature(k: float, sd: float) -> None:
 
 def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:
     """Return the sphere in the caller's frame, m, or refuse one without a clear curvature."""
+    settled.check("sphere")
     c, p1, p2, k = settled.surface.q
     sd = settled.sd(3)
     check_curvature(k, sd)

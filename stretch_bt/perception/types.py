@@ -121,7 +121,10 @@ class Cone:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One shape among those compared: its evidence in nats against the best one's, at most 0, or why it was refused."""
+    """One shape among those compared: its evidence in nats against the best one's, at most 0, and why it is refused.
+
+    The evidence is minus infinity where the shape could not be fitted at all.
+    """
 
     kind: ShapeKind
     evidence: float
