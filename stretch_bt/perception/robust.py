@@ -66,7 +66,7 @@ class Inliers:
         """Return a mixture from the bulk of residuals (n,) of a fit with `freedom` parameters."""
         scale = max(scale_of(residuals, freedom), floor)
         far = float((np.abs(residuals) > TUKEY * scale).mean())
-        return cls(scale, min(max(far, 1.0 / residuals.size), MOST_OUTLIERS), max(float(np.ptp(residuals)), scale))
+        return cls(scale, min(max(far, 1.0 / residuals.size), MOST_OUTLIERS), max(float(np.ptp(residuals)), 2.0 * TUKEY * scale))
 
     def next(self, residuals: Array, weights: Array, freedom: int, floor: float) -> Self:
         """Return the mixture after one step of expectation maximisation, given the weights by this one."""
@@ -74,7 +74,7 @@ class Inliers:
         squares = float(weights @ (residuals * residuals))
         scale = max(float(np.sqrt(squares / max(total - freedom, 1.0))), floor)
         share = float(np.clip(1.0 - total / residuals.size, 1.0 / residuals.size, MOST_OUTLIERS))
-        return type(self)(scale, share, max(float(np.ptp(residuals)), scale))
+        return type(self)(scale, share, max(float(np.ptp(residuals)), 2.0 * TUKEY * scale))
 
     def weights(self, residuals: Array) -> Array:
         """Return the probability (n,) that each residual is noise and not an outlier."""

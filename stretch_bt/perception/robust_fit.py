@@ -158,7 +158,9 @@ def _with_error(
         raise IllConditioned(f"no {name} agrees with more than {p} of the points")
     area = _area(sight, residuals, inside, p)
     inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
-    variance = max(inliers.spread(residuals, weights, p) * min(area, total), sight.floor**2)
+    variance = inliers.spread(residuals, weights, p) * min(area, total)
+    if variance < sight.floor**2:  # what the residuals share is less than the noise that is known to be there
+        variance, area = sight.floor**2, 1.0
     return Settled(surface, inverse * variance, residuals, inliers.scale, area, total)
 
 
