@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stretch_bt.perception.average import average_frames as average_frames
+    from stretch_bt.perception.cap import fit_contact_sphere as fit_contact_sphere
     from stretch_bt.perception.cone import fit_cone as fit_cone
     from stretch_bt.perception.contact import find_contact as find_contact
     from stretch_bt.perception.curvature import Curvatures as Curvatures
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from stretch_bt.perception.deprojection import to_membrane as to_membrane
     from stretch_bt.perception.deprojection import view_rays as view_rays
     from stretch_bt.perception.detect import ContactDetector as ContactDetector
+    from stretch_bt.perception.noise import FrameNoise as FrameNoise
+    from stretch_bt.perception.noise import frame_noise as frame_noise
     from stretch_bt.perception.height import top_of_points as top_of_points
     from stretch_bt.perception.height import track_height as track_height
     from stretch_bt.perception.io import load_depth_png as load_depth_png
@@ -48,6 +51,7 @@ _MODULES = {
     "ContactDetector": "detect",
     "Curvatures": "curvature",
     "Cylinder": "types",
+    "FrameNoise": "noise",
     "HeightTracker": "tracker",
     "Plane": "types",
     "Segmentation": "segmentation",
@@ -61,10 +65,12 @@ _MODULES = {
     "estimate_normals": "normals",
     "find_contact": "contact",
     "fit_cone": "cone",
+    "fit_contact_sphere": "cap",
     "fit_cylinder": "cylinder",
     "fit_plane": "plane",
     "fit_shape": "shape",
     "fit_sphere": "sphere",
+    "frame_noise": "noise",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "mask_membrane": "mask",
@@ -81,6 +87,7 @@ __all__ = [
     "ContactDetector",
     "Curvatures",
     "Cylinder",
+    "FrameNoise",
     "HeightTracker",
     "Plane",
     "Segmentation",
@@ -94,10 +101,12 @@ __all__ = [
     "estimate_normals",
     "find_contact",
     "fit_cone",
+    "fit_contact_sphere",
     "fit_cylinder",
     "fit_plane",
     "fit_shape",
     "fit_sphere",
+    "frame_noise",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",

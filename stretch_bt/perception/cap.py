@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.noise import frame_noise
 from stretch_bt.perception.robust_fit import robust_linear, settle
 from stretch_bt.perception.sight import Sight, sighted
 from stretch_bt.perception.sphere import fit_sphere
@@ -22,7 +23,8 @@ INSIDE = 0.9  # share of the rim's size within which the membrane touches, whate
 SKIRT = 1.3  # rims away from the middle up to which the skirt is described by its curvature at the rim
 CORE = 0.7  # rims from the middle that a start is taken from
 CELLS = 500  # in which the cap and its skirt are averaged
-ROUNDS = 8
+ROUNDS = 10
+STEPS = 8  # in a round: the rim need not be better than what the next round looks at
 SETTLED = 0.02  # relative change of the rim
 LARGEST_CHANGE = 0.25  # relative, of the rim in one step
 NUDGE = 1e-6
@@ -47,20 +49,27 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     """Fit a sphere to what of a contact's surface touches it for certain, by the skirt around it.
 
     The segmentation only says where to look; the sphere is fitted within nine tenths of the rim that `find_rim` finds.
+    Its standard deviations take the noise, and over how many pixels it is alike, from the frame where this shows more
+    than the contact.
 
     Raises
     ------
     IllConditioned
         As for `fit_sphere`.
     """
-    rays = contact.rays.mean(axis=0, keepdims=True)
+    points, rays = _touching(contact)
+    return fit_sphere(points, rays=rays, noise=frame_noise(contact.surface) or contact.noise)
+
+
+def _touching(contact: Contact) -> tuple[FloatArray, FloatArray]:
+    """Return the points (n, 3) that touch for certain, and their rays; as segmented where no skirt shows a rim."""
     try:
         rim = find_rim(contact)
-    except IllConditioned:  # no skirt is seen: the contact is taken as it was segmented
-        return fit_sphere(contact.points, rays=contact.rays, noise=contact.noise)
+    except IllConditioned:
+        return contact.points, contact.rays
     with np.errstate(invalid="ignore"):
         points = contact.surface[rim.distance(contact.surface) < INSIDE]
-    return fit_sphere(points, rays=np.broadcast_to(rays, points.shape), noise=contact.noise)
+    return points, np.broadcast_to(contact.rays.mean(axis=0, keepdims=True), points.shape)
 
 
 def find_rim(contact: Contact) -> Rim:
@@ -74,10 +83,13 @@ def find_rim(contact: Contact) -> Rim:
     x, y = np.median(contact.points[:, :2], axis=0)
     a, b = 2.0 * contact.points[:, :2].std(axis=0)
     rim = Rim(float(x), float(y), float(a), float(b))
+    middle = np.array([x, y, 0.0])
     for _ in range(ROUNDS):
         rim, before = _refined(contact.surface, rim), rim
         if max(abs(rim.a / before.a - 1.0), abs(rim.b / before.b - 1.0)) < SETTLED:
             break
+    if rim.distance(middle) > 1.0:
+        raise IllConditioned("the rim that the surface shows is not that of the contact")
     return rim
 
 
@@ -87,7 +99,7 @@ def _refined(surface: FloatArray, rim: Rim) -> Rim:
     at = (np.array([rim.x, rim.y]) - sight.origin[:2]) / sight.size
     axes = np.array([rim.a, rim.b]) / sight.size
     start = np.concatenate([_paraboloid(sight, at, CORE * axes), np.log(axes), at])
-    q = settle(CapSurface(start, np.log(SKIRT * axes)), sight, "sphere").surface.q
+    q = settle(CapSurface(start, np.log(SKIRT * axes)), sight, "sphere", steps=STEPS).surface.q
     x, y = q[6:] * sight.size + sight.origin[:2]
     a, b = np.exp(q[4:6]) * sight.size
     return Rim(float(x), float(y), float(a), float(b))
@@ -145,9 +157,9 @@ class CapSurface:
 
     def heights(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Return the height (n,) and its derivatives (8, n), by differences."""
-        height = _cap(self.q, x, y)
-        steps = NUDGE * np.eye(PARAMETERS)
-        return height, np.stack([(_cap(self.q + step, x, y) - height) / NUDGE for step in steps])
+        nudged = self.q + NUDGE * np.eye(PARAMETERS + 1, PARAMETERS, -1)
+        heights = _cap(nudged.T[..., None], x, y)
+        return heights[0], (heights[1:] - heights[0]) / NUDGE
 
     def moved(self, step: Array) -> tuple[CapSurface, Array]:
         """Return the surface after a step, shortened where the rim or the curvature would change by much."""
@@ -163,7 +175,7 @@ class CapSurface:
 
 
 def _cap(q: Array, x: Array, y: Array) -> Array:
-    """Return the height (n,) of a cap and its skirt."""
+    """Return the height (m, n) of caps, each with its skirt, of parameters `q` (8, m, 1)."""
     c, p1, p2, k = q[:4]
     a, b = np.exp(q[4:6])
     dx, dy = x - q[6], y - q[7]

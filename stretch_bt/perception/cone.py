@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.robust_fit import Settled, robust_linear, settle, thinned
-from stretch_bt.perception.sight import Sight, sighted
+from stretch_bt.perception.sight import Noise, Sight, sighted
 from stretch_bt.perception.turn import standing, turned
 from stretch_bt.perception.types import Cone, FloatArray
 
@@ -27,14 +27,14 @@ FAR = 3.0  # lateral sizes from the middle to the edge of that grid
 BLUNT = 1e-9  # of the lateral size: a tip this round keeps the derivatives finite at the apex
 
 
-def fit_cone(points: FloatArray, *, rays: FloatArray | None = None, noise: float | None = None) -> Cone:
+def fit_cone(points: FloatArray, *, rays: FloatArray | None = None, noise: Noise = None) -> Cone:
     """Fit a cone to points whose noise lies along the camera rays, robustly, so that a rounded tip does little harm.
 
     Parameters
     ----------
     points : (n, 3) float, m
     rays : (n, 3) float, unit, or None
-    noise : float, m, or None
+    noise : float, m, FrameNoise or None
         As for `fit_sphere`.
 
     Returns

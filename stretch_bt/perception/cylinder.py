@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.robust_fit import Settled, robust_linear, settle, thinned
-from stretch_bt.perception.sight import Sight, sighted
+from stretch_bt.perception.sight import Noise, Sight, sighted
 from stretch_bt.perception.sphere import check_curvature
 from stretch_bt.perception.turn import standing, turned
 from stretch_bt.perception.types import Cylinder, FloatArray
@@ -23,14 +23,14 @@ LARGEST_TURN = 0.3  # rad a step
 WIDEST = 0.95  # sine of the half angle that the points may span at the start
 
 
-def fit_cylinder(points: FloatArray, *, rays: FloatArray | None = None, noise: float | None = None) -> Cylinder:
+def fit_cylinder(points: FloatArray, *, rays: FloatArray | None = None, noise: Noise = None) -> Cylinder:
     """Fit the curved side of a cylinder to points whose noise lies along the camera rays, robustly.
 
     Parameters
     ----------
     points : (n, 3) float, m
     rays : (n, 3) float, unit, or None
-    noise : float, m, or None
+    noise : float, m, FrameNoise or None
         As for `fit_sphere`.
 
     Returns

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.robust_fit import Settled, robust_linear, settle, thinned
-from stretch_bt.perception.sight import Sight, sighted
+from stretch_bt.perception.sight import Noise, Sight, sighted
 from stretch_bt.perception.types import FloatArray, Plane
 
 __all__ = ["PlaneSurface", "fit_plane", "plane_of", "settle_plane"]
@@ -18,14 +18,14 @@ Array = npt.NDArray[np.float64]
 PARAMETERS = 3
 
 
-def fit_plane(points: FloatArray, *, rays: FloatArray | None = None, noise: float | None = None) -> Plane:
+def fit_plane(points: FloatArray, *, rays: FloatArray | None = None, noise: Noise = None) -> Plane:
     """Fit a plane to points whose noise lies along the camera rays, robustly.
 
     Parameters
     ----------
     points : (n, 3) float, m
     rays : (n, 3) float, unit, or None
-    noise : float, m, or None
+    noise : float, m, FrameNoise or None
         As for `fit_sphere`.
 
     Returns

@@ -119,7 +119,7 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
     return solution, weights
 
 
-def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
+def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settled[S]:
     """Iterate weighted Gauss-Newton from a robust start, and return where it settles, with its error.
 
     Raises
@@ -131,7 +131,7 @@ def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     height, jacobian = surface.heights(sight.x, sight.y)
     residuals = sight.z - height
     inliers = Inliers.first(residuals, p, sight.floor)
-    for _ in range(STEPS):
+    for _ in range(steps):
         weights = inliers.weights(residuals)
         weighted = jacobian * weights
         surface, step = surface.moved(_step(weighted @ jacobian.T, weighted @ residuals, name))
@@ -159,8 +159,10 @@ def _with_error(
     area = _area(sight, residuals, inside, p)
     inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
     variance = inliers.spread(residuals, weights, p) * min(area, total)
-    if variance < sight.floor**2:  # what the residuals share is less than the noise that is known to be there
-        variance, area = sight.floor**2, 1.0
+    known = sight.floor**2 * sight.alike
+    if variance < known:  # what the residuals share is less than the noise that is known to be there
+        variance, area = known, 1.0
+    area = max(area, sight.alike)
     return Settled(surface, inverse * variance, residuals, inliers.scale, area, total)
 
 

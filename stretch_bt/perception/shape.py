@@ -14,7 +14,7 @@ from stretch_bt.perception.cylinder import cylinder_of, settle_cylinder
 from stretch_bt.perception.plane import plane_of, settle_plane
 from stretch_bt.perception.robust import TUKEY
 from stretch_bt.perception.robust_fit import Settled
-from stretch_bt.perception.sight import Sight, sighted
+from stretch_bt.perception.sight import Noise, Sight, sighted
 from stretch_bt.perception.sphere import settle_sphere, sphere_of
 from stretch_bt.perception.types import Candidate, Cone, Cylinder, FloatArray, Plane, Shape, ShapeKind, Sphere
 
@@ -50,7 +50,7 @@ class _Fitted:
 
 
 def fit_shape(
-    points: FloatArray, *, rays: FloatArray | None = None, noise: float | None = None, shape: Wanted = "auto"
+    points: FloatArray, *, rays: FloatArray | None = None, noise: Noise = None, shape: Wanted = "auto"
 ) -> Shape:
     """Fit a shape to points whose noise lies along the camera rays, or the one shape that explains them best.
 
@@ -58,7 +58,7 @@ def fit_shape(
     ----------
     points : (n, 3) float, m
     rays : (n, 3) float, unit, or None
-    noise : float, m, or None
+    noise : float, m, FrameNoise or None
         As for `fit_sphere`.
     shape : "auto", "plane", "sphere", "cylinder" or "cone"
         "auto" compares all by Schwarz's criterion (Schwarz, Annals of Statistics, 1978): Tukey's loss, with the noise of

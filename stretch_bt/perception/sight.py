@@ -8,11 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.noise import FrameNoise
 from stretch_bt.perception.types import FloatArray
 
-__all__ = ["Sight", "sighted"]
+__all__ = ["Noise", "Sight", "sighted"]
 
 Array = npt.NDArray[np.float64]
+Noise = float | FrameNoise | None  # standard deviation of one point, m, and over how many points it is alike
 
 THIN = 1e-5  # width over length, seen from the camera, below which points lie on a line
 DIGITS = 4.0  # units in the last place of the largest coordinate below which nothing is resolved
@@ -23,7 +25,8 @@ class Sight:
     """Points (n,) as `x`, `y` across and `z` towards the camera, from `origin` and in units of `size`, m.
 
     `axes` (3, 3) has the frame's axes as rows, in the caller's frame; `origin` (3,), m, is in this frame. `floor` is the
-    least standard deviation of z, in units of `size`: the noise, if known, or the `resolution` of the numbers.
+    least standard deviation of z, in units of `size`: the noise, if known, or the `resolution` of the numbers. `alike` is
+    over how many points noise is known to be alike, at least 1.
     """
 
     x: Array
@@ -34,6 +37,7 @@ class Sight:
     size: float
     floor: float
     resolution: float
+    alike: float
 
     def place(self, local: Array) -> Array:
         """Return a point of this frame (3,), in units of `size`, in the caller's frame, m."""
@@ -49,7 +53,7 @@ class Sight:
         return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", rotated, covariance, rotated).clip(0.0)))
 
 
-def sighted(points: FloatArray, rays: FloatArray | None, noise: float | None, *, name: str, least: int) -> Sight:
+def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: str, least: int) -> Sight:
     """Prepare points (n, 3), m, for a fit along the rays; `name` is that of the shape, `least` how many it needs.
 
     Raises
@@ -59,7 +63,8 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: float | None, *,
     InvalidInput
         An array has the wrong shape or holds no numbers, or the noise is not a positive number.
     """
-    kept, directions = _checked(points, rays, noise, name)
+    known = _known(noise)
+    kept, directions = _checked(points, rays, name)
     if len(kept) < least:
         raise IllConditioned(f"a {name} with its error needs at least {least} distinct points, there are {len(kept)}")
     axes = _axes(directions)
@@ -70,7 +75,14 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: float | None, *,
     size = _lateral_size(local, magnitude)
     x, y, z = np.ascontiguousarray(local.T) / size
     resolution = DIGITS * _resolution(points) * magnitude / size
-    return Sight(x, y, z, axes, origin, size, max((noise or 0.0) / size, resolution), resolution)
+    return Sight(x, y, z, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
+
+
+def _known(noise: Noise) -> FrameNoise:
+    known = noise if isinstance(noise, FrameNoise) else FrameNoise(0.0 if noise is None else noise, 1.0)
+    if not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0) or noise == 0.0:
+        raise InvalidInput(f"noise is a positive standard deviation in m, or a FrameNoise, got {noise}")
+    return known
 
 
 def _resolution(points: FloatArray) -> float:
@@ -79,10 +91,8 @@ def _resolution(points: FloatArray) -> float:
     return float(np.finfo(kind if kind.kind == "f" else np.float64).eps)
 
 
-def _checked(points: FloatArray, rays: FloatArray | None, noise: float | None, name: str) -> tuple[Array, Array]:
+def _checked(points: FloatArray, rays: FloatArray | None, name: str) -> tuple[Array, Array]:
     array = _floats(points, f"points for a {name} are")
-    if noise is not None and not (np.isfinite(noise) and noise > 0):
-        raise InvalidInput(f"noise is a positive standard deviation in m, got {noise}")
     if rays is None:
         directions = np.broadcast_to(np.array([0.0, 0.0, -1.0]), array.shape)
     else:

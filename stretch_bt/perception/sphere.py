@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.robust_fit import Settled, robust_linear, settle, thinned
-from stretch_bt.perception.sight import Sight, sighted
+from stretch_bt.perception.sight import Noise, Sight, sighted
 from stretch_bt.perception.types import FloatArray, Sphere
 
 __all__ = ["SphereSurface", "fit_sphere", "settle_sphere", "sphere_of"]
@@ -22,7 +22,7 @@ STEEPEST = 1e-4  # least squared cosine between ray and normal; beyond it is the
 PARAMETERS = 4
 
 
-def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: float | None = None) -> Sphere:
+def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noise = None) -> Sphere:
     """Fit a sphere to points whose noise lies along the camera rays.
 
     Tukey's biweight bounds the influence of outliers. Orthogonal and algebraic fits are biased to small radii on small
@@ -35,8 +35,9 @@ def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: flo
     rays : (n, 3) float, unit, or None
         From the camera through each point. A sphere is convex where its centre lies beyond the points along the rays.
         By default the camera looks along -z, as in the membrane frame.
-    noise : float, m, or None
-        Standard deviation of one point along its ray, if known; the residuals may show more, never less.
+    noise : float, m, FrameNoise or None
+        Standard deviation of one point along its ray, if known, and with `frame_noise` over how many neighbouring points
+        it is alike; the residuals may show more, never less.
 
     Returns
     -------
