@@ -14,6 +14,7 @@ from stretch_bt.accuracy.summary import Summary, summarise
 __all__ = ["draw"]
 
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM, _LINE = 520, 400, 64, 16, 34, 48, 18
+_ACROSS = 4  # panels in a row
 _COLORS = (
     "#0b6e99",
     "#d1495b",
@@ -45,13 +46,12 @@ class _Dot(NamedTuple):
 class _Frame:
     """Maps powers of ten to one panel."""
 
-    left: float
     errors: tuple[int, int]
     times: tuple[int, int]
 
     def x(self, error: float) -> float:
         low, high = self.errors
-        return self.left + _LEFT + (_WIDTH - _LEFT - _RIGHT) * (max(math.log10(error), low) - low) / (high - low)
+        return _LEFT + (_WIDTH - _LEFT - _RIGHT) * (max(math.log10(error), low) - low) / (high - low)
 
     def y(self, milliseconds: float) -> float:
         low, high = self.times
@@ -67,23 +67,27 @@ def draw(name: str, kinds: Mapping[str, Kind], rows: Iterable[Row]) -> str:
     found = summarise(rows)
     names = list(dict.fromkeys(s.series for s in found if not s.is_reference and s.answered))
     colors = {series: _COLORS[k % len(_COLORS)] for k, series in enumerate(names)}
-    panels = [_panel(k * _WIDTH, kind, shown, found, colors) for k, (kind, shown) in enumerate(kinds.items())]
-    lines = math.ceil(len(colors) / len(kinds))
-    legend = [_entry(*divmod(k, lines), series, color) for k, (series, color) in enumerate(colors.items())]
-    width, height = _WIDTH * len(kinds), _HEIGHT + _LINE * (lines + 1)
+    across = min(len(kinds), _ACROSS)
+    panels = [
+        f'<g transform="translate({_WIDTH * (k % across)} {_HEIGHT * (k // across)})">{_panel(kind, shown, found, colors)}</g>'
+        for k, (kind, shown) in enumerate(kinds.items())
+    ]
+    top, lines = _HEIGHT * math.ceil(len(kinds) / across), math.ceil(len(colors) / across)
+    legend = [_entry(top, *divmod(k, lines), series, color) for k, (series, color) in enumerate(colors.items())]
+    width, height = _WIDTH * across, top + _LINE * (lines + 1)
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
     title = f"<title>{html.escape(name)}</title><style>{_STYLE}</style>"
     ground = f'<rect width="{width}" height="{height}" fill="#fff"/>'
     return f"{head}{title}{ground}{''.join(panels)}{''.join(legend)}</svg>\n"
 
 
-def _entry(column: int, line: int, series: str, color: str) -> str:
-    x, y = _LEFT + _WIDTH * column, _HEIGHT + _LINE * (line + 0.5)
+def _entry(top: int, column: int, line: int, series: str, color: str) -> str:
+    x, y = _LEFT + _WIDTH * column, top + _LINE * (line + 0.5)
     mark = f'<path d="M{x} {y}h24" stroke="{color}"/><circle cx="{x + 12}" cy="{y}" r="3.5" fill="{color}"/>'
     return f'{mark}<text x="{x + 32}" y="{y + 4}">{html.escape(series)}</text>'
 
 
-def _panel(left: float, kind: str, shown: Kind, found: Sequence[Summary], colors: Mapping[str, str]) -> str:
+def _panel(kind: str, shown: Kind, found: Sequence[Summary], colors: Mapping[str, str]) -> str:
     series = {name: _dots(kind, shown, [s for s in found if s.series == name]) for name in colors}
     own = [_error(s, kind, shown) for s in found if s.is_reference]
     floor = [max(own)] if any(own) else []
@@ -92,7 +96,7 @@ def _panel(left: float, kind: str, shown: Kind, found: Sequence[Summary], colors
         return ""
     low = min(floor, default=0.0) / 10
     errors = _decades([*floor, *(max(d.error, low) for d in dots)])
-    frame = _Frame(left, errors, _decades([d.milliseconds for d in dots]))
+    frame = _Frame(errors, _decades([d.milliseconds for d in dots]))
     lines = [_series(frame, group, colors[name]) for name, group in series.items() if group]
     return _axes(frame, kind, shown) + _floor(frame, floor) + "".join(lines)
 
@@ -118,8 +122,8 @@ def _decades(values: Sequence[float]) -> tuple[int, int]:
 
 
 def _axes(frame: _Frame, kind: str, shown: Kind) -> str:
-    bottom, right = _HEIGHT - _BOTTOM, frame.left + _WIDTH - _RIGHT
-    middle = (frame.left + _LEFT + right) / 2
+    bottom, right = _HEIGHT - _BOTTOM, _WIDTH - _RIGHT
+    middle = (_LEFT + right) / 2
     parts = [f'<text class="t m" x="{middle:.1f}" y="20">{html.escape(kind.replace("_", " "))}</text>']
     for power in range(frame.errors[0], frame.errors[1] + 1):
         x = frame.x(10.0**power)
@@ -127,10 +131,10 @@ def _axes(frame: _Frame, kind: str, shown: Kind) -> str:
         parts.append(f'<text class="m" x="{x:.1f}" y="{bottom + 16}">{10.0**power:g}</text>')
     for power in range(frame.times[0], frame.times[1] + 1):
         y = frame.y(10.0**power)
-        parts.append(f'<path class="g" d="M{frame.left + _LEFT} {y:.1f}H{right}"/>')
-        parts.append(f'<text class="e" x="{frame.left + _LEFT - 6}" y="{y + 4:.1f}">{10.0**power:g}</text>')
+        parts.append(f'<path class="g" d="M{_LEFT} {y:.1f}H{right}"/>')
+        parts.append(f'<text class="e" x="{_LEFT - 6}" y="{y + 4:.1f}">{10.0**power:g}</text>')
     parts.append(f'<text class="m" x="{middle:.1f}" y="{bottom + 36}">median error, {html.escape(shown.unit)}</text>')
-    parts.append(f'<text x="{frame.left + 10}" y="20">CPU ms</text>')
+    parts.append('<text x="10" y="20">CPU ms</text>')
     return "".join(parts)
 
 

@@ -13,15 +13,23 @@ __all__ = ["table"]
 def table(name: str, about: str, kinds: Mapping[str, Kind], rows: Iterable[Row]) -> str:
     """Return what a domain measured: its reference with its own error, each setting, and what has no answer."""
     found = summarise(rows)
-    references = [s for s in found if s.is_reference]
-    others = [s for s in found if not s.is_reference and s.answered]
-    parts = [
-        f"{name}\n{about}",
-        _grid("reference", references, kinds),
-        _grid("setting", others, kinds),
-        _missing(found),
-    ]
+    parts = [f"{name}\n{about}"]
+    for together in _together(found, kinds):
+        shown = [s for s in found if s.answered and together.keys() & s.errors.keys()]
+        parts.append(_grid("reference", [s for s in shown if s.is_reference], together))
+        parts.append(_grid("setting", [s for s in shown if not s.is_reference], together))
+    parts.append(_missing(found))
     return "\n\n".join(part for part in parts if part)
+
+
+def _together(summaries: list[Summary], kinds: Mapping[str, Kind]) -> list[dict[str, Kind]]:
+    """Return the kinds in groups that no setting bridges, so that no table is mostly empty."""
+    groups: list[set[str]] = []
+    for summary in summaries:
+        met = [group for group in groups if group & summary.errors.keys()]
+        groups = [group for group in groups if group not in met] + [set(summary.errors).union(*met)]
+    named = [{kind: shown for kind, shown in kinds.items() if kind in group} for group in groups]
+    return sorted((group for group in named if group), key=lambda group: [*kinds].index(next(iter(group))))
 
 
 def _grid(title: str, summaries: list[Summary], kinds: Mapping[str, Kind]) -> str:
