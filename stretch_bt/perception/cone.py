@@ -58,6 +58,8 @@ def settle_cone(sight: Sight) -> Settled[ConeSurface]:
     at = _likely_apex(x, y, z, sight.floor)
     design = np.stack([np.ones_like(x), x - at[0], y - at[1], -np.hypot(x - at[0], y - at[1])])
     c, p1, p2, steepness = robust_linear(design, z, sight.floor, "cone")[0]
+    if abs(steepness) < FLAT:
+        raise IllConditioned("the points lie on a plane")
     axes = standing(np.array([-p1, -p2, 1.0]), np.array([1.0, 0.0, 0.0]))
     sine = np.sin(np.arctan(steepness))
     limit = STEEPEST * axes[2, 2]

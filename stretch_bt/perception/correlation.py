@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.perception.sight import extent
+
 __all__ = ["correlation_area"]
 
 Array = npt.NDArray[np.float64]
@@ -34,8 +36,8 @@ def correlation_area(x: Array, y: Array, residuals: Array, parameters: int) -> f
 
 def _gridded(x: Array, y: Array, residuals: Array) -> tuple[Array, Array]:
     """Put values on a grid whose cells hold about one point each; return it, 0 where empty, and where it is not."""
-    narrow, wide = np.linalg.eigvalsh(np.cov(np.stack([x, y]), bias=True)).clip(0.0)
-    cell = np.sqrt(4.0 * np.pi * np.sqrt(narrow * wide) / x.size)
+    narrow, wide = extent(x, y)
+    cell = np.sqrt(4.0 * np.pi * narrow * wide / x.size)
     # Points on a thin strip or far from the rest would ask for an endless grid.
     cell = max(cell, float(np.ptp(x)) / 400.0, float(np.ptp(y)) / 400.0)
     u, v = ((w - w.min()) / cell for w in (x, y))

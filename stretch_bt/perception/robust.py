@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import FloatArray
 
-__all__ = ["TUKEY", "Inliers", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
+__all__ = ["TUKEY", "Inliers", "densest_half", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
 
 Array = npt.NDArray[np.float64]
 
@@ -35,6 +35,19 @@ def scale_of(residuals: Array, freedom: int = 0) -> float:
     inside = size[size <= TUKEY * first]
     sd = MAD_TO_SD * _median(inside)
     return sd * float(np.sqrt(inside.size / max(inside.size - freedom, 1)))
+
+
+def densest_half(values: Array) -> tuple[float, float]:
+    """Return the middle and the standard deviation of the shortest interval that holds half of the values.
+
+    The standard deviation is that of Gaussian values of which half lie there (Rousseeuw and Leroy, Robust Regression and
+    Outlier Detection, 1987, section 4.4).
+    """
+    ranked = np.sort(values)
+    half = values.size // 2
+    widths = ranked[half:] - ranked[: ranked.size - half]
+    first = int(np.argmin(widths))
+    return float(ranked[first] + ranked[first + half]) / 2.0, MAD_TO_SD * float(widths[first]) / 2.0
 
 
 def tukey_weights(u: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.correlation import correlation_area
-from stretch_bt.perception.robust import TUKEY, Inliers, scale_of, tukey_weights
+from stretch_bt.perception.robust import TUKEY, Inliers, densest_half, scale_of, tukey_weights
 from stretch_bt.perception.sight import Sight
 
 __all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
@@ -19,6 +19,7 @@ Array = npt.NDArray[np.float64]
 
 START = 400  # points that are enough to start from
 STEPS = 30
+CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still move by
 ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
 PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
@@ -112,10 +113,13 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
         weighted = design * weights
         solution = _step(weighted @ design.T, weighted @ z, name)
         residuals = z - solution @ design
-        scale = max(scale_of(residuals, len(design)), floor)
-        weights = 1.0 / np.maximum(np.abs(residuals), 0.1 * scale)
-        if step >= 5:
-            weights = tukey_weights(residuals / (TUKEY * scale))
+        if step < 5:
+            scale = max(scale_of(residuals, len(design)), floor)
+            weights = 1.0 / np.maximum(np.abs(residuals), 0.1 * scale)
+        else:
+            # Outliers to one side draw the median after them, but not the densest half.
+            middle, spread = densest_half(residuals) if step == 5 else (0.0, scale_of(residuals, len(design)))
+            weights = tukey_weights((residuals - middle) / (TUKEY * max(spread, floor)))
     return solution, weights
 
 
@@ -142,7 +146,7 @@ def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settle
         inliers = (
             Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
         )
-        if np.abs(step).max() < 1e-2 * max(inliers.scale / np.sqrt(residuals.size), 1e-12):
+        if np.abs(step).max() < CLOSE * max(inliers.scale / np.sqrt(residuals.size), 1e-12):
             break
     return _with_error(surface, sight, name, inliers, residuals, jacobian)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.noise import FrameNoise
 from stretch_bt.perception.types import FloatArray
 
-__all__ = ["Noise", "Sight", "sighted"]
+__all__ = ["Noise", "Sight", "extent", "sighted"]
 
 Array = npt.NDArray[np.float64]
 Noise = float | FrameNoise | None  # standard deviation of one point, m, and over how many points it is alike
@@ -129,14 +130,23 @@ def _axes(directions: Array) -> Array:
     if length < 0.1:
         raise InvalidInput("rays are unit vectors from one camera; these point in opposite directions")
     z = mean / length
-    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [0.0, 0.0, 1.0], z)
+    x = np.array([z[2], 0.0, -z[0]] if abs(z[1]) < 0.9 else [-z[1], z[0], 0.0])
     x /= np.linalg.norm(x)
-    return np.array([x, np.cross(z, x), z])
+    y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]]
+    return np.array([x, y, z])
+
+
+def extent(x: Array, y: Array) -> tuple[float, float]:
+    """Return the standard deviations of places (n,) along the narrowest and the widest direction."""
+    x, y = x - x.mean(), y - y.mean()
+    xx, xy, yy = float(x @ x) / x.size, float(x @ y) / x.size, float(y @ y) / x.size
+    half, apart = (xx + yy) / 2.0, math.hypot((xx - yy) / 2.0, xy)
+    return math.sqrt(max(half - apart, 0.0)), math.sqrt(half + apart)
 
 
 def _lateral_size(local: Array, magnitude: float) -> float:
     """Return the rms distance from the origin across the rays, or refuse points on a line or at one place."""
-    narrow, wide = np.sqrt(np.linalg.eigvalsh(np.cov(local[:, :2].T, bias=True)).clip(0.0))
+    narrow, wide = extent(local[:, 0], local[:, 1])
     if wide <= 1e-13 * magnitude or wide == 0.0:
         raise IllConditioned("the points coincide as the camera sees them")
     if narrow < THIN * wide:
