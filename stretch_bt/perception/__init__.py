@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from stretch_bt.perception.deprojection import to_membrane as to_membrane
     from stretch_bt.perception.deprojection import view_rays as view_rays
     from stretch_bt.perception.detect import ContactDetector as ContactDetector
-    from stretch_bt.perception.noise import FrameNoise as FrameNoise
-    from stretch_bt.perception.noise import frame_noise as frame_noise
     from stretch_bt.perception.height import top_of_points as top_of_points
     from stretch_bt.perception.height import track_height as track_height
     from stretch_bt.perception.io import load_depth_png as load_depth_png
     from stretch_bt.perception.io import load_depth_stack as load_depth_stack
     from stretch_bt.perception.mask import mask_membrane as mask_membrane
+    from stretch_bt.perception.noise_area import SurfaceNoise as SurfaceNoise
+    from stretch_bt.perception.noise_area import surface_noise as surface_noise
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
     from stretch_bt.perception.plane import fit_plane as fit_plane
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
@@ -51,12 +51,12 @@ _MODULES = {
     "ContactDetector": "detect",
     "Curvatures": "curvature",
     "Cylinder": "types",
-    "FrameNoise": "noise",
     "HeightTracker": "tracker",
     "Plane": "types",
     "Segmentation": "segmentation",
     "Shape": "types",
     "Sphere": "types",
+    "SurfaceNoise": "noise_area",
     "average_frames": "average",
     "brand": "curvature",
     "classify": "segmentation",
@@ -70,11 +70,11 @@ _MODULES = {
     "fit_plane": "plane",
     "fit_shape": "shape",
     "fit_sphere": "sphere",
-    "frame_noise": "noise",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "mask_membrane": "mask",
     "segment": "segmentation",
+    "surface_noise": "noise_area",
     "to_membrane": "deprojection",
     "top_of_points": "height",
     "track_height": "height",
@@ -87,12 +87,12 @@ __all__ = [
     "ContactDetector",
     "Curvatures",
     "Cylinder",
-    "FrameNoise",
     "HeightTracker",
     "Plane",
     "Segmentation",
     "Shape",
     "Sphere",
+    "SurfaceNoise",
     "average_frames",
     "brand",
     "classify",
@@ -106,11 +106,11 @@ __all__ = [
     "fit_plane",
     "fit_shape",
     "fit_sphere",
-    "frame_noise",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
     "segment",
+    "surface_noise",
     "to_membrane",
     "top_of_points",
     "track_height",

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.noise import frame_noise
+from stretch_bt.perception.noise_area import surface_noise
 from stretch_bt.perception.robust_fit import robust_linear, settle
 from stretch_bt.perception.sight import Sight, sighted
 from stretch_bt.perception.sphere import fit_sphere
@@ -58,7 +58,7 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
         As for `fit_sphere`.
     """
     points, rays = _touching(contact)
-    return fit_sphere(points, rays=rays, noise=frame_noise(contact.surface) or contact.noise)
+    return fit_sphere(points, rays=rays, noise=surface_noise(contact.surface) or contact.noise)
 
 
 def _touching(contact: Contact) -> tuple[FloatArray, FloatArray]:

@@ -34,7 +34,7 @@ def fit_cone(points: FloatArray, *, rays: FloatArray | None = None, noise: Noise
     ----------
     points : (n, 3) float, m
     rays : (n, 3) float, unit, or None
-    noise : float, m, FrameNoise or None
+    noise : float, m, SurfaceNoise or None
         As for `fit_sphere`.
 
     Returns

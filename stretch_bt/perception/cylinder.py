@@ -30,7 +30,7 @@ def fit_cylinder(points: FloatArray, *, rays: FloatArray | None = None, noise: N
     ----------
     points : (n, 3) float, m
     rays : (n, 3) float, unit, or None
-    noise : float, m, FrameNoise or None
+    noise : float, m, SurfaceNoise or None
         As for `fit_sphere`.
 
     Returns

@@ -58,7 +58,7 @@ def fit_shape(
     ----------
     points : (n, 3) float, m
     rays : (n, 3) float, unit, or None
-    noise : float, m, FrameNoise or None
+    noise : float, m, SurfaceNoise or None
         As for `fit_sphere`.
     shape : "auto", "plane", "sphere", "cylinder" or "cone"
         "auto" compares all by Schwarz's criterion (Schwarz, Annals of Statistics, 1978): Tukey's loss, with the noise of

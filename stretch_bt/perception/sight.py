@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.noise import FrameNoise
+from stretch_bt.perception.noise_area import SurfaceNoise
 from stretch_bt.perception.types import FloatArray
 
 __all__ = ["Noise", "Sight", "extent", "sighted"]
 
 Array = npt.NDArray[np.float64]
-Noise = float | FrameNoise | None  # standard deviation of one point, m, and over how many points it is alike
+Noise = float | SurfaceNoise | None  # standard deviation of one point, m, and over how many points it is alike
 
 THIN = 1e-5  # width over length, seen from the camera, below which points lie on a line
 DIGITS = 4.0  # units in the last place of the largest coordinate below which nothing is resolved
@@ -79,10 +79,10 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
     return Sight(x, y, z, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
 
 
-def _known(noise: Noise) -> FrameNoise:
-    known = noise if isinstance(noise, FrameNoise) else FrameNoise(0.0 if noise is None else noise, 1.0)
+def _known(noise: Noise) -> SurfaceNoise:
+    known = noise if isinstance(noise, SurfaceNoise) else SurfaceNoise(0.0 if noise is None else noise, 1.0)
     if not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0) or noise == 0.0:
-        raise InvalidInput(f"noise is a positive standard deviation in m, or a FrameNoise, got {noise}")
+        raise InvalidInput(f"noise is a positive standard deviation in m, or a SurfaceNoise, got {noise}")
     return known
 
 

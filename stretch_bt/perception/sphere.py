@@ -35,8 +35,8 @@ def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noi
     rays : (n, 3) float, unit, or None
         From the camera through each point. A sphere is convex where its centre lies beyond the points along the rays.
         By default the camera looks along -z, as in the membrane frame.
-    noise : float, m, FrameNoise or None
-        Standard deviation of one point along its ray, if known, and with `frame_noise` over how many neighbouring points
+    noise : float, m, SurfaceNoise or None
+        Standard deviation of one point along its ray, if known, and with `surface_noise` over how many neighbouring points
         it is alike; the residuals may show more, never less.
 
     Returns

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import FloatArray
 
-__all__ = ["FrameNoise", "frame_noise"]
+__all__ = ["SurfaceNoise", "surface_noise"]
 
 Array = npt.NDArray[np.float64]
 
@@ -23,14 +23,14 @@ FADED = 0.01  # correlation that counts as none
 
 
 @dataclass(frozen=True, slots=True)
-class FrameNoise:
+class SurfaceNoise:
     """Standard deviation, m, of one pixel's height, and the number of pixels that share one error, at least 1."""
 
     sd: float
     area: float
 
 
-def frame_noise(surface: FloatArray) -> FrameNoise | None:
+def surface_noise(surface: FloatArray) -> SurfaceNoise | None:
     """Return the noise of a surface (h, w, 3), m, NaN where invalid; None where no whole tile of it is seen.
 
     Each tile is freed of a polynomial, and what this takes of alike noise is added again. The correlation along rows and columns over the quieter half of the tiles, less what
@@ -44,12 +44,12 @@ def frame_noise(surface: FloatArray) -> FrameNoise | None:
     quiet = rest[power <= np.median(power)]
     products = np.array([_alike(quiet, lag) for lag in range(REACH + 1)])
     if products[0] == 0.0:
-        return FrameNoise(0.0, 1.0)
+        return SurfaceNoise(0.0, 1.0)
     clear = products[1] * np.sqrt(2.0 * quiet.size) > CLEAR * products[0]
     noise = products - products[-1] if clear else products
     area = _summed(noise / noise[0]) if clear and noise[0] > 0.0 else 1.0
     left = 1.0 - min(area * _polynomials().shape[1] / TILE**2, 0.5)
-    return FrameNoise(float(np.sqrt(max(noise[0], 0.0) / left)), max(area / left, 1.0) if clear else 1.0)
+    return SurfaceNoise(float(np.sqrt(max(noise[0], 0.0) / left)), max(area / left, 1.0) if clear else 1.0)
 
 
 def _tiles(height: Array) -> Array | None:
