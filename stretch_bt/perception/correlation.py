@@ -12,6 +12,7 @@ __all__ = ["correlation_area"]
 Array = npt.NDArray[np.float64]
 
 CLEAR = 4.0  # standard deviations from which neighbours count as correlated
+LOST = 0.2  # of the correlation of neighbours, below which it is not followed
 MOST = 0.8  # share of the noise that a fit may have taken into its parameters and still be corrected for it
 
 
@@ -65,21 +66,26 @@ def _autocorrelation(image: Array, mask: Array) -> tuple[Array, Array]:
 
 
 def _area(distance: Array, correlation: Array, share: float) -> float:
-    """Return the sum of the correlation within the distance where it has died out, freed of the fit's share."""
+    """Return the sum of the correlation over the plane, freed of the fit's share, and of the variance that this took.
+
+    It is summed down to a fifth of that of neighbours; below, it is lost in its own error, and taken to fall evenly to
+    nothing over half that distance, which holds for a Gaussian.
+    """
     ring = np.rint(distance).astype(np.intp)
     count = np.bincount(ring)
     profile = np.bincount(ring, correlation) / np.maximum(count, 1)
+    if profile.size < 2:
+        return 1.0
+    faded = np.flatnonzero(profile[1:] < LOST * profile[1])
+    end = int(faded[0]) + 1 if faded.size else profile.size
+    tail = 0.5 * LOST * profile[1] * np.pi * 1.25 * (end - 0.5) ** 2
     area = 1.0
     for _ in range(20):
         taken = share * area
         if taken > MOST:
             return float("inf")
-        whole = profile * (1.0 - taken) + taken
-        whole[0] = 1.0
-        below = np.flatnonzero(profile <= 0.0)
-        end = int(below[0]) if below.size else profile.size
-        area, before = max(float((whole * count)[:end].sum()), 1.0), area
+        whole = profile[1:end] * (1.0 - taken) + taken
+        area, before = max(1.0 + float(whole @ count[1:end]) + tail, 1.0), area
         if abs(area - before) < 0.01 * area:
             break
-    # Residuals have lost the same share of their variance, which the caller's scale comes from.
     return area / (1.0 - share * area) if share * area < MOST else float("inf")
