@@ -64,36 +64,46 @@ def tukey_psi_slope(u: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Inliers:
-    """Residuals as a mixture: Gaussian of standard deviation `scale`, and a `share` of outliers spread evenly over `width`.
+    """Residuals as a mixture: Gaussian of standard deviation `scale`, and outliers spread evenly on either side of it.
 
-    Torr and Zisserman, MLESAC, Computer Vision and Image Understanding, 2000, section 4. Its weights reach the bound of
-    the inliers when the outliers are far, and cut no more than the noise calls for when there are none.
+    `below` and `above` are the density of outliers on each side, over the share of inliers. Torr and Zisserman, MLESAC,
+    Computer Vision and Image Understanding, 2000, section 4, with a density for each side, so that outliers to one side
+    cost nothing on the other. Its weights reach the bound of the inliers when the outliers are far, and cut no more than
+    the noise calls for when there are none.
     """
 
     scale: float
-    share: float
-    width: float
+    below: float
+    above: float
 
     @classmethod
     def first(cls, residuals: Array, freedom: int, floor: float) -> Self:
         """Return a mixture from the bulk of residuals (n,) of a fit with `freedom` parameters."""
         scale = max(scale_of(residuals, freedom), floor)
-        far = float((np.abs(residuals) > TUKEY * scale).mean())
-        return cls(scale, min(max(far, 1.0 / residuals.size), MOST_OUTLIERS), max(float(np.ptp(residuals)), 2.0 * TUKEY * scale))
+        return cls._of(residuals, (np.abs(residuals) > TUKEY * scale).astype(np.float64), scale)
 
     def next(self, residuals: Array, weights: Array, freedom: int, floor: float) -> Self:
         """Return the mixture after one step of expectation maximisation, given the weights by this one."""
-        total = float(weights.sum())
         squares = float(weights @ (residuals * residuals))
-        scale = max(float(np.sqrt(squares / max(total - freedom, 1.0))), floor)
-        share = float(np.clip(1.0 - total / residuals.size, 1.0 / residuals.size, MOST_OUTLIERS))
-        return type(self)(scale, share, max(float(np.ptp(residuals)), 2.0 * TUKEY * scale))
+        scale = max(float(np.sqrt(squares / max(float(weights.sum()) - freedom, 1.0))), floor)
+        return self._of(residuals, 1.0 - weights, scale)
+
+    @classmethod
+    def _of(cls, residuals: Array, outlying: Array, scale: float) -> Self:
+        """Return the mixture in which each residual is an outlier with the probability `outlying` (n,)."""
+        above = float(outlying[residuals > 0.0].sum()) / residuals.size
+        below = float(outlying.sum()) / residuals.size - above
+        shrunk = min(1.0, MOST_OUTLIERS / max(above + below, 1e-300))
+        shares = [max(shrunk * share, 0.5 / residuals.size) for share in (below, above)]
+        reaches = [max(float(reach), TUKEY * scale) for reach in (-residuals.min(), residuals.max())]
+        inlying = 1.0 - sum(shares)
+        return cls(scale, *(share / reach / inlying for share, reach in zip(shares, reaches, strict=True)))
 
     def weights(self, residuals: Array) -> Array:
         """Return the probability (n,) that each residual is noise and not an outlier."""
-        odds = self.share / (1.0 - self.share) * np.sqrt(2.0 * np.pi) * self.scale / self.width
+        density = np.where(residuals > 0.0, self.above, self.below) * (np.sqrt(2.0 * np.pi) * self.scale)
         u = residuals / self.scale
-        return np.asarray(1.0 / (1.0 + odds * np.exp(np.minimum(0.5 * u * u, 600.0))))
+        return np.asarray(1.0 / (1.0 + density * np.exp(np.minimum(0.5 * u * u, 600.0))))
 
     def spread(self, residuals: Array, weights: Array, freedom: int) -> float:
         """Return the variance of one inlier that an M-estimate with these weights has (Huber, 1981, section 7.6)."""
