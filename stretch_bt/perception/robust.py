@@ -16,6 +16,7 @@ Array = npt.NDArray[np.float64]
 
 TUKEY = 4.685  # 95 % efficiency on Gaussian noise
 MAD_TO_SD = 1.4826
+NEAR = 10.0  # standard deviations within which outliers could be taken for noise
 MOST_OUTLIERS = 0.5  # share beyond which outliers could as well be the surface
 
 
@@ -66,10 +67,9 @@ def tukey_psi_slope(u: Array) -> Array:
 class Inliers:
     """Residuals as a mixture: Gaussian of standard deviation `scale`, and outliers spread evenly on either side of it.
 
-    `below` and `above` are the density of outliers on each side, over the share of inliers. Torr and Zisserman, MLESAC,
-    Computer Vision and Image Understanding, 2000, section 4, with a density for each side, so that outliers to one side
-    cost nothing on the other. Its weights reach the bound of the inliers when the outliers are far, and cut no more than
-    the noise calls for when there are none.
+    `below` and `above` are the density of outliers on each side next to the noise, over the share of inliers. Torr and
+    Zisserman, MLESAC, Computer Vision and Image Understanding, 2000, section 4, there with one density over all that is
+    seen: far outliers then cost inliers, and outliers to one side pull the other way.
     """
 
     scale: float
@@ -91,13 +91,13 @@ class Inliers:
     @classmethod
     def _of(cls, residuals: Array, outlying: Array, scale: float) -> Self:
         """Return the mixture in which each residual is an outlier with the probability `outlying` (n,)."""
-        above = float(outlying[residuals > 0.0].sum()) / residuals.size
-        below = float(outlying.sum()) / residuals.size - above
-        shrunk = min(1.0, MOST_OUTLIERS / max(above + below, 1e-300))
-        shares = [max(shrunk * share, 0.5 / residuals.size) for share in (below, above)]
-        reaches = [max(float(reach), TUKEY * scale) for reach in (-residuals.min(), residuals.max())]
-        inlying = 1.0 - sum(shares)
-        return cls(scale, *(share / reach / inlying for share, reach in zip(shares, reaches, strict=True)))
+        inlying = max(1.0 - float(outlying.mean()), 1.0 - MOST_OUTLIERS)
+        near = np.where(np.abs(residuals) < NEAR * scale, outlying, 0.0)
+        above = float(near[residuals > 0.0].sum())
+        # An outlier may be anywhere up to the farthest, even if none is near.
+        anywhere = 0.5 / max(float(np.ptp(residuals)), 2.0 * NEAR * scale)
+        densities = (max(count / (NEAR * scale), anywhere) for count in (float(near.sum()) - above, above))
+        return cls(scale, *(density / residuals.size / inlying for density in densities))
 
     def weights(self, residuals: Array) -> Array:
         """Return the probability (n,) that each residual is noise and not an outlier."""
