@@ -21,6 +21,7 @@ START = 400  # points that are enough to start from
 STEPS = 30
 CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still move by
 ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
+FAR = 1e3  # lateral sizes beyond which a step is that of a nearly singular matrix
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
 PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
 
@@ -74,26 +75,22 @@ class Settled(Generic[S]):
 def solve(matrix: Array, right: Array, name: str) -> Array:
     """Solve the normal equations of a shape, or refuse where the points leave one of its parameters free."""
     diagonal = np.sqrt(np.diag(matrix).clip(1e-300))
-    even = matrix / (diagonal[:, None] * diagonal)
-    try:
-        free = float(np.linalg.cholesky(even).diagonal().min()) ** 2 < SINGULAR
-    except np.linalg.LinAlgError:
-        free = True
-    if free:
+    values, vectors = np.linalg.eigh(matrix / (diagonal[:, None] * diagonal))
+    if values[0] < SINGULAR:
         raise IllConditioned(
             f"the points leave the {name} free: they lie on too few distinct lines of sight or on a ring"
         )
-    scaled = right / (diagonal if right.ndim == 1 else diagonal[:, None])
-    solution = np.linalg.solve(even, scaled)
-    return np.asarray(solution / (diagonal if right.ndim == 1 else diagonal[:, None]))
+    scaled = vectors / diagonal[:, None]
+    return np.asarray(scaled @ ((scaled.T @ right).T / values).T)
 
 
 def _step(matrix: Array, right: Array, name: str) -> Array:
     """Solve normal equations that `solve` has seen before, or will see."""
     try:
-        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+        step = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
     except np.linalg.LinAlgError:
         return solve(matrix, right, name)
+    return step if np.abs(step).max() < FAR else solve(matrix, right, name)
 
 
 def thinned(sight: Sight) -> tuple[Array, Array, Array]:

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception import SurfaceNoise, fit_cone, fit_cylinder, fit_plane, fit_shape, fit_sphere
@@ -148,3 +149,15 @@ def test_shapes_seen_from_another_side_are_the_same_turned():
             assert getattr(there, name) == pytest.approx(getattr(here, name), rel=0.05)
         axis = {"plane": "normal", "sphere": "center", "cylinder": "point", "cone": "axis"}[shape]
         np.testing.assert_allclose(getattr(there, axis), turn @ getattr(here, axis), atol=1e-2)
+
+
+@pytest.mark.parametrize("shape", ["plane", "cylinder", "cone"])
+@settings(max_examples=60)
+@given(points=arrays.arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(-1e3, 1e3)))
+def test_any_points_give_finite_numbers_or_a_refusal(shape, points):
+    try:
+        values, stated = READ[shape](FITS[shape](points))
+    except IllConditioned:
+        return
+    assert np.isfinite(values).all()
+    assert np.isfinite(stated).all()
