@@ -13,13 +13,13 @@ class FitSphere(Behavior):
 
     kind = "perception"
     instant = True
-    contact: In[Contact]  # points and rays of the contact
+    contact: In[Contact]  # the contact and the surface around it
     sphere: Out[Sphere]  # radius, centre and curvature, each with its standard deviation
     min_significance: In[float] = port(3.0, min=1.0, doc="accept when the curvature exceeds this many sd")
 
     def update(self) -> Status:
         """Fit."""
-        fit = perception.fit_sphere(self.contact.points, rays=self.contact.rays, noise=self.contact.noise)
+        fit = perception.fit_contact_sphere(self.contact)
         if fit.curvature < self.min_significance * fit.curvature_sd:
             raise IllConditioned(
                 f"the cap carries no convex radius: curvature {fit.curvature:.3g} 1/m with a standard deviation of {fit.curvature_sd:.2g}"

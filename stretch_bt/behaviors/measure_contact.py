@@ -12,12 +12,12 @@ from stretch_bt.units import Estimate, Length
 
 @node
 class MeasureContact(Behavior):
-    """Measure a flat-faced object in contact, with the skirt around it; FAILURE when the frame carries no size."""
+    """Measure a flat-faced object in contact by its face and the skirt around it; FAILURE when the frame carries no size."""
 
     kind = "perception"
     instant = True
     contact: In[Contact]  # surface and labels of the contact, and the stretch where it is known
-    hypothesis: In[Literal["auto", "circle", "ellipse"]] = "auto"  # auto: the simplest that no other clearly beats
+    hypothesis: In[Literal["auto", "circle", "ellipse", "rectangle", "free_form"]] = "auto"  # the simplest that none clearly beats
     fillet: In[Length] = port(1e-3, min=0.0, doc="radius of the object's edge, which no frame shows")
     fillet_sd: In[Length] = port(0.1e-3, min=0.0, doc="its standard deviation")
     diameter_i: Out[Length]  # width of the object across

@@ -3,19 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.frames import Pose
-from stretch_bt.units import Curvature, Length, Time
+from stretch_bt.units import Angle, Curvature, Length, Time
 
-__all__ = ["CONTACT", "DEFORMED", "INVALID", "UNDEFORMED", "Contact", "FloatArray", "LabelArray", "MaskArray", "Sphere"]
+__all__ = [
+    "CONTACT",
+    "DEFORMED",
+    "INVALID",
+    "UNDEFORMED",
+    "Candidate",
+    "Cone",
+    "Contact",
+    "Cylinder",
+    "FloatArray",
+    "LabelArray",
+    "MaskArray",
+    "Plane",
+    "Shape",
+    "ShapeKind",
+    "Sphere",
+]
 
 FloatArray = npt.NDArray[np.floating[Any]]
 MaskArray = npt.NDArray[np.bool_]
 LabelArray = npt.NDArray[np.uint8]
+
+ShapeKind = Literal["plane", "sphere", "cylinder", "cone"]
 
 UNDEFORMED, DEFORMED, CONTACT, INVALID = 0, 1, 2, 255
 
@@ -56,3 +74,96 @@ class Sphere:
     center_sd: FloatArray
     curvature: Curvature
     curvature_sd: Curvature
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """A fitted plane: unit `normal` (3,) towards the camera and `offset`, m, its distance from the origin along it.
+
+    Both, and their standard deviations, are in the frame of the points that were fitted.
+    """
+
+    normal: FloatArray
+    normal_sd: FloatArray
+    offset: Length
+    offset_sd: Length
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A fitted cylinder; `radius` is positive, the sign of `curvature` is positive where it is convex to the camera.
+
+    `axis` (3,) is the unit direction of its axis, either way, and `point` (3,), m, the point of the axis nearest to the
+    middle of the points, both in the frame of the points that were fitted.
+    """
+
+    radius: Length
+    radius_sd: Length
+    axis: FloatArray
+    axis_sd: FloatArray
+    point: FloatArray
+    point_sd: FloatArray
+    curvature: Curvature
+    curvature_sd: Curvature
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """A fitted cone; `angle`, rad, is that between its surface and the plane across its axis, positive where convex.
+
+    `apex` (3,), m, and `axis` (3,), the unit direction of its axis towards the camera, are in the frame of the points
+    that were fitted.
+    """
+
+    angle: Angle
+    angle_sd: Angle
+    apex: FloatArray
+    apex_sd: FloatArray
+    axis: FloatArray
+    axis_sd: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One shape among those compared: its evidence in nats against the best one's, at most 0, and why it is refused.
+
+    The evidence is minus infinity where the shape could not be fitted at all.
+    """
+
+    kind: ShapeKind
+    evidence: float
+    refused: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """The simplest shape that explains points as well as any; `ranking` has all that were compared, best first.
+
+    `residual_sd`, m, is how far a point lies off it. `radius` is that of a sphere or cylinder, `angle`, rad, that of a
+    cone; None for shapes that have none.
+    """
+
+    kind: ShapeKind
+    fit: Plane | Sphere | Cylinder | Cone
+    residual_sd: Length
+    ranking: tuple[Candidate, ...]
+
+    @property
+    def radius(self) -> Length | None:
+        """Radius, m, of a sphere or cylinder."""
+        return self.fit.radius if isinstance(self.fit, Sphere | Cylinder) else None
+
+    @property
+    def radius_sd(self) -> Length | None:
+        """Standard deviation of the radius, m."""
+        return self.fit.radius_sd if isinstance(self.fit, Sphere | Cylinder) else None
+
+    @property
+    def angle(self) -> Angle | None:
+        """Angle, rad, between the surface of a cone and the plane across its axis."""
+        return self.fit.angle if isinstance(self.fit, Cone) else None
+
+    @property
+    def angle_sd(self) -> Angle | None:
+        """Standard deviation of the angle, rad."""
+        return self.fit.angle_sd if isinstance(self.fit, Cone) else None

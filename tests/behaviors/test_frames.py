@@ -185,3 +185,18 @@ def test_approach_interrupted_stops_the_arm(
         virtual_clock.advance(0.05)
     approach.stop(Status.INVALID)
     assert moving(opened, virtual_clock) == 0
+
+
+def test_fit_shape_writes_the_shape_and_how_all_compare() -> None:
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-0.01, 0.01, (2, 600))
+    z = np.sqrt(0.03**2 - x**2 - y**2) - 0.02 + rng.normal(0, 1e-4, 600)
+    for wanted, kind in (("auto", "sphere"), ("sphere", "sphere")):
+        fit = node("fit_shape", {"shape": wanted}, contact=contact_of(np.column_stack((x, y, z))))
+        assert tick(fit) is Status.SUCCESS
+        fitted = fit.sinks["fitted"].value
+        assert fitted.kind == kind
+        assert fitted.radius == pytest.approx(0.03, rel=0.05)
+    fit = node("fit_shape", {"shape": "plane"}, contact=contact_of(np.column_stack((x, x, z))))
+    assert tick(fit) is Status.FAILURE
+    assert "one line" in fit.reason

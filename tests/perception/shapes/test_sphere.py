@@ -6,7 +6,7 @@ from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception import fit_sphere
-from stretch_bt.perception.sphere import _model
+from stretch_bt.perception.shapes.sphere import SphereSurface
 
 
 def seen(points, noise, rng):
@@ -20,10 +20,10 @@ def seen(points, noise, rng):
 def test_the_jacobian_is_the_derivative_of_the_model(parameters, seed):
     x, y = np.random.default_rng(seed).uniform(-0.3, 0.3, (2, 20))
     q = np.array(parameters)
-    _, jacobian = _model(q, x, y)
+    _, jacobian = SphereSurface(q).heights(x, y)
     for k in range(4):
         step = np.eye(4)[k] * 1e-6
-        numeric = (_model(q + step, x, y)[0] - _model(q - step, x, y)[0]) / 2e-6
+        numeric = (SphereSurface(q + step).heights(x, y)[0] - SphereSurface(q - step).heights(x, y)[0]) / 2e-6
         np.testing.assert_allclose(jacobian[k], numeric, atol=1e-6)
 
 
@@ -102,7 +102,7 @@ def with_height(height):
 ROUND = with_height(np.sqrt(0.015**2 - (GRID**2).sum(axis=1)))
 NOISE = np.random.default_rng(5).normal(0, 0.3e-3, len(GRID))
 REFUSED = {
-    "empty": (np.empty((0, 3)), "five distinct points, there are 0"),
+    "empty": (np.empty((0, 3)), "at least 5 distinct points, there are 0"),
     "three points": (ROUND[[0, 5, 210]], "there are 3"),
     "four points": (ROUND[[0, 5, 210, 380]], "there are 4"),
     "all NaN": (np.full((50, 3), np.nan), "there are 0"),

@@ -1,0 +1,1 @@
+"""Shapes fitted to points whose noise lies along the camera rays."""

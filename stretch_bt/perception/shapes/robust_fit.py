@@ -1,0 +1,174 @@
+"""Robust least squares along the camera rays, for any surface that gives its height and derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic, Protocol, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.shapes.correlation import correlation_area
+from stretch_bt.perception.robust import TUKEY, Inliers, densest_half, scale_of, tukey_weights
+from stretch_bt.perception.shapes.sight import Sight
+
+__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
+
+Array = npt.NDArray[np.float64]
+
+START = 400  # points that are enough to start from
+STEPS = 30
+CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still move by
+ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
+FAR = 1e3  # lateral sizes beyond which a step is that of a nearly singular matrix
+SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
+PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
+
+
+class SightSurface(Protocol):
+    """A surface over (x, y) in the frame of a Sight, with parameters that a step can move."""
+
+    @property
+    def parameters(self) -> int:
+        """How many parameters a step has."""
+
+    def heights(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the height (n,) and its derivatives (p, n) by a step's parameters."""
+
+    def moved(self, step: Array) -> tuple[Self, Array]:
+        """Return the surface after a step (p,), shortened where it would leave what is meaningful, and that step."""
+
+
+S = TypeVar("S", bound=SightSurface)
+
+
+@dataclass(frozen=True, slots=True)
+class Settled(Generic[S]):
+    """A fitted surface, the covariance (p, p) of its parameters, and the residuals (n,) with their scale.
+
+    `area` is the number of points that share one error; the covariance counts it in. `agreeing` is how many points are
+    no outliers.
+    """
+
+    surface: S
+    covariance: Array
+    residuals: Array
+    scale: float
+    area: float
+    agreeing: float
+
+    def check(self, name: str) -> None:
+        """Refuse a fit whose errors are too alike to tell from the residuals how large they are."""
+        if self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
+            alike = f"{self.area:.0f} points" if self.area < self.agreeing else "most points"
+            raise IllConditioned(
+                f"what is left of the depth after the {name} is alike over {alike}: among {self.agreeing:.0f} points that"
+                " is too few independent errors to tell how large they are"
+            )
+
+    def sd(self, parameter: int) -> float:
+        """Return the standard deviation of one parameter."""
+        return float(np.sqrt(self.covariance[parameter, parameter]))
+
+
+def solve(matrix: Array, right: Array, name: str) -> Array:
+    """Solve the normal equations of a shape, or refuse where the points leave one of its parameters free."""
+    diagonal = np.sqrt(np.diag(matrix).clip(1e-300))
+    values, vectors = np.linalg.eigh(matrix / (diagonal[:, None] * diagonal))
+    if values[0] < SINGULAR:
+        raise IllConditioned(
+            f"the points leave the {name} free: they lie on too few distinct lines of sight or on a ring"
+        )
+    scaled = vectors / diagonal[:, None]
+    return np.asarray(scaled @ ((scaled.T @ right).T / values).T)
+
+
+def _step(matrix: Array, right: Array, name: str) -> Array:
+    """Solve normal equations that `solve` has seen before, or will see."""
+    try:
+        step = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return solve(matrix, right, name)
+    return step if np.abs(step).max() < FAR else solve(matrix, right, name)
+
+
+def thinned(sight: Sight) -> tuple[Array, Array, Array]:
+    """Return x, y and z of about as many points as are enough to start from."""
+    every = max(1, sight.x.size // START)
+    return sight.x[::every], sight.y[::every], sight.z[::every]
+
+
+def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Array, Array]:
+    """Return the solution (p,) and weights (n,) of z = solution @ design (p, n).
+
+    First by least absolute residuals, a convex problem that needs no start, then with Tukey's weights.
+    """
+    weights = np.ones_like(z)
+    solution = solve(design @ design.T, design @ z, name)
+    for step in range(9):
+        weighted = design * weights
+        solution = _step(weighted @ design.T, weighted @ z, name)
+        residuals = z - solution @ design
+        if step < 5:
+            scale = max(scale_of(residuals, len(design)), floor)
+            weights = 1.0 / np.maximum(np.abs(residuals), 0.1 * scale)
+        else:
+            # Outliers to one side draw the median after them, but not the densest half.
+            middle, spread = densest_half(residuals) if step == 5 else (0.0, scale_of(residuals, len(design)))
+            weights = tukey_weights((residuals - middle) / (TUKEY * max(spread, floor)))
+    return solution, weights
+
+
+def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settled[S]:
+    """Iterate weighted Gauss-Newton from a robust start, and return where it settles, with its error.
+
+    Raises
+    ------
+    IllConditioned
+        The points leave a parameter free, or too few agree.
+    """
+    p = surface.parameters
+    height, jacobian = surface.heights(sight.x, sight.y)
+    residuals = sight.z - height
+    inliers = Inliers.first(residuals, p, sight.floor)
+    for _ in range(steps):
+        weights = inliers.weights(residuals)
+        weighted = jacobian * weights
+        surface, step = surface.moved(_step(weighted @ jacobian.T, weighted @ residuals, name))
+        height, jacobian = surface.heights(sight.x, sight.y)
+        residuals = sight.z - height
+        # While the surface still moves, its misfit is no noise, and what fits it worse no outlier.
+        moving = np.abs(step).max() > inliers.scale
+        inliers = (
+            Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
+        )
+        if np.abs(step).max() < CLOSE * max(inliers.scale / np.sqrt(residuals.size), 1e-12):
+            break
+    return _with_error(surface, sight, name, inliers, residuals, jacobian)
+
+
+def _with_error(
+    surface: S, sight: Sight, name: str, inliers: Inliers, residuals: Array, jacobian: Array
+) -> Settled[S]:
+    p = surface.parameters
+    weights = inliers.weights(residuals)
+    total = float(weights.sum())
+    inside = weights > 0.5
+    if inside.sum() <= p or total <= p + 0.5:
+        raise IllConditioned(f"no {name} agrees with more than {p} of the points")
+    area = _area(sight, residuals, inside, p)
+    inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
+    variance = inliers.spread(residuals, weights, p) * min(area, total)
+    known = sight.floor**2 * sight.alike
+    if variance < known:  # what the residuals share is less than the noise that is known to be there
+        variance, area = known, 1.0
+    area = max(area, sight.alike)
+    return Settled(surface, inverse * variance, residuals, inliers.scale, area, total)
+
+
+def _area(sight: Sight, residuals: Array, inside: npt.NDArray[np.bool_], p: int) -> float:
+    """Return how many points share one error; rounding errors are alike wherever the shape is, and say nothing."""
+    if scale_of(residuals[inside]) <= ROUNDING * sight.resolution:
+        return 1.0
+    return correlation_area(sight.x[inside], sight.y[inside], residuals[inside], p)

@@ -1,0 +1,154 @@
+"""Points as the camera sees them: checked, freed of copies, in a frame whose z runs towards the camera."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.shapes.noise_area import SurfaceNoise
+from stretch_bt.perception.types import FloatArray
+
+__all__ = ["Noise", "Sight", "extent", "sighted"]
+
+Array = npt.NDArray[np.float64]
+Noise = float | SurfaceNoise | None  # standard deviation of one point, m, and over how many points it is alike
+
+THIN = 1e-5  # width over length, seen from the camera, below which points lie on a line
+DIGITS = 4.0  # units in the last place of the largest coordinate below which nothing is resolved
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """Points (n,) as `x`, `y` across and `z` towards the camera, from `origin` and in units of `size`, m.
+
+    `axes` (3, 3) has the frame's axes as rows, in the caller's frame; `origin` (3,), m, is in this frame. `floor` is the
+    least standard deviation of z, in units of `size`: the noise, if known, or the `resolution` of the numbers. `alike` is
+    over how many points noise is known to be alike, at least 1.
+    """
+
+    x: Array
+    y: Array
+    z: Array
+    axes: Array
+    origin: Array
+    size: float
+    floor: float
+    resolution: float
+    alike: float
+
+    def place(self, local: Array) -> Array:
+        """Return a point of this frame (3,), in units of `size`, in the caller's frame, m."""
+        return np.asarray(self.axes.T @ (local * self.size + self.origin))
+
+    def direction(self, local: Array) -> Array:
+        """Return a direction of this frame (3,) in the caller's frame."""
+        return np.asarray(self.axes.T @ local)
+
+    def spread(self, by_parameters: Array, covariance: Array) -> Array:
+        """Return the standard deviation (3,) in the caller's frame of what depends on parameters by (3, p)."""
+        rotated = self.axes.T @ by_parameters
+        return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", rotated, covariance, rotated).clip(0.0)))
+
+
+def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: str, least: int) -> Sight:
+    """Prepare points (n, 3), m, for a fit along the rays; `name` is that of the shape, `least` how many it needs.
+
+    Raises
+    ------
+    IllConditioned
+        There are fewer than `least` distinct finite points, or the camera sees them on one line or at one place.
+    InvalidInput
+        An array has the wrong shape or holds no numbers, or the noise is not a positive number.
+    """
+    known = _known(noise)
+    kept, directions = _checked(points, rays, name)
+    if len(kept) < least:
+        raise IllConditioned(f"a {name} with its error needs at least {least} distinct points, there are {len(kept)}")
+    axes = _axes(directions)
+    local = kept @ axes.T
+    origin = np.median(local, axis=0)
+    local -= origin
+    magnitude = float(np.abs(kept).max())
+    size = _lateral_size(local, magnitude)
+    x, y, z = np.ascontiguousarray(local.T) / size
+    resolution = DIGITS * _resolution(points) * magnitude / size
+    return Sight(x, y, z, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
+
+
+def _known(noise: Noise) -> SurfaceNoise:
+    known = noise if isinstance(noise, SurfaceNoise) else SurfaceNoise(0.0 if noise is None else noise, 1.0)
+    if not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0) or noise == 0.0:
+        raise InvalidInput(f"noise is a positive standard deviation in m, or a SurfaceNoise, got {noise}")
+    return known
+
+
+def _resolution(points: FloatArray) -> float:
+    """Return the relative resolution of the caller's numbers, exact for integers and lists."""
+    kind = np.asarray(points).dtype
+    return float(np.finfo(kind if kind.kind == "f" else np.float64).eps)
+
+
+def _checked(points: FloatArray, rays: FloatArray | None, name: str) -> tuple[Array, Array]:
+    array = _floats(points, f"points for a {name} are")
+    if rays is None:
+        directions = np.broadcast_to(np.array([0.0, 0.0, -1.0]), array.shape)
+    else:
+        directions = _floats(rays, "rays are")
+        if directions.shape != array.shape:
+            raise InvalidInput(f"rays need the shape of the points, {array.shape}, got {directions.shape}")
+    finite = np.isfinite(array).all(axis=1) & np.isfinite(directions).all(axis=1)
+    return _distinct(array[finite], directions[finite])
+
+
+def _floats(values: FloatArray, what: str) -> Array:
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu" or array.ndim != 2 or array.shape[1] != 3:
+        raise InvalidInput(f"{what} numbers of shape (n, 3) in m, got {array.dtype} {array.shape}")
+    return array.astype(np.float64)
+
+
+def _distinct(points: Array, directions: Array) -> tuple[Array, Array]:
+    """Drop repeated points: they carry no information and would make the error look smaller than it is."""
+    key = np.sort(points @ np.array([1.0, np.sqrt(2.0), np.sqrt(3.0)]))
+    if (key[1:] != key[:-1]).all():
+        return points, directions
+    order = np.lexsort(points.T)
+    ranked = points[order]
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (ranked[1:] != ranked[:-1]).any(axis=1)
+    return ranked[first], directions[order][first]
+
+
+def _axes(directions: Array) -> Array:
+    """Return the (3, 3) rotation whose third row points from the surface to the camera."""
+    mean = -directions.mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    if length < 0.1:
+        raise InvalidInput("rays are unit vectors from one camera; these point in opposite directions")
+    z = mean / length
+    x = np.array([z[2], 0.0, -z[0]] if abs(z[1]) < 0.9 else [-z[1], z[0], 0.0])
+    x /= np.linalg.norm(x)
+    y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]]
+    return np.array([x, y, z])
+
+
+def extent(x: Array, y: Array) -> tuple[float, float]:
+    """Return the standard deviations of places (n,) along the narrowest and the widest direction."""
+    x, y = x - x.mean(), y - y.mean()
+    xx, xy, yy = float(x @ x) / x.size, float(x @ y) / x.size, float(y @ y) / x.size
+    half, apart = (xx + yy) / 2.0, math.hypot((xx - yy) / 2.0, xy)
+    return math.sqrt(max(half - apart, 0.0)), math.sqrt(half + apart)
+
+
+def _lateral_size(local: Array, magnitude: float) -> float:
+    """Return the rms distance from the origin across the rays, or refuse points on a line or at one place."""
+    narrow, wide = extent(local[:, 0], local[:, 1])
+    if wide <= 1e-13 * magnitude or wide == 0.0:
+        raise IllConditioned("the points coincide as the camera sees them")
+    if narrow < THIN * wide:
+        raise IllConditioned("the points lie on one line as the camera sees them")
+    return float(np.hypot(narrow, wide))

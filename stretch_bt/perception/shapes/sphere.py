@@ -1,0 +1,144 @@
+"""Sphere fit to a cap seen by a depth camera: residuals along the rays, parameters that stay finite on a plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.shapes.robust_fit import Settled, robust_linear, settle, thinned
+from stretch_bt.perception.shapes.sight import Noise, Sight, sighted
+from stretch_bt.perception.types import FloatArray, Sphere
+
+__all__ = ["SphereSurface", "fit_sphere", "settle_sphere", "sphere_of"]
+
+Array = npt.NDArray[np.float64]
+
+SIGNIFICANCE = 3.0  # a curvature below this many standard deviations carries no radius
+FLAT = 1e-4  # curvature times lateral size below which a surface is a plane to any sensor
+STEEPEST = 1e-4  # least squared cosine between ray and normal; beyond it is the silhouette
+PARAMETERS = 4
+
+
+def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noise = None) -> Sphere:
+    """Fit a sphere to points whose noise lies along the camera rays.
+
+    Tukey's biweight bounds the influence of outliers. Orthogonal and algebraic fits are biased to small radii on small
+    caps, because they take the noise to be isotropic.
+
+    Parameters
+    ----------
+    points : (n, 3) float, m
+        Any frame; rows that are not finite are left out, exact duplicates count once.
+    rays : (n, 3) float, unit, or None
+        From the camera through each point. A sphere is convex where its centre lies beyond the points along the rays.
+        By default the camera looks along -z, as in the membrane frame.
+    noise : float, m, SurfaceNoise or None
+        Standard deviation of one point along its ray, if known, and with `surface_noise` over how many neighbouring points
+        it is alike; the residuals may show more, never less.
+
+    Returns
+    -------
+    Sphere
+        Its standard deviations count in that neighbouring points share part of their error, as the residuals show it.
+
+    Raises
+    ------
+    IllConditioned
+        The points do not determine a sphere, or its curvature is below three standard deviations.
+    InvalidInput
+        An array has the wrong shape, or the noise is not a positive number.
+    """
+    sight = sighted(points, rays, noise, name="sphere", least=PARAMETERS + 1)
+    return sphere_of(settle_sphere(sight), sight)
+
+
+def settle_sphere(sight: Sight) -> Settled[SphereSurface]:
+    """Fit a sphere to points as the camera sees them, starting from a paraboloid."""
+    x, y, z = thinned(sight)
+    design = np.stack([np.ones_like(x), x, y, -0.5 * (x * x + y * y)])
+    start, _ = robust_linear(design, z, sight.floor, "sphere")
+    reach = float(np.sqrt((sight.x**2 + sight.y**2).max()))
+    start[3] = np.clip(start[3], -0.95 / reach, 0.95 / reach)
+    return settle(SphereSurface(start), sight, "sphere")
+
+
+@dataclass(frozen=True, slots=True)
+class SphereSurface:
+    """z = c + N / (D + D0), with `q` (4,) the offset c, the slopes (p1, p2) and the curvature k at the origin.
+
+    N = 2 (sx x + sy y) - k (x^2 + y^2), D^2 = 1 - (k x - sx)^2 - (k y - sy)^2, D0 = 1 / sqrt(1 + p1^2 + p2^2) and
+    s = p D0: the root of k |w|^2 + 2 n w = 0 for w from the point at the origin, with unit normal n, that stays finite
+    at k = 0.
+    """
+
+    q: Array
+
+    @property
+    def parameters(self) -> int:
+        """How many parameters there are."""
+        return PARAMETERS
+
+    def heights(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the height (n,) and its derivatives (4, n) by (c, p1, p2, k)."""
+        c, p1, p2, k = self.q
+        d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
+        sx, sy = p1 * d0, p2 * d0
+        ux, uy = k * x - sx, k * y - sy
+        r2 = x * x + y * y
+        square = 1.0 - ux * ux - uy * uy
+        d = np.sqrt(np.maximum(square, STEEPEST))
+        inner = (square > STEEPEST) / d  # beyond the silhouette the surface continues at constant D
+        total = d + d0
+        f = (2.0 * (sx * x + sy * y) - k * r2) / total
+        by_sx = (2.0 * x - f * (ux * inner - sx / d0)) / total
+        by_sy = (2.0 * y - f * (uy * inner - sy / d0)) / total
+        jacobian = np.empty((PARAMETERS, x.size))
+        jacobian[0] = 1.0
+        jacobian[1] = d0 * ((1.0 - sx * sx) * by_sx - sx * sy * by_sy)
+        jacobian[2] = d0 * ((1.0 - sy * sy) * by_sy - sx * sy * by_sx)
+        jacobian[3] = (-r2 + f * (ux * x + uy * y) * inner) / total
+        return c + f, jacobian
+
+    def moved(self, step: Array) -> tuple[SphereSurface, Array]:
+        """Return the surface after a step; the curvature moves at most by half its value."""
+        limit = 0.5 * max(abs(float(self.q[3])), 0.05)
+        taken = step * min(1.0, limit / max(abs(float(step[3])), 1e-300))
+        return SphereSurface(self.q + taken), taken
+
+
+def check_curvature(k: float, sd: float) -> None:
+    """Refuse a curvature, in units of the lateral size, that is not clearly different from a plane's."""
+    if abs(k) < FLAT:
+        raise IllConditioned("the points lie on a plane")
+    if abs(k) < SIGNIFICANCE * sd:
+        raise IllConditioned(
+            f"the cap carries no radius: its curvature is only {abs(k) / sd:.1f} standard deviations from a plane"
+        )
+
+
+def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:
+    """Return the sphere in the caller's frame, m, or refuse one without a clear curvature."""
+    settled.check("sphere")
+    c, p1, p2, k = settled.surface.q
+    sd = settled.sd(3)
+    check_curvature(k, sd)
+    d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
+    d3 = d0**3
+    by_parameters = np.array(
+        [
+            [0.0, (1 + p2 * p2) * d3 / k, -p1 * p2 * d3 / k, -p1 * d0 / k**2],
+            [0.0, -p1 * p2 * d3 / k, (1 + p1 * p1) * d3 / k, -p2 * d0 / k**2],
+            [1.0, p1 * d3 / k, p2 * d3 / k, d0 / k**2],
+        ]
+    )
+    return Sphere(
+        radius=float(sight.size / abs(k)),
+        radius_sd=float(sight.size * sd / k**2),
+        center=sight.place(np.array([p1 * d0 / k, p2 * d0 / k, c - d0 / k])),
+        center_sd=sight.size * sight.spread(by_parameters, settled.covariance),
+        curvature=float(k / sight.size),
+        curvature_sd=sd / sight.size,
+    )

@@ -1,0 +1,163 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception import SurfaceNoise, fit_cone, fit_cylinder, fit_plane, fit_shape, fit_sphere
+from stretch_bt.perception.shapes.cap import CapSurface
+from stretch_bt.perception.shapes.cone import ConeSurface
+from stretch_bt.perception.shapes.cylinder import CylinderSurface
+from stretch_bt.perception.shapes.plane import PlaneSurface
+from stretch_bt.perception.shapes.turn import standing
+
+FITS = {"plane": fit_plane, "sphere": fit_sphere, "cylinder": fit_cylinder, "cone": fit_cone}
+SIDE = np.arange(-8e-3, 8e-3, 0.5e-3)
+X, Y = (w.ravel() for w in np.meshgrid(SIDE + 0.1e-3, SIDE))
+ACROSS = 0.9 * X + np.sqrt(0.19) * Y
+NOISY = {
+    "plane": (0.1 * X - 0.05 * Y + 0.01, 0.0),
+    "cylinder": (np.sqrt(0.012**2 - ACROSS**2), 1 / 0.012),
+    "cone": (-np.tan(0.35) * np.hypot(X - 0.5e-3, Y + 1e-3), 0.35),
+    "sphere": (np.sqrt(0.02**2 - X**2 - Y**2), 1 / 0.02),
+}
+READ = {
+    "plane": lambda f: ([*f.normal[:2], f.offset], [*f.normal_sd[:2], f.offset_sd]),
+    "sphere": lambda f: ([f.curvature, *f.center], [f.curvature_sd, *f.center_sd]),
+    "cylinder": lambda f: (
+        [f.curvature, *(f.axis[:2] * np.sign(f.axis[1])), *f.point],
+        [f.curvature_sd, *f.axis_sd[:2], *f.point_sd],
+    ),
+    "cone": lambda f: ([f.angle, *f.apex, *f.axis[:2]], [f.angle_sd, *f.apex_sd, *f.axis_sd[:2]]),
+}
+TRUE = {
+    "plane": [-0.1 / np.sqrt(1.0125), 0.05 / np.sqrt(1.0125), 0.01 / np.sqrt(1.0125)],
+    "sphere": [50.0, 0.0, 0.0, 0.0],
+    "cone": [0.35, 0.5e-3, -1e-3, 0.0, 0.0, 0.0],
+}
+
+
+def seen(shape, seed, noise=0.2e-3, outliers=0.2):
+    rng = np.random.default_rng(seed)
+    z = NOISY[shape][0] + rng.normal(0.0, noise, X.size)
+    hit = rng.random(X.size) < outliers
+    z[hit] += rng.uniform(3e-3, 10e-3, hit.sum())
+    return np.column_stack([X, Y, z])
+
+
+@pytest.mark.parametrize("shape", NOISY)
+def test_estimates_scatter_about_the_truth_as_much_as_they_say(shape):
+    read = [READ[shape](FITS[shape](seen(shape, seed))) for seed in range(60)]
+    values, stated = (np.array(r) for r in zip(*read, strict=True))
+    spread = values.std(axis=0)
+    # A deviation from 60 draws is itself uncertain by 9 %.
+    np.testing.assert_allclose(stated.mean(axis=0), spread, rtol=0.35)
+    if shape in TRUE:
+        assert (np.abs(values.mean(axis=0) - TRUE[shape]) < 0.5 * spread).all()
+    else:
+        axis = np.array([-np.sqrt(0.19), 0.9])
+        assert abs(values[:, 0].mean() * 0.012 - 1.0) < 0.5 * spread[0] * 0.012
+        np.testing.assert_allclose(values[:, 1:3].mean(axis=0), axis, atol=0.5 * spread[1])
+        off_axis = values[:, 3:5].mean(axis=0) @ [0.9, np.sqrt(0.19)]
+        np.testing.assert_allclose([off_axis, values[:, 5].mean()], 0.0, atol=0.5 * spread[3:].max())
+
+
+@pytest.mark.parametrize("shape", NOISY)
+def test_the_shape_that_made_the_points_is_chosen(shape):
+    for seed in range(5):
+        found = fit_shape(seen(shape, seed))
+        assert found.kind == shape
+        assert found.ranking[0].evidence == 0.0
+        assert {c.kind for c in found.ranking} == set(NOISY)
+        assert found.residual_sd == pytest.approx(0.2e-3, rel=0.15)
+        assert (found.radius is not None) == (shape in ("sphere", "cylinder")) == (found.radius_sd is not None)
+        assert (found.angle is not None) == (shape == "cone") == (found.angle_sd is not None)
+
+
+def test_a_hardly_curved_sphere_is_called_a_plane():
+    found = fit_shape(np.column_stack([X, Y, np.sqrt(2.0**2 - X**2 - Y**2)]) + seen("plane", 1, outliers=0.0) * [0, 0, 1])
+    assert found.kind == "plane"
+    assert next(c for c in found.ranking if c.kind == "sphere").refused
+
+
+def test_a_shape_that_is_asked_for_is_the_only_one():
+    found = fit_shape(seen("sphere", 2), shape="sphere")
+    assert [c.kind for c in found.ranking] == ["sphere"]
+    assert found.fit.curvature == fit_sphere(seen("sphere", 2)).curvature
+    with pytest.raises(InvalidInput, match="plane, sphere, cylinder, cone"):
+        fit_shape(seen("sphere", 2), shape="torus")
+
+
+@pytest.mark.parametrize("wrong", ["plane", "cylinder", "cone"])
+def test_a_wrong_shape_is_refused_for_what_it_leaves(wrong):
+    with pytest.raises(IllConditioned, match="alike"):
+        FITS[wrong](seen("sphere", 3))
+
+
+AXES = standing(np.array([0.2, -0.1, 1.0]), np.array([0.6, 0.8, 0.1]))
+MODELS = {
+    "plane": PlaneSurface(np.array([0.1, 0.2, -0.3])),
+    "cylinder": CylinderSurface(0.1, AXES, 0.6),
+    "concave cylinder": CylinderSurface(0.1, AXES, -0.4),
+    "flat cylinder": CylinderSurface(0.1, AXES, 0.0),
+    "cone": ConeSurface(np.array([0.1, -0.2, 0.3]), AXES, 0.4),
+    "pit": ConeSurface(np.array([0.1, -0.2, 0.3]), AXES, -0.3),
+    "cap": CapSurface(np.array([0.1, 0.05, -0.1, 0.5, np.log(0.5), np.log(0.3), 0.05, 0.02]), np.ones(2)),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+@settings(max_examples=20)
+@given(seed=st.integers(0, 2**31))
+def test_derivatives_are_those_of_the_heights(name, seed):
+    model = MODELS[name]
+    x, y = np.random.default_rng(seed).uniform(-0.7, 0.7, (2, 30))
+    _, jacobian = model.heights(x, y)
+    for k in range(model.parameters):
+        step = 1e-6 * np.eye(model.parameters)[k]
+        numeric = (model.moved(step)[0].heights(x, y)[0] - model.moved(-step)[0].heights(x, y)[0]) / 2e-6
+        np.testing.assert_allclose(jacobian[k], numeric, atol=1e-4)
+
+
+def test_noise_that_is_known_to_be_alike_widens_the_deviation():
+    points = seen("sphere", 4, outliers=0.0)
+    alone = fit_sphere(points, noise=0.2e-3)
+    assert fit_sphere(points, noise=SurfaceNoise(0.2e-3, 16.0)).curvature_sd == pytest.approx(4 * alone.curvature_sd, rel=0.1)
+    with pytest.raises(IllConditioned, match="alike over 200 points"):
+        fit_sphere(points, noise=SurfaceNoise(0.2e-3, 200.0))
+
+
+def test_a_rounded_tip_does_not_move_the_cone():
+    slant = np.hypot(X, Y)
+    tip = 0.5e-3 * np.sin(0.35)
+    z = np.where(slant < tip, np.sqrt(0.25e-6 - np.minimum(slant, tip) ** 2) - 0.5e-3 / np.cos(0.35), -np.tan(0.35) * slant)
+    rng = np.random.default_rng(0)
+    cone = fit_cone(np.column_stack([X, Y, z + rng.normal(0, 0.05e-3, X.size)]))
+    assert abs(cone.angle - 0.35) < 3 * cone.angle_sd < 0.01
+    assert np.abs(cone.apex[:2]).max() < 0.1e-3
+
+
+def test_shapes_seen_from_another_side_are_the_same_turned():
+    turn = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    towards = np.tile(turn @ [0.0, 0.0, -1.0], (X.size, 1))
+    for shape in NOISY:
+        points = seen(shape, 5, outliers=0.0)
+        here, there = FITS[shape](points), FITS[shape](points @ turn.T, rays=towards)
+        if shape != "plane":
+            name = "angle" if shape == "cone" else "curvature"
+            assert getattr(there, name) == pytest.approx(getattr(here, name), rel=0.05)
+        axis = {"plane": "normal", "sphere": "center", "cylinder": "point", "cone": "axis"}[shape]
+        np.testing.assert_allclose(getattr(there, axis), turn @ getattr(here, axis), atol=1e-2)
+
+
+@pytest.mark.parametrize("shape", ["plane", "cylinder", "cone"])
+@settings(max_examples=60)
+@given(points=arrays.arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(-1e3, 1e3)))
+def test_any_points_give_finite_numbers_or_a_refusal(shape, points):
+    try:
+        values, stated = READ[shape](FITS[shape](points))
+    except IllConditioned:
+        return
+    assert np.isfinite(values).all()
+    assert np.isfinite(stated).all()
