@@ -3,6 +3,8 @@
 from functools import partial
 from typing import Any
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,7 +53,7 @@ def test_the_shape_and_the_fillet_can_be_given(contact: Contact) -> None:
 
 def test_it_fails_with_the_reason_where_nothing_touches(contact: Contact) -> None:
     labels = np.where(contact.labels == 2, np.uint8(1), contact.labels)
-    none = Contact(contact.points, contact.rays, labels, 2e-4, 0.0, 0.03, 0.0, contact.surface)
+    none = replace(contact, labels=labels)
     made = measure(none)
     assert made.status is Status.FAILURE
     assert "in contact" in made.reason
