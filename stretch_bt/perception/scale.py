@@ -22,6 +22,7 @@ __all__ = ["SEED", "Ground", "Scale", "Signal", "either_scale", "ground_of", "me
 Image = npt.NDArray[np.float32]
 
 SEED = 6.0  # standard deviations that a contact must show somewhere
+MOST_SPREAD = 3.0  # of the noise that is expected
 GROW = 3.0  # and everywhere
 
 
@@ -35,8 +36,11 @@ class Signal:
 
     @classmethod
     def of(cls, curvature: Image, ground: Ground, expected: float) -> Signal:
-        """Take a curvature with the noise that is expected of it, or that the flat part shows where it is more."""
-        sd = spread(curvature, ground.surface.trusted & ~ground.raised, expected)
+        """Take a curvature with the noise that is expected of it, or that the flat part shows where it is more.
+
+        Where it is very much more, the flat part is small and bent at its ends, and that is not noise.
+        """
+        sd = min(spread(curvature, ground.surface.trusted & ~ground.raised, expected), MOST_SPREAD * expected)
         # A radius beyond the width of the view is a plane that is not quite flat.
         return cls(curvature, sd, max(GROW * sd, 1.0 / ground.surface.view))
 

@@ -118,10 +118,13 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
 def _kernels(clearness: float) -> list[float]:
     """Return the kernels to try: from the finest at which what stands out should be clear, up.
 
-    The noise of a second derivative falls with the third power of the kernel, and its peak at a rim with the first.
+    The noise of a second derivative falls with the third power of the kernel, and its peak at a rim with the first. What
+    is not clear at the coarse kernel may be too small for it, so that all are tried.
     """
+    if clearness < CLEAR:
+        return list(KERNELS)
     enough = COARSE * (CLEAR / max(clearness, 0.01)) ** 0.5
-    return [k for k in KERNELS if k >= min(0.95 * enough, COARSE)]
+    return [k for k in KERNELS if k >= 0.95 * enough]
 
 
 def _holds_top(ground: Ground, patches: list[Patch]) -> bool:

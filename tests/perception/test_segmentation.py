@@ -327,3 +327,13 @@ def test_under_correlated_noise_the_top_is_found_by_height_and_little_is_certain
     assert overlap(found.labels == CONTACT, r < 10e-3) > 0.5
     edge = (r > 8e-3) & (r < 12e-3)
     assert np.median(found.confidence[edge]) < 0.95
+
+
+@pytest.mark.parametrize("height", [60, 213])
+def test_a_quiet_frame_with_little_flat_membrane_keeps_the_whole_cap(surfaces, height):
+    """Bends where the skirt ends must not pass for noise."""
+    lens = surfaces.camera(height, 333)
+    depth = surfaces.render(surfaces.sphere_press(30e-3, np.radians(24)), lens)
+    truth = surfaces.distance_from_axis(depth, lens) < 30e-3 * np.sin(np.radians(24))
+    points, valid = as_seen(surfaces, depth, "membrane", noise=0.07e-3)
+    assert overlap(segment(points, valid) == CONTACT, truth & valid) > (0.93 if height > 100 else 0.8)
