@@ -8,6 +8,8 @@ from scipy.ndimage import gaussian_filter
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import (
+    Contact,
+    fit_contact_sphere,
     classify,
     deproject,
     find_contact,
@@ -167,13 +169,18 @@ def test_hard_frames_end_in_their_expected_outcome(surfaces, case):
         if not valid.any():
             raise NoContact("the frame has no valid pixel")
         points = to_membrane(points, surfaces.PLANE_DISTANCE)
-        touching = points[classify(points, valid).labels == CONTACT]
+        found = classify(points, valid)
+        touching = points[found.labels == CONTACT]
         if not len(touching):
             raise NoContact("no part of the membrane is in contact")
-        return fit_sphere(touching, rays=view_rays(touching, (0.0, 0.0, surfaces.PLANE_DISTANCE)))
+        rays = view_rays(touching, (0.0, 0.0, surfaces.PLANE_DISTANCE))
+        return fit_contact_sphere(
+            Contact(touching, rays, found.labels, found.noise, None, None, 0.0, points, found.confidence)
+        )
 
     if error is None:
-        assert outcome().radius == pytest.approx(30e-3, rel=expected)
+        sphere = outcome()
+        assert abs(sphere.radius - 30e-3) < 3.0 * sphere.radius_sd < 3.0 * expected * 30e-3
     else:
         with pytest.raises(error, match=expected):
             outcome()
