@@ -14,7 +14,8 @@ ABOUT = """\
 Presses of the finite-strain sheet, seen by a camera 200 mm above it at 0.42 mm a pixel: 213 x 333 pixels, counts of
 0.125 mm, 1 % of the pixels without a value. Errors are root mean squares over 40 frames of a press (4 with --quick), times
 medians of the calls. Where there is a Cramer-Rao bound, the least error of any unbiased estimator, it is the reference;
-refusals are left out of the error and counted in the case. correlated 1 mm is smoothed by 3 pixels, 0.6 alike from frame to
+refusals are left out of the error and counted in the case. The prior behind a contact's size has seen other presses of
+the same sheet. correlated 1 mm is smoothed by 3 pixels, 0.6 alike from frame to
 frame, and the mean of 8 frames."""
 
 KINDS = {
@@ -23,6 +24,8 @@ KINDS = {
     "overlap": Kind("%", 100.0),
     "height": Kind("um", 1e6),
     "radius": Kind("%", 100.0),
+    "diameter": Kind("mm", 1e3),
+    "circularity": Kind("1", 1.0),
 }
 
 

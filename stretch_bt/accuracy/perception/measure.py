@@ -17,7 +17,7 @@ from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
-__all__ = ["CYLINDERS", "NOISES", "SPHERES", "Answers", "cloud", "frames_of", "run", "words"]
+__all__ = ["CYLINDERS", "FULL", "NOISES", "QUICK", "SPHERES", "Answers", "cloud", "frames_of", "run", "words"]
 
 NOISES = {
     "white 0.3 mm": WHITE_03,
@@ -33,7 +33,7 @@ SPHERES = (
 CYLINDERS = tuple(
     Press(Cylinder(d), x, z, (0.003, -0.004)) for d, x, z in ((0.02, 0.0, 0.01), (0.02, 0.03, 0.01), (0.015, 0.06, 0.006))
 )
-_QUICK, _FULL = 4, 40
+QUICK, FULL = 4, 40  # frames of a press
 
 Array = npt.NDArray[Any]
 
@@ -65,7 +65,7 @@ def words(press: Press) -> str:
 
 def frames_of(view: Seen, noise: Noise, quick: bool) -> Iterator[tuple[Array, npt.NDArray[np.bool_]]]:
     """Yield points (h, w, 3), m, membrane frame, and where they are valid, of some frames of a press."""
-    return (cloud(view, noise, seed) for seed in range(_QUICK if quick else _FULL))
+    return (cloud(view, noise, seed) for seed in range(QUICK if quick else FULL))
 
 
 def cloud(view: Seen, noise: Noise, seed: int) -> tuple[Array, npt.NDArray[np.bool_]]:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from stretch_bt.accuracy.perception.measure import NOISES, SPHERES, frames_of, run, words
+from stretch_bt.accuracy.perception.measure import FULL, NOISES, QUICK, SPHERES, frames_of, run, words
+from stretch_bt.accuracy.perception.noise import Noise, observe
 from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Seen, seen
 from stretch_bt.accuracy.points import REFERENCE, Point
-from stretch_bt.perception import Sphere, fit_sphere, view_rays
+from stretch_bt.errors import NoContact
+from stretch_bt.perception import Contact, Sphere, find_contact, fit_contact_sphere, fit_sphere, view_rays
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere as Body
 
 __all__ = ["curvature_bound", "points"]
 
-_SHARES = (1, 2, 4, 8)
+_SHARES = (8, 4, 2, 1)
 
 
 def points(quick: bool) -> Iterator[Point]:
@@ -38,6 +41,14 @@ def points(quick: bool) -> Iterator[Point]:
                     frames_of(view, noise, quick),
                 )
                 yield answers.point(case, f"sphere fit, true contact: every {share}. point", "radius")
+            answers = run(fit_contact_sphere, lambda s: s.curvature * radius - 1.0, _contacts(view, noise, quick))  # noqa: B023
+            yield answers.point(case, "sphere end to end: cap and skirt", "radius")
+
+
+def _contacts(view: Seen, noise: Noise, quick: bool) -> Iterator[tuple[Contact]]:
+    for seed in range(QUICK if quick else FULL):
+        with suppress(NoContact):
+            yield (find_contact(observe(view, noise, seed)),)
 
 
 def _fit(view: Seen, share: int, points_: Any, valid: Any) -> Sphere:
