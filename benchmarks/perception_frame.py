@@ -48,7 +48,7 @@ SPHERES = [
 CYLINDERS = [
     Press(Cylinder(w), x, d, AT) for w, d in ((15e-3, 8e-3), (25e-3, 6e-3), (25e-3, 12e-3)) for x in (0.01, 0.02, 0.05)
 ]
-SLACK = [Press(Sphere(40e-3), 0.0, 12e-3, AT), Press(Cylinder(20e-3), 0.0, 10e-3, AT)]
+SLACK = [Press(Sphere(40e-3), 0.0, 12e-3, AT), Press(Cylinder(25e-3), 0.0, 10e-3, AT)]
 NOISES = {"white 0.3": WHITE_03, "white 0.5": WHITE_05, "white 1.0": WHITE_10, "correlated": CORRELATED}
 BINS = (0.5, 0.7, 0.8, 0.9, 0.97, 0.99, 1.0001)
 
