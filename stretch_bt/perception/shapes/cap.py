@@ -23,6 +23,7 @@ INSIDE = 0.9  # share of the rim's size within which the membrane touches, whate
 SKIRT = 1.3  # rims away from the middle up to which the skirt is described by its curvature at the rim
 CORE = 0.7  # rims from the middle that a start is taken from
 CELLS = 500  # in which the cap and its skirt are averaged
+LARGEST = 4.0  # times the contact as segmented, beyond which what is found is something else
 ROUNDS = 10
 STEPS = 8  # in a round: the rim need not be better than what the next round looks at
 SETTLED = 0.02  # relative change of the rim
@@ -55,10 +56,13 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     Raises
     ------
     IllConditioned
-        As for `fit_sphere`.
+        As for `fit_sphere`, or the surface is concave.
     """
     points, rays = _touching(contact)
-    return fit_sphere(points, rays=rays, noise=surface_noise(contact.surface) or contact.noise)
+    sphere = fit_sphere(points, rays=rays, noise=surface_noise(contact.surface) or contact.noise)
+    if sphere.curvature < 0.0:
+        raise IllConditioned("the surface is concave where the contact should be: nothing round is pressed into it")
+    return sphere
 
 
 def _touching(contact: Contact) -> tuple[FloatArray, FloatArray]:
@@ -88,7 +92,7 @@ def find_rim(contact: Contact) -> Rim:
         rim, before = _refined(contact.surface, rim), rim
         if max(abs(rim.a / before.a - 1.0), abs(rim.b / before.b - 1.0)) < SETTLED:
             break
-    if rim.distance(middle) > 1.0:
+    if rim.distance(middle) > 1.0 or rim.a > LARGEST * a or rim.b > LARGEST * b:
         raise IllConditioned("the rim that the surface shows is not that of the contact")
     return rim
 

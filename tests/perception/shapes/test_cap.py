@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,6 +73,13 @@ def test_a_sphere_under_noise_that_neighbours_share_is_refused(press):
     for seed in range(4):
         with pytest.raises(IllConditioned):
             fit_contact_sphere(contact_of(small, CORRELATED, seed))
+
+
+def test_a_dent_is_no_contact(press):
+    contact = contact_of(press, WHITE_03, 0)
+    over = contact.surface * [1.0, 1.0, -1.0]
+    with pytest.raises(IllConditioned, match="concave"):
+        fit_contact_sphere(replace(contact, points=contact.points * [1.0, 1.0, -1.0], surface=over))
 
 
 def test_a_flat_face_is_no_sphere():
