@@ -17,6 +17,7 @@ __all__ = ["SphereSurface", "fit_sphere", "settle_sphere", "sphere_of"]
 Array = npt.NDArray[np.float64]
 
 SIGNIFICANCE = 3.0  # a curvature below this many standard deviations carries no radius
+ALIKE_SIGNIFICANCE = 10.0  # the same where neighbours share errors, and their deviation is only roughly known
 FLAT = 1e-4  # curvature times lateral size below which a surface is a plane to any sensor
 STEEPEST = 1e-4  # least squared cosine between ray and normal; beyond it is the silhouette
 PARAMETERS = 4
@@ -25,7 +26,7 @@ PARAMETERS = 4
 def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noise = None) -> Sphere:
     """Fit a sphere to points whose noise lies along the camera rays.
 
-    Tukey's biweight bounds the influence of outliers. Orthogonal and algebraic fits are biased to small radii on small
+    Each point counts as likely as it is no outlier. Orthogonal and algebraic fits are biased to small radii on small
     caps, because they take the noise to be isotropic.
 
     Parameters
@@ -47,7 +48,8 @@ def fit_sphere(points: FloatArray, *, rays: FloatArray | None = None, noise: Noi
     Raises
     ------
     IllConditioned
-        The points do not determine a sphere, or its curvature is below three standard deviations.
+        The points do not determine a sphere, or its curvature is below three standard deviations, or below ten where
+        neighbouring points share their errors.
     InvalidInput
         An array has the wrong shape, or the noise is not a positive number.
     """
@@ -109,13 +111,18 @@ class SphereSurface:
         return SphereSurface(self.q + taken), taken
 
 
-def check_curvature(k: float, sd: float) -> None:
-    """Refuse a curvature, in units of the lateral size, that is not clearly different from a plane's."""
+def check_curvature(k: float, sd: float, *, alike: bool) -> None:
+    """Refuse a curvature, in units of the lateral size, that is not clearly different from a plane's.
+
+    `alike` says that neighbouring points share errors.
+    """
+    needed = ALIKE_SIGNIFICANCE if alike else SIGNIFICANCE
     if abs(k) < FLAT:
         raise IllConditioned("the points lie on a plane")
-    if abs(k) < SIGNIFICANCE * sd:
+    if abs(k) < needed * sd:
         raise IllConditioned(
-            f"the cap carries no radius: its curvature is only {abs(k) / sd:.1f} standard deviations from a plane"
+            f"the cap carries no radius: its curvature is only {abs(k) / sd:.1f} standard deviations from a plane, and"
+            f" {needed:.0f} are needed" + (" where neighbouring points share their errors" if alike else "")
         )
 
 
@@ -124,7 +131,7 @@ def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:
     settled.check("sphere")
     c, p1, p2, k = settled.surface.q
     sd = settled.sd(3)
-    check_curvature(k, sd)
+    check_curvature(k, sd, alike=settled.area > 1.0)
     d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
     d3 = d0**3
     by_parameters = np.array(
