@@ -45,8 +45,9 @@ def track_height(points: FloatArray, valid: MaskArray, labels: LabelArray) -> Es
     check_points(points, valid)
     if labels.shape != valid.shape:
         raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
-    inside = valid & (labels == CONTACT)
-    return _best(*_cloud(points[inside], np.flatnonzero(inside)))
+    places = np.flatnonzero(labels == CONTACT)
+    places = places[valid.reshape(-1)[places]]
+    return _best(*_cloud(points.reshape(-1, 3)[places], places))
 
 
 def top_of_points(points: FloatArray) -> Estimate:

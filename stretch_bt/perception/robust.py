@@ -23,7 +23,9 @@ MOST_OUTLIERS = 0.5  # share beyond which outliers could as well be the surface
 def quantile(values: FloatArray, share: float = 0.5) -> float:
     """Return the value of (n,) that a share of them does not reach; the median unless told otherwise."""
     at = min(int(share * values.size), values.size - 1)
-    return float(np.partition(values, at)[at])
+    ranked = values.copy()
+    ranked.partition(at)
+    return float(ranked[at])
 
 
 def scale_of(residuals: Array, freedom: int = 0) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -15,6 +17,8 @@ Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 ENOUGH_PAIRS = 30
+SCALES = 3  # times that the noise is estimated anew
+ROUNDS = 8  # of weights at one scale
 CLEARLY = 3.0  # standard deviations at which a top counts as curved
 EVEN: Array = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
 
@@ -26,14 +30,6 @@ def m_sd(u: Array, parameters: int) -> float:
     count = max(int(inside.sum()), parameters + 1)
     spread = float(psi @ psi) / (count - parameters)
     return float(np.sqrt(spread * len(u) / count)) / max(float(tukey_psi_slope(u[inside]).mean()), 0.1)
-
-
-def _solve(normal: Array, right: Array) -> Array:
-    try:
-        solution: Array = np.asarray(np.linalg.solve(normal, right), dtype=np.float64)
-    except np.linalg.LinAlgError as error:
-        raise IllConditioned("the points in contact lie on one line") from error
-    return solution
 
 
 def shared(residuals: Array, places: Places) -> float:
@@ -66,24 +62,23 @@ class Top:
         free = len(design)
         offset = quantile(z)
         z = z - offset
-        normal: Array = design @ design.T
-        if np.linalg.cond(normal) > 1e12:
-            raise IllConditioned("the points in contact lie on one line")
-        self.q = _solve(normal, design @ z)
-        for _ in range(8):
-            residuals = z - self.q @ design
-            scale = max(scale_of(residuals, free), 1e-12)
-            weighted = design * tukey_weights(residuals / (TUKEY * scale))
-            before = self.q
-            self.q = _solve(weighted @ design.T, weighted @ z)
-            if np.abs(self.q - before).max() < 0.01 * scale / len(z) ** 0.5:
-                break
+        self.q = np.zeros(free)
+        self._settle(design, z, np.inf, np.inf)
+        for _ in range(SCALES):
+            scale = max(scale_of(z - self.q @ design, free), 1e-12)
+            self._settle(design, z, TUKEY * scale, 0.01 * scale / len(z) ** 0.5)
         residuals = z - self.q @ design
         sd = m_sd(residuals / (TUKEY * scale), free) * TUKEY * scale * shared(residuals, places)
-        self.covariance: Array = np.asarray(np.linalg.inv(normal) * sd * sd, dtype=np.float64)
+        self.covariance: Array = np.asarray(np.linalg.inv(design @ design.T) * sd * sd, dtype=np.float64)
         self.q[0] += offset
         if even:
             self.q, self.covariance = EVEN @ self.q, EVEN @ self.covariance @ EVEN.T
+
+    def _settle(self, design: Array, z: Array, cut: float, close: float) -> None:
+        from stretch_bt.perception.top_kernel import settle
+
+        if not settle(design, z, self.q, cut, close, ROUNDS):
+            raise IllConditioned("the points in contact lie on one line")
 
     @property
     def curvature(self) -> float:
@@ -93,11 +88,12 @@ class Top:
     @property
     def significance(self) -> float:
         """Convexity, in standard deviations, in the direction in which it is least: a vertex along it lies anywhere."""
-        kx, kxy, ky = self.q[3:]
-        least, directions = np.linalg.eigh([[kx, kxy], [kxy, ky]])
-        x, y = directions[:, 0]
+        kx, kxy, ky = self.q[3:].tolist()
+        least = 0.5 * (kx + ky) - math.hypot(0.5 * (kx - ky), kxy)
+        angle = 0.5 * math.atan2(-2.0 * kxy, ky - kx)
+        x, y = math.cos(angle), math.sin(angle)
         row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
-        return float(least[0]) / max(float(np.sqrt(row @ self.covariance @ row)), 1e-300)
+        return least / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300)
 
     @property
     def is_curved(self) -> bool:
