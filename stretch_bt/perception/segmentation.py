@@ -11,11 +11,12 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.faces import Patch, flat_or_round, highest, holds_summit, with_above_plane
+from stretch_bt.perception.lateral import lateral
 from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge
-from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, lateral
+from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean
 from stretch_bt.perception.tension import expected_ratio
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
