@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.faces import Patch
 from stretch_bt.perception.regions import border, bounds, distance
 from stretch_bt.perception.robust import quantile
-from stretch_bt.perception.smooth import enlarge, slope
+from stretch_bt.perception.smooth import slope
 from stretch_bt.perception.surface import Surface
 
 __all__ = ["confidence_of"]
@@ -25,16 +23,10 @@ SURE = 4.0  # standard deviations from the edge beyond which nothing is worked o
 
 
 def confidence_of(
-    surface: Surface,
-    origin: tuple[int, int],
-    patches: Sequence[Patch],
-    rise: Image,
-    shape: tuple[int, int],
-    *,
-    known: bool,
+    surface: Surface, origin: tuple[int, int], patches: Sequence[Patch], rise: Image, *, known: bool
 ) -> Image:
-    """Return the probability that the label of each pixel is right, (h, w) of `shape`; patches begin at bin `origin`, and `known` says
-    whether the ratio of the tensions was.
+    """Return the probability that the label of each bin is right; patches begin at bin `origin`, and `known` says whether
+    the ratio of the tensions was.
 
     The edge of a contact is misplaced by what the noise of its score comes to over the score's gradient, and by a share
     of the kernel; a label holds with the probability that the edge does not reach its pixel. In the same way a pixel is
@@ -42,14 +34,14 @@ def confidence_of(
     Where the membrane is raised and no contact was found, one is there and was missed: every raised pixel counts as
     undecided.
     """
-    raised = np.abs(rise) / np.float32(max(surface.smooth_sd, 1e-9))
-    if not patches:
-        return enlarge(np.where(rise > 0.0, np.float32(UNDECIDED), _normal(raised)), surface.step, shape)
-    signed = np.full(rise.shape, -SURE, dtype=np.float32)
+    from stretch_bt.perception.classes_kernel import fill_confidence
+
+    signed, sure = np.full(rise.shape, -SURE, dtype=np.float32), np.empty(rise.shape, dtype=np.float32)
     for patch in patches:
         place = tuple(slice(a, a + n) for a, n in zip(origin, patch.mask.shape, strict=True))
         np.maximum(signed[place], _signed(surface, patch, MODEL if known else UNKNOWN), out=signed[place])
-    return enlarge(_normal(np.where(signed > 0.0, signed, np.minimum(raised, -signed))), surface.step, shape)
+    fill_confidence(signed, rise, max(surface.smooth_sd, 1e-9), sure)
+    return sure if patches else np.where(rise > 0.0, np.float32(UNDECIDED), sure)
 
 
 def _signed(surface: Surface, patch: Patch, model: float) -> Image:
@@ -67,8 +59,3 @@ def _signed(surface: Surface, patch: Patch, model: float) -> Image:
     away = np.full(patch.mask.shape, -SURE, dtype=np.float32)
     away[window] = np.where(mask, distance(mask) - 0.5, 0.5 - distance(~mask)) / np.float32(sd)
     return away
-
-
-def _normal(z: Any) -> Image:
-    """Return the standard normal distribution at z >= 0, to 1e-3 (logistic approximation of Bowling et al., 2009)."""
-    return np.asarray(1.0 / (1.0 + np.exp(-z * (1.5976 + 0.07056 * z * z))), dtype=np.float32)

@@ -30,7 +30,7 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     points, valid = points_of(frame, None, -1.0, frame.plane_distance)
     if not valid.any():
         raise NoContact("the frame has no valid pixel")
-    found = classify(points, valid, rule=rule, stretch=frame.stretch)
+    found = classify(points, valid, rule=rule, stretch=frame.stretch, towards=1)
     pixels, labels = points.reshape(-1, 3), found.labels.reshape(-1)
     touching = pixels[np.flatnonzero(labels == CONTACT)]
     if not len(touching):

@@ -65,8 +65,9 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
     if cleaned is None:
         return Curvatures(i, j, total, trusted, 0.0, 0.0, 0.0)
     surface = binned_surface(cleaned, kernel)
-    bent = bending(surface, lateral(cleaned, kernel))
-    binned = (*along_axes(surface, bent), _twice_mean(surface, bent))
+    moves = lateral(cleaned, kernel)
+    bent = bending(surface, moves)
+    binned = (*along_axes(surface, bent), _twice_mean(surface, bent, moves))
     shape = cleaned.valid.shape
     near = enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5
     trusted[cleaned.box] = near
@@ -79,16 +80,12 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
 
 @dataclass(frozen=True, slots=True)
 class Bending:
-    """Slopes `x`, `y` and second derivatives `xx`, `yy`, 1/m, of the height of a surface in its bins.
-
-    `moves` (h, w, 4) says how far a bin is from the next one, as `Lateral` does.
-    """
+    """Slopes `x`, `y` and second derivatives `xx`, `yy`, 1/m, of the height of a surface in its bins."""
 
     x: Image
     y: Image
     xx: Image
     yy: Image
-    moves: Image
 
     @property
     def root(self) -> Image:
@@ -100,10 +97,11 @@ def bending(surface: Surface, lateral: Lateral) -> Bending:
     """Return the derivatives of a surface, or of part of it."""
     from stretch_bt.perception.surface_kernel import fill_bending
 
-    smooth, moves = ready_for_differences(surface.height, surface.sigma), lateral.of(surface)
+    smooth, (moves, v, u) = ready_for_differences(surface.height, surface.sigma), lateral.of(surface)
     found = np.empty((4, *surface.height.shape), dtype=np.float32)
-    fill_bending(smooth, moves.reshape(len(moves), -1), *found)
-    return Bending(*found, moves)
+    share = lateral.every // surface.step
+    fill_bending(smooth, moves.reshape(len(moves), -1), v, u, 1.0 / share, *found)
+    return Bending(*found)
 
 
 def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image]:
@@ -116,9 +114,11 @@ def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image]:
     return found[0], found[1]
 
 
-def _twice_mean(surface: Surface, bent: Bending) -> Image:
+def _twice_mean(surface: Surface, bent: Bending, lateral: Lateral) -> Image:
     """Return twice the mean curvature, 1/m, 0 where not trusted (any text on differential geometry, for h(x, y))."""
-    h_xy = derivative(surface.height, surface.sigma, 1, 1) / (bent.moves[..., 0] * bent.moves[..., 1])
+    (h, w), (moves, v, u) = bent.x.shape, lateral.of(surface)
+    area = np.prod(moves[v : v + h, u : u + w, :2], axis=-1) * np.float32((surface.step / lateral.every) ** 2)
+    h_xy = derivative(surface.height, surface.sigma, 1, 1) / area
     one_x, one_y = 1.0 + bent.x * bent.x, 1.0 + bent.y * bent.y
     total = -(one_y * bent.xx - 2.0 * bent.x * bent.y * h_xy + one_x * bent.yy) / bent.root**3
     return np.where(surface.trusted, total, np.float32(0))

@@ -119,5 +119,5 @@ def view_rays(points: FloatArray, camera: tuple[float, float, float] = (0.0, 0.0
     In the membrane frame the camera is at (0, 0, plane_distance).
     """
     away = points - np.asarray(camera, dtype=points.dtype)
-    rays: FloatArray = away / np.linalg.norm(away, axis=-1, keepdims=True)
+    rays: FloatArray = away / np.sqrt(np.einsum("...i,...i", away, away))[..., None]
     return rays

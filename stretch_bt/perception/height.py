@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
-from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_weights
+from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.surface import check_points
-from stretch_bt.perception.top import Places, Top, m_sd, shared
+from stretch_bt.perception.top import Places, Top, settled
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -116,12 +118,5 @@ def _disc(away: Array, radius: float) -> MaskArray:
 def _flat(z: Array, places: Places) -> Estimate:
     """Return Tukey's robust mean and its standard deviation."""
     center = quantile(z)
-    scale = max(scale_of(z - center, 1), 1e-12)
-    for _ in range(5):
-        before = center
-        weights = tukey_weights((z - center) / (TUKEY * scale))
-        center = float(weights @ z / weights.sum())
-        if abs(center - before) < 1e-3 * scale / len(z) ** 0.5:
-            break
-    sd = m_sd((z - center) / (TUKEY * scale), 1) * TUKEY * scale * shared(z - center, places)
-    return Estimate(center, sd / float(np.sqrt(len(z))))
+    q, sd = settled(np.ones((1, len(z))), z - center, places)
+    return Estimate(center + float(q[0]), sd / math.sqrt(len(z)))

@@ -26,19 +26,17 @@ class Lateral:
     moves: Image
     every: int
 
-    def of(self, surface: Surface) -> Image:
-        """Return the same (h, w, 4) per bin of a surface, whose bins are at most as large as the blocks."""
+    def of(self, surface: Surface) -> tuple[Image, int, int]:
+        """Return the same for smaller blocks, as wide as the bins of a surface, and which of them is its first bin."""
         import cv2
 
         share = self.every // surface.step
         (v, u), (h, w) = surface.origin, surface.height.shape
         # Bins between the middles of two blocks take from both.
-        first = max(v // share - 1, 0), max(u // share - 1, 0)
-        part = self.moves[first[0] : (v + h) // share + 2, first[1] : (u + w) // share + 2]
+        top, left = max(v // share - 1, 0), max(u // share - 1, 0)
+        part = self.moves[top : (v + h) // share + 2, left : (u + w) // share + 2]
         finer = part if share == 1 else cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_LINEAR)
-        v, u = v - share * first[0], u - share * first[1]
-        scale = np.array([1.0, 1.0, 1.0 / share, 1.0 / share], dtype=np.float32) / np.float32(share)
-        return np.asarray(finer[v : v + h, u : u + w] * scale, dtype=np.float32)
+        return np.ascontiguousarray(finer), v - share * top, u - share * left
 
 
 def lateral(cleaned: Cleaned, kernel: float) -> Lateral:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["covered", "derivative", "enlarge", "gain", "gaussian", "ready_for_differences", "shrink", "slope", "smooth"]
+__all__ = ["covered", "derivative", "enlarge", "gain", "gaussian", "grown", "ready_for_differences", "shrink", "slope", "smooth"]
 
 Image = npt.NDArray[np.float32]
 
@@ -84,11 +84,17 @@ def shrink(image: Image, valid: MaskArray | Image) -> tuple[Image, Image]:
 
 def enlarge(image: Image, step: int, shape: tuple[int, int]) -> Image:
     """Return an image of bins in pixels, (h, w) of `shape`, by linear interpolation between the middles of the bins."""
+    return np.asarray(grown(image, step)[: shape[0], : shape[1]])
+
+
+def grown(image: Image, step: int) -> Image:
+    """Do as `enlarge`, with all pixels of the last bins, in one piece of memory."""
     import cv2
 
+    if step == 1:
+        return np.ascontiguousarray(image, dtype=np.float32)
     size = (image.shape[1] * step, image.shape[0] * step)
-    grown = image if step == 1 else cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(grown[: shape[0], : shape[1]], dtype=np.float32)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32)
 
 
 def smooth(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:

@@ -127,25 +127,28 @@ def fill_moves(points: Any, valid: Any, v0: Any, u0: Any, every: Any, pitch: Any
             x[v, u], y[v, u] = along / max(count, 1), down / max(count, 1)
 
 
-@kernel("void(float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1])")
-def fill_bending(smooth: Any, moves: Any, x: Any, y: Any, xx: Any, yy: Any) -> None:
+@kernel(
+    "void(float32[:,::1],float32[:,::1],int64,int64,float32,float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1])"
+)
+def fill_bending(smooth: Any, moves: Any, v0: Any, u0: Any, share: Any, x: Any, y: Any, xx: Any, yy: Any) -> None:
     """Fill slopes and second derivatives (h, w) from a smooth height (h + 2, w + 2), whose outermost bins are copies.
 
-    `moves` (h, 4 w) has for each bin how far x and y move to the next one, m, and how fast that changes. Perspective makes
-    it change where the surface rises; left out, a steep flank gains a false curvature.
+    `moves` holds, from row v0 and bin u0 on, how far x and y move in 1 / `share` bins, m, and how fast that changes.
+    Perspective makes it change where the surface rises; left out, a steep flank gains a false curvature.
     """
+    back, square = ONE / share, share * share
     h, w = x.shape
     for v in range(h):
-        above, here, below, step = smooth[v], smooth[v + 1], smooth[v + 2], moves[v]
+        above, here, below, step = smooth[v], smooth[v + 1], smooth[v + 2], moves[v0 + v, 4 * u0 :]
         x_row, y_row, xx_row, yy_row = x[v], y[v], xx[v], yy[v]
         for u in range(w):
-            x_u, y_v = ONE / step[4 * u], ONE / step[4 * u + 1]
+            x_u, y_v = back / step[4 * u], back / step[4 * u + 1]
             slope_x = HALF * (here[u + 2] - here[u]) * x_u
             slope_y = HALF * (below[u + 1] - above[u + 1]) * y_v
             twice = TWO * here[u + 1]
             x_row[u], y_row[u] = slope_x, slope_y
-            xx_row[u] = (here[u + 2] - twice + here[u] - slope_x * step[4 * u + 2]) * (x_u * x_u)
-            yy_row[u] = (below[u + 1] - twice + above[u + 1] - slope_y * step[4 * u + 3]) * (y_v * y_v)
+            xx_row[u] = (here[u + 2] - twice + here[u] - square * slope_x * step[4 * u + 2]) * (x_u * x_u)
+            yy_row[u] = (below[u + 1] - twice + above[u + 1] - square * slope_y * step[4 * u + 3]) * (y_v * y_v)
 
 
 @kernel(

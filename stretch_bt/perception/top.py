@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_psi_slope, tukey_weights
+from stretch_bt.perception.robust import TUKEY, quantile, scale_of
 from stretch_bt.units import Estimate
 
-__all__ = ["Places", "Top", "m_sd", "shared"]
+__all__ = ["Places", "Top", "settled"]
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -23,16 +23,27 @@ CLEARLY = 3.0  # standard deviations at which a top counts as curved
 EVEN: Array = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
-def m_sd(u: Array, parameters: int) -> float:
-    """Return how much wider than 1/sqrt(n) an M-estimate spreads, in units of the cut (Huber, 1981, section 7.6)."""
-    inside = np.abs(u) < 1.0
-    psi = u[inside] * tukey_weights(u[inside])
-    count = max(int(inside.sum()), parameters + 1)
-    spread = float(psi @ psi) / (count - parameters)
-    return float(np.sqrt(spread * len(u) / count)) / max(float(tukey_psi_slope(u[inside]).mean()), 0.1)
+def settled(design: Array, z: Array, places: Places) -> tuple[Array, float]:
+    """Return the parameters (k,) of a robust fit of z (n,) by design (k, n), and the standard deviation of one residual.
+
+    The deviation holds what Tukey's weights cost and what neighbours share, so that it goes with the covariance of plain
+    least squares.
+    """
+    from stretch_bt.perception.top_kernel import m_sd, settle
+
+    free = len(design)
+    q, cut, close = np.zeros(free), np.inf, np.inf
+    for turn in range(SCALES + 1):
+        if not settle(design, z, q, cut, close, ROUNDS):
+            raise IllConditioned("the points in contact lie on one line")
+        residuals = z - q @ design
+        if turn < SCALES:
+            scale = max(scale_of(residuals, free), 1e-12)
+            cut, close = TUKEY * scale, 0.01 * scale / math.sqrt(len(z))
+    return q, m_sd(residuals, cut, free) * _shared(residuals, places)
 
 
-def shared(residuals: Array, places: Places) -> float:
+def _shared(residuals: Array, places: Places) -> float:
     """Return how much wider a mean spreads because neighbouring pixels share their noise; 1 where they do not.
 
     `places` are the pixels' numbers, row by row, so that neighbours in a row differ by 1.
@@ -59,26 +70,12 @@ class Top:
         x, y = x / self.size, y / self.size
         bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
         design = np.stack([np.ones_like(x), x, y, *bent])
-        free = len(design)
         offset = quantile(z)
-        z = z - offset
-        self.q = np.zeros(free)
-        self._settle(design, z, np.inf, np.inf)
-        for _ in range(SCALES):
-            scale = max(scale_of(z - self.q @ design, free), 1e-12)
-            self._settle(design, z, TUKEY * scale, 0.01 * scale / len(z) ** 0.5)
-        residuals = z - self.q @ design
-        sd = m_sd(residuals / (TUKEY * scale), free) * TUKEY * scale * shared(residuals, places)
+        self.q, sd = settled(design, z - offset, places)
         self.covariance: Array = np.asarray(np.linalg.inv(design @ design.T) * sd * sd, dtype=np.float64)
         self.q[0] += offset
         if even:
             self.q, self.covariance = EVEN @ self.q, EVEN @ self.covariance @ EVEN.T
-
-    def _settle(self, design: Array, z: Array, cut: float, close: float) -> None:
-        from stretch_bt.perception.top_kernel import settle
-
-        if not settle(design, z, self.q, cut, close, ROUNDS):
-            raise IllConditioned("the points in contact lie on one line")
 
     @property
     def curvature(self) -> float:

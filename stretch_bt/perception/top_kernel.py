@@ -9,7 +9,7 @@ import numpy as np
 
 from stretch_bt.compiled import kernel
 
-__all__ = ["settle"]
+__all__ = ["m_sd", "settle"]
 
 
 @kernel()
@@ -74,3 +74,17 @@ def settle(design: Any, z: Any, q: Any, cut: Any, close: Any, rounds: Any) -> An
         if moved < close:
             break
     return True
+
+
+@kernel("float64(float64[::1],float64,int64)")
+def m_sd(residuals: Any, cut: Any, parameters: Any) -> Any:
+    """Return the standard deviation of one of residuals (n,) to an estimate with Tukey's weights (Huber, 1981, section 7.6)."""
+    squares, slopes, inside = 0.0, 0.0, 0
+    for n in range(residuals.size):
+        u = residuals[n] / cut
+        t = max(1.0 - u * u, 0.0)
+        squares += u * u * t * t * t * t
+        slopes += t * (1.0 - 5.0 * u * u)
+        inside += t > 0.0
+    count = max(inside, parameters + 1)
+    return cut * math.sqrt(squares / (count - parameters) * residuals.size / count) / max(slopes / max(inside, 1), 0.1)
