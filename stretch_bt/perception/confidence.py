@@ -22,11 +22,8 @@ UNDECIDED = 0.5
 SURE = 4.0  # standard deviations from the edge beyond which nothing is worked out
 
 
-def confidence_of(
-    surface: Surface, origin: tuple[int, int], patches: Sequence[Patch], rise: Image, *, known: bool
-) -> Image:
-    """Return the probability that the label of each bin is right; patches begin at bin `origin`, and `known` says whether
-    the ratio of the tensions was.
+def confidence_of(surface: Surface, patches: Sequence[Patch], rise: Image, *, known: bool) -> Image:
+    """Return the probability that the label of each bin is right; `known` says whether the ratio of the tensions was.
 
     The edge of a contact is misplaced by what the noise of its score comes to over the score's gradient, and by a share
     of the kernel; a label holds with the probability that the edge does not reach its pixel. In the same way a pixel is
@@ -38,13 +35,13 @@ def confidence_of(
 
     signed, sure = np.full(rise.shape, -SURE, dtype=np.float32), np.empty(rise.shape, dtype=np.float32)
     for patch in patches:
-        place = tuple(slice(a, a + n) for a, n in zip(origin, patch.mask.shape, strict=True))
-        np.maximum(signed[place], _signed(surface, patch, MODEL if known else UNKNOWN), out=signed[place])
+        place = tuple(slice(a, a + n) for a, n in zip(patch.surface.origin, patch.mask.shape, strict=True))
+        np.maximum(signed[place], _signed(patch, MODEL if known else UNKNOWN), out=signed[place])
     fill_confidence(signed, rise, max(surface.smooth_sd, 1e-9), sure)
     return sure if patches else np.where(rise > 0.0, np.float32(UNDECIDED), sure)
 
 
-def _signed(surface: Surface, patch: Patch, model: float) -> Image:
+def _signed(patch: Patch, model: float) -> Image:
     """Return the distance of each bin from a patch's edge, positive inside, over the standard deviation of that edge."""
     window = bounds(patch.mask, 2)
     mask, score = patch.mask[window], patch.score[window]
@@ -53,7 +50,7 @@ def _signed(surface: Surface, patch: Patch, model: float) -> Image:
     steep = np.hypot(slope(score, 1)[ring], slope(score, 0)[ring])
     gradient = quantile(steep) if steep.size else 0.0
     random = patch.sd / max(gradient, 1e-12)
-    sd = float(np.hypot(random, model * surface.sigma))
+    sd = float(np.hypot(random, model * patch.surface.sigma))
     window = bounds(patch.mask, int(min(SURE * sd, 1e4)) + 1)
     mask = patch.mask[window]
     away = np.full(patch.mask.shape, -SURE, dtype=np.float32)

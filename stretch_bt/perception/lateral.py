@@ -41,6 +41,8 @@ class Lateral:
 
 def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
     """Return how far x and y move, averaged over a Gaussian of `kernel`, m; they change slowly."""
+    import cv2
+
     from stretch_bt.perception.surface_kernel import fill_moves
 
     every = 2 ** max(0, math.floor(math.log2(max(kernel / cleaned.pitch, 1.0))))
@@ -50,4 +52,4 @@ def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
     least = np.float32(0.1 * pitch)
     x_u = np.maximum(derivative(x, sigma, 1, 0) + np.float32(pitch), least)
     y_v = np.maximum(derivative(y, sigma, 0, 1) + np.float32(pitch), least)
-    return Lateral(np.stack([x_u, y_v, slope(x_u, 1), slope(y_v, 0)], axis=-1), every)
+    return Lateral(np.asarray(cv2.merge([x_u, y_v, slope(x_u, 1), slope(y_v, 0)])), every)

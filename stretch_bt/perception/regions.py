@@ -89,11 +89,12 @@ def enlarge_mask(mask: MaskArray, step: int) -> MaskArray:
     return mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
 
 
-def bounds(mask: MaskArray, margin: int) -> tuple[slice, slice]:
-    """Return the rows and columns of the box around a mask with a margin, within the image."""
+def bounds(mask: MaskArray, margin: int, share: float = 0.0) -> tuple[slice, slice]:
+    """Return the rows and columns of the box around a mask with a margin and a share of its width, within the image."""
     import cv2
 
     u, v, w, h = cv2.boundingRect(mask.view(np.uint8))
+    margin += int(share * max(w, h))
     return slice(max(v - margin, 0), v + h + margin), slice(max(u - margin, 0), u + w + margin)
 
 

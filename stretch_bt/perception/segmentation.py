@@ -138,8 +138,11 @@ def _holds_top(ground: Ground, patches: list[Patch]) -> bool:
     height = np.where(ground.raised & ground.surface.trusted, ground.surface.smooth - np.float32(ground.plane), np.float32(0))
     peak = float(height.max())
     top = height > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
-    held = np.any([patch.mask[top] for patch in patches], axis=0)
-    return bool(held.mean() >= 0.5)
+    held = np.zeros(height.shape, dtype=bool)
+    for patch in patches:
+        v, u = (a - b for a, b in zip(patch.surface.origin, ground.surface.origin, strict=True))
+        held[v : v + patch.mask.shape[0], u : u + patch.mask.shape[1]] |= patch.mask
+    return bool(held[top].mean() >= 0.5)
 
 
 def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentation:
@@ -149,10 +152,10 @@ def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentatio
     ground, step = scale.ground, scale.ground.whole.step
     rise = ground.whole.smooth - np.float32(ground.plane + ground.least_rise)
     known = scale.ratio is not None or not scale.signals
-    sure = confidence_of(ground.whole, ground.surface.origin, patches, rise, known=known)
+    sure = confidence_of(ground.whole, patches, rise, known=known)
     touching = np.zeros(cleaned.valid.shape, dtype=bool)
     for patch in patches:
-        _draw(touching, patch, ground.surface)
+        _draw(touching, patch)
     labels = np.full(cleaned.shape, INVALID, dtype=np.uint8)
     confidence = np.zeros(cleaned.shape, dtype=np.float32)
     fill_classes(grown(rise, step), grown(sure, step), touching, cleaned.valid, *cleaned.corner, labels, confidence)
@@ -160,13 +163,13 @@ def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentatio
     return Segmentation(labels, confidence, ground.whole.noise, plane, scale.ratio)
 
 
-def _draw(touching: MaskArray, patch: Patch, surface: Surface) -> None:
+def _draw(touching: MaskArray, patch: Patch) -> None:
     """Mark the pixels of a patch of bins: along its border the score decides, which is finer than the bins."""
-    step, window = surface.step, bounds(patch.mask, 2)
+    step, window = patch.surface.step, bounds(patch.mask, 2)
     inner, outer = border(patch.mask[window])
     score = enlarge(patch.score[window], step, (inner.shape[0] * step, inner.shape[1] * step))
     near = enlarge_mask(inner, step) | (enlarge_mask(outer, step) & (score > 0.0))
-    v, u = ((first + s.start) * step for first, s in zip(surface.origin, window, strict=True))
+    v, u = ((first + s.start) * step for first, s in zip(patch.surface.origin, window, strict=True))
     place = touching[v : v + near.shape[0], u : u + near.shape[1]]
     place |= near[: place.shape[0], : place.shape[1]]
 
@@ -188,7 +191,7 @@ def _convex(signal: Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]:
 def _patches(scale: Scale) -> list[Patch]:
     """Return the contacts that the signals of a scale show."""
     found = _round_and_flat(scale) if len(scale.signals) == 1 else _above_either(scale)
-    return [patch for patch in found if patch.mask.any() and holds_summit(scale.ground.surface, patch)]
+    return [patch for patch in found if patch.mask.any() and holds_summit(patch)]
 
 
 def _round_and_flat(scale: Scale) -> list[Patch]:

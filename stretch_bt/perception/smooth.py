@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["covered", "derivative", "enlarge", "gain", "gaussian", "grown", "ready_for_differences", "shrink", "slope", "smooth"]
+__all__ = ["covered", "derivative", "enlarge", "gain", "gaussian", "grown", "laplacian", "ready_for_differences", "shrink", "slope", "smooth"]
 
 Image = npt.NDArray[np.float32]
 
@@ -58,6 +58,13 @@ def derivative(image: Image, sigma: float, along_u: int, along_v: int) -> Image:
     return np.asarray(
         cv2.sepFilter2D(image, cv2.CV_32F, row, column, borderType=cv2.BORDER_REPLICATE), dtype=np.float32
     )
+
+
+def laplacian(image: Image, sigma: float) -> Image:
+    """Return the sum of both second derivatives, per pixel, as `derivative` has them."""
+    import cv2
+
+    return np.asarray(cv2.Laplacian(ready_for_differences(image, sigma), cv2.CV_32F, ksize=1)[1:-1, 1:-1])
 
 
 def slope(image: Image, axis: int) -> Image:

@@ -205,14 +205,13 @@ def _noise(
 
 def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> float:
     """Return the noise of one pixel, m, if it is white, from some pixels beside the smoothed height at their places."""
-    every = step * max(1, round((mean.size / 4000) ** 0.5))
-    coarse = every // step
-    offset = -0.5 * (step - 1) / step  # a bin's first pixel, from its middle
-    near = mean[::coarse, ::coarse]
-    along = offset * (slope(mean, 1) + slope(mean, 0))[::coarse, ::coarse]
-    first = cleaned.height[::every, ::every]
-    seen = cleaned.valid[::every, ::every]
-    residual = (first - near - along)[seen]
+    (h, w), every = mean.shape, max(1, round((mean.size / 4000) ** 0.5))
+    rows, columns = slice(1, h - 1, every), slice(1, w - 1, every)
+    down = mean[2::every, columns] - mean[: h - 2 : every, columns]
+    along = mean[rows, 2::every] - mean[rows, : w - 2 : every]
+    offset = -0.25 * (step - 1) / step  # half the way to a bin's first pixel from its middle
+    first = slice(step, step * (h - 1), step * every), slice(step, step * (w - 1), step * every)
+    residual = (cleaned.height[first] - mean[rows, columns] - offset * (down + along))[cleaned.valid[first]]
     if not residual.size:
         return 0.0
     return MAD_TO_SD * quantile(np.abs(residual)) / math.sqrt(left_of_one(sigma, step))

@@ -62,16 +62,16 @@ def _shared(residuals: Array, places: Places) -> float:
 class Top:
     """z = c + b . (x, y) - (kx x^2 + 2 kxy x y + ky y^2) / 2 about `middle`, fitted with Tukey's weights."""
 
-    def __init__(self, x: Array, y: Array, z: Array, places: Places, middle: Array, *, even: bool) -> None:
-        """Fit to points (n,), m; `even` keeps the curvature the same in all directions."""
+    def __init__(self, cloud: Array, places: Places, middle: Array, *, even: bool) -> None:
+        """Fit to points (3, n), m; `even` keeps the curvature the same in all directions."""
         self.middle = middle
-        x, y = x - middle[0], y - middle[1]
+        x, y = cloud[0] - middle[0], cloud[1] - middle[1]
+        offset = quantile(cloud[2])
         self.size = max(float(np.sqrt((x @ x + y @ y) / len(x))), 1e-12)
         x, y = x / self.size, y / self.size
         bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
         design = np.stack([np.ones_like(x), x, y, *bent])
-        offset = quantile(z)
-        self.q, sd = settled(design, z - offset, places)
+        self.q, sd = settled(design, cloud[2] - offset, places)
         self.covariance: Array = np.asarray(np.linalg.inv(design @ design.T) * sd * sd, dtype=np.float64)
         self.q[0] += offset
         if even:
