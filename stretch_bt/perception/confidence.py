@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.faces import Patch
 from stretch_bt.perception.regions import border, bounds, distance
 from stretch_bt.perception.robust import quantile
-from stretch_bt.perception.smooth import enlarge, slope
+from stretch_bt.perception.smooth import slope
 from stretch_bt.perception.surface import Surface
 
 __all__ = ["confidence_of"]
@@ -24,17 +22,8 @@ UNDECIDED = 0.5
 SURE = 4.0  # standard deviations from the edge beyond which nothing is worked out
 
 
-def confidence_of(
-    surface: Surface,
-    origin: tuple[int, int],
-    patches: Sequence[Patch],
-    rise: Image,
-    shape: tuple[int, int],
-    *,
-    known: bool,
-) -> Image:
-    """Return the probability that the label of each pixel is right, (h, w) of `shape`; patches begin at bin `origin`, and `known` says
-    whether the ratio of the tensions was.
+def confidence_of(surface: Surface, patches: Sequence[Patch], rise: Image, *, known: bool) -> Image:
+    """Return the probability that the label of each bin is right; `known` says whether the ratio of the tensions was.
 
     The edge of a contact is misplaced by what the noise of its score comes to over the score's gradient, and by a share
     of the kernel; a label holds with the probability that the edge does not reach its pixel. In the same way a pixel is
@@ -42,17 +31,17 @@ def confidence_of(
     Where the membrane is raised and no contact was found, one is there and was missed: every raised pixel counts as
     undecided.
     """
-    raised = np.abs(rise) / np.float32(max(surface.smooth_sd, 1e-9))
-    if not patches:
-        return enlarge(np.where(rise > 0.0, np.float32(UNDECIDED), _normal(raised)), surface.step, shape)
-    signed = np.full(rise.shape, -SURE, dtype=np.float32)
+    from stretch_bt.perception.classes_kernel import fill_confidence
+
+    signed, sure = np.full(rise.shape, -SURE, dtype=np.float32), np.empty(rise.shape, dtype=np.float32)
     for patch in patches:
-        place = tuple(slice(a, a + n) for a, n in zip(origin, patch.mask.shape, strict=True))
-        np.maximum(signed[place], _signed(surface, patch, MODEL if known else UNKNOWN), out=signed[place])
-    return enlarge(_normal(np.where(signed > 0.0, signed, np.minimum(raised, -signed))), surface.step, shape)
+        place = tuple(slice(a, a + n) for a, n in zip(patch.surface.origin, patch.mask.shape, strict=True))
+        np.maximum(signed[place], _signed(patch, MODEL if known else UNKNOWN), out=signed[place])
+    fill_confidence(signed, rise, max(surface.smooth_sd, 1e-9), sure)
+    return sure if patches else np.where(rise > 0.0, np.float32(UNDECIDED), sure)
 
 
-def _signed(surface: Surface, patch: Patch, model: float) -> Image:
+def _signed(patch: Patch, model: float) -> Image:
     """Return the distance of each bin from a patch's edge, positive inside, over the standard deviation of that edge."""
     window = bounds(patch.mask, 2)
     mask, score = patch.mask[window], patch.score[window]
@@ -61,14 +50,9 @@ def _signed(surface: Surface, patch: Patch, model: float) -> Image:
     steep = np.hypot(slope(score, 1)[ring], slope(score, 0)[ring])
     gradient = quantile(steep) if steep.size else 0.0
     random = patch.sd / max(gradient, 1e-12)
-    sd = float(np.hypot(random, model * surface.sigma))
+    sd = float(np.hypot(random, model * patch.surface.sigma))
     window = bounds(patch.mask, int(min(SURE * sd, 1e4)) + 1)
     mask = patch.mask[window]
     away = np.full(patch.mask.shape, -SURE, dtype=np.float32)
     away[window] = np.where(mask, distance(mask) - 0.5, 0.5 - distance(~mask)) / np.float32(sd)
     return away
-
-
-def _normal(z: Any) -> Image:
-    """Return the standard normal distribution at z >= 0, to 1e-3 (logistic approximation of Bowling et al., 2009)."""
-    return np.asarray(1.0 / (1.0 + np.exp(-z * (1.5976 + 0.07056 * z * z))), dtype=np.float32)

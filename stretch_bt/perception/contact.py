@@ -6,7 +6,7 @@ import numpy as np
 
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.deprojection import deproject, view_rays
+from stretch_bt.perception.deprojection import points_of, view_rays
 from stretch_bt.perception.segmentation import Rule, classify
 from stretch_bt.perception.types import CONTACT, INVALID, Contact
 
@@ -27,11 +27,10 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
         raise InvalidInput(
             "a contact needs a frame with plane_distance, the distance from the camera to the flat membrane"
         )
-    points, valid = deproject(frame)
+    points, valid = points_of(frame, None, -1.0, frame.plane_distance)
     if not valid.any():
         raise NoContact("the frame has no valid pixel")
-    np.subtract(np.float32(frame.plane_distance), points[..., 2], out=points[..., 2])
-    found = classify(points, valid, rule=rule, stretch=frame.stretch)
+    found = classify(points, valid, rule=rule, stretch=frame.stretch, towards=1)
     pixels, labels = points.reshape(-1, 3), found.labels.reshape(-1)
     touching = pixels[np.flatnonzero(labels == CONTACT)]
     if not len(touching):

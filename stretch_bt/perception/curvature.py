@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.robust import quantile, sample
-from stretch_bt.perception.smooth import derivative, enlarge, slope
-from stretch_bt.perception.surface import Lateral, Surface, binned_surface, clean, lateral
+from stretch_bt.perception.lateral import Lateral, lateral
+from stretch_bt.perception.smooth import derivative, enlarge, ready_for_differences
+from stretch_bt.perception.surface import Surface, binned_surface, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Bending", "Curvatures", "along_axes", "bending", "brand", "curvatures", "spread"]
@@ -64,8 +65,9 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
     if cleaned is None:
         return Curvatures(i, j, total, trusted, 0.0, 0.0, 0.0)
     surface = binned_surface(cleaned, kernel)
-    bent = bending(surface, lateral(cleaned, kernel))
-    binned = (*along_axes(surface, bent), _twice_mean(surface, bent))
+    moves = lateral(cleaned, kernel)
+    bent = bending(surface, moves)
+    binned = (*along_axes(surface, bent), _twice_mean(surface, bent, moves))
     shape = cleaned.valid.shape
     near = enlarge(surface.trusted.astype(np.float32), surface.step, shape) > 0.5
     trusted[cleaned.box] = near
@@ -78,44 +80,45 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
 
 @dataclass(frozen=True, slots=True)
 class Bending:
-    """Slopes `x`, `y` and second derivatives `xx`, `yy`, 1/m, of the height of a surface in its bins.
-
-    `area` is that of a bin seen along z, m^2, and `root` is sqrt(1 + x^2 + y^2).
-    """
+    """Slopes `x`, `y` and second derivatives `xx`, `yy`, 1/m, of the height of a surface in its bins."""
 
     x: Image
     y: Image
     xx: Image
     yy: Image
-    area: Image
-    root: Image
+
+    @property
+    def root(self) -> Image:
+        """sqrt(1 + x^2 + y^2)."""
+        return np.sqrt(1.0 + self.x * self.x + self.y * self.y)
 
 
-def bending(surface: Surface, moves: Lateral) -> Bending:
+def bending(surface: Surface, lateral: Lateral) -> Bending:
     """Return the derivatives of a surface, or of part of it."""
-    x_u, y_v = moves.of(surface)
-    h_u, h_uu, h_v, h_vv = (derivative(surface.height, surface.sigma, *o) for o in ((1, 0), (2, 0), (0, 1), (0, 2)))
-    h_x, h_y = h_u / x_u, h_v / y_v
-    # Perspective makes x_u change where the surface rises; left out, a steep flank gains a false curvature.
-    h_xx = (h_uu - h_x * slope(x_u, 1)) / (x_u * x_u)
-    h_yy = (h_vv - h_y * slope(y_v, 0)) / (y_v * y_v)
-    root = np.sqrt(1.0 + h_x * h_x + h_y * h_y)
-    return Bending(h_x, h_y, h_xx, h_yy, x_u * y_v, root)
+    from stretch_bt.perception.surface_kernel import fill_bending
+
+    smooth, (moves, v, u) = ready_for_differences(surface.height, surface.sigma), lateral.of(surface)
+    found = np.empty((4, *surface.height.shape), dtype=np.float32)
+    share = lateral.every // surface.step
+    fill_bending(smooth, moves.reshape(len(moves), -1), v, u, 1.0 / share, *found)
+    return Bending(*found)
 
 
 def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image]:
     """Return the normal curvatures along i and j, 1/m, positive where convex, 0 where not trusted."""
-    found = []
+    found, root = [], bent.root
     for second, first in ((bent.xx, bent.x), (bent.yy, bent.y)):
-        curvature = -second / ((1.0 + first * first) * bent.root)
+        curvature = -second / ((1.0 + first * first) * root)
         curvature[~surface.trusted] = 0.0
         found.append(curvature)
     return found[0], found[1]
 
 
-def _twice_mean(surface: Surface, bent: Bending) -> Image:
+def _twice_mean(surface: Surface, bent: Bending, lateral: Lateral) -> Image:
     """Return twice the mean curvature, 1/m, 0 where not trusted (any text on differential geometry, for h(x, y))."""
-    h_xy = derivative(surface.height, surface.sigma, 1, 1) / bent.area
+    (h, w), (moves, v, u) = bent.x.shape, lateral.of(surface)
+    area = np.prod(moves[v : v + h, u : u + w, :2], axis=-1) * np.float32((surface.step / lateral.every) ** 2)
+    h_xy = derivative(surface.height, surface.sigma, 1, 1) / area
     one_x, one_y = 1.0 + bent.x * bent.x, 1.0 + bent.y * bent.y
     total = -(one_y * bent.xx - 2.0 * bent.x * bent.y * h_xy + one_x * bent.yy) / bent.root**3
     return np.where(surface.trusted, total, np.float32(0))

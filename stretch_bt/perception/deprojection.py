@@ -10,11 +10,10 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["deproject", "depth_of", "to_membrane", "view_rays"]
+__all__ = ["deproject", "depth_of", "points_of", "to_membrane", "view_rays"]
 
 PLAUSIBLE = (1e-3, 20.0)  # metres; a median depth outside it is in another unit
 
@@ -39,6 +38,15 @@ def deproject(depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None = No
     InvalidInput
         The image does not fit the intrinsics, is not in floating-point metres, or its depths are in another unit.
     """
+    return points_of(depth, intrinsics, 1.0, 0.0)
+
+
+def points_of(
+    depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None, sign: float, offset: float
+) -> tuple[FloatArray, MaskArray]:
+    """Do as `deproject`, with z = sign * depth + offset."""
+    from stretch_bt.perception.surface_kernel import fill_points
+
     if isinstance(depth, DepthFrame):
         intrinsics = intrinsics or depth.intrinsics
     image, valid = depth_of(depth)
@@ -48,13 +56,9 @@ def deproject(depth: FloatArray | DepthFrame, intrinsics: Intrinsics | None = No
         raise InvalidInput(
             f"these intrinsics are of {intrinsics.height} rows by {intrinsics.width} columns, the image is {image.shape}"
         )
-    points = np.full((*image.shape, 3), np.nan, dtype=image.dtype)
-    box = valid_box(valid)
-    near, z = points[box], image[box].copy()
-    np.copyto(z, np.nan, where=~valid[box])
-    x, y = ray_planes(intrinsics, image.dtype.char)
-    for axis, values in enumerate((x[box] * z, y[box] * z, z)):
-        near[..., axis] = values
+    points = np.empty((*image.shape, 3), dtype=image.dtype)
+    rows = points.reshape(image.shape[0], 3 * image.shape[1])
+    fill_points(np.require(image, requirements="CW"), valid, *ray_planes(intrinsics, image.dtype.char), sign, offset, np.nan, rows)
     return points, valid
 
 
@@ -69,7 +73,7 @@ def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
         )
     if image.dtype.itemsize < 4:
         image = image.astype(np.float32)
-    valid: MaskArray = (image > 0) & (image < np.inf)
+    valid: MaskArray = np.ascontiguousarray((image > 0) & (image < np.inf))
     some = sample(image, valid)
     if some.size and not PLAUSIBLE[0] <= quantile(some) <= PLAUSIBLE[1]:
         raise InvalidInput(f"a depth image is in metres; a median of {quantile(some):.3g} m is another unit")
@@ -80,7 +84,7 @@ def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
 def ray_planes(intrinsics: Intrinsics, dtype: str = "d") -> tuple[FloatArray, FloatArray]:
     """Return x and y (h, w) of the ray table, each in one piece of memory."""
     table = ray_table(intrinsics, dtype)
-    return np.ascontiguousarray(table[..., 0]), np.ascontiguousarray(table[..., 1])
+    return np.array(table[..., 0], order="C"), np.array(table[..., 1], order="C")
 
 
 @lru_cache(maxsize=16)
@@ -115,5 +119,5 @@ def view_rays(points: FloatArray, camera: tuple[float, float, float] = (0.0, 0.0
     In the membrane frame the camera is at (0, 0, plane_distance).
     """
     away = points - np.asarray(camera, dtype=points.dtype)
-    rays: FloatArray = away / np.linalg.norm(away, axis=-1, keepdims=True)
+    rays: FloatArray = away / np.sqrt(np.einsum("...i,...i", away, away))[..., None]
     return rays

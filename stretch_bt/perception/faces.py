@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.regions import border, distance, filled, hull, inner_half, touching
-from stretch_bt.perception.smooth import derivative
+from stretch_bt.perception.regions import border, bounds, filled, hull, inner_half, touching, widened
+from stretch_bt.perception.smooth import laplacian
 from stretch_bt.perception.surface import Surface
 from stretch_bt.perception.types import MaskArray
 
@@ -20,13 +20,15 @@ Image = npt.NDArray[np.float32]
 SHARE = 0.9  # of the height of the top, from which a place counts as the top
 SHARE_SD = 0.045  # how much that share differs between contacts
 CERTAIN = 12.0  # standard deviations by which the top must rise
+AROUND = 0.5  # share of the width of a convex part that is looked at on all sides of it
 ENOUGH = 1500  # bins from which a plane or a quadratic is fitted
 
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """A contact in bins: its mask, a score (h, w) that falls through 0 at its edge, and the score's noise."""
+    """A contact in the bins of a surface: its mask, a score (h, w) that falls through 0 at its edge, and the score's noise."""
 
+    surface: Surface
     mask: MaskArray
     score: Image
     sd: float
@@ -36,20 +38,23 @@ def flat_or_round(
     surface: Surface, part: MaskArray, score: Image, threshold: float, sd: float, raised: MaskArray
 ) -> Patch:
     """Return the contact that a convex part belongs to: the part, or where it is a rim, the flat face within."""
+    # What the part holds or meets lies near it, and the rest of the frame costs time.
+    window = bounds(part, math.ceil(4.0 * surface.sigma), AROUND)
+    near, part, score = surface.part(window), part[window], score[window]
     inside = inner_half(hull(part))
-    if curvature_of(surface, inside) < threshold:
-        return _flat_face(surface, _above_plane(surface, part), inside, raised)
-    return Patch(filled(part), score, sd)
+    if curvature_of(near, inside) < threshold:
+        return _flat_face(near, _above_plane(near, part), inside, raised[window])
+    return Patch(near, filled(part), score, sd)
 
 
-def holds_summit(surface: Surface, patch: Patch) -> bool:
+def holds_summit(patch: Patch) -> bool:
     """Tell whether the highest bin of a patch and of what meets it lies in the patch.
 
     What an object lifts is higher than what it does not touch; a fold of a slack sheet falls to one side.
     """
     _, outer = border(patch.mask)
-    around = surface.smooth[outer & surface.trusted]
-    return bool(surface.smooth[patch.mask].max() >= around.max(initial=-np.inf))
+    around = patch.surface.smooth[outer & patch.surface.trusted]
+    return bool(patch.surface.smooth[patch.mask].max() >= around.max(initial=-np.inf))
 
 
 def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float) -> Patch:
@@ -57,7 +62,7 @@ def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float)
     above = _above(surface, part)
     whole = _above_plane(surface, part)
     # In units of the noise both scores weigh alike where the border is drawn between bins.
-    return Patch(whole, np.maximum(score / np.float32(sd), above / np.float32(max(surface.smooth_sd, 1e-9))), 1.0)
+    return Patch(surface, whole, np.maximum(score / np.float32(sd), above / np.float32(max(surface.smooth_sd, 1e-9))), 1.0)
 
 
 def _above_plane(surface: Surface, part: MaskArray) -> MaskArray:
@@ -66,9 +71,9 @@ def _above_plane(surface: Surface, part: MaskArray) -> MaskArray:
 
 
 def _some(part: MaskArray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    v, u = np.nonzero(part)
-    every = max(1, len(u) // ENOUGH)
-    return v[::every], u[::every]
+    at = np.flatnonzero(part)
+    v, u = np.divmod(at[:: max(1, len(at) // ENOUGH)], part.shape[1])
+    return v, u
 
 
 def curvature_of(surface: Surface, part: MaskArray) -> float:
@@ -110,11 +115,9 @@ def _flat_face(surface: Surface, whole: MaskArray, inside: MaskArray, raised: Ma
     sigma, so that the height sharpened by this term crosses the plane of the face at the rim itself.
     """
     s = surface.sigma
-    laplacian = derivative(surface.height, s, 2, 0) + derivative(surface.height, s, 0, 2)
     sd = surface.noise_after((0, 0, 1.0), (2, 0, -s * s), (0, 2, -s * s))
-    score = _above(surface, inside) - np.float32(s * s) * laplacian + np.float32(1.5 * sd)
-    near = distance(~whole) <= 2.0 * s
-    return Patch(touching(near & raised & (score > 0.0), inside), score, sd)
+    score = _above(surface, inside) - np.float32(s * s) * laplacian(surface.height, s) + np.float32(1.5 * sd)
+    return Patch(surface, touching(widened(whole, 2.0 * s) & raised & (score > 0.0), inside), score, sd)
 
 
 def highest(surface: Surface, plane: float) -> list[Patch]:
@@ -135,4 +138,4 @@ def highest(surface: Surface, plane: float) -> list[Patch]:
     mask = touching((score > 0.0) | at, at)
     if (mask & ~surface.trusted).any():
         return []
-    return [Patch(mask, score, float(np.hypot(surface.smooth_sd, SHARE_SD * top)))]
+    return [Patch(surface, mask, score, float(np.hypot(surface.smooth_sd, SHARE_SD * top)))]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
-from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_weights
+from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.surface import check_points
-from stretch_bt.perception.top import Places, Top, m_sd, shared
+from stretch_bt.perception.top import Places, Top, settled
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -45,8 +47,9 @@ def track_height(points: FloatArray, valid: MaskArray, labels: LabelArray) -> Es
     check_points(points, valid)
     if labels.shape != valid.shape:
         raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
-    inside = valid & (labels == CONTACT)
-    return _best(*_cloud(points[inside], np.flatnonzero(inside)))
+    places = np.flatnonzero(labels == CONTACT)
+    places = places[valid.reshape(-1)[places]]
+    return _best(*_cloud(points.reshape(-1, 3)[places], places))
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -62,33 +65,35 @@ def _cloud(points: FloatArray, places: Places | None) -> tuple[Array, Places]:
     cloud = np.asarray(points, dtype=np.float64)
     if cloud.ndim != 2 or cloud.shape[1] != 3:
         raise InvalidInput(f"contact points have shape (n, 3), got {cloud.shape}")
-    finite = np.isfinite(cloud).all(axis=1)
-    cloud = cloud[finite]
-    if not len(cloud):
+    cloud = np.ascontiguousarray(cloud.T)
+    apart = 2 * np.arange(cloud.shape[1]) if places is None else places
+    finite = np.isfinite(cloud[0]) & np.isfinite(cloud[1]) & np.isfinite(cloud[2])
+    if not finite.all():
+        cloud, apart = cloud[:, finite], apart[finite]
+    if not apart.size:
         raise NoContact("there is no valid point in contact")
-    if len(cloud) < 12:
-        raise IllConditioned(f"a height with its error needs at least twelve points in contact, there are {len(cloud)}")
-    apart = 2 * np.arange(len(cloud)) if places is None else places[finite]
-    return np.ascontiguousarray(cloud.T), apart
+    if apart.size < 12:
+        raise IllConditioned(f"a height with its error needs at least twelve points in contact, there are {apart.size}")
+    return cloud, apart
 
 
 def _best(cloud: Array, places: Places) -> Estimate:
     """Return the height from a disc that the membrane's bend at the rim leaves alone."""
-    x, y, z = cloud
-    middle = np.array([quantile(x), quantile(y)])
-    radius = float(np.sqrt(2.0 * quantile((x - middle[0]) ** 2 + (y - middle[1]) ** 2)))
+    middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
+    away = _away(cloud, middle)
+    radius = math.sqrt(2.0 * quantile(away))
     reach = RIM * radius
-    kept = _disc((x - middle[0]) ** 2 + (y - middle[1]) ** 2, reach)
-    top = Top(x[kept], y[kept], z[kept], places[kept], middle, even=False)
+    near, kept = _disc(cloud, places, away, reach)
+    top = Top(near, kept, middle, even=False)
     if top.is_curved:
         within = min(reach, max(REACH / top.curvature, 0.3 * radius))
         middle = top.vertex(radius)
-        disc = _disc((x - middle[0]) ** 2 + (y - middle[1]) ** 2, within)
-        if not np.array_equal(disc, kept):
-            kept, top = disc, Top(x[disc], y[disc], z[disc], places[disc], middle, even=False)
+        before, (near, kept) = kept, _disc(cloud, places, _away(cloud, middle), within)
+        if not np.array_equal(before, kept):
+            top = Top(near, kept, middle, even=False)
     if top.is_curved:
         return top.estimate(radius)
-    return _faint(Top(x[kept], y[kept], z[kept], places[kept], middle, even=True), z[kept], places[kept], radius)
+    return _faint(Top(near, kept, middle, even=True), near[2], kept, radius)
 
 
 def _faint(top: Top, z: Array, places: Places, radius: float) -> Estimate:
@@ -106,21 +111,20 @@ def _faint(top: Top, z: Array, places: Places, radius: float) -> Estimate:
     return Estimate(flat.value + weight * (vertex.value - flat.value), float(np.sqrt(variance)))
 
 
-def _disc(away: Array, radius: float) -> MaskArray:
-    """Return which squared distances lie within a radius, or all where that leaves too few."""
-    near = away <= radius * radius
-    return near if near.sum() >= 12 else np.ones(len(away), dtype=bool)
+def _away(cloud: Array, middle: Array) -> Array:
+    """Return the squared lateral distances (n,) of points from a place."""
+    x, y = cloud[0] - middle[0], cloud[1] - middle[1]
+    return np.asarray(x * x + y * y)
+
+
+def _disc(cloud: Array, places: Places, away: Array, radius: float) -> tuple[Array, Places]:
+    """Return the points and places whose squared distance lies within a radius, or all where that leaves too few."""
+    near = np.flatnonzero(away <= radius * radius)
+    return (cloud.take(near, axis=1), places[near]) if near.size >= 12 else (cloud, places)
 
 
 def _flat(z: Array, places: Places) -> Estimate:
     """Return Tukey's robust mean and its standard deviation."""
     center = quantile(z)
-    scale = max(scale_of(z - center, 1), 1e-12)
-    for _ in range(5):
-        before = center
-        weights = tukey_weights((z - center) / (TUKEY * scale))
-        center = float(weights @ z / weights.sum())
-        if abs(center - before) < 1e-3 * scale / len(z) ** 0.5:
-            break
-    sd = m_sd((z - center) / (TUKEY * scale), 1) * TUKEY * scale * shared(z - center, places)
-    return Estimate(center, sd / float(np.sqrt(len(z))))
+    q, sd = settled(np.ones((1, len(z))), z - center, places)
+    return Estimate(center + float(q[0]), sd / math.sqrt(len(z)))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stretch_bt.perception.smooth import derivative, enlarge
-from stretch_bt.perception.surface import Lateral, Surface, binned_surface, clean, lateral
+from stretch_bt.perception.curvature import bending
+from stretch_bt.perception.lateral import Lateral, lateral
+from stretch_bt.perception.smooth import enlarge
+from stretch_bt.perception.surface import Surface, binned_surface, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["estimate_normals", "surface_normals"]
@@ -45,9 +47,8 @@ def estimate_normals(points: FloatArray, valid: MaskArray, *, kernel: float = 1.
 
 def surface_normals(surface: Surface, moves: Lateral, shape: tuple[int, int]) -> FloatArray:
     """Return unit normals (h, w, 3) of the pixels of a surface: (-h_x, -h_y, 1) normalised, turned to its frame."""
-    x_u, y_v = moves.of(surface)
-    h_x = enlarge(derivative(surface.height, surface.sigma, 1, 0) / x_u, surface.step, shape)
-    h_y = enlarge(derivative(surface.height, surface.sigma, 0, 1) / y_v, surface.step, shape)
+    bent = bending(surface, moves)
+    h_x, h_y = (enlarge(image, surface.step, shape) for image in (bent.x, bent.y))
     found = np.empty((*shape, 3), dtype=np.float32)
     found[..., 2] = 1.0 / np.sqrt(1.0 + h_x * h_x + h_y * h_y)
     found[..., 0] = -h_x * found[..., 2]

@@ -68,13 +68,11 @@ def inner_half(mask: MaskArray) -> MaskArray:
 
 
 def widened(mask: MaskArray, pixels: float) -> MaskArray:
-    """Return a mask with what lies within some pixels of it."""
+    """Return a mask with what lies within some pixels of it along both axes."""
     import cv2
 
-    if not mask.any():
-        return mask
-    outside = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 3)
-    return np.asarray(outside <= pixels)
+    square = np.ones((2 * int(pixels) + 1,) * 2, dtype=np.uint8)
+    return np.asarray(cv2.dilate(mask.view(np.uint8), square)).view(np.bool_)
 
 
 def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:
@@ -91,11 +89,12 @@ def enlarge_mask(mask: MaskArray, step: int) -> MaskArray:
     return mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
 
 
-def bounds(mask: MaskArray, margin: int) -> tuple[slice, slice]:
-    """Return the rows and columns of the box around a mask with a margin, within the image."""
+def bounds(mask: MaskArray, margin: int, share: float = 0.0) -> tuple[slice, slice]:
+    """Return the rows and columns of the box around a mask with a margin and a share of its width, within the image."""
     import cv2
 
     u, v, w, h = cv2.boundingRect(mask.view(np.uint8))
+    margin += int(share * max(w, h))
     return slice(max(v - margin, 0), v + h + margin), slice(max(u - margin, 0), u + w + margin)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["TUKEY", "Inliers", "densest_half", "quantile", "sample", "scale_of", "sparse", "tukey_psi_slope", "tukey_weights"]
+__all__ = ["TUKEY", "Inliers", "densest_half", "quantile", "sample", "scale_of", "sparse", "tukey_weights"]
 
 Array = npt.NDArray[np.float64]
 
@@ -23,7 +23,9 @@ MOST_OUTLIERS = 0.5  # share beyond which outliers could as well be the surface
 def quantile(values: FloatArray, share: float = 0.5) -> float:
     """Return the value of (n,) that a share of them does not reach; the median unless told otherwise."""
     at = min(int(share * values.size), values.size - 1)
-    return float(np.partition(values, at)[at])
+    ranked = values.copy()
+    ranked.partition(at)
+    return float(ranked[at])
 
 
 def scale_of(residuals: Array, freedom: int = 0) -> float:
@@ -56,12 +58,6 @@ def tukey_weights(u: Array) -> Array:
     """Return Tukey's biweight (1 - u^2)^2 of residuals in units of the cut, 0 beyond it."""
     t = np.maximum(1.0 - u * u, 0.0)
     return t * t
-
-
-def tukey_psi_slope(u: Array) -> Array:
-    """Return the derivative of u (1 - u^2)^2, 0 beyond the cut (Huber, Robust Statistics, 1981, section 7.6)."""
-    t = np.maximum(1.0 - u * u, 0.0)
-    return np.where(t > 0.0, t * (1.0 - 5.0 * u * u), 0.0)
 
 
 @dataclass(frozen=True, slots=True)

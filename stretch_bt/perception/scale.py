@@ -12,7 +12,8 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.curvature import Bending, along_axes, bending, spread
 from stretch_bt.perception.regions import bounds, widened
 from stretch_bt.perception.robust import quantile, sample
-from stretch_bt.perception.surface import Lateral, Surface
+from stretch_bt.perception.lateral import Lateral
+from stretch_bt.perception.surface import Surface
 from stretch_bt.perception.tension import combine, tension_ratio
 from stretch_bt.perception.types import MaskArray
 from stretch_bt.units import Estimate
@@ -116,10 +117,10 @@ def _weighted(ground: Ground, bent: Bending, ratio: float) -> Signal:
     (h_xx + k h_yy) / ((1 + h_x^2 + k (1 + h_y^2)) sqrt(1 + h_x^2 + h_y^2)), its sign turned, is 1/R on any sphere, and 0
     where only tensions act.
     """
-    surface, k = ground.surface, np.float32(ratio)
-    metric = (1.0 + k) + bent.x * bent.x + k * (bent.y * bent.y)
-    curvature: Image = np.asarray(-(bent.xx + k * bent.yy) / (metric * bent.root), dtype=np.float32)
-    curvature[~surface.trusted] = 0.0
+    from stretch_bt.perception.surface_kernel import fill_weighted
+
+    surface, curvature = ground.surface, np.empty_like(bent.x)
+    fill_weighted(bent.x, bent.y, bent.xx, bent.yy, surface.trusted, ratio, curvature)
     expected = surface.noise_after((2, 0, 1.0), (0, 2, round(ratio, 1))) / (1.0 + ratio) / surface.pitch**2
     return Signal.of(curvature, ground, expected)
 

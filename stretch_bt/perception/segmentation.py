@@ -11,13 +11,14 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.faces import Patch, flat_or_round, highest, holds_summit, with_above_plane
+from stretch_bt.perception.lateral import lateral
 from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
-from stretch_bt.perception.smooth import enlarge
-from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean, lateral
+from stretch_bt.perception.smooth import enlarge, grown
+from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean
 from stretch_bt.perception.tension import expected_ratio
-from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
+from stretch_bt.perception.types import INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
 
 __all__ = ["Rule", "Segmentation", "classify", "segment"]
@@ -76,12 +77,15 @@ def segment(
 
 
 def classify(
-    points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretch: float | None = None
+    points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretch: float | None = None, towards: int = 0
 ) -> Segmentation:
-    """Do as `segment`, and return confidence, noise, plane and ratio of the tensions with the labels."""
+    """Do as `segment`, and return confidence, noise, plane and ratio of the tensions with the labels.
+
+    `towards` is +1 for points in the membrane frame, -1 in the camera frame, 0 to tell them apart as `segment` does.
+    """
     if rule not in ("mean", "either"):
         raise InvalidInput(f"rule is 'mean' or 'either', got {rule!r}")
-    cleaned = clean(points, valid)
+    cleaned = clean(points, valid, towards)
     if cleaned is None:
         labels = np.where(valid, UNDEFORMED, INVALID).astype(np.uint8)
         return Segmentation(labels, np.where(valid, np.float32(0.5), np.float32(0)), 0.0, 0.0)
@@ -134,38 +138,40 @@ def _holds_top(ground: Ground, patches: list[Patch]) -> bool:
     height = np.where(ground.raised & ground.surface.trusted, ground.surface.smooth - np.float32(ground.plane), np.float32(0))
     peak = float(height.max())
     top = height > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
-    held = np.any([patch.mask[top] for patch in patches], axis=0)
-    return bool(held.mean() >= 0.5)
+    held = np.zeros(height.shape, dtype=bool)
+    for patch in patches:
+        v, u = (a - b for a, b in zip(patch.surface.origin, ground.surface.origin, strict=True))
+        held[v : v + patch.mask.shape[0], u : u + patch.mask.shape[1]] |= patch.mask
+    return bool(held[top].mean() >= 0.5)
 
 
 def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentation:
     """Return the labels of the whole image."""
-    ground, shape = scale.ground, cleaned.valid.shape
+    from stretch_bt.perception.classes_kernel import fill_classes
+
+    ground, step = scale.ground, scale.ground.whole.step
     rise = ground.whole.smooth - np.float32(ground.plane + ground.least_rise)
-    near = (enlarge(rise, ground.whole.step, shape) > 0.0).view(np.uint8)  # DEFORMED is 1, UNDEFORMED 0
-    for patch in patches:
-        _draw(near, patch, ground.surface)
-    near[~cleaned.valid] = INVALID
     known = scale.ratio is not None or not scale.signals
-    sure = confidence_of(ground.whole, ground.surface.origin, patches, rise, shape, known=known)
-    np.copyto(sure, 0.0, where=~cleaned.valid)
+    sure = confidence_of(ground.whole, patches, rise, known=known)
+    touching = np.zeros(cleaned.valid.shape, dtype=bool)
+    for patch in patches:
+        _draw(touching, patch)
     labels = np.full(cleaned.shape, INVALID, dtype=np.uint8)
-    labels[cleaned.box] = near
     confidence = np.zeros(cleaned.shape, dtype=np.float32)
-    confidence[cleaned.box] = sure
+    fill_classes(grown(rise, step), grown(sure, step), touching, cleaned.valid, *cleaned.corner, labels, confidence)
     plane = ground.plane + ground.whole.level
     return Segmentation(labels, confidence, ground.whole.noise, plane, scale.ratio)
 
 
-def _draw(labels: LabelArray, patch: Patch, surface: Surface) -> None:
+def _draw(touching: MaskArray, patch: Patch) -> None:
     """Mark the pixels of a patch of bins: along its border the score decides, which is finer than the bins."""
-    step, window = surface.step, bounds(patch.mask, 2)
+    step, window = patch.surface.step, bounds(patch.mask, 2)
     inner, outer = border(patch.mask[window])
     score = enlarge(patch.score[window], step, (inner.shape[0] * step, inner.shape[1] * step))
     near = enlarge_mask(inner, step) | (enlarge_mask(outer, step) & (score > 0.0))
-    v, u = ((first + s.start) * step for first, s in zip(surface.origin, window, strict=True))
-    place = labels[v : v + near.shape[0], u : u + near.shape[1]]
-    place[near[: place.shape[0], : place.shape[1]]] = CONTACT
+    v, u = ((first + s.start) * step for first, s in zip(patch.surface.origin, window, strict=True))
+    place = touching[v : v + near.shape[0], u : u + near.shape[1]]
+    place |= near[: place.shape[0], : place.shape[1]]
 
 
 def _convex(signal: Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]:
@@ -185,7 +191,7 @@ def _convex(signal: Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]:
 def _patches(scale: Scale) -> list[Patch]:
     """Return the contacts that the signals of a scale show."""
     found = _round_and_flat(scale) if len(scale.signals) == 1 else _above_either(scale)
-    return [patch for patch in found if patch.mask.any() and holds_summit(scale.ground.surface, patch)]
+    return [patch for patch in found if patch.mask.any() and holds_summit(patch)]
 
 
 def _round_and_flat(scale: Scale) -> list[Patch]:

@@ -11,29 +11,43 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["derivative", "enlarge", "gain", "gaussian", "shrink", "slope", "smooth"]
+__all__ = ["covered", "derivative", "enlarge", "gain", "gaussian", "grown", "laplacian", "ready_for_differences", "shrink", "slope", "smooth"]
 
 Image = npt.NDArray[np.float32]
+
+DIFFERENCES = {1: (-0.5, 0.0, 0.5), 2: (1.0, -2.0, 1.0)}
 
 
 @lru_cache(maxsize=128)
 def gaussian(sigma: float, order: int) -> npt.NDArray[np.float64]:
     """Return a sampled Gaussian derivative (order 0, 1 or 2) that is exact on polynomials of that order.
 
-    `sigma` is in pixels, and the filter is meant for correlation, as `cv2.sepFilter2D` does it.
+    `sigma`, at least 0.5, is in pixels, and the filter is meant for correlation, as `cv2.sepFilter2D` does it.
     """
-    radius = math.ceil(3.5 * sigma)
+    if order:
+        return np.convolve(narrowed(sigma), DIFFERENCES[order])
+    return _samples(sigma, math.ceil(3.5 * sigma))
+
+
+@lru_cache(maxsize=64)
+def narrowed(sigma: float) -> npt.NDArray[np.float64]:
+    """Return a Gaussian that has `sigma` once a second difference of neighbours, which spreads it by 1/6, is taken."""
+    return _samples(math.sqrt(sigma**2 - 1.0 / 6.0), math.ceil(3.5 * sigma) - 1)
+
+
+def _samples(sigma: float, radius: int) -> npt.NDArray[np.float64]:
     u = np.arange(-radius, radius + 1, dtype=np.float64)
     g = np.exp(-0.5 * (u / sigma) ** 2)
-    g /= g.sum()
-    if order == 1:
-        g = u * g
-        g /= g @ u
-    elif order == 2:
-        spread = float(g @ u**2)
-        g = (u**2 - spread) * g
-        g *= 2.0 / float(g @ u**2)
-    return g
+    return np.asarray(g / g.sum())
+
+
+def ready_for_differences(image: Image, sigma: float) -> Image:
+    """Return an image (h, w), smooth, with one pixel more on each side: differences there are as `derivative` has them."""
+    import cv2
+
+    kernel = narrowed(sigma)
+    larger = cv2.copyMakeBorder(image, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
+    return np.asarray(cv2.sepFilter2D(larger, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_REPLICATE))
 
 
 def derivative(image: Image, sigma: float, along_u: int, along_v: int) -> Image:
@@ -46,6 +60,13 @@ def derivative(image: Image, sigma: float, along_u: int, along_v: int) -> Image:
     )
 
 
+def laplacian(image: Image, sigma: float) -> Image:
+    """Return the sum of both second derivatives, per pixel, as `derivative` has them."""
+    import cv2
+
+    return np.asarray(cv2.Laplacian(ready_for_differences(image, sigma), cv2.CV_32F, ksize=1)[1:-1, 1:-1])
+
+
 def slope(image: Image, axis: int) -> Image:
     """Return central differences, per pixel, of an image that is smooth already; axis 1 is along u, 0 along v."""
     import cv2
@@ -55,33 +76,32 @@ def slope(image: Image, axis: int) -> Image:
     return np.asarray(difference, dtype=np.float32)
 
 
-def shrink(image: Image, valid: MaskArray, step: int) -> tuple[Image, Image]:
-    """Return the mean of the valid pixels in each bin of `step` x `step`, and the share of a bin that is valid.
+def shrink(image: Image, valid: MaskArray | Image) -> tuple[Image, Image]:
+    """Return the mean of what is valid in each 2 x 2 pixels, or its mean by weights, and the share that is valid.
 
     The last bins may reach past the edge of the image; where nothing is valid the mean is 0.
     """
-    import cv2
+    from stretch_bt.perception.surface_kernel import halve
 
-    if step == 1:
-        return np.where(valid, image, np.float32(0)), valid.astype(np.float32)
-    h, w = image.shape
-    size = (-(-w // step), -(-h // step))
-    padding = (0, size[1] * step - h, 0, size[0] * step - w, cv2.BORDER_CONSTANT)
-    padded = cv2.copyMakeBorder(image, *padding, value=0.0)
-    mask = cv2.copyMakeBorder(valid.view(np.uint8), *padding, value=0.0)
-    total = cv2.resize(cv2.copyTo(padded, mask), size, interpolation=cv2.INTER_AREA)
-    share: Image = np.asarray(cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA), dtype=np.float32)
-    np.divide(total, share, out=total, where=share > 0.0)
-    return np.asarray(total, dtype=np.float32), share
+    size = tuple(-(-n // 2) for n in image.shape)
+    mean, share = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.float32)
+    halve(image, valid, mean, share)
+    return mean, share
 
 
 def enlarge(image: Image, step: int, shape: tuple[int, int]) -> Image:
     """Return an image of bins in pixels, (h, w) of `shape`, by linear interpolation between the middles of the bins."""
+    return np.asarray(grown(image, step)[: shape[0], : shape[1]])
+
+
+def grown(image: Image, step: int) -> Image:
+    """Do as `enlarge`, with all pixels of the last bins, in one piece of memory."""
     import cv2
 
+    if step == 1:
+        return np.ascontiguousarray(image, dtype=np.float32)
     size = (image.shape[1] * step, image.shape[0] * step)
-    grown = image if step == 1 else cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(grown[: shape[0], : shape[1]], dtype=np.float32)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32)
 
 
 def smooth(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:
@@ -89,6 +109,15 @@ def smooth(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:
 
     This is normalised convolution (Knutsson and Westin, 1993); where nothing is covered the mean is 0.
     """
+    total, cover = covered(image, weight, sigma)
+    seen = cover > 1e-3
+    total[~seen] = 0.0
+    np.divide(total, cover, out=total, where=seen)
+    return total, cover
+
+
+def covered(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:
+    """Return the sum of the pixels under a Gaussian by their weight, and the share of the Gaussian that they cover."""
     import cv2
 
     kernel = gaussian(sigma, 0)
@@ -96,9 +125,6 @@ def smooth(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:
         cv2.sepFilter2D(part, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
         for part in (image * weight, weight)
     )
-    seen = cover > 1e-3
-    total[~seen] = 0.0
-    np.divide(total, cover, out=total, where=seen)
     return np.asarray(total), np.asarray(cover)
 
 

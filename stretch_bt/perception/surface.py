@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,10 +13,10 @@ from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_m
 from stretch_bt.perception.clean import flying_pixels
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
-from stretch_bt.perception.smooth import derivative, shrink, slope, smooth
+from stretch_bt.perception.smooth import covered, derivative, shrink, slope
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["Cleaned", "Lateral", "Surface", "camera_side", "check_points", "binned_surface", "clean", "lateral", "surface_of"]
+__all__ = ["Cleaned", "Surface", "binned_surface", "camera_side", "check_points", "clean", "surface_of"]
 
 Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
@@ -33,19 +33,35 @@ SHARED = 0.4  # bins; noise shared over less is white as far as bins can tell
 class Cleaned:
     """The part of an image that holds its valid pixels, without flying pixels.
 
-    `height` (h, w) float32 is z towards the camera, m, above `level`; `points` (h, w, 3), m, those of the box; `valid`
-    the pixels that are left. `box` places them in the image of shape `shape`. `pitch` is the distance of neighbours, m,
-    and `towards` is +1 where z points to the camera (membrane frame), -1 where away (camera frame).
+    `height` (h, w) float32 is z towards the camera, m, above `level`, 0 in holes; `valid` the pixels that are left. `box`
+    places them in the whole image of shape `shape`, of which `points` are the rows of x, y, z, m, one after another.
+    `pitch` is the distance of neighbours, m, and `towards` is +1 where z points to the camera (membrane frame), -1 where
+    away (camera frame).
     """
 
     height: Image
-    points: FloatArray
     valid: MaskArray
+    points: FloatArray
     box: Box
     shape: tuple[int, int]
     pitch: float
     level: float
     towards: int
+    _bins: dict[int, tuple[Image, Image]] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def corner(self) -> tuple[int, int]:
+        """Row and column of the first pixel in the whole image."""
+        return self.box[0].start, self.box[1].start
+
+    def bins(self, step: int) -> tuple[Image, Image]:
+        """Return the mean height of the valid pixels in bins of `step`, a power of 2, and the share that is valid."""
+        if step == 1:
+            return np.where(self.valid, self.height, np.float32(0)), self.valid.astype(np.float32)
+        if step not in self._bins:
+            finer = (self.height, self.valid) if step == 2 else self.bins(step // 2)
+            self._bins[step] = shrink(*finer)
+        return self._bins[step]
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,19 +144,21 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
 
     `towards` says where z points, as `camera_side` does; 0 asks that.
     """
+    from stretch_bt.perception.surface_kernel import fill_height
+
     check_points(points, valid)
     box = valid_box(valid)
-    near, seen = points[box], valid[box]
+    near, seen = points[box], np.ascontiguousarray(valid[box])
     pitch = pitch_of(near, seen)
     if pitch == 0.0:
         return None
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
-    height = near[..., 2] - np.asarray(level, near.dtype)
-    np.copyto(height, 0.0, where=~seen)
-    raw = np.asarray(height if towards > 0 else -height, dtype=np.float32)
-    kept = seen & ~flying_pixels(raw, seen, pitch)
-    return Cleaned(raw, near, kept, box, valid.shape, pitch, towards * level, towards)
+    rows = np.require(points, np.promote_types(points.dtype, np.float32), "CW").reshape(len(points), -1)
+    height = np.empty(seen.shape, dtype=np.float32)
+    fill_height(rows, seen, box[0].start, box[1].start, level, towards, height)
+    kept = seen & ~flying_pixels(height, seen, pitch)
+    return Cleaned(height, kept, rows, box, valid.shape, pitch, towards * level, towards)
 
 
 def surface_of(points: FloatArray, valid: MaskArray, kernel: float) -> Surface | None:
@@ -155,82 +173,23 @@ def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] |
     `noise` of one pixel, m, and the length over which it is shared, pixels, are measured unless they are given: best with
     a narrow kernel, which leaves least of the surface in the residual.
     """
+    from stretch_bt.perception.surface_kernel import fill_surface
+
     pixels = kernel / cleaned.pitch
     step = 2 ** max(0, math.floor(math.log2(max(pixels, 1.0) / LEAST_SIGMA)))
     # A bin spreads a pixel by (step^2 - 1) / 12 already.
     sigma = math.sqrt(max(pixels**2 - (step**2 - 1) / 12.0, 0.0)) / step
     sigma = float(np.clip(round(20.0 * sigma) / 20.0, 1.5, MOST_SIGMA))
-    raw, share = shrink(cleaned.height, cleaned.valid, step)
-    valid = share > 0.0
-    mean, cover = smooth(raw, share, sigma)
-    height = np.where(valid, raw, mean)
-    trusted = (cover > COVER) & (sigma * _steepness(cover) < ONE_SIDED)
+    raw, share = cleaned.bins(step)
+    mean, cover = covered(raw, share, sigma)
+    height, valid, trusted = np.empty_like(raw), np.empty(raw.shape, dtype=bool), np.empty(raw.shape, dtype=bool)
+    fill_surface(mean, cover, raw, share, COVER, ONE_SIDED / sigma, height, valid, trusted)
     pitch = step * cleaned.pitch
     view = cleaned.pitch * max(cleaned.valid.shape)
-    pixel, length = noise or _noise(cleaned, np.where(valid, raw - mean, np.float32(0)), valid, mean, step, sigma)
+    pixel, length = noise or _noise(cleaned, height - mean, valid, mean, step, sigma)
     return Surface(
         height, mean, valid, trusted, cleaned.level, pitch, sigma, step, pixel, length, cleaned.towards, view
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Lateral:
-    """How far x moves from column to column and y from row to row of pixels, m, in blocks of `every` pixels."""
-
-    x: Image
-    y: Image
-    every: int
-
-    def of(self, surface: Surface) -> tuple[Image, Image]:
-        """Return the same from bin to bin of a surface."""
-        import cv2
-
-        h, w = surface.height.shape
-        share = surface.step / self.every
-        # Middles of bins in blocks: both begin at the first pixel of the whole.
-        u = np.float32(share * (surface.origin[1] + 0.5) - 0.5)
-        v = np.float32(share * (surface.origin[0] + 0.5) - 0.5)
-        way = np.array([[share, 0.0, u], [0.0, share, v]], dtype=np.float64)
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        x, y = (
-            cv2.warpAffine(image, way, (w, h), flags=flags, borderMode=cv2.BORDER_REPLICATE) for image in (self.x, self.y)
-        )
-        return x * np.float32(surface.step), y * np.float32(surface.step)
-
-
-def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
-    """Return how far x and y move a pixel, averaged over a Gaussian of `kernel`, m; they change slowly."""
-    every = 2 ** max(0, math.floor(math.log2(max(kernel / cleaned.pitch, 1.0))))
-    sigma, pitch = max(kernel / cleaned.pitch / every, 0.8), np.float32(cleaned.pitch * every)
-    seen = cleaned.valid[::every, ::every]
-    steps = []
-    for axis in (1, 0):
-        values = _filled(cleaned.points[::every, ::every, 1 - axis], seen, axis, pitch)
-        moved = derivative(values, round(sigma, 1), axis, 1 - axis) + pitch
-        steps.append(np.maximum(moved, np.float32(0.1) * pitch) / np.float32(every))
-    return Lateral(steps[0], steps[1], every)
-
-
-def _filled(values: FloatArray, seen: MaskArray, axis: int, pitch: np.float32) -> Image:
-    """Return coordinates less even steps of `pitch` along an axis; holes take the mean of what is within two steps."""
-    import cv2
-
-    even = np.arange(values.shape[axis], dtype=np.float32) * pitch
-    rest = np.where(seen, values - (even[None, :] if axis == 1 else even[:, None]), 0.0).astype(np.float32)
-    holes = np.nonzero(~seen)
-    if holes[0].size:
-        total, cover = (
-            cv2.boxFilter(a, -1, (5, 5), normalize=False, borderType=cv2.BORDER_CONSTANT)[holes]
-            for a in (rest, seen.astype(np.float32))
-        )
-        middle = quantile(sample(rest, seen)) if seen.any() else 0.0
-        rest[holes] = np.where(cover > 0.5, total / np.maximum(cover, 1.0), np.float32(middle))
-    return rest
-
-
-def _steepness(cover: Image) -> Image:
-    """Return the larger gradient of an image along its axes, per bin."""
-    return np.maximum(np.abs(slope(cover, 1)), np.abs(slope(cover, 0)))
 
 
 def _noise(
@@ -246,14 +205,13 @@ def _noise(
 
 def _pixel_noise(cleaned: Cleaned, mean: Image, step: int, sigma: float) -> float:
     """Return the noise of one pixel, m, if it is white, from some pixels beside the smoothed height at their places."""
-    every = step * max(1, round((mean.size / 4000) ** 0.5))
-    coarse = every // step
-    offset = -0.5 * (step - 1) / step  # a bin's first pixel, from its middle
-    near = mean[::coarse, ::coarse]
-    along = offset * (slope(mean, 1) + slope(mean, 0))[::coarse, ::coarse]
-    first = cleaned.height[::every, ::every]
-    seen = cleaned.valid[::every, ::every]
-    residual = (first - near - along)[seen]
+    (h, w), every = mean.shape, max(1, round((mean.size / 4000) ** 0.5))
+    rows, columns = slice(1, h - 1, every), slice(1, w - 1, every)
+    down = mean[2::every, columns] - mean[: h - 2 : every, columns]
+    along = mean[rows, 2::every] - mean[rows, : w - 2 : every]
+    offset = -0.25 * (step - 1) / step  # half the way to a bin's first pixel from its middle
+    first = slice(step, step * (h - 1), step * every), slice(step, step * (w - 1), step * every)
+    residual = (cleaned.height[first] - mean[rows, columns] - offset * (down + along))[cleaned.valid[first]]
     if not residual.size:
         return 0.0
     return MAD_TO_SD * quantile(np.abs(residual)) / math.sqrt(left_of_one(sigma, step))

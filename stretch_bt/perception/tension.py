@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.robust import TUKEY, scale_of, tukey_weights
+from stretch_bt.perception.robust import MAD_TO_SD, TUKEY
 from stretch_bt.units import Estimate
 
 __all__ = ["PRIOR", "combine", "expected_ratio", "tension_ratio"]
@@ -22,6 +22,7 @@ PRIOR = (2.0, 1.0)  # mean and deviation of ln(T_j / T_i) of any membrane: 2.7 t
 AT_REST, PER_METRE, PULLED_SD, LEAST_PULL = 2.47, 10.7, 0.3, 5e-3
 ENOUGH = 600  # places that are used; more would mostly repeat the noise of their neighbours
 SIGNIFICANT = 4.0  # standard deviations by which the bending must exceed what noise alone shows
+ROUNDS, CLOSE = 40, 1e-3  # of weights, and rad by which the line may still turn
 LEAST, MOST = 0.2, 40.0  # ratios of a sheet that is pulled along j and free at its sides
 
 
@@ -48,6 +49,8 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     IllConditioned
         There are too few places, or the line does not stand out from the noise.
     """
+    from stretch_bt.perception.tension_kernel import settle_angle
+
     every = max(1, len(along_i) // ENOUGH)
     pairs = np.stack([along_i[::every], along_j[::every]]).astype(np.float64)
     if pairs.shape[1] < 30:
@@ -57,28 +60,12 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     turned = np.stack([pairs[0] + pairs[1], pairs[0] - pairs[1]]) * scale
     # In contact both are negative, off contact they differ in sign; Tukey's weights need that start where many touch.
     weights = np.asarray(pairs[0] * pairs[1] < 0.0, dtype=np.float64)
-    angle, before = 0.0, math.inf
-    for _ in range(12):
-        angle = _flattest(turned, weights)
-        residuals = math.cos(angle) * turned[0] + math.sin(angle) * turned[1]
-        sd = max(scale_of(residuals, 1), 1e-12)
-        if abs(angle - before) < 1e-3:
-            break
-        before = angle
-        weights = tukey_weights(residuals / (TUKEY * sd))
+    angle, sd = settle_angle(*turned, weights, MAD_TO_SD, TUKEY, CLOSE, ROUNDS)
     along = -math.sin(angle) * turned[0] + math.cos(angle) * turned[1]
     signal = float(weights @ (along * along)) - sd * sd * float(weights.sum())
     if not signal > SIGNIFICANT * sd * sd * math.sqrt(2.0 * float(weights.sum())):
         raise IllConditioned("off contact the membrane is not bent enough to show the ratio of its tensions")
     return _ratio_of(angle, sd / math.sqrt(signal), scale)
-
-
-def _flattest(turned: Array, weights: Array) -> float:
-    """Return the angle of the direction in which weighted pairs scatter least."""
-    a = float(weights @ (turned[0] * turned[0]))
-    b = float(weights @ (turned[0] * turned[1]))
-    c = float(weights @ (turned[1] * turned[1]))
-    return 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
 
 
 def _ratio_of(angle: float, error: float, scale: Array) -> Estimate:

@@ -2,41 +2,48 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.robust import TUKEY, quantile, scale_of, tukey_psi_slope, tukey_weights
+from stretch_bt.perception.robust import TUKEY, quantile, scale_of
 from stretch_bt.units import Estimate
 
-__all__ = ["Places", "Top", "m_sd", "shared"]
+__all__ = ["Places", "Top", "settled"]
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 ENOUGH_PAIRS = 30
+SCALES = 3  # times that the noise is estimated anew
+ROUNDS = 8  # of weights at one scale
 CLEARLY = 3.0  # standard deviations at which a top counts as curved
 EVEN: Array = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
-def m_sd(u: Array, parameters: int) -> float:
-    """Return how much wider than 1/sqrt(n) an M-estimate spreads, in units of the cut (Huber, 1981, section 7.6)."""
-    inside = np.abs(u) < 1.0
-    psi = u[inside] * tukey_weights(u[inside])
-    count = max(int(inside.sum()), parameters + 1)
-    spread = float(psi @ psi) / (count - parameters)
-    return float(np.sqrt(spread * len(u) / count)) / max(float(tukey_psi_slope(u[inside]).mean()), 0.1)
+def settled(design: Array, z: Array, places: Places) -> tuple[Array, float]:
+    """Return the parameters (k,) of a robust fit of z (n,) by design (k, n), and the standard deviation of one residual.
+
+    The deviation holds what Tukey's weights cost and what neighbours share, so that it goes with the covariance of plain
+    least squares.
+    """
+    from stretch_bt.perception.top_kernel import m_sd, settle
+
+    free = len(design)
+    q, cut, close = np.zeros(free), np.inf, np.inf
+    for turn in range(SCALES + 1):
+        if not settle(design, z, q, cut, close, ROUNDS):
+            raise IllConditioned("the points in contact lie on one line")
+        residuals = z - q @ design
+        if turn < SCALES:
+            scale = max(scale_of(residuals, free), 1e-12)
+            cut, close = TUKEY * scale, 0.01 * scale / math.sqrt(len(z))
+    return q, m_sd(residuals, cut, free) * _shared(residuals, places)
 
 
-def _solve(normal: Array, right: Array) -> Array:
-    try:
-        solution: Array = np.asarray(np.linalg.solve(normal, right), dtype=np.float64)
-    except np.linalg.LinAlgError as error:
-        raise IllConditioned("the points in contact lie on one line") from error
-    return solution
-
-
-def shared(residuals: Array, places: Places) -> float:
+def _shared(residuals: Array, places: Places) -> float:
     """Return how much wider a mean spreads because neighbouring pixels share their noise; 1 where they do not.
 
     `places` are the pixels' numbers, row by row, so that neighbours in a row differ by 1.
@@ -55,32 +62,17 @@ def shared(residuals: Array, places: Places) -> float:
 class Top:
     """z = c + b . (x, y) - (kx x^2 + 2 kxy x y + ky y^2) / 2 about `middle`, fitted with Tukey's weights."""
 
-    def __init__(self, x: Array, y: Array, z: Array, places: Places, middle: Array, *, even: bool) -> None:
-        """Fit to points (n,), m; `even` keeps the curvature the same in all directions."""
+    def __init__(self, cloud: Array, places: Places, middle: Array, *, even: bool) -> None:
+        """Fit to points (3, n), m; `even` keeps the curvature the same in all directions."""
         self.middle = middle
-        x, y = x - middle[0], y - middle[1]
+        x, y = cloud[0] - middle[0], cloud[1] - middle[1]
+        offset = quantile(cloud[2])
         self.size = max(float(np.sqrt((x @ x + y @ y) / len(x))), 1e-12)
         x, y = x / self.size, y / self.size
         bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
         design = np.stack([np.ones_like(x), x, y, *bent])
-        free = len(design)
-        offset = quantile(z)
-        z = z - offset
-        normal: Array = design @ design.T
-        if np.linalg.cond(normal) > 1e12:
-            raise IllConditioned("the points in contact lie on one line")
-        self.q = _solve(normal, design @ z)
-        for _ in range(8):
-            residuals = z - self.q @ design
-            scale = max(scale_of(residuals, free), 1e-12)
-            weighted = design * tukey_weights(residuals / (TUKEY * scale))
-            before = self.q
-            self.q = _solve(weighted @ design.T, weighted @ z)
-            if np.abs(self.q - before).max() < 0.01 * scale / len(z) ** 0.5:
-                break
-        residuals = z - self.q @ design
-        sd = m_sd(residuals / (TUKEY * scale), free) * TUKEY * scale * shared(residuals, places)
-        self.covariance: Array = np.asarray(np.linalg.inv(normal) * sd * sd, dtype=np.float64)
+        self.q, sd = settled(design, cloud[2] - offset, places)
+        self.covariance: Array = np.asarray(np.linalg.inv(design @ design.T) * sd * sd, dtype=np.float64)
         self.q[0] += offset
         if even:
             self.q, self.covariance = EVEN @ self.q, EVEN @ self.covariance @ EVEN.T
@@ -93,11 +85,12 @@ class Top:
     @property
     def significance(self) -> float:
         """Convexity, in standard deviations, in the direction in which it is least: a vertex along it lies anywhere."""
-        kx, kxy, ky = self.q[3:]
-        least, directions = np.linalg.eigh([[kx, kxy], [kxy, ky]])
-        x, y = directions[:, 0]
+        kx, kxy, ky = self.q[3:].tolist()
+        least = 0.5 * (kx + ky) - math.hypot(0.5 * (kx - ky), kxy)
+        angle = 0.5 * math.atan2(-2.0 * kxy, ky - kx)
+        x, y = math.cos(angle), math.sin(angle)
         row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
-        return float(least[0]) / max(float(np.sqrt(row @ self.covariance @ row)), 1e-300)
+        return least / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300)
 
     @property
     def is_curved(self) -> bool:

@@ -1,0 +1,55 @@
+"""How far the points of neighbouring pixels lie apart."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.smooth import derivative, slope
+from stretch_bt.perception.surface import Cleaned, Surface
+
+__all__ = ["Lateral", "lateral"]
+
+Image = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Lateral:
+    """How far x moves from column to column and y from row to row, and how fast that changes on the way.
+
+    `moves` (h, w, 4) is x_u, y_v, x_uu and y_vv per block of `every` x `every` pixels, m.
+    """
+
+    moves: Image
+    every: int
+
+    def of(self, surface: Surface) -> tuple[Image, int, int]:
+        """Return the same for smaller blocks, as wide as the bins of a surface, and which of them is its first bin."""
+        import cv2
+
+        share = self.every // surface.step
+        (v, u), (h, w) = surface.origin, surface.height.shape
+        # Bins between the middles of two blocks take from both.
+        top, left = max(v // share - 1, 0), max(u // share - 1, 0)
+        part = self.moves[top : (v + h) // share + 2, left : (u + w) // share + 2]
+        finer = part if share == 1 else cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_LINEAR)
+        return np.ascontiguousarray(finer), v - share * top, u - share * left
+
+
+def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
+    """Return how far x and y move, averaged over a Gaussian of `kernel`, m; they change slowly."""
+    import cv2
+
+    from stretch_bt.perception.surface_kernel import fill_moves
+
+    every = 2 ** max(0, math.floor(math.log2(max(kernel / cleaned.pitch, 1.0))))
+    sigma, pitch = round(max(kernel / cleaned.pitch / every, 0.8), 1), cleaned.pitch * every
+    x, y = np.empty((2, *(-(-n // every) for n in cleaned.valid.shape)), dtype=np.float32)
+    fill_moves(cleaned.points, cleaned.valid, *cleaned.corner, every, pitch, x, y)
+    least = np.float32(0.1 * pitch)
+    x_u = np.maximum(derivative(x, sigma, 1, 0) + np.float32(pitch), least)
+    y_v = np.maximum(derivative(y, sigma, 0, 1) + np.float32(pitch), least)
+    return Lateral(np.asarray(cv2.merge([x_u, y_v, slope(x_u, 1), slope(y_v, 0)])), every)
