@@ -12,6 +12,7 @@ from stretch_bt.perception.shapes.noise_area import surface_noise
 from stretch_bt.perception.shapes.robust_fit import robust_linear, settle
 from stretch_bt.perception.shapes.sight import Sight, sighted
 from stretch_bt.perception.shapes.sphere import fit_sphere
+from stretch_bt.perception.shapes.sphere_kernel import fill_cap
 from stretch_bt.perception.types import Contact, FloatArray, Sphere
 
 __all__ = ["CapSurface", "Rim", "fit_contact_sphere", "find_rim"]
@@ -28,8 +29,6 @@ ROUNDS = 10
 STEPS = 8  # in a round: the rim need not be better than what the next round looks at
 SETTLED = 0.02  # relative change of the rim
 LARGEST_CHANGE = 0.25  # relative, of the rim in one step
-NUDGE = 1e-6
-STEEPEST = 1e-2  # least squared cosine between the normal and z
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,10 +159,10 @@ class CapSurface:
         return PARAMETERS
 
     def heights(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Return the height (n,) and its derivatives (8, n), by differences."""
-        nudged = self.q + NUDGE * np.eye(PARAMETERS + 1, PARAMETERS, -1)
-        heights = _cap(nudged.T[..., None], x, y)
-        return heights[0], (heights[1:] - heights[0]) / NUDGE
+        """Return the height (n,) and its derivatives (8, n)."""
+        height, jacobian = np.empty(x.size), np.empty((PARAMETERS, x.size))
+        fill_cap(self.q, x, y, height, jacobian)
+        return height, jacobian
 
     def moved(self, step: Array) -> tuple[CapSurface, Array]:
         """Return the surface after a step, shortened where the rim or the curvature would change by much."""
@@ -176,25 +175,3 @@ class CapSurface:
         q = self.q + share * step
         q[4:6] = np.minimum(q[4:6], self.most)
         return replace(self, q=q), q - self.q
-
-
-def _cap(q: Array, x: Array, y: Array) -> Array:
-    """Return the height (m, n) of caps, each with its skirt, of parameters `q` (8, m, 1)."""
-    c, p1, p2, k = q[:4]
-    a, b = np.exp(q[4:6])
-    dx, dy = x - q[6], y - q[7]
-    rims = np.maximum(np.hypot(dx / a, dy / b), 1.0)
-    rx, ry = dx / rims, dy / rims
-    d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
-    sx, sy = p1 * d0, p2 * d0
-    at_x, at_y = q[6] + rx, q[7] + ry
-    ux, uy = k * at_x - sx, k * at_y - sy
-    d = np.sqrt(np.maximum(1.0 - ux * ux - uy * uy, STEEPEST))
-    on_sphere = c + (2.0 * (sx * at_x + sy * at_y) - k * (at_x * at_x + at_y * at_y)) / (d + d0)
-    beyond = rims - 1.0
-    nx, ny = rx / a**2, ry / b**2
-    slope = -(ux * rx + uy * ry) / d
-    sphere = -k * ((rx * rx + ry * ry) / d + (ux * rx + uy * ry) ** 2 / d**3)
-    jump = k * (2.0 / d + (ux * ux + uy * uy) / d**3)
-    across = (nx * rx + ny * ry) ** 2 / np.maximum(nx * nx + ny * ny, 1e-300)
-    return np.asarray(on_sphere + slope * beyond + 0.5 * (sphere + jump * across) * beyond**2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
@@ -10,7 +11,9 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.shapes.correlation import correlation_area
-from stretch_bt.perception.robust import TUKEY, Inliers, densest_half, scale_of, tukey_weights
+from stretch_bt.perception.robust import scale_of
+from stretch_bt.perception.shapes.inliers import Inliers
+from stretch_bt.perception.shapes.inliers_kernel import normal_step, settle_line
 from stretch_bt.perception.shapes.sight import Sight
 
 __all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
@@ -84,13 +87,13 @@ def solve(matrix: Array, right: Array, name: str) -> Array:
     return np.asarray(scaled @ ((scaled.T @ right).T / values).T)
 
 
-def _step(matrix: Array, right: Array, name: str) -> Array:
-    """Solve normal equations that `solve` has seen before, or will see."""
-    try:
-        step = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        return solve(matrix, right, name)
-    return step if np.abs(step).max() < FAR else solve(matrix, right, name)
+def _step(jacobian: Array, weights: Array, residuals: Array, name: str) -> Array:
+    """Return the step of weighted least squares, or refuse as `solve` does; that alone is slow, and seldom needed."""
+    step = np.empty(len(jacobian))
+    if normal_step(jacobian, weights, residuals, step) and np.abs(step).max() < FAR:
+        return step
+    weighted = jacobian * weights
+    return solve(weighted @ jacobian.T, weighted @ residuals, name)
 
 
 def thinned(sight: Sight) -> tuple[Array, Array, Array]:
@@ -104,19 +107,10 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
 
     First by least absolute residuals, a convex problem that needs no start, then with Tukey's weights.
     """
-    weights = np.ones_like(z)
-    solution = solve(design @ design.T, design @ z, name)
-    for step in range(9):
-        weighted = design * weights
-        solution = _step(weighted @ design.T, weighted @ z, name)
-        residuals = z - solution @ design
-        if step < 5:
-            scale = max(scale_of(residuals, len(design)), floor)
-            weights = 1.0 / np.maximum(np.abs(residuals), 0.1 * scale)
-        else:
-            # Outliers to one side draw the median after them, but not the densest half.
-            middle, spread = densest_half(residuals) if step == 5 else (0.0, scale_of(residuals, len(design)))
-            weights = tukey_weights((residuals - middle) / (TUKEY * max(spread, floor)))
+    solve(design @ design.T, design @ z, name)
+    solution, weights = np.empty(len(design)), np.empty(len(z))
+    if not settle_line(design, np.ascontiguousarray(z), floor, solution, weights) or np.abs(solution).max() >= FAR:
+        solve((design * weights) @ design.T, design @ (weights * z), name)
     return solution, weights
 
 
@@ -134,23 +128,21 @@ def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settle
     inliers = Inliers.first(residuals, p, sight.floor)
     for _ in range(steps):
         weights = inliers.weights(residuals)
-        weighted = jacobian * weights
-        surface, step = surface.moved(_step(weighted @ jacobian.T, weighted @ residuals, name))
+        surface, step = surface.moved(_step(jacobian, weights, residuals, name))
         height, jacobian = surface.heights(sight.x, sight.y)
         residuals = sight.z - height
+        far = float(np.abs(step).max())
         # While the surface still moves, its misfit is no noise, and what fits it worse no outlier.
-        moving = np.abs(step).max() > inliers.scale
-        inliers = (
-            Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
-        )
-        if np.abs(step).max() < CLOSE * max(inliers.scale / np.sqrt(residuals.size), 1e-12):
+        if far > inliers.scale:
+            inliers = Inliers.first(residuals, p, sight.floor)
+        else:
+            inliers = inliers.next(residuals, weights, p, sight.floor)
+        if far < CLOSE * max(inliers.scale / math.sqrt(residuals.size), 1e-12):
             break
     return _with_error(surface, sight, name, inliers, residuals, jacobian)
 
 
-def _with_error(
-    surface: S, sight: Sight, name: str, inliers: Inliers, residuals: Array, jacobian: Array
-) -> Settled[S]:
+def _with_error(surface: S, sight: Sight, name: str, inliers: Inliers, residuals: Array, jacobian: Array) -> Settled[S]:
     p = surface.parameters
     weights = inliers.weights(residuals)
     total = float(weights.sum())

@@ -81,7 +81,10 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
 
 def _known(noise: Noise) -> SurfaceNoise:
     known = noise if isinstance(noise, SurfaceNoise) else SurfaceNoise(0.0 if noise is None else noise, 1.0)
-    if not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0) or noise == 0.0:
+    if (
+        not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0)
+        or noise == 0.0
+    ):
         raise InvalidInput(f"noise is a positive standard deviation in m, or a SurfaceNoise, got {noise}")
     return known
 
