@@ -17,9 +17,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from perception_surfaces import camera, noisy, render, sphere_press
 from scipy.ndimage import binary_fill_holes
 
+from stretch_bt.accuracy.perception.analytic import camera, noisy, render, sphere_press
 from stretch_bt.accuracy.perception.noise import CLEAN, CORRELATED, WHITE_03, WHITE_05, WHITE_10, Noise, observe
 from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, Seen, seen
 from stretch_bt.errors import NoAnswer

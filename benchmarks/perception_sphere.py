@@ -13,8 +13,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from perception_surfaces import cap, curvature_bound
 
+from stretch_bt.accuracy.perception.analytic import cap, curvature_bound
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import fit_sphere
 

@@ -1,20 +1,17 @@
-"""The analytic surfaces of the benchmarks, and the real recordings where they are at hand."""
+"""The analytic surfaces, and the real recordings where they are at hand."""
 
-import importlib.util
 from pathlib import Path
 
 import pytest
+
+from stretch_bt.accuracy.perception import analytic
 
 ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="session")
 def surfaces():
-    path = ROOT / "benchmarks" / "perception_surfaces.py"
-    spec = importlib.util.spec_from_file_location("perception_surfaces", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return analytic
 
 
 @pytest.fixture(scope="session")

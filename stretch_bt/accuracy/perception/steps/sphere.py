@@ -7,17 +7,16 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-import numpy as np
-
+from stretch_bt.accuracy.perception.analytic import curvature_bound
 from stretch_bt.accuracy.perception.measure import FULL, NOISES, QUICK, SPHERES, frames_of, run, words
 from stretch_bt.accuracy.perception.noise import Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Seen, seen
+from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Seen, seen
 from stretch_bt.accuracy.points import REFERENCE, Point
 from stretch_bt.errors import NoContact
-from stretch_bt.perception import Contact, Sphere, find_contact, fit_contact_sphere, fit_sphere, view_rays
+from stretch_bt.perception import Contact, Sphere, deproject, find_contact, to_membrane, fit_contact_sphere, fit_sphere, view_rays
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere as Body
 
-__all__ = ["curvature_bound", "points"]
+__all__ = ["points"]
 
 _SHARES = (8, 4, 2, 1)
 
@@ -31,9 +30,9 @@ def points(quick: bool) -> Iterator[Point]:
         radius = body.diameter / 2
         for name, noise in list(NOISES.items())[: 1 if quick else 3]:
             case = f"{words(press)}, {name}"
-            touching, _ = next(frames_of(view, noise, True))
-            bound = curvature_bound(touching[view.touching], radius, noise.white) * radius
-            yield Point(case, "sphere fit: Cramer-Rao bound", "radius", bound, None, REFERENCE)
+            yield Point(
+                case, "sphere fit: Cramer-Rao bound", "radius", _bound(view, noise.white), None, REFERENCE
+            )
             for share in _SHARES:
                 answers = run(
                     partial(_fit, view, share),
@@ -56,11 +55,10 @@ def _fit(view: Seen, share: int, points_: Any, valid: Any) -> Sphere:
     return fit_sphere(cap, rays=view_rays(cap, (0.0, 0.0, PLANE_DISTANCE)))
 
 
-def curvature_bound(cap: Any, radius: float, noise: float) -> float:
-    """Return the Cramer-Rao bound of 1/R, 1/m, for white noise, m, along z on points (n, 3), m, of a spherical cap."""
-    finite = np.isfinite(cap).all(axis=1)
-    x, y = (cap[finite, :2] - cap[finite, :2].mean(axis=0)).T
-    z = np.sqrt(np.maximum(radius**2 - x * x - y * y, (0.1 * radius) ** 2))
-    jacobian = np.column_stack([x / z, y / z, np.ones_like(x), radius / z])
-    covariance = np.linalg.inv(jacobian.T @ jacobian) * noise**2
-    return float(np.sqrt(covariance[3, 3])) / radius**2
+def _bound(view: Seen, noise: float) -> float:
+    """Return the Cramer-Rao bound of 1/R, over 1/R, for white noise, m, on all pixels that touch."""
+    body, (x, y) = view.press.indenter, view.press.at
+    assert isinstance(body, Body)
+    radius = body.diameter / 2
+    points_ = to_membrane(deproject(view.depth, CAMERA)[0], PLANE_DISTANCE)[view.touching].astype(float)
+    return curvature_bound(points_ - [x, y, view.press.depth - radius], radius, noise) * radius

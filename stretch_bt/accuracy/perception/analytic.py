@@ -10,6 +10,18 @@ import numpy.typing as npt
 
 from stretch_bt.frames import Intrinsics
 
+__all__ = [
+    "PLANE_DISTANCE",
+    "camera",
+    "cap",
+    "curvature_bound",
+    "disc_press",
+    "distance_from_axis",
+    "noisy",
+    "render",
+    "sphere_press",
+]
+
 Array = npt.NDArray[np.float64]
 Profile = Callable[[Any], Any]
 
@@ -18,6 +30,7 @@ OUTER = 47e-3
 
 
 def camera(height: int = 213, width: int = 333, focal: float = 476.0) -> Intrinsics:
+    """Return the intrinsics of a camera whose axis meets the middle of its image."""
     return Intrinsics(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
 
