@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.deprojection import view_rays
 from stretch_bt.perception.shapes.noise_area import surface_noise
 from stretch_bt.perception.shapes.robust_fit import robust_linear, settle
-from stretch_bt.perception.shapes.sight import Sight, sighted
+from stretch_bt.perception.shapes.sight import Sight, camera_of, sighted
 from stretch_bt.perception.shapes.sphere import fit_sphere
 from stretch_bt.perception.shapes.sphere_kernel import fill_cap
 from stretch_bt.perception.types import Contact, FloatArray, Sphere
@@ -72,7 +73,10 @@ def _touching(contact: Contact) -> tuple[FloatArray, FloatArray]:
         return contact.points, contact.rays
     with np.errstate(invalid="ignore"):
         points = contact.surface[rim.distance(contact.surface) < INSIDE]
-    return points, np.broadcast_to(contact.rays.mean(axis=0, keepdims=True), points.shape)
+    eye = camera_of(contact.points, contact.rays)
+    if eye is None:
+        return points, np.broadcast_to(contact.rays.mean(axis=0, keepdims=True), points.shape)
+    return points, view_rays(points, tuple(eye))
 
 
 def find_rim(contact: Contact) -> Rim:
