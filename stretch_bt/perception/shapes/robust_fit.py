@@ -16,7 +16,7 @@ from stretch_bt.perception.shapes.inliers import Inliers
 from stretch_bt.perception.shapes.inliers_kernel import normal_step, settle_line
 from stretch_bt.perception.shapes.sight import Sight
 
-__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
+__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "settled_surface", "solve", "thinned"]
 
 Array = npt.NDArray[np.float64]
 
@@ -114,7 +114,7 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
     return solution, weights
 
 
-def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settled[S]:
+def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     """Iterate weighted Gauss-Newton from a robust start, and return where it settles, with its error.
 
     Raises
@@ -122,6 +122,16 @@ def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settle
     IllConditioned
         The points leave a parameter free, or too few agree.
     """
+    return _with_error(sight, name, *_iterated(surface, sight, name, STEPS, CLOSE))
+
+
+def settled_surface(surface: S, sight: Sight, name: str, *, steps: int, close: float) -> S:
+    """Do as `settle`, without the error, and within `close` of the standard deviation of a mean."""
+    return _iterated(surface, sight, name, steps, close)[0]
+
+
+def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> tuple[S, Inliers, Array, Array]:
+    """Return where a surface settles, the mixture of the residuals (n,), these, and the derivatives (p, n)."""
     p = surface.parameters
     height, jacobian = surface.heights(sight.x, sight.y)
     residuals = sight.z - height
@@ -133,16 +143,18 @@ def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settle
         residuals = sight.z - height
         far = float(np.abs(step).max())
         # While the surface still moves, its misfit is no noise, and what fits it worse no outlier.
-        if far > inliers.scale:
-            inliers = Inliers.first(residuals, p, sight.floor)
-        else:
-            inliers = inliers.next(residuals, weights, p, sight.floor)
-        if far < CLOSE * max(inliers.scale / math.sqrt(residuals.size), 1e-12):
+        moving = far > inliers.scale
+        inliers = (
+            Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
+        )
+        if far < close * max(inliers.scale / math.sqrt(residuals.size), 1e-12):
             break
-    return _with_error(surface, sight, name, inliers, residuals, jacobian)
+    return surface, inliers, residuals, jacobian
 
 
-def _with_error(surface: S, sight: Sight, name: str, inliers: Inliers, residuals: Array, jacobian: Array) -> Settled[S]:
+def _with_error(
+    sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array
+) -> Settled[S]:
     p = surface.parameters
     weights = inliers.weights(residuals)
     total = float(weights.sum())
