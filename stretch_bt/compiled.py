@@ -27,8 +27,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 _FAST = {"contract", "reassoc", "arcp", "nsz"}
 
 
-def kernel(signature: str | None = None) -> Callable[[F], F]:
-    """Return a decorator that compiles a function, at once where the signature is given, and keeps the code."""
+def kernel(signature: str | list[str] | None = None) -> Callable[[F], F]:
+    """Return a decorator that compiles a function, at once where signatures are given, and keeps the code."""
     folder = cache_folder()
     options: dict[str, Any] = {"cache": folder is not None, "fastmath": _FAST, "error_model": "numpy"}
     compiled: Any = njit(**options) if signature is None else njit(signature, **options)

@@ -16,7 +16,7 @@ from stretch_bt.perception.shapes.inliers import Inliers
 from stretch_bt.perception.shapes.inliers_kernel import normal_step, settle_line
 from stretch_bt.perception.shapes.sight import Sight
 
-__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
+__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "settled_surface", "solve", "thinned"]
 
 Array = npt.NDArray[np.float64]
 
@@ -115,7 +115,7 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
     return solution, weights
 
 
-def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settled[S]:
+def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     """Iterate weighted Gauss-Newton from a robust start, and return where it settles, with its error.
 
     Noise moves a point along its own ray, so across as well where rays are not parallel: the surface is held against a
@@ -126,13 +126,20 @@ def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settle
     IllConditioned
         The points leave a parameter free, or too few agree.
     """
-    settled = _settle(surface, sight, name, steps)
+    met, found = sight, _iterated(surface, sight, name, STEPS, CLOSE)
     for _ in range(PASSES if sight.lean is not None else 0):
-        settled = _settle(settled.surface, sight.moved_to(settled.residuals), name, steps)
-    return settled
+        met = sight.moved_to(found[2])
+        found = _iterated(found[0], met, name, STEPS, CLOSE)
+    return _with_error(met, name, *found)
 
 
-def _settle(surface: S, sight: Sight, name: str, steps: int) -> Settled[S]:
+def settled_surface(surface: S, sight: Sight, name: str, *, steps: int, close: float) -> S:
+    """Do as `settle`, without the error, and within `close` of the standard deviation of a mean."""
+    return _iterated(surface, sight, name, steps, close)[0]
+
+
+def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> tuple[S, Inliers, Array, Array]:
+    """Return where a surface settles, the mixture of the residuals (n,), these, and the derivatives (p, n)."""
     p = surface.parameters
     height, jacobian = surface.heights(sight.x, sight.y)
     residuals = sight.z - height
@@ -144,16 +151,18 @@ def _settle(surface: S, sight: Sight, name: str, steps: int) -> Settled[S]:
         residuals = sight.z - height
         far = float(np.abs(step).max())
         # While the surface still moves, its misfit is no noise, and what fits it worse no outlier.
-        if far > inliers.scale:
-            inliers = Inliers.first(residuals, p, sight.floor)
-        else:
-            inliers = inliers.next(residuals, weights, p, sight.floor)
-        if far < CLOSE * max(inliers.scale / math.sqrt(residuals.size), 1e-12):
+        moving = far > inliers.scale
+        inliers = (
+            Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
+        )
+        if far < close * max(inliers.scale / math.sqrt(residuals.size), 1e-12):
             break
-    return _with_error(surface, sight, name, inliers, residuals, jacobian)
+    return surface, inliers, residuals, jacobian
 
 
-def _with_error(surface: S, sight: Sight, name: str, inliers: Inliers, residuals: Array, jacobian: Array) -> Settled[S]:
+def _with_error(
+    sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array
+) -> Settled[S]:
     p = surface.parameters
     weights = inliers.weights(residuals)
     total = float(weights.sum())

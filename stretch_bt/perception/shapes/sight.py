@@ -9,10 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.shapes.noise_area import SurfaceNoise
-from stretch_bt.perception.types import FloatArray
+from stretch_bt.perception.types import FloatArray, SurfaceNoise
 
-__all__ = ["Noise", "Sight", "camera_of", "extent", "sighted"]
+__all__ = ["Noise", "Sight", "camera_of", "extent", "sight_along_z", "sighted"]
 
 Array = npt.NDArray[np.float64]
 Noise = float | SurfaceNoise | None  # standard deviation of one point, m, and over how many points it is alike
@@ -103,6 +102,14 @@ def camera_of(points: FloatArray, rays: FloatArray) -> Array | None:
     if np.linalg.eigvalsh(total)[0] < PARALLEL * len(points):
         return None
     return np.asarray(np.linalg.solve(total, np.einsum("nij,nj->i", across, points)))
+
+
+def sight_along_z(points: Array, middle: tuple[float, float], size: float) -> Sight:
+    """Return points (n, 3), m, as a camera along z sees them from above a place (x, y), m, in units of `size`, m."""
+    level = float(points[:, 2].mean())
+    x, y, z = np.ascontiguousarray((points - [*middle, level]).T) / size
+    resolution = DIGITS * float(np.finfo(np.float32).eps) * float(np.abs(points).max()) / size
+    return Sight(x, y, z, None, np.eye(3), np.array([*middle, level]), size, resolution, resolution, 1.0)
 
 
 def _known(noise: Noise) -> SurfaceNoise:
