@@ -21,6 +21,5 @@ class FitShape(Behavior):
     def update(self) -> Status:
         """Fit."""
         contact = self.contact
-        noise = perception.surface_noise(contact.surface) or contact.noise
-        self.fitted = perception.fit_shape(contact.points, rays=contact.rays, noise=noise, shape=self.shape)
+        self.fitted = perception.fit_shape(contact.points, rays=contact.rays, noise=contact.surface_noise, shape=self.shape)
         return Status.SUCCESS

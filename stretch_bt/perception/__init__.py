@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from stretch_bt.perception.noise import PixelNoise as PixelNoise
     from stretch_bt.perception.noise import frame_noise as frame_noise
     from stretch_bt.perception.noise import pixel_noise as pixel_noise
-    from stretch_bt.perception.shapes.noise_area import SurfaceNoise as SurfaceNoise
     from stretch_bt.perception.shapes.noise_area import surface_noise as surface_noise
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
     from stretch_bt.perception.outlines.outline import Outline as Outline
@@ -63,6 +62,7 @@ if TYPE_CHECKING:
     from stretch_bt.perception.types import Plane as Plane
     from stretch_bt.perception.types import Shape as Shape
     from stretch_bt.perception.types import Sphere as Sphere
+    from stretch_bt.perception.types import SurfaceNoise as SurfaceNoise
 
 _MODULES = {
     "Candidate": "types",
@@ -84,7 +84,7 @@ _MODULES = {
     "Segmentation": "segmentation",
     "Shape": "types",
     "Sphere": "types",
-    "SurfaceNoise": "shapes.noise_area",
+    "SurfaceNoise": "types",
     "average_frames": "average",
     "brand": "curvature",
     "circularity": "outlines.roundness",

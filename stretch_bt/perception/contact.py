@@ -47,4 +47,5 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
         surface=points,
         confidence=found.confidence,
         pose=frame.pose,
+        noise_area=found.noise_area,
     )

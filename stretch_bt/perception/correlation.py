@@ -12,7 +12,7 @@ from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import gain
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["left_of_one", "noise_of", "spread_of_mean"]
+__all__ = ["area_of", "left_of_one", "noise_of", "spread_of_mean"]
 
 Array = npt.NDArray[np.float64]
 
@@ -78,6 +78,14 @@ def left_of_one(sigma: float, step: int) -> float:
     """Return the variance, of 1, that a pixel of white noise keeps less the means of bins of `step` pixels around it."""
     g = [0.0] + [1.0 / (2.0 * math.pi * m * sigma**2) for m in range(1, 5)]
     return 1.0 + (-2.0 * (2.0 * g[1] - g[2]) + 4.0 * g[2] - 4.0 * g[3] + g[4]) / step**2
+
+
+def area_of(length: float) -> float:
+    """Return how many pixels share one error, at least 1, where noise is shared over a length, pixels.
+
+    It is the sum over the plane of the correlation exp(-d^2 / 4 l^2) of white noise after a Gaussian of l.
+    """
+    return max(4.0 * math.pi * length**2, 1.0)
 
 
 def spread_of_mean(length: float, sigma: float, *orders: tuple[int, int, float]) -> float:

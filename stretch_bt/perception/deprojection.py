@@ -58,7 +58,7 @@ def points_of(
         )
     points = np.empty((*image.shape, 3), dtype=image.dtype)
     rows = points.reshape(image.shape[0], 3 * image.shape[1])
-    fill_points(np.require(image, requirements="CW"), valid, *ray_planes(intrinsics, image.dtype.char), sign, offset, np.nan, rows)
+    fill_points(np.require(image, requirements=["C", "W"]), valid, *ray_planes(intrinsics, image.dtype.char), sign, offset, np.nan, rows)
     return points, valid
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.confidence import confidence_of
+from stretch_bt.perception.correlation import area_of
 from stretch_bt.perception.faces import Patch, flat_or_round, highest, holds_summit, with_above_plane
 from stretch_bt.perception.lateral import lateral
 from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts
@@ -38,7 +39,8 @@ class Segmentation:
 
     `labels` (h, w) uint8 and `confidence` (h, w) float32, the probability that a label is right, 0 where invalid;
     `noise` of one pixel and `plane`, the height of the undeformed membrane, m; `ratio` of the tensions along j and i,
-    None where the frame does not show it and for the rule "either", which asks for none.
+    None where the frame does not show it and for the rule "either", which asks for none; `noise_area` is how many pixels
+    share one error.
     """
 
     labels: LabelArray
@@ -46,6 +48,7 @@ class Segmentation:
     noise: float
     plane: float
     ratio: Estimate | None = None
+    noise_area: float = 1.0
 
 
 def segment(
@@ -160,7 +163,8 @@ def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentatio
     confidence = np.zeros(cleaned.shape, dtype=np.float32)
     fill_classes(grown(rise, step), grown(sure, step), touching, cleaned.valid, *cleaned.corner, labels, confidence)
     plane = ground.plane + ground.whole.level
-    return Segmentation(labels, confidence, ground.whole.noise, plane, scale.ratio)
+    area = area_of(ground.whole.length)
+    return Segmentation(labels, confidence, ground.whole.noise, plane, scale.ratio, area)
 
 
 def _draw(touching: MaskArray, patch: Patch) -> None:

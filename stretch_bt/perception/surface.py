@@ -154,7 +154,7 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
         return None
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
-    rows = np.require(points, np.promote_types(points.dtype, np.float32), "CW").reshape(len(points), -1)
+    rows = np.require(points, np.promote_types(points.dtype, np.float32), ["C", "W"]).reshape(len(points), -1)
     height = np.empty(seen.shape, dtype=np.float32)
     fill_height(rows, seen, box[0].start, box[1].start, level, towards, height)
     kept = seen & ~flying_pixels(height, seen, pitch)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -27,6 +28,7 @@ __all__ = [
     "Shape",
     "ShapeKind",
     "Sphere",
+    "SurfaceNoise",
 ]
 
 FloatArray = npt.NDArray[np.floating[Any]]
@@ -39,13 +41,31 @@ UNDEFORMED, DEFORMED, CONTACT, INVALID = 0, 1, 2, 255
 
 
 @dataclass(frozen=True, slots=True)
+class SurfaceNoise:
+    """Standard deviation, m, of one pixel's height, and the number of pixels that share one error, at least 1."""
+
+    sd: Length
+    area: float
+
+    def of_means(self, pixels: float) -> SurfaceNoise:
+        """Return the noise of means over squares of so many pixels, and how many of them share one error.
+
+        Noise that a Gaussian made alike is meant; the squares blur as a Gaussian of their own variance does.
+        """
+        pixels = max(pixels, 1.0)
+        area = 1.0 + (self.area - 1.0) / pixels
+        return SurfaceNoise(self.sd * math.sqrt(self.area / (area * pixels)), area)
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """The points of the membrane that touch the object, in one frame.
 
     `points` (n, 3), m, and unit `rays` (n, 3), from the camera through each point, are in the membrane frame. `labels`
     (h, w) uint8 holds the class of every pixel, `confidence` (h, w) float32 the probability that it is right, 0 where
     invalid, and `surface` (h, w, 3), m, membrane frame, its point, NaN where the label is 255. `noise` is the depth
-    standard deviation of one pixel, m, as the frame itself shows it. `hand_height`, `stretch`, m, `time`, s, and
+    standard deviation of one pixel, m, as the frame itself shows it, and `noise_area` how many pixels share one error,
+    1 where their noise is independent. `hand_height`, `stretch`, m, `time`, s, and
     `pose`, of the hand in the world, are those of the frame.
     """
 
@@ -59,6 +79,12 @@ class Contact:
     surface: FloatArray
     confidence: FloatArray
     pose: Pose | None = None
+    noise_area: float = 1.0
+
+    @property
+    def surface_noise(self) -> SurfaceNoise:
+        """The noise as the fits of shapes take it."""
+        return SurfaceNoise(self.noise, self.noise_area)
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,7 +86,7 @@ class CylinderSurface:
         half = k * (across * b3 + above * n3) + n3
         ends = k * (across * across + above * above) + 2.0 * above
         root = np.sqrt(np.maximum(half * half - k * (b3 * b3 + n3 * n3) * ends, STEEPEST))
-        z = -ends / (half + root)
+        z = -ends / np.maximum(half + root, np.sqrt(STEEPEST))  # less is beyond the silhouette
         wa, wb, wn = a1 * x + a2 * y + a3 * z, across + b3 * z, above + n3 * z
         # Half the derivatives of the equation by c, the rotations and k; by z it is the root.
         by_step = np.stack([-root, -wb, (k * wn + 1.0) * wa, -k * wa * wb, 0.5 * (wb * wb + wn * wn)])

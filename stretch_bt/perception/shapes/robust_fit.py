@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
@@ -10,14 +11,17 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.shapes.correlation import correlation_area
-from stretch_bt.perception.robust import TUKEY, Inliers, densest_half, scale_of, tukey_weights
+from stretch_bt.perception.robust import scale_of
+from stretch_bt.perception.shapes.inliers import Inliers
+from stretch_bt.perception.shapes.inliers_kernel import normal_step, settle_line
 from stretch_bt.perception.shapes.sight import Sight
 
-__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "solve", "thinned"]
+__all__ = ["Settled", "SightSurface", "robust_linear", "settle", "settled_surface", "solve", "thinned"]
 
 Array = npt.NDArray[np.float64]
 
 START = 400  # points that are enough to start from
+PASSES = 2  # over where rays meet a surface; each leaves a tenth of the error of the last
 STEPS = 30
 CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still move by
 ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
@@ -84,13 +88,13 @@ def solve(matrix: Array, right: Array, name: str) -> Array:
     return np.asarray(scaled @ ((scaled.T @ right).T / values).T)
 
 
-def _step(matrix: Array, right: Array, name: str) -> Array:
-    """Solve normal equations that `solve` has seen before, or will see."""
-    try:
-        step = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        return solve(matrix, right, name)
-    return step if np.abs(step).max() < FAR else solve(matrix, right, name)
+def _step(jacobian: Array, weights: Array, residuals: Array, name: str) -> Array:
+    """Return the step of weighted least squares, or refuse as `solve` does; that alone is slow, and seldom needed."""
+    step = np.empty(len(jacobian))
+    if normal_step(jacobian, weights, residuals, step) and np.abs(step).max() < FAR:
+        return step
+    weighted = jacobian * weights
+    return solve(weighted @ jacobian.T, weighted @ residuals, name)
 
 
 def thinned(sight: Sight) -> tuple[Array, Array, Array]:
@@ -104,52 +108,60 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
 
     First by least absolute residuals, a convex problem that needs no start, then with Tukey's weights.
     """
-    weights = np.ones_like(z)
-    solution = solve(design @ design.T, design @ z, name)
-    for step in range(9):
-        weighted = design * weights
-        solution = _step(weighted @ design.T, weighted @ z, name)
-        residuals = z - solution @ design
-        if step < 5:
-            scale = max(scale_of(residuals, len(design)), floor)
-            weights = 1.0 / np.maximum(np.abs(residuals), 0.1 * scale)
-        else:
-            # Outliers to one side draw the median after them, but not the densest half.
-            middle, spread = densest_half(residuals) if step == 5 else (0.0, scale_of(residuals, len(design)))
-            weights = tukey_weights((residuals - middle) / (TUKEY * max(spread, floor)))
+    solve(design @ design.T, design @ z, name)
+    solution, weights = np.empty(len(design)), np.empty(len(z))
+    if not settle_line(design, np.ascontiguousarray(z), floor, solution, weights) or np.abs(solution).max() >= FAR:
+        solve((design * weights) @ design.T, design @ (weights * z), name)
     return solution, weights
 
 
-def settle(surface: S, sight: Sight, name: str, *, steps: int = STEPS) -> Settled[S]:
+def settle(surface: S, sight: Sight, name: str) -> Settled[S]:
     """Iterate weighted Gauss-Newton from a robust start, and return where it settles, with its error.
+
+    Noise moves a point along its own ray, so across as well where rays are not parallel: the surface is held against a
+    point where its ray meets the surface, found by fixed-point iteration.
 
     Raises
     ------
     IllConditioned
         The points leave a parameter free, or too few agree.
     """
+    met, found = sight, _iterated(surface, sight, name, STEPS, CLOSE)
+    for _ in range(PASSES if sight.lean is not None else 0):
+        met = sight.moved_to(found[2])
+        found = _iterated(found[0], met, name, STEPS, CLOSE)
+    return _with_error(met, name, *found)
+
+
+def settled_surface(surface: S, sight: Sight, name: str, *, steps: int, close: float) -> S:
+    """Do as `settle`, without the error, and within `close` of the standard deviation of a mean."""
+    return _iterated(surface, sight, name, steps, close)[0]
+
+
+def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> tuple[S, Inliers, Array, Array]:
+    """Return where a surface settles, the mixture of the residuals (n,), these, and the derivatives (p, n)."""
     p = surface.parameters
     height, jacobian = surface.heights(sight.x, sight.y)
     residuals = sight.z - height
     inliers = Inliers.first(residuals, p, sight.floor)
     for _ in range(steps):
         weights = inliers.weights(residuals)
-        weighted = jacobian * weights
-        surface, step = surface.moved(_step(weighted @ jacobian.T, weighted @ residuals, name))
+        surface, step = surface.moved(_step(jacobian, weights, residuals, name))
         height, jacobian = surface.heights(sight.x, sight.y)
         residuals = sight.z - height
+        far = float(np.abs(step).max())
         # While the surface still moves, its misfit is no noise, and what fits it worse no outlier.
-        moving = np.abs(step).max() > inliers.scale
+        moving = far > inliers.scale
         inliers = (
             Inliers.first(residuals, p, sight.floor) if moving else inliers.next(residuals, weights, p, sight.floor)
         )
-        if np.abs(step).max() < CLOSE * max(inliers.scale / np.sqrt(residuals.size), 1e-12):
+        if far < close * max(inliers.scale / math.sqrt(residuals.size), 1e-12):
             break
-    return _with_error(surface, sight, name, inliers, residuals, jacobian)
+    return surface, inliers, residuals, jacobian
 
 
 def _with_error(
-    surface: S, sight: Sight, name: str, inliers: Inliers, residuals: Array, jacobian: Array
+    sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array
 ) -> Settled[S]:
     p = surface.parameters
     weights = inliers.weights(residuals)

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.shapes.noise_area import SurfaceNoise
-from stretch_bt.perception.types import FloatArray
+from stretch_bt.perception.types import FloatArray, SurfaceNoise
 
-__all__ = ["Noise", "Sight", "extent", "sighted"]
+__all__ = ["Noise", "Sight", "camera_of", "extent", "sight_along_z", "sighted"]
 
 Array = npt.NDArray[np.float64]
 Noise = float | SurfaceNoise | None  # standard deviation of one point, m, and over how many points it is alike
 
 THIN = 1e-5  # width over length, seen from the camera, below which points lie on a line
+PARALLEL = 1e-6  # slope between rays below which they count as parallel
+STEEPEST_RAY = 0.1  # least cosine between a ray and their mean
 DIGITS = 4.0  # units in the last place of the largest coordinate below which nothing is resolved
 
 
@@ -27,18 +28,26 @@ class Sight:
 
     `axes` (3, 3) has the frame's axes as rows, in the caller's frame; `origin` (3,), m, is in this frame. `floor` is the
     least standard deviation of z, in units of `size`: the noise, if known, or the `resolution` of the numbers. `alike` is
-    over how many points noise is known to be alike, at least 1.
+    over how many points noise is known to be alike, at least 1. `lean` (2, n) is by how much each point's own ray moves x
+    and y for every z; None where all rays are parallel.
     """
 
     x: Array
     y: Array
     z: Array
+    lean: Array | None
     axes: Array
     origin: Array
     size: float
     floor: float
     resolution: float
     alike: float
+
+    def moved_to(self, residuals: Array) -> Sight:
+        """Return the points with x and y where their rays come down by `residuals` (n,), what z is above a surface."""
+        assert self.lean is not None
+        x, y = np.stack([self.x, self.y]) - self.lean * residuals
+        return replace(self, x=x, y=y)
 
     def place(self, local: Array) -> Array:
         """Return a point of this frame (3,), in units of `size`, in the caller's frame, m."""
@@ -76,12 +85,39 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
     size = _lateral_size(local, magnitude)
     x, y, z = np.ascontiguousarray(local.T) / size
     resolution = DIGITS * _resolution(points) * magnitude / size
-    return Sight(x, y, z, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
+    lean = _lean(directions @ axes.T)
+    return Sight(x, y, z, lean, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
+
+
+def _lean(directions: Array) -> Array | None:
+    """Return by how much rays (n, 3) move x and y for every z; None where they hardly do."""
+    lean = directions[:, :2].T / np.minimum(directions[:, 2], -STEEPEST_RAY)
+    return lean if np.abs(lean).max() > PARALLEL else None
+
+
+def camera_of(points: FloatArray, rays: FloatArray) -> Array | None:
+    """Return the place (3,), m, where rays (n, 3) through points (n, 3), m, come nearest to meeting; None if parallel."""
+    across = np.eye(3) - rays[:, :, None] * rays[:, None, :]
+    total = across.sum(axis=0)
+    if np.linalg.eigvalsh(total)[0] < PARALLEL * len(points):
+        return None
+    return np.asarray(np.linalg.solve(total, np.einsum("nij,nj->i", across, points)))
+
+
+def sight_along_z(points: Array, middle: tuple[float, float], size: float) -> Sight:
+    """Return points (n, 3), m, as a camera along z sees them from above a place (x, y), m, in units of `size`, m."""
+    level = float(points[:, 2].mean())
+    x, y, z = np.ascontiguousarray((points - [*middle, level]).T) / size
+    resolution = DIGITS * float(np.finfo(np.float32).eps) * float(np.abs(points).max()) / size
+    return Sight(x, y, z, None, np.eye(3), np.array([*middle, level]), size, resolution, resolution, 1.0)
 
 
 def _known(noise: Noise) -> SurfaceNoise:
     known = noise if isinstance(noise, SurfaceNoise) else SurfaceNoise(0.0 if noise is None else noise, 1.0)
-    if not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0) or noise == 0.0:
+    if (
+        not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0)
+        or noise == 0.0
+    ):
         raise InvalidInput(f"noise is a positive standard deviation in m, or a SurfaceNoise, got {noise}")
     return known
 

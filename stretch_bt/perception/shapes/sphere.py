@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.shapes.robust_fit import Settled, robust_linear, settle, thinned
+from stretch_bt.perception.shapes.robust_fit import Settled, robust_linear, settle, solve, thinned
 from stretch_bt.perception.shapes.sight import Noise, Sight, sighted
+from stretch_bt.perception.shapes.sphere_kernel import fill_sphere
 from stretch_bt.perception.types import FloatArray, Sphere
 
 __all__ = ["SphereSurface", "fit_sphere", "settle_sphere", "sphere_of"]
@@ -18,8 +19,8 @@ Array = npt.NDArray[np.float64]
 
 SIGNIFICANCE = 3.0  # a curvature below this many standard deviations carries no radius
 ALIKE_SIGNIFICANCE = 10.0  # the same where neighbours share errors, and their deviation is only roughly known
+SILHOUETTE = 0.99  # radii from the line of sight through its centre, within which a sphere shows points
 FLAT = 1e-4  # curvature times lateral size below which a surface is a plane to any sensor
-STEEPEST = 1e-4  # least squared cosine between ray and normal; beyond it is the silhouette
 PARAMETERS = 4
 
 
@@ -85,24 +86,9 @@ class SphereSurface:
 
     def heights(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Return the height (n,) and its derivatives (4, n) by (c, p1, p2, k)."""
-        c, p1, p2, k = self.q
-        d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
-        sx, sy = p1 * d0, p2 * d0
-        ux, uy = k * x - sx, k * y - sy
-        r2 = x * x + y * y
-        square = 1.0 - ux * ux - uy * uy
-        d = np.sqrt(np.maximum(square, STEEPEST))
-        inner = (square > STEEPEST) / d  # beyond the silhouette the surface continues at constant D
-        total = d + d0
-        f = (2.0 * (sx * x + sy * y) - k * r2) / total
-        by_sx = (2.0 * x - f * (ux * inner - sx / d0)) / total
-        by_sy = (2.0 * y - f * (uy * inner - sy / d0)) / total
-        jacobian = np.empty((PARAMETERS, x.size))
-        jacobian[0] = 1.0
-        jacobian[1] = d0 * ((1.0 - sx * sx) * by_sx - sx * sy * by_sy)
-        jacobian[2] = d0 * ((1.0 - sy * sy) * by_sy - sx * sy * by_sx)
-        jacobian[3] = (-r2 + f * (ux * x + uy * y) * inner) / total
-        return c + f, jacobian
+        height, jacobian = np.empty(x.size), np.empty((PARAMETERS, x.size))
+        fill_sphere(self.q, x, y, height, jacobian)
+        return height, jacobian
 
     def moved(self, step: Array) -> tuple[SphereSurface, Array]:
         """Return the surface after a step; the curvature moves at most by half its value."""
@@ -126,12 +112,35 @@ def check_curvature(k: float, sd: float, *, alike: bool) -> None:
         )
 
 
+def _gain_on_plane(settled: Settled[SphereSurface], sight: Sight) -> float:
+    """Return by how many standard deviations the points that agree with a sphere prefer it to the best plane."""
+    agreeing = np.abs(settled.residuals) < SIGNIFICANCE * settled.scale
+    x, y, z = sight.x[agreeing], sight.y[agreeing], sight.z[agreeing]
+    design = np.stack([np.ones_like(x), x, y])
+    plane = solve(design @ design.T, design @ z, "sphere")
+    left = float(np.sum((z - plane @ design) ** 2) - np.sum(settled.residuals[agreeing] ** 2))
+    variance = max(settled.scale, sight.floor) ** 2 * max(settled.area, 1.0)
+    return max(float(np.sqrt(max(left, 0.0) / variance)), 1e-3)
+
+
+def _check_silhouette(settled: Settled[SphereSurface], sight: Sight) -> None:
+    """Refuse a sphere that is too small for its points to be seen on it: noise on a small cap makes such ones."""
+    _, p1, p2, k = settled.surface.q
+    d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
+    away = np.hypot(k * sight.x - p1 * d0, k * sight.y - p2 * d0)
+    agreeing = np.abs(settled.residuals) < SIGNIFICANCE * settled.scale
+    if np.quantile(away[agreeing], 0.95) > SILHOUETTE:
+        raise IllConditioned("the points reach beyond the silhouette of any sphere that they agree with")
+
+
 def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:
     """Return the sphere in the caller's frame, m, or refuse one without a clear curvature."""
     settled.check("sphere")
     c, p1, p2, k = settled.surface.q
     sd = settled.sd(3)
-    check_curvature(k, sd, alike=settled.area > 1.0)
+    # On few points of great noise the tangent at the best curvature promises more than the points can tell.
+    check_curvature(k, max(sd, abs(k) / _gain_on_plane(settled, sight)), alike=settled.area > 1.0)
+    _check_silhouette(settled, sight)
     d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
     d3 = d0**3
     by_parameters = np.array(

@@ -7,7 +7,7 @@ from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, Noise, ob
 from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, seen
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception import Contact, deproject, fit_contact_sphere, fit_sphere, surface_noise, to_membrane, view_rays
-from stretch_bt.perception.shapes.cap import find_rim
+from stretch_bt.perception.shapes.rim import find_rim
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 

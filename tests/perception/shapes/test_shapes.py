@@ -6,7 +6,7 @@ from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception import SurfaceNoise, fit_cone, fit_cylinder, fit_plane, fit_shape, fit_sphere
-from stretch_bt.perception.shapes.cap import CapSurface
+from stretch_bt.perception.shapes.cap_surface import CapSurface
 from stretch_bt.perception.shapes.cone import ConeSurface
 from stretch_bt.perception.shapes.cylinder import CylinderSurface
 from stretch_bt.perception.shapes.plane import PlaneSurface

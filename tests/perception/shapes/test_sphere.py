@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception import fit_sphere
 from stretch_bt.perception.shapes.sphere import SphereSurface
 
@@ -83,6 +84,25 @@ def test_camera_rays_give_the_same_sphere_as_the_default_direction(surfaces):
     rays = points - [0, 0, 0.2]
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     assert fit_sphere(points, rays=rays).radius == pytest.approx(fit_sphere(points).radius, rel=1e-6)
+
+
+def test_noise_along_the_rays_of_a_pinhole_does_not_bias(surfaces):
+    points = surfaces.cap(30e-3, 0.6)
+    rays = points - [0, 0, 0.2]
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    bound = surfaces.curvature_bound(points, 30e-3, 1e-3)
+    rng = np.random.default_rng(2)
+    noise = rng.normal(0.0, 1e-3, (24, len(points), 1))
+    curvatures = [fit_sphere(points + rays / rays[:, 2:] * n, rays=rays).curvature for n in noise]
+    assert abs(np.mean(curvatures) - 1.0 / 30e-3) < 0.7 * bound  # five deviations of the mean of 24; left out, it is 1.5
+
+
+def test_camera_is_where_rays_meet(surfaces):
+    points = surfaces.cap(15e-3, 0.6) + [3e-3, -2e-3, 0.0]
+    rays = points - [1e-3, 2e-3, 0.2]
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    assert camera_of(points, rays) == pytest.approx([1e-3, 2e-3, 0.2], abs=1e-9)
+    assert camera_of(points, np.tile([0.0, 0.0, -1.0], (len(points), 1))) is None
 
 
 def test_known_noise_bounds_the_deviation_from_below(surfaces):
