@@ -17,6 +17,9 @@ from stretch_bt.units import Area, Length
 
 __all__ = ["Outline", "outline_of"]
 
+HOLE = 9  # pixels across, from which pixels without depth are an area and no dropouts
+UNLABELLED = 7.5e-3  # m from such an area, within which curvature cannot be told and nothing is labelled as contact
+BESIDE_HOLE = 0.2  # share of an outline there
 LEAST_PIXEL_NOISE = 0.07  # pixels: what drawing an edge on a grid and blurring it leaves of its place
 
 
@@ -63,7 +66,9 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
         pitch = float(where)
         if not (np.isfinite(pitch) and pitch > 0):
             raise InvalidInput(f"the distance from pixel to pixel is a positive number of metres, got {pitch}")
-        return _outline(trace(inside, valid) * pitch, pitch)
+        line = trace(inside, valid)
+        _check_seen(line, inside, valid, pitch)
+        return _outline(line * pitch, pitch)
     points = np.asarray(where)
     if points.shape != (*inside.shape, 3) or points.dtype.kind != "f":
         raise InvalidInput(
@@ -73,7 +78,20 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
     valid &= np.isfinite(points).all(axis=2)
     line = trace(inside, valid)
     vertices = _in_plane(line, points, inside & valid)
-    return _outline(vertices, perimeter_of(_curve(vertices)) / perimeter_of(_curve(line)))
+    pitch = perimeter_of(_curve(vertices)) / perimeter_of(_curve(line))
+    _check_seen(line, inside, valid, pitch)
+    return _outline(vertices, pitch)
+
+
+def _check_seen(line: Array, inside: MaskArray, valid: MaskArray, pitch: float) -> None:
+    """Refuse an outline (n, 2), pixels, that runs for long beside an area without depth: a contact is not labelled there."""
+    import cv2
+
+    hole = cv2.morphologyEx((~valid).astype(np.uint8), cv2.MORPH_OPEN, np.ones((HOLE, HOLE), np.uint8))
+    away = cv2.distanceTransform((1 - hole).astype(np.uint8), cv2.DIST_L2, 3)
+    u, v = np.clip(np.rint(line).astype(np.intp).T, 0, np.array(inside.shape)[::-1, None] - 1)
+    if np.mean(away[v, u] * pitch < UNLABELLED) > BESIDE_HOLE:
+        raise IllConditioned("an area without depth is beside the region and may hide a part of it")
 
 
 def _region(region: npt.NDArray[Any], label: int) -> tuple[MaskArray, MaskArray]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +19,22 @@ from stretch_bt.perception.types import MaskArray
 __all__ = ["Choice", "best_fit", "choose"]
 
 Array = npt.NDArray[np.float64]
-Choice = tuple[Hypothesis, Fit, dict[str, float]]
-
 CLEARLY = 7.0  # of log evidence, odds of 1000 to 1, by which a shape must beat an earlier, simpler one
+BELIEF = 3.5  # of log evidence that the simplest shape has ahead when rivals enter the stated error: half of CLEARLY
 TRIES = 4  # starts, those that leave least
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The shape that was chosen and its fit; the log evidence of every shape against the best; and its rivals.
+
+    `rivals` are the other shapes with their fits and probabilities: the choice may be wrong, and its size with it.
+    """
+
+    shape: Hypothesis
+    fit: Fit
+    evidence: dict[str, float]
+    rivals: tuple[tuple[Hypothesis, Fit, float], ...]
 
 
 def best_fit(shape: Hypothesis, cells: Cells, start: Start, *, noise: float = 0.0, window: MaskArray | None = None) -> Fit:
@@ -95,7 +108,17 @@ def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *
     shape, fit = fits[chosen]
     if chosen != first:
         fit = fit_to(shape, cells, fit.q, noise=noise)
-    return shape, fit, {name: value - max(logs.values()) for name, value in logs.items()}
+    evidence = {name: score - scores[best] for name, score in scores.items()}
+    return Choice(shape, fit, evidence, _rivals(fits, evidence, first, chosen))
+
+
+def _rivals(
+    fits: Mapping[str, tuple[Hypothesis, Fit]], evidence: Mapping[str, float], first: str, chosen: str
+) -> tuple[tuple[Hypothesis, Fit, float], ...]:
+    """Return the shapes that were not chosen, with their fits and how probable they are."""
+    likely = {name: math.exp(value + BELIEF * (name == first)) for name, value in evidence.items()}
+    total = sum(likely.values())
+    return tuple((*fits[name], value / total) for name, value in likely.items() if name != chosen)
 
 
 def _log_evidence(shape: Hypothesis, fit: Fit, quietest: Fit) -> float:

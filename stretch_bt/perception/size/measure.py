@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +11,8 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.size.cells import Cells, cells_of
 from stretch_bt.perception.size.choose import choose
-from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured
+from stretch_bt.perception.size.fit import Fit
+from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured, Value
 from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
 from stretch_bt.perception.size.result import ContactSize, Diameters
 from stretch_bt.perception.size.start import start_of
@@ -20,6 +22,10 @@ __all__ = ["diameters", "measure_contact"]
 
 FILLET, FILLET_SD = 1e-3, 0.1e-3  # m, of the object's edge, where the caller knows no better
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
+BESIDE, MOST_BESIDE = 6e-3, 0.3  # m outside the rim, and the share of the contact there that is another contact
+HIGH = 0.85  # of the depth, from which a place may be another contact
+FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and the fewest cells to judge it by
+ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
 WIDEST = 0.15  # m, stretch beyond which a number is taken to be in another unit
 
 
@@ -85,18 +91,22 @@ def measure_contact(
     cells = cells_of(points, labels)
     context = Context(stretch, fillet, fillet_sd, prior or shipped_prior())
     names = list(HYPOTHESES) if hypothesis == "auto" else [hypothesis]
-    shape, fit, evidence = choose(names, cells, start_of(cells), context, noise=(noise or 0.0) / 3.0)
+    found = choose(names, cells, start_of(cells), context, noise=(noise or 0.0) / 3.0)
+    shape, fit = found.shape, found.fit
     size = shape.measure(fit.q, fit.covariance)
+    check_whole(shape, fit, cells, size.depth[0])
     if seen_share(shape, fit.q, cells, size) < SEEN:
         raise IllConditioned("too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane")
     (x, x_sd), (y, y_sd) = size.center
     return ContactSize(
         shape.name,
-        evidence,
+        found.evidence,
         (x, y),
         (x_sd, y_sd),
-        *size.diameter_i,
-        *size.diameter_j,
+        size.diameter_i[0],
+        _with_rivals(size.diameter_i, [(s.measure(f.q, f.covariance).diameter_i, p) for s, f, p in found.rivals]),
+        size.diameter_j[0],
+        _with_rivals(size.diameter_j, [(s.measure(f.q, f.covariance).diameter_j, p) for s, f, p in found.rivals]),
         *size.depth,
         fit.noise,
         size.sides and (size.sides[0][0], size.sides[1][0]),
@@ -104,6 +114,54 @@ def measure_contact(
         size.rotation and size.rotation[0],
         size.rotation and size.rotation[1],
     )
+
+
+def _with_rivals(chosen: Value, rivals: Sequence[tuple[Value, float]]) -> float:
+    """Return the standard deviation of a width when the shape may be another one."""
+    value, sd = chosen
+    return math.sqrt(sd**2 + sum(p * ((other - value) ** 2 + other_sd**2) for (other, other_sd), p in rivals))
+
+
+def check_whole(shape: Hypothesis, fit: Fit, cells: Cells, depth: float) -> None:
+    """Refuse a shape that leaves much of the contact outside it, or whose face, at a depth in m, is no plane.
+
+    Raises
+    ------
+    IllConditioned
+        There is another contact beside it, or the top is round.
+    """
+    # Folds of a slack sheet may be labelled as contact too, but they do not stand as high.
+    high = cells.valid & (cells.touching > 0.5) & (cells.height > HIGH * depth)
+    away = shape.outside(fit.q, cells.x[high], cells.y[high])
+    if np.count_nonzero(away > BESIDE) > MOST_BESIDE * away.size:
+        raise IllConditioned(
+            "much of the contact lies outside the one shape that fits: measure separate contacts one at a time, with the"
+            " labels of the others set to 255"
+        )
+    bow, sd = _bow(shape, fit, cells)
+    if bow > ROUND * sd and bow > LEAST_BOW:
+        raise IllConditioned("the face in contact is round, not flat: fit a sphere to it")
+    if bow < -ROUND * sd and bow < -LEAST_BOW:
+        raise IllConditioned("the middle of the contact lies lower than its rim: there are several contacts, or a hollow one")
+
+
+def _bow(shape: Hypothesis, fit: Fit, cells: Cells) -> Value:
+    """Return how far the middle of the face stands above its ends, m, along the axis where this is clearest.
+
+    It is what the fit of a plane leaves of the face, as a paraboloid over the face's own axes.
+    """
+    x, y = cells.x[fit.window], cells.y[fit.window]
+    face = shape.outside(fit.q, x, y) < -FACE
+    if np.count_nonzero(face) < FEWEST:
+        return 0.0, 1.0
+    places = np.stack([x[face], y[face]]) - np.array([[x[face].mean()], [y[face].mean()]])
+    axes = np.linalg.eigh(places @ places.T)[1].T @ places
+    design = np.vstack([np.ones(axes.shape[1]), (axes / np.abs(axes).max(axis=1, keepdims=True)) ** 2])
+    normal = np.linalg.inv(design @ design.T)
+    bows = -(normal @ design @ fit.residuals[fit.window][face])[1:]
+    sds = fit.noise * np.sqrt(np.diag(normal)[1:] * fit.area)
+    clearest = int(np.argmax(np.abs(bows) / sds))
+    return float(bows[clearest]), float(sds[clearest])
 
 
 def seen_share(shape: Hypothesis, q: npt.NDArray[np.float64], cells: Cells, size: Measured) -> float:
