@@ -135,14 +135,14 @@ def _holds_top(ground: Ground, patches: list[Patch]) -> bool:
     """Tell whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
     if not patches:
         return False
-    height = np.where(ground.raised & ground.surface.trusted, ground.surface.smooth - np.float32(ground.plane), np.float32(0))
-    peak = float(height.max())
-    top = height > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
-    held = np.zeros(height.shape, dtype=bool)
+    rise = (ground.surface.smooth - np.float32(ground.plane)) * (ground.raised & ground.surface.trusted)
+    peak = float(rise.max())
+    top = rise > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
+    held = np.zeros(rise.shape, dtype=bool)
     for patch in patches:
         v, u = (a - b for a, b in zip(patch.surface.origin, ground.surface.origin, strict=True))
         held[v : v + patch.mask.shape[0], u : u + patch.mask.shape[1]] |= patch.mask
-    return bool(held[top].mean() >= 0.5)
+    return bool(2 * np.count_nonzero(held & top) >= np.count_nonzero(top))
 
 
 def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentation:
