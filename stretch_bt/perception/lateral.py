@@ -45,7 +45,7 @@ def lateral(cleaned: Cleaned, kernel: float) -> Lateral:
 
     from stretch_bt.perception.surface_kernel import fill_moves
 
-    every = 2 ** max(0, math.ceil(math.log2(max(kernel / cleaned.pitch, 1.0))))
+    every = 2 ** max(0, math.floor(math.log2(max(kernel / cleaned.pitch, 1.0))))
     sigma, pitch = round(max(kernel / cleaned.pitch / every, 0.8), 1), cleaned.pitch * every
     x, y = np.empty((2, *(-(-n // every) for n in cleaned.valid.shape)), dtype=np.float32)
     fill_moves(cleaned.points, cleaned.valid, *cleaned.corner, every, pitch, x, y)

@@ -153,7 +153,7 @@ HARD = {
         NoContact,
         "no part of the membrane",
     ),
-    "half dropped out": (half_gone, None, 0.1),
+    "half dropped out": (half_gone, None, 0.11),
     "millimetres": (lambda s: blank((60, 80)) + 200, InvalidInput, "another unit"),
 }
 
