@@ -244,6 +244,9 @@ def still(white: float, correlated: float, count: int, seed: int) -> Iterator[An
 
 
 def main() -> None:
+    import cv2
+
+    cv2.setNumThreads(1)  # else its threads wait for each other on time that is counted
     frames = int(sys.argv[1]) if len(sys.argv) > 1 else 40
     for rows in (
         speed_rows(),

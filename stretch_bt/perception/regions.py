@@ -71,8 +71,10 @@ def widened(mask: MaskArray, pixels: float) -> MaskArray:
     """Return a mask with what lies within some pixels of it along both axes."""
     import cv2
 
-    square = np.ones((2 * int(pixels) + 1,) * 2, dtype=np.uint8)
-    return np.asarray(cv2.dilate(mask.view(np.uint8), square)).view(np.bool_)
+    if not mask.any():
+        return mask
+    outside = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 3)
+    return np.asarray(outside <= pixels)
 
 
 def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:

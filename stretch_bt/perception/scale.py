@@ -101,9 +101,9 @@ def _ratio(ground: Ground, bent: Bending, expected: Estimate, before: Estimate |
         last = (found or expected).value
         signal = _weighted(ground, bent, last)
         strong = ground.raised & (signal.curvature > SEED * signal.sd)
-        off = ground.raised & surface.trusted & ~widened(strong, 2.0 * surface.sigma)
+        off = np.flatnonzero(ground.raised & surface.trusted & ~widened(strong, 2.0 * surface.sigma))
         try:
-            found = combine(expected, tension_ratio(bent.xx[off], bent.yy[off]))
+            found = combine(expected, tension_ratio(bent.xx.reshape(-1)[off], bent.yy.reshape(-1)[off]))
         except IllConditioned:
             break
         if 0.7 < found / last < 1.4:

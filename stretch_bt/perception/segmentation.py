@@ -138,14 +138,19 @@ def _holds_top(ground: Ground, patches: list[Patch]) -> bool:
     """Tell whether the highest part of the membrane is in contact; a membrane in tension has no summit elsewhere."""
     if not patches:
         return False
-    height = np.where(ground.raised & ground.surface.trusted, ground.surface.smooth - np.float32(ground.plane), np.float32(0))
-    peak = float(height.max())
-    top = height > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
-    held = np.zeros(height.shape, dtype=bool)
+    rise = (ground.surface.smooth - np.float32(ground.plane)) * (ground.raised & ground.surface.trusted)
+    peak = float(rise.max())
+    top = rise > peak - max(3.0 * ground.surface.smooth_sd, 0.02 * peak)
+    return bool(2 * np.count_nonzero(_held(ground, patches) & top) >= np.count_nonzero(top))
+
+
+def _held(ground: Ground, patches: list[Patch]) -> MaskArray:
+    """Return which bins of the raised part are in contact."""
+    held = np.zeros(ground.raised.shape, dtype=bool)
     for patch in patches:
         v, u = (a - b for a, b in zip(patch.surface.origin, ground.surface.origin, strict=True))
         held[v : v + patch.mask.shape[0], u : u + patch.mask.shape[1]] |= patch.mask
-    return bool(held[top].mean() >= 0.5)
+    return held
 
 
 def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentation:
@@ -199,11 +204,13 @@ def _patches(scale: Scale) -> list[Patch]:
 
 
 def _round_and_flat(scale: Scale) -> list[Patch]:
-    ground, signal = scale.ground, scale.signals[0]
-    return [
-        flat_or_round(ground.surface, part, signal.curvature - np.float32(threshold), threshold, signal.sd, ground.raised)
-        for part, threshold in _convex(signal, ground.raised)
-    ]
+    ground, signal, found = scale.ground, scale.signals[0], list[Patch]()
+    for part, threshold in _convex(signal, ground.raised):
+        # Two sides of one rim need one face only.
+        if 3 * np.count_nonzero(part & _held(ground, found)) < np.count_nonzero(part):
+            score = signal.curvature - np.float32(threshold)
+            found.append(flat_or_round(ground.surface, part, score, threshold, signal.sd, ground.raised))
+    return found
 
 
 def _above_either(scale: Scale) -> list[Patch]:

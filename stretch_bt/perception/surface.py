@@ -21,6 +21,8 @@ __all__ = ["Cleaned", "Surface", "binned_surface", "camera_side", "check_points"
 Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
 
+LARGEST_KERNEL = 0.05  # m
+LARGEST_PITCH = 0.02  # m from pixel to pixel
 CAMERA_RATIO = 0.4  # distance over width: a camera frame is above it up to a field of view of 100 degrees
 COVER = 0.5  # share of the kernel that must see valid pixels
 ONE_SIDED = 0.08  # how fast that share may change over a kernel's width: 1.8 widths away from a straight edge
@@ -125,7 +127,8 @@ def camera_side(points: FloatArray, valid: MaskArray) -> int:
     if len(seen) < 2:
         return 1
     x, y, z = seen.T
-    width = max(float(x.max() - x.min()), float(y.max() - y.min()))
+    # Pixels that are saturated seem to be far to the side.
+    width = max(quantile(w, 0.95) - quantile(w, 0.05) for w in (x, y)) / 0.9
     return -1 if quantile(z) > CAMERA_RATIO * width else 1
 
 
@@ -140,7 +143,9 @@ def pitch_of(points: FloatArray, valid: MaskArray) -> float:
 
 
 def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | None:
-    """Crop points (h, w, 3), m, to their valid pixels and drop flying ones; None where no two valid pixels touch.
+    """Crop points (h, w, 3), m, to their valid pixels, and drop those that fly, are saturated or not finite.
+
+    None where no two valid pixels touch; InvalidInput where the points are in another unit.
 
     `towards` says where z points, as `camera_side` does; 0 asks that.
     """
@@ -148,15 +153,19 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
 
     check_points(points, valid)
     box = valid_box(valid)
-    near, seen = points[box], np.ascontiguousarray(valid[box])
+    near = points[box]
+    seen = valid[box] & np.isfinite(near[..., 0]) & np.isfinite(near[..., 1]) & np.isfinite(near[..., 2])
     pitch = pitch_of(near, seen)
     if pitch == 0.0:
         return None
+    if pitch > LARGEST_PITCH:
+        raise InvalidInput(f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit")
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
     rows = np.require(points, np.promote_types(points.dtype, np.float32), ["C", "W"]).reshape(len(points), -1)
     height = np.empty(seen.shape, dtype=np.float32)
     fill_height(rows, seen, box[0].start, box[1].start, level, towards, height)
+    seen &= np.abs(height) < pitch * max(seen.shape)  # saturated pixels, or what is far behind the membrane
     kept = seen & ~flying_pixels(height, seen, pitch)
     return Cleaned(height, kept, rows, box, valid.shape, pitch, towards * level, towards)
 
@@ -175,6 +184,8 @@ def binned_surface(cleaned: Cleaned, kernel: float, noise: tuple[float, float] |
     """
     from stretch_bt.perception.surface_kernel import fill_surface
 
+    if not 0.0 < kernel < LARGEST_KERNEL:
+        raise InvalidInput(f"a kernel is a length in m above 0 and below {LARGEST_KERNEL}, got {kernel}")
     pixels = kernel / cleaned.pitch
     step = 2 ** max(0, math.floor(math.log2(max(pixels, 1.0) / LEAST_SIGMA)))
     # A bin spreads a pixel by (step^2 - 1) / 12 already.

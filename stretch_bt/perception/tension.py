@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import IllConditioned
+from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.robust import MAD_TO_SD, TUKEY
 from stretch_bt.units import Estimate
 
-__all__ = ["PRIOR", "combine", "expected_ratio", "tension_ratio"]
+__all__ = ["PRIOR", "check_stretch", "combine", "expected_ratio", "tension_ratio"]
 
 Array = npt.NDArray[np.floating[Any]]
 
@@ -23,6 +23,7 @@ AT_REST, PER_METRE, PULLED_SD, LEAST_PULL = 2.47, 10.7, 0.3, 5e-3
 ENOUGH = 600  # places that are used; more would mostly repeat the noise of their neighbours
 SIGNIFICANT = 4.0  # standard deviations by which the bending must exceed what noise alone shows
 ROUNDS, CLOSE = 40, 1e-3  # of weights, and rad by which the line may still turn
+WIDEST = 0.15  # m, stretch beyond which a number is taken to be in another unit
 LEAST, MOST = 0.2, 40.0  # ratios of a sheet that is pulled along j and free at its sides
 
 
@@ -60,7 +61,7 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     turned = np.stack([pairs[0] + pairs[1], pairs[0] - pairs[1]]) * scale
     # In contact both are negative, off contact they differ in sign; Tukey's weights need that start where many touch.
     weights = np.asarray(pairs[0] * pairs[1] < 0.0, dtype=np.float64)
-    angle, sd = settle_angle(*turned, weights, MAD_TO_SD, TUKEY, CLOSE, ROUNDS)
+    angle, sd = settle_angle(turned[0], turned[1], weights, MAD_TO_SD, TUKEY, CLOSE, ROUNDS)
     along = -math.sin(angle) * turned[0] + math.cos(angle) * turned[1]
     signal = float(weights @ (along * along)) - sd * sd * float(weights.sum())
     if not signal > SIGNIFICANT * sd * sd * math.sqrt(2.0 * float(weights.sum())):
@@ -83,8 +84,18 @@ def _ratio_of(angle: float, error: float, scale: Array) -> Estimate:
     return Estimate(found, abs(ratio(angle + step) - ratio(angle - step)) / (2.0 * step) * error)
 
 
+def check_stretch(stretch: float | None) -> None:
+    """Raise InvalidInput unless a stretch is unknown, or a length in m that a membrane of some 0.1 m can have."""
+    if stretch is not None and not 0.0 <= stretch < WIDEST:
+        raise InvalidInput(f"a stretch is from 0 to {WIDEST} m, got {stretch:g}")
+
+
 def expected_ratio(stretch: float | None) -> Estimate:
-    """Return the ratio to expect at a stretch, m, with its standard deviation; wide where it is unknown or small."""
+    """Return the ratio to expect at a stretch, m, with its standard deviation; wide where it is unknown or small.
+
+    Raises InvalidInput as `check_stretch`.
+    """
+    check_stretch(stretch)
     mean, sd = PRIOR
     if stretch is not None and stretch >= LEAST_PULL:
         mean, sd = AT_REST + PER_METRE * stretch, PULLED_SD

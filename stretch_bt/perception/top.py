@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 ENOUGH_PAIRS = 30
-SCALES = 3  # times that the noise is estimated anew
+SCALES = 2  # times that the noise is estimated anew
 ROUNDS = 8  # of weights at one scale
 CLEARLY = 3.0  # standard deviations at which a top counts as curved
 EVEN: Array = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
@@ -48,12 +48,12 @@ def _shared(residuals: Array, places: Places) -> float:
 
     `places` are the pixels' numbers, row by row, so that neighbours in a row differ by 1.
     """
-    neighbours = np.diff(places) == 1
-    if neighbours.sum() < ENOUGH_PAIRS:
+    neighbours = np.flatnonzero(places[1:] - places[:-1] == 1)
+    if neighbours.size < ENOUGH_PAIRS:
         return 1.0
-    steps = np.diff(residuals)[neighbours]
+    steps = (residuals[1:] - residuals[:-1])[neighbours]
     together = 1.0 - (quantile(np.abs(steps)) / max(quantile(np.abs(residuals)), 1e-12)) ** 2 / 2.0
-    if together < 3.0 / float(neighbours.sum()) ** 0.5:
+    if together < 3.0 / neighbours.size**0.5:
         return 1.0
     # Noise after a Gaussian of l pixels: neighbours correlate as exp(-1 / 4 l^2), and 4 pi l^2 pixels share one value.
     return max(float(np.sqrt(-np.pi / np.log(min(together, 0.99)))), 1.0)
@@ -90,7 +90,7 @@ class Top:
         angle = 0.5 * math.atan2(-2.0 * kxy, ky - kx)
         x, y = math.cos(angle), math.sin(angle)
         row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
-        return least / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300)
+        return float(least / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300))
 
     @property
     def is_curved(self) -> bool:

@@ -16,6 +16,7 @@ from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesi
 from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
 from stretch_bt.perception.size.result import ContactSize, Diameters
 from stretch_bt.perception.size.start import start_of
+from stretch_bt.perception.tension import check_stretch
 from stretch_bt.perception.types import FloatArray, LabelArray
 
 __all__ = ["diameters", "measure_contact"]
@@ -26,7 +27,6 @@ BESIDE, MOST_BESIDE = 6e-3, 0.3  # m outside the rim, and the share of the conta
 HIGH = 0.85  # of the depth, from which a place may be another contact
 FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and the fewest cells to judge it by
 ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
-WIDEST = 0.15  # m, stretch beyond which a number is taken to be in another unit
 
 
 def diameters(
@@ -180,10 +180,7 @@ def _in_strip(outside: npt.NDArray[np.float64]) -> int:
 def _check(stretch: float | None, hypothesis: str, fillet: float, fillet_sd: float, noise: float | None) -> None:
     if hypothesis != "auto" and hypothesis not in HYPOTHESES:
         raise InvalidInput(f"hypothesis is 'auto' or one of {', '.join(HYPOTHESES)}, got {hypothesis!r}")
-    if stretch is not None and not 0.0 <= stretch < WIDEST:
-        raise InvalidInput(f"stretch is from 0 to {WIDEST} m, got {stretch:g}")
+    check_stretch(stretch)
     for name, value in (("fillet", fillet), ("fillet_sd", fillet_sd), ("noise", noise)):
         if value is not None and not 0.0 <= value < 0.05:
             raise InvalidInput(f"{name} is a length in m, from 0 to 0.05, got {value:g}")
-        if value is not None and not math.isfinite(value):
-            raise InvalidInput(f"{name} is finite, got {value}")

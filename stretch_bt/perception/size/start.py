@@ -58,6 +58,8 @@ def start_of(cells: Cells) -> Start:
     _refuse_two(height, cells, top)
     part = _part(cells.valid & (height > LEVEL * top), peak)
     x, y = cells.x[part], cells.y[part]
+    if not x.size:
+        raise IllConditioned("nothing in the frame stands above the undeformed membrane")
     middle = float(x.mean()), float(y.mean())
     spread = np.cov(x, y, bias=True) if x.size > 2 else np.zeros((2, 2))
     values, vectors = np.linalg.eigh(spread + 1e-8 * np.eye(2))
