@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
 from stretch_bt.perception.clean import flying_pixels
+from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
-from stretch_bt.perception.smooth import covered, derivative, shrink, slope
+from stretch_bt.perception.smooth import covered, derivative, shrink
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Cleaned", "Surface", "binned_surface", "camera_side", "check_points", "clean", "surface_of"]
@@ -154,7 +154,7 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
         return None
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
-    rows = np.require(points, np.promote_types(points.dtype, np.float32), "CW").reshape(len(points), -1)
+    rows = np.require(points, np.promote_types(points.dtype, np.float32), ["C", "W"]).reshape(len(points), -1)
     height = np.empty(seen.shape, dtype=np.float32)
     fill_height(rows, seen, box[0].start, box[1].start, level, towards, height)
     kept = seen & ~flying_pixels(height, seen, pitch)

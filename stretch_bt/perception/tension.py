@@ -60,7 +60,7 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     turned = np.stack([pairs[0] + pairs[1], pairs[0] - pairs[1]]) * scale
     # In contact both are negative, off contact they differ in sign; Tukey's weights need that start where many touch.
     weights = np.asarray(pairs[0] * pairs[1] < 0.0, dtype=np.float64)
-    angle, sd = settle_angle(*turned, weights, MAD_TO_SD, TUKEY, CLOSE, ROUNDS)
+    angle, sd = settle_angle(turned[0], turned[1], weights, MAD_TO_SD, TUKEY, CLOSE, ROUNDS)
     along = -math.sin(angle) * turned[0] + math.cos(angle) * turned[1]
     signal = float(weights @ (along * along)) - sd * sd * float(weights.sum())
     if not signal > SIGNIFICANT * sd * sd * math.sqrt(2.0 * float(weights.sum())):
