@@ -31,9 +31,7 @@ def fill_confidence(signed: Any, rise: Any, sd: Any, sure: Any) -> None:
             found[u] = ONE - HALF / ((p * p) * (p * p))
 
 
-@kernel(
-    "void(float32[:,::1],float32[:,::1],boolean[:,::1],boolean[:,::1],int64,int64,uint8[:,::1],float32[:,::1])"
-)
+@kernel("void(float32[:,::1],float32[:,::1],boolean[:,::1],boolean[:,::1],int64,int64,uint8[:,::1],float32[:,::1])")
 def fill_classes(
     rise: Any, sure: Any, touching: Any, valid: Any, v0: Any, u0: Any, labels: Any, confidence: Any
 ) -> None:

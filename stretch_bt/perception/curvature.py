@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.lateral import Lateral, lateral
+from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.smooth import derivative, enlarge, ready_for_differences
 from stretch_bt.perception.surface import Surface, binned_surface, clean
 from stretch_bt.perception.types import FloatArray, MaskArray
@@ -73,7 +73,9 @@ def curvatures(points: FloatArray, valid: MaskArray, *, kernel: float = 1.9e-3) 
     trusted[cleaned.box] = near
     for image, coarse in zip((i, j, total), binned, strict=True):
         image[cleaned.box] = np.where(near, enlarge(coarse, surface.step, shape), 0.0)
-    noise = [surface.noise_after(*o) / surface.pitch**2 for o in ([(2, 0, 1.0)], [(0, 2, 1.0)], [(2, 0, 1.0), (0, 2, 1.0)])]
+    noise = [
+        surface.noise_after(*o) / surface.pitch**2 for o in ([(2, 0, 1.0)], [(0, 2, 1.0)], [(2, 0, 1.0), (0, 2, 1.0)])
+    ]
     sd = (spread(image, surface.trusted, expected) for image, expected in zip(binned, noise, strict=True))
     return Curvatures(i, j, total, trusted, *sd)
 

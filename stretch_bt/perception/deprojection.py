@@ -58,7 +58,15 @@ def points_of(
         )
     points = np.empty((*image.shape, 3), dtype=image.dtype)
     rows = points.reshape(image.shape[0], 3 * image.shape[1])
-    fill_points(np.require(image, requirements=["C", "W"]), valid, *ray_planes(intrinsics, image.dtype.char), sign, offset, np.nan, rows)
+    fill_points(
+        np.require(image, requirements=["C", "W"]),
+        valid,
+        *ray_planes(intrinsics, image.dtype.char),
+        sign,
+        offset,
+        np.nan,
+        rows,
+    )
     return points, valid
 
 
@@ -119,5 +127,5 @@ def view_rays(points: FloatArray, camera: tuple[float, float, float] = (0.0, 0.0
     In the membrane frame the camera is at (0, 0, plane_distance).
     """
     away = points - np.asarray(camera, dtype=points.dtype)
-    rays: FloatArray = away / np.sqrt(np.einsum("...i,...i", away, away))[..., None]
+    rays: FloatArray = away / np.sqrt(np.square(away) @ np.ones(3, away.dtype))[..., None]
     return rays

@@ -62,7 +62,9 @@ def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float)
     above = _above(surface, part)
     whole = _above_plane(surface, part)
     # In units of the noise both scores weigh alike where the border is drawn between bins.
-    return Patch(surface, whole, np.maximum(score / np.float32(sd), above / np.float32(max(surface.smooth_sd, 1e-9))), 1.0)
+    return Patch(
+        surface, whole, np.maximum(score / np.float32(sd), above / np.float32(max(surface.smooth_sd, 1e-9))), 1.0
+    )
 
 
 def _above_plane(surface: Surface, part: MaskArray) -> MaskArray:
@@ -98,14 +100,16 @@ def curvature_of(surface: Surface, part: MaskArray) -> float:
 def _above(surface: Surface, part: MaskArray) -> Image:
     """Return the height, m, of every bin above the plane through the bins of `part`."""
     v, u = _some(part)
-    du, dv = u - u.mean(), v - v.mean()
     z = surface.smooth[v, u].astype(np.float64)
-    normal = np.array([[du @ du, du @ dv], [du @ dv, dv @ dv]]) + 1e-9 * np.eye(2)
-    slope_u, slope_v = np.linalg.solve(normal, [du @ z, dv @ z])
+    mean_u, mean_v, mean_z = float(u.mean()), float(v.mean()), float(z.mean())
+    du, dv = u - mean_u, v - mean_v
+    uu, uv, vv = float(du @ du) + 1e-9, float(du @ dv), float(dv @ dv) + 1e-9
+    along_u, along_v = float(du @ z), float(dv @ z)
+    slope_u, slope_v = (c / (uu * vv - uv * uv) for c in (vv * along_u - uv * along_v, uu * along_v - uv * along_u))
     rows, columns = (np.arange(n, dtype=np.float32) for n in part.shape)
-    along_u = np.float32(slope_u) * (columns - np.float32(u.mean()))
-    along_v = np.float32(slope_v) * (rows - np.float32(v.mean())) + np.float32(z.mean())
-    return np.asarray(surface.smooth - along_u[None, :] - along_v[:, None], dtype=np.float32)
+    level = np.float32(slope_v) * (rows - np.float32(mean_v)) + np.float32(mean_z)
+    across = np.float32(slope_u) * (columns - np.float32(mean_u))
+    return np.asarray(surface.smooth - (level[:, None] + across), dtype=np.float32)
 
 
 def _flat_face(surface: Surface, whole: MaskArray, inside: MaskArray, raised: MaskArray) -> Patch:

@@ -9,7 +9,19 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["border", "bounds", "distance", "enlarge_mask", "filled", "hull", "inner_half", "parts", "touching", "valid_box", "widened"]
+__all__ = [
+    "border",
+    "bounds",
+    "distance",
+    "enlarge_mask",
+    "filled",
+    "hull",
+    "inner_half",
+    "parts",
+    "touching",
+    "valid_box",
+    "widened",
+]
 
 Image = npt.NDArray[np.float32]
 

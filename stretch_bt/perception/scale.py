@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.curvature import Bending, along_axes, bending, spread
+from stretch_bt.perception.lateral import Lateral
 from stretch_bt.perception.regions import bounds, widened
 from stretch_bt.perception.robust import quantile, sample
-from stretch_bt.perception.lateral import Lateral
 from stretch_bt.perception.surface import Surface
 from stretch_bt.perception.tension import combine, tension_ratio
 from stretch_bt.perception.types import MaskArray
@@ -70,12 +70,11 @@ class Scale:
     def clearness(self) -> float:
         """How many standard deviations the clearest signal stands out where the membrane is raised."""
         raised = self.ground.raised
-        return max(
-            float(np.max(s.curvature, where=raised, initial=0.0)) / max(s.sd, 1e-12) for s in self.signals
-        )
+        return max(float(np.max(s.curvature, where=raised, initial=0.0)) / max(s.sd, 1e-12) for s in self.signals)
 
 
 def ground_of(kernel: float, whole: Surface) -> Ground:
+    """Return a whole surface at a kernel, m, with its undeformed height and its raised part."""
     plane, least = _plane(whole), _least_rise(whole)
     raised = whole.smooth - np.float32(plane) > least
     # What is flat says nothing about curvature, and derivatives cost most.
@@ -126,6 +125,7 @@ def _weighted(ground: Ground, bent: Bending, ratio: float) -> Signal:
 
 
 def either_scale(ground: Ground, moves: Lateral) -> Scale:
+    """Return a frame at one kernel with its curvatures along both axes."""
     along = along_axes(ground.surface, bending(ground.surface, moves))
     expected = ground.surface.noise_after((2, 0, 1.0)) / ground.surface.pitch**2
     signals = tuple(Signal.of(curvature, ground, expected) for curvature in along)

@@ -17,7 +17,7 @@ from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge, grown
-from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean
+from stretch_bt.perception.surface import Cleaned, binned_surface, clean
 from stretch_bt.perception.tension import expected_ratio
 from stretch_bt.perception.types import INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 from stretch_bt.units import Estimate
@@ -51,9 +51,7 @@ class Segmentation:
     noise_area: float = 1.0
 
 
-def segment(
-    points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretch: float | None = None
-) -> LabelArray:
+def segment(points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretch: float | None = None) -> LabelArray:
     """Sort the pixels of one frame into three classes.
 
     Parameters

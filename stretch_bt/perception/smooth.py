@@ -11,7 +11,19 @@ import numpy.typing as npt
 
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["covered", "derivative", "enlarge", "gain", "gaussian", "grown", "laplacian", "ready_for_differences", "shrink", "slope", "smooth"]
+__all__ = [
+    "covered",
+    "derivative",
+    "enlarge",
+    "gain",
+    "gaussian",
+    "grown",
+    "laplacian",
+    "ready_for_differences",
+    "shrink",
+    "slope",
+    "smooth",
+]
 
 Image = npt.NDArray[np.float32]
 

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
 from stretch_bt.perception.clean import flying_pixels
+from stretch_bt.perception.correlation import left_of_one, noise_of, spread_of_mean
 from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
-from stretch_bt.perception.smooth import covered, derivative, shrink, slope
+from stretch_bt.perception.smooth import covered, derivative, shrink
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Cleaned", "Surface", "binned_surface", "camera_side", "check_points", "clean", "surface_of"]

@@ -151,9 +151,7 @@ def fill_bending(smooth: Any, moves: Any, v0: Any, u0: Any, share: Any, x: Any, 
             yy_row[u] = (below[u + 1] - twice + above[u + 1] - square * slope_y * step[4 * u + 3]) * (y_v * y_v)
 
 
-@kernel(
-    "void(float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1],boolean[:,:],float32,float32[:,::1])"
-)
+@kernel("void(float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1],boolean[:,:],float32,float32[:,::1])")
 def fill_weighted(x: Any, y: Any, xx: Any, yy: Any, trusted: Any, k: Any, curvature: Any) -> None:
     """Fill -(xx + k yy) / ((1 + x^2 + k (1 + y^2)) sqrt(1 + x^2 + y^2)), 0 where it cannot be trusted."""
     for v in range(x.shape[0]):

@@ -20,7 +20,9 @@ ENOUGH_PAIRS = 30
 SCALES = 2  # times that the noise is estimated anew
 ROUNDS = 8  # of weights at one scale
 CLEARLY = 3.0  # standard deviations at which a top counts as curved
-EVEN: Array = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
+EVEN: Array = np.array(
+    [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float
+)
 
 
 def settled(design: Array, z: Array, places: Places) -> tuple[Array, float]:
@@ -90,7 +92,7 @@ class Top:
         angle = 0.5 * math.atan2(-2.0 * kxy, ky - kx)
         x, y = math.cos(angle), math.sin(angle)
         row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
-        return float(least / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300))
+        return float(least) / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300)
 
     @property
     def is_curved(self) -> bool:

@@ -9,10 +9,10 @@ from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import (
     Contact,
-    fit_contact_sphere,
     classify,
     deproject,
     find_contact,
+    fit_contact_sphere,
     fit_sphere,
     load_depth_png,
     segment,
