@@ -11,7 +11,7 @@ from stretch_bt.compiled import kernel
 __all__ = ["blocks_within"]
 
 SPARSE = 4  # pixels in rows and columns between those that are looked at to find the others
-CLEAR = 40  # of these that tell its extent; where fewer are met, all are looked at
+CLEAR = 8  # of these that tell its extent; where fewer are met, all are looked at
 COVER = 0.5  # share of a block that must be seen
 
 

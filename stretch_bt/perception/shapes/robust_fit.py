@@ -107,7 +107,6 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
 
     First by least absolute residuals, a convex problem that needs no start, then with Tukey's weights.
     """
-    solve(design @ design.T, design @ z, name)
     solution, weights = np.empty(len(design)), np.empty(len(z))
     if not settle_line(design, np.ascontiguousarray(z), floor, solution, weights) or np.abs(solution).max() >= FAR:
         solve((design * weights) @ design.T, design @ (weights * z), name)

@@ -78,12 +78,11 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
     return Sight(x, y, z, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
 
 
-def sight_along_z(points: Array, middle: tuple[float, float], size: float) -> Sight:
-    """Return points (n, 3), m, as a camera along z sees them from above a place (x, y), m, in units of `size`, m."""
-    level = float(points[:, 2].mean())
-    x, y, z = np.ascontiguousarray((points - [*middle, level]).T) / size
+def sight_along_z(points: Array, origin: Array, size: float) -> Sight:
+    """Return points (n, 3), m, as a camera along z sees them, from an origin (3,), m, and in units of `size`, m."""
+    x, y, z = np.ascontiguousarray((points - origin).T) / size
     resolution = DIGITS * float(np.finfo(np.float32).eps) * float(np.abs(points).max()) / size
-    return Sight(x, y, z, np.eye(3), np.array([*middle, level]), size, resolution, resolution, 1.0)
+    return Sight(x, y, z, np.eye(3), origin, size, resolution, resolution, 1.0)
 
 
 def _known(noise: Noise) -> SurfaceNoise:

@@ -31,7 +31,9 @@ def contact_of(view, noise, seed, *, long=1.0, wide=1.0):
     points[~valid] = np.nan
     labels = np.where(mask, 2, np.where(valid, 1, 255)).astype(np.uint8)
     rays = view_rays(points[mask], (0.0, 0.0, PLANE_DISTANCE))
-    return Contact(points[mask], rays, labels, 0.3e-3, 0.0, 0.03, 0.0, points, mask.astype(np.float32))
+    shown = surface_noise(points)
+    sure = mask.astype(np.float32)
+    return Contact(points[mask], rays, labels, shown.sd, 0.0, 0.03, 0.0, points, sure, noise_area=shown.area)
 
 
 @pytest.mark.parametrize(("long", "wide"), [(1.0, 1.0), (1.3, 1.0), (2.0, 2.0), (0.6, 0.8), (0.5, 1.0)])
