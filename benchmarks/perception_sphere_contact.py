@@ -22,7 +22,15 @@ from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, Noise, ob
 from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception import Contact, deproject, find_contact, fit_contact_sphere, surface_noise, to_membrane, view_rays
+from stretch_bt.perception import (
+    Contact,
+    deproject,
+    find_contact,
+    fit_contact_sphere,
+    surface_noise,
+    to_membrane,
+    view_rays,
+)
 from stretch_bt.perception.shapes.sight import sighted
 from stretch_bt.perception.shapes.sphere import settle_sphere
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere

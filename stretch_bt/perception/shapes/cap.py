@@ -12,7 +12,7 @@ from stretch_bt.perception.types import Contact, FloatArray, Sphere, SurfaceNois
 __all__ = ["fit_contact_sphere"]
 
 INSIDE = 0.9  # share of the rim's size within which the membrane touches, whatever its skirt is like
-CELLS = 800  # that the cap is averaged in
+CELLS = 500  # that the cap is averaged in
 
 
 def fit_contact_sphere(contact: Contact) -> Sphere:
@@ -41,4 +41,8 @@ def _touching(contact: Contact) -> tuple[FloatArray, FloatArray, SurfaceNoise]:
     blocks = rim.blocks(contact.surface, INSIDE, CELLS)
     points = blocks[:, :3].astype(contact.surface.dtype)  # with the resolution of the pixels
     ray = contact.rays.mean(axis=0, keepdims=True)
-    return points, np.broadcast_to(ray, points.shape), contact.surface_noise.of_means(float(blocks[:, 3].sum()) / max(len(blocks), 1))
+    return (
+        points,
+        np.broadcast_to(ray, points.shape),
+        contact.surface_noise.of_means(float(blocks[:, 3].sum()) / max(len(blocks), 1)),
+    )

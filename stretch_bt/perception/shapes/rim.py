@@ -20,14 +20,15 @@ __all__ = ["Rim", "find_rim"]
 Array = npt.NDArray[np.float64]
 
 SAMPLE = 500  # points of a contact that say where it is
+WIDER = 1.4
 SKIRT = 1.3  # rims away from the middle up to which the skirt is described by its curvature at the rim
 CORE = 0.7  # rims from the middle that a start is taken from
-CELLS = 500  # in which the cap and its skirt are averaged
+CELLS = 350  # in which the cap and its skirt are averaged
 LARGEST = 4.0  # times the contact as segmented, beyond which what is found is something else
 ROUNDS = 15
-STEPS = 3
+STEPS = 4
 CLOSE = 0.3  # of the standard deviation of a mean: what an answer may still move by
-SETTLED = 0.02  # relative change of the rim
+SETTLED = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +54,7 @@ def find_rim(contact: Contact) -> Rim:
         The surface around the contact does not tell where the rim is.
     """
     points = contact.points[:: max(1, len(contact.points) // SAMPLE)].astype(np.float64)
-    origin, spread = np.median(points, axis=0), 2.0 * points.std(axis=0)
+    origin, spread = np.median(points, axis=0), 2.0 * WIDER * points.std(axis=0)
     first = rim = Rim(float(origin[0]), float(origin[1]), float(spread[0]), float(spread[1]))
     size = math.hypot(rim.a, rim.b) / 2.0
     cap: CapSurface | None = None

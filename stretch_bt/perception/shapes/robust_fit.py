@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.shapes.correlation import correlation_area
 from stretch_bt.perception.robust import scale_of
+from stretch_bt.perception.shapes.correlation import correlation_area
 from stretch_bt.perception.shapes.inliers import Inliers
 from stretch_bt.perception.shapes.inliers_kernel import normal_step, settle_line
 from stretch_bt.perception.shapes.sight import Sight
@@ -151,9 +151,7 @@ def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> 
     return surface, inliers, residuals, jacobian
 
 
-def _with_error(
-    sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array
-) -> Settled[S]:
+def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array) -> Settled[S]:
     p = surface.parameters
     weights = inliers.weights(residuals)
     total = float(weights.sum())

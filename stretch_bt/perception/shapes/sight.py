@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
 
 __all__ = ["Noise", "Sight", "extent", "sight_along_z", "sighted"]
@@ -68,12 +69,12 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
     if len(kept) < least:
         raise IllConditioned(f"a {name} with its error needs at least {least} distinct points, there are {len(kept)}")
     axes = _axes(directions)
-    local = kept @ axes.T
-    origin = np.median(local, axis=0)
-    local -= origin
+    local = axes @ kept.T
+    origin = np.array([quantile(row) for row in local])
+    local -= origin[:, None]
     magnitude = float(np.abs(kept).max())
-    size = _lateral_size(local, magnitude)
-    x, y, z = np.ascontiguousarray(local.T) / size
+    size = _lateral_size(local[0], local[1], magnitude)
+    x, y, z = local / size
     resolution = DIGITS * _resolution(points) * magnitude / size
     return Sight(x, y, z, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
 
@@ -109,8 +110,11 @@ def _checked(points: FloatArray, rays: FloatArray | None, name: str) -> tuple[Ar
         directions = _floats(rays, "rays are")
         if directions.shape != array.shape:
             raise InvalidInput(f"rays need the shape of the points, {array.shape}, got {directions.shape}")
-    finite = np.isfinite(array).all(axis=1) & np.isfinite(directions).all(axis=1)
-    return _distinct(array[finite], directions[finite])
+    finite = np.isfinite(array) & np.isfinite(directions)
+    if not finite.all():
+        kept = finite.all(axis=1)
+        array, directions = array[kept], directions[kept]
+    return _distinct(array, directions)
 
 
 def _floats(values: FloatArray, what: str) -> Array:
@@ -153,9 +157,9 @@ def extent(x: Array, y: Array) -> tuple[float, float]:
     return math.sqrt(max(half - apart, 0.0)), math.sqrt(half + apart)
 
 
-def _lateral_size(local: Array, magnitude: float) -> float:
+def _lateral_size(x: Array, y: Array, magnitude: float) -> float:
     """Return the rms distance from the origin across the rays, or refuse points on a line or at one place."""
-    narrow, wide = extent(local[:, 0], local[:, 1])
+    narrow, wide = extent(x, y)
     if wide <= 1e-13 * magnitude or wide == 0.0:
         raise IllConditioned("the points coincide as the camera sees them")
     if narrow < THIN * wide:
