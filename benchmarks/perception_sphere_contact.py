@@ -22,7 +22,15 @@ from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, Noise, ob
 from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen, seen
 from stretch_bt.errors import NoAnswer, NoEquilibrium
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception import Contact, deproject, find_contact, fit_contact_sphere, to_membrane, view_rays
+from stretch_bt.perception import (
+    Contact,
+    deproject,
+    find_contact,
+    fit_contact_sphere,
+    surface_noise,
+    to_membrane,
+    view_rays,
+)
 from stretch_bt.perception.shapes.sight import sighted
 from stretch_bt.perception.shapes.sphere import settle_sphere
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
@@ -83,17 +91,19 @@ def within(long: float, wide: float) -> Start:
             mask = valid & (np.linalg.norm((points[..., :2] - true.mean(axis=0)) / scale, axis=-1) < 1.0)
         labels = np.where(mask, 2, np.where(valid, 1, 255)).astype(np.uint8)
         points[~valid] = np.nan
-        chosen = points[mask]
+        chosen, noise = points[mask], surface_noise(points)
+        assert noise is not None
         return Contact(
             chosen,
             view_rays(chosen, EYE),
             labels,
-            0.3e-3,
+            noise.sd,
             0.0,
             frame.stretch,
             frame.time,
             points,
             mask.astype(np.float32),
+            noise_area=noise.area,
         )
 
     return start

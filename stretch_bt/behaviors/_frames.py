@@ -47,8 +47,9 @@ class FrameSource:
         geometry = self.context.hand.geometry
         # What the camera's driver knows is of the moment of exposure; what the arm says now is the next best.
         pose, height, stretch = frame.pose, frame.hand_height, frame.stretch
-        if height is None and self.arm is not None:
-            pose = self.arm.pose(MAX_AGE).value
+        if pose is None and self.arm is not None:
+            now = self.arm.pose(MAX_AGE).value
+            pose = now if height is None else now.at_height(height)
             height = pose.height
         if stretch is None and self.gripper is not None:
             stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value)

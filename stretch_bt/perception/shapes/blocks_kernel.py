@@ -11,7 +11,7 @@ from stretch_bt.compiled import kernel
 __all__ = ["blocks_within"]
 
 SPARSE = 4  # pixels in rows and columns between those that are looked at to find the others
-CLEAR = 40  # of these that tell its extent; where fewer are met, all are looked at
+CLEAR = 8  # of these that tell its extent; where fewer are met, all are looked at
 COVER = 0.5  # share of a block that must be seen
 
 
@@ -44,7 +44,11 @@ def blocks_within(surface: Any, x: Any, y: Any, a: Any, b: Any, most: Any) -> An
             sx, sy, sz, seen = 0.0, 0.0, 0.0, 0
             for i in range(v, min(v + side, bottom)):
                 for j in range(u, min(u + side, right)):
-                    px, py, pz = np.float64(surface[i, j, 0]), np.float64(surface[i, j, 1]), np.float64(surface[i, j, 2])
+                    px, py, pz = (
+                        np.float64(surface[i, j, 0]),
+                        np.float64(surface[i, j, 1]),
+                        np.float64(surface[i, j, 2]),
+                    )
                     dx, dy = (px - x) / a, (py - y) / b
                     if dx * dx + dy * dy < 1.0 and np.isfinite(pz):
                         sx, sy, sz, seen = sx + px, sy + py, sz + pz, seen + 1

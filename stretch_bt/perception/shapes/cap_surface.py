@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -44,12 +45,10 @@ class CapSurface:
 
     def moved(self, step: Array) -> tuple[CapSurface, Array]:
         """Return the surface after a step, shortened where the rim or the curvature would change by much."""
-        change = max(float(np.abs(step[4:6]).max()), float(np.abs(step[6:] / np.exp(self.q[4:6])).max()))
-        share = min(
-            1.0,
-            LARGEST_CHANGE / max(change, 1e-300),
-            0.5 * max(abs(float(self.q[3])), 0.05) / max(abs(float(step[3])), 1e-300),
-        )
+        _, _, _, k, a, b, _, _ = self.q.tolist()
+        _, _, _, by_k, by_a, by_b, by_x, by_y = map(abs, step.tolist())
+        change = max(by_a, by_b, by_x * math.exp(-a), by_y * math.exp(-b), 1e-300)
+        share = min(1.0, LARGEST_CHANGE / change, 0.5 * max(abs(k), 0.05) / max(by_k, 1e-300))
         q = self.q + share * step
-        q[4:6] = np.minimum(q[4:6], self.most)
-        return replace(self, q=q), q - self.q
+        np.minimum(q[4:6], self.most, out=q[4:6])
+        return CapSurface(q, self.most), q - self.q

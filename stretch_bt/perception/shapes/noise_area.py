@@ -18,5 +18,6 @@ def surface_noise(surface: FloatArray) -> SurfaceNoise | None:
 
     None where no two valid pixels are neighbours.
     """
-    found = surface_of(surface, np.asarray(np.isfinite(surface).all(axis=2)), KERNEL)
+    seen = np.asarray(np.isfinite(surface).all(axis=2))
+    found = surface_of(surface, seen, KERNEL)
     return None if found is None else SurfaceNoise(found.noise, area_of(found.length))

@@ -19,14 +19,16 @@ __all__ = ["Rim", "find_rim"]
 
 Array = npt.NDArray[np.float64]
 
+SAMPLE = 500  # points of a contact that say where it is
+WIDER = 1.4
 SKIRT = 1.3  # rims away from the middle up to which the skirt is described by its curvature at the rim
 CORE = 0.7  # rims from the middle that a start is taken from
-CELLS = 500  # in which the cap and its skirt are averaged
+CELLS = 350  # in which the cap and its skirt are averaged
 LARGEST = 4.0  # times the contact as segmented, beyond which what is found is something else
-ROUNDS = 10
-STEPS = 8  # in a round: the rim need not be better than what the next round looks at
+ROUNDS = 15
+STEPS = 4
 CLOSE = 0.3  # of the standard deviation of a mean: what an answer may still move by
-SETTLED = 0.02  # relative change of the rim
+SETTLED = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +53,14 @@ def find_rim(contact: Contact) -> Rim:
     IllConditioned
         The surface around the contact does not tell where the rim is.
     """
-    first = rim = _segmented(contact)
+    points = contact.points[:: max(1, len(contact.points) // SAMPLE)].astype(np.float64)
+    origin, spread = np.median(points, axis=0), 2.0 * WIDER * points.std(axis=0)
+    first = rim = Rim(float(origin[0]), float(origin[1]), float(spread[0]), float(spread[1]))
+    size = math.hypot(rim.a, rim.b) / 2.0
+    cap: CapSurface | None = None
     for _ in range(ROUNDS):
-        rim, before = _refined(contact.surface, rim), rim
+        cap = _refined(contact.surface, rim, origin, size, cap)
+        rim, before = _rim_of(cap, origin, size), rim
         if max(abs(rim.a / before.a - 1.0), abs(rim.b / before.b - 1.0)) < SETTLED:
             break
     away = math.hypot((rim.x - first.x) / rim.a, (rim.y - first.y) / rim.b)
@@ -62,25 +69,20 @@ def find_rim(contact: Contact) -> Rim:
     return rim
 
 
-def _segmented(contact: Contact) -> Rim:
-    """Return the ellipse with the middle and the extent of a contact."""
-    places = contact.points[:, :2]
-    (x, y), (a, b) = np.median(places, axis=0), 2.0 * places.std(axis=0)
+def _rim_of(cap: CapSurface, origin: Array, size: float) -> Rim:
+    (a, b), (x, y) = np.exp(cap.q[4:6]) * size, cap.q[6:] * size + origin[:2]
     return Rim(float(x), float(y), float(a), float(b))
 
 
-def _refined(surface: FloatArray, rim: Rim) -> Rim:
-    """Return the rim after a fit to the surface within SKIRT of it; it may grow up to there."""
-    size = math.hypot(rim.a, rim.b) / 2.0
+def _refined(surface: FloatArray, rim: Rim, origin: Array, size: float, cap: CapSurface | None) -> CapSurface:
+    """Return the cap after a fit to the surface within SKIRT of a rim, which may grow up to there."""
     cells = rim.blocks(surface, SKIRT, CELLS)[:, :3]
     if len(cells) <= PARAMETERS:
         raise IllConditioned("there is hardly any surface around the contact")
-    sight = sight_along_z(cells, (rim.x, rim.y), size)
+    sight = sight_along_z(cells, origin, size)
     axes = np.array([rim.a, rim.b]) / size
-    start = np.concatenate([_paraboloid(sight, CORE * axes), np.log(axes), np.zeros(2)])
-    q = settled_surface(CapSurface(start, np.log(SKIRT * axes)), sight, "sphere", steps=STEPS, close=CLOSE).q
-    a, b = np.exp(q[4:6]) * size
-    return Rim(float(rim.x + q[6] * size), float(rim.y + q[7] * size), float(a), float(b))
+    q = np.concatenate([_paraboloid(sight, CORE * axes), np.log(axes), np.zeros(2)]) if cap is None else cap.q
+    return settled_surface(CapSurface(q, np.log(SKIRT * axes)), sight, "sphere", steps=STEPS, close=CLOSE)
 
 
 def _paraboloid(sight: Sight, axes: Array) -> Array:

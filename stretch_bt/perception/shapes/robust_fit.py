@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.shapes.correlation import correlation_area
 from stretch_bt.perception.robust import scale_of
+from stretch_bt.perception.shapes.correlation import correlation_area
 from stretch_bt.perception.shapes.inliers import Inliers
 from stretch_bt.perception.shapes.inliers_kernel import normal_step, settle_line
 from stretch_bt.perception.shapes.sight import Sight
@@ -108,7 +108,6 @@ def robust_linear(design: Array, z: Array, floor: float, name: str) -> tuple[Arr
 
     First by least absolute residuals, a convex problem that needs no start, then with Tukey's weights.
     """
-    solve(design @ design.T, design @ z, name)
     solution, weights = np.empty(len(design)), np.empty(len(z))
     if not settle_line(design, np.ascontiguousarray(z), floor, solution, weights) or np.abs(solution).max() >= FAR:
         solve((design * weights) @ design.T, design @ (weights * z), name)
@@ -160,9 +159,7 @@ def _iterated(surface: S, sight: Sight, name: str, steps: int, close: float) -> 
     return surface, inliers, residuals, jacobian
 
 
-def _with_error(
-    sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array
-) -> Settled[S]:
+def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals: Array, jacobian: Array) -> Settled[S]:
     p = surface.parameters
     weights = inliers.weights(residuals)
     total = float(weights.sum())

@@ -9,10 +9,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.robust import TUKEY
 from stretch_bt.perception.shapes.cone import cone_of, settle_cone
 from stretch_bt.perception.shapes.cylinder import cylinder_of, settle_cylinder
 from stretch_bt.perception.shapes.plane import plane_of, settle_plane
-from stretch_bt.perception.robust import TUKEY
 from stretch_bt.perception.shapes.robust_fit import Settled
 from stretch_bt.perception.shapes.sight import Noise, Sight, sighted
 from stretch_bt.perception.shapes.sphere import settle_sphere, sphere_of

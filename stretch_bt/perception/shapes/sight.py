@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.types import FloatArray, SurfaceNoise
 
 __all__ = ["Noise", "Sight", "camera_of", "extent", "sight_along_z", "sighted"]
@@ -78,12 +79,12 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
     if len(kept) < least:
         raise IllConditioned(f"a {name} with its error needs at least {least} distinct points, there are {len(kept)}")
     axes = _axes(directions)
-    local = kept @ axes.T
-    origin = np.median(local, axis=0)
-    local -= origin
+    local = axes @ kept.T
+    origin = np.array([quantile(row) for row in local])
+    local -= origin[:, None]
     magnitude = float(np.abs(kept).max())
-    size = _lateral_size(local, magnitude)
-    x, y, z = np.ascontiguousarray(local.T) / size
+    size = _lateral_size(local[0], local[1], magnitude)
+    x, y, z = local / size
     resolution = DIGITS * _resolution(points) * magnitude / size
     lean = _lean(directions @ axes.T)
     return Sight(x, y, z, lean, axes, origin, size, max(known.sd / size, resolution), resolution, known.area)
@@ -104,12 +105,11 @@ def camera_of(points: FloatArray, rays: FloatArray) -> Array | None:
     return np.asarray(np.linalg.solve(total, np.einsum("nij,nj->i", across, points)))
 
 
-def sight_along_z(points: Array, middle: tuple[float, float], size: float) -> Sight:
-    """Return points (n, 3), m, as a camera along z sees them from above a place (x, y), m, in units of `size`, m."""
-    level = float(points[:, 2].mean())
-    x, y, z = np.ascontiguousarray((points - [*middle, level]).T) / size
+def sight_along_z(points: Array, origin: Array, size: float) -> Sight:
+    """Return points (n, 3), m, as a camera along z sees them, from an origin (3,), m, and in units of `size`, m."""
+    x, y, z = np.ascontiguousarray((points - origin).T) / size
     resolution = DIGITS * float(np.finfo(np.float32).eps) * float(np.abs(points).max()) / size
-    return Sight(x, y, z, None, np.eye(3), np.array([*middle, level]), size, resolution, resolution, 1.0)
+    return Sight(x, y, z, None, np.eye(3), origin, size, resolution, resolution, 1.0)
 
 
 def _known(noise: Noise) -> SurfaceNoise:
@@ -136,8 +136,11 @@ def _checked(points: FloatArray, rays: FloatArray | None, name: str) -> tuple[Ar
         directions = _floats(rays, "rays are")
         if directions.shape != array.shape:
             raise InvalidInput(f"rays need the shape of the points, {array.shape}, got {directions.shape}")
-    finite = np.isfinite(array).all(axis=1) & np.isfinite(directions).all(axis=1)
-    return _distinct(array[finite], directions[finite])
+    finite = np.isfinite(array) & np.isfinite(directions)
+    if not finite.all():
+        kept = finite.all(axis=1)
+        array, directions = array[kept], directions[kept]
+    return _distinct(array, directions)
 
 
 def _floats(values: FloatArray, what: str) -> Array:
@@ -180,9 +183,9 @@ def extent(x: Array, y: Array) -> tuple[float, float]:
     return math.sqrt(max(half - apart, 0.0)), math.sqrt(half + apart)
 
 
-def _lateral_size(local: Array, magnitude: float) -> float:
+def _lateral_size(x: Array, y: Array, magnitude: float) -> float:
     """Return the rms distance from the origin across the rays, or refuse points on a line or at one place."""
-    narrow, wide = extent(local[:, 0], local[:, 1])
+    narrow, wide = extent(x, y)
     if wide <= 1e-13 * magnitude or wide == 0.0:
         raise IllConditioned("the points coincide as the camera sees them")
     if narrow < THIN * wide:

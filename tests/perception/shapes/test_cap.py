@@ -6,8 +6,18 @@ import pytest
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, Noise, observe
 from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, seen
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception import Contact, deproject, fit_contact_sphere, fit_sphere, surface_noise, to_membrane, view_rays
-from stretch_bt.perception.shapes.rim import find_rim
+from stretch_bt.perception import (
+    Contact,
+    SurfaceNoise,
+    deproject,
+    find_contact,
+    fit_contact_sphere,
+    fit_sphere,
+    surface_noise,
+    to_membrane,
+    view_rays,
+)
+from stretch_bt.perception.shapes.rim import Rim, find_rim
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
@@ -31,7 +41,9 @@ def contact_of(view, noise, seed, *, long=1.0, wide=1.0):
     points[~valid] = np.nan
     labels = np.where(mask, 2, np.where(valid, 1, 255)).astype(np.uint8)
     rays = view_rays(points[mask], (0.0, 0.0, PLANE_DISTANCE))
-    return Contact(points[mask], rays, labels, 0.3e-3, 0.0, 0.03, 0.0, points, mask.astype(np.float32))
+    shown = surface_noise(points)
+    sure = mask.astype(np.float32)
+    return Contact(points[mask], rays, labels, shown.sd, 0.0, 0.03, 0.0, points, sure, noise_area=shown.area)
 
 
 @pytest.mark.parametrize(("long", "wide"), [(1.0, 1.0), (1.3, 1.0), (2.0, 2.0), (0.6, 0.8), (0.5, 1.0)])
@@ -103,7 +115,46 @@ def test_the_noise_of_a_surface_and_over_how_many_pixels_it_is_alike(press, nois
     assert area[0] <= np.mean([f.area for f in found]) <= area[1]
 
 
-def test_a_surface_smaller_than_a_tile_tells_nothing_of_its_noise():
-    assert surface_noise(np.zeros((40, 200, 3))) is None
+def test_a_surface_without_neighbours_tells_nothing_of_its_noise():
     assert surface_noise(np.full((100, 100, 3), np.nan)) is None
-    assert surface_noise(np.zeros((100, 100, 3))).sd == 0.0
+    v, u = np.mgrid[0:100, 0:100] * 0.4e-3
+    assert surface_noise(np.stack([u, v, 0.0 * u], axis=-1)) == SurfaceNoise(0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    "noise", [Noise(white=0.3e-3, dropouts=0.0), Noise(correlated=0.3e-3, kernel=2.0, dropouts=0.0)]
+)
+def test_a_contact_hands_on_the_noise_of_its_frame(press, noise):
+    contact = find_contact(observe(press, noise, 0))
+    alone = surface_noise(contact.surface)
+    assert (contact.noise, contact.noise_area) == pytest.approx((alone.sd, alone.area), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("noise", "tolerance"), [(Noise(white=0.3e-3), 0.1), (Noise(correlated=0.3e-3, kernel=2.0), 0.25)]
+)
+def test_the_noise_of_means_is_that_of_blocks(press, noise, tolerance):
+    frames = (observe(press, noise, seed) for seed in (0, 1))
+    first, second = (to_membrane(deproject(frame)[0], PLANE_DISTANCE) for frame in frames)
+    apart = np.where(np.isfinite(first + second), (first - second)[..., 2:] / np.sqrt(2.0), 0.0)
+    pixels = np.concatenate([first[..., :2], apart], axis=-1)
+    known = surface_noise(first)
+    rim = Rim(0.0, 0.0, 0.03, 0.02)
+    blocks = rim.blocks(pixels, 1.0, 700)
+    assert blocks[:, 3].mean() > 8.0
+    means = known.of_means(float(blocks[:, 3].mean()))
+    assert blocks[:, 2].std() == pytest.approx(means.sd, rel=tolerance)
+    assert means.area == pytest.approx(1.0 + (known.area - 1.0) / blocks[:, 3].mean())
+
+
+def test_blocks_are_means_of_what_is_seen():
+    v, u = np.mgrid[0:60, 0:80] * 1e-3
+    surface = np.stack([u, v, 0.2 * u + 0.1 * v], axis=-1)
+    surface[:, 40:43] = np.nan
+    blocks = Rim(0.04, 0.03, 0.02, 0.01).blocks(surface, 1.0, 100)
+    inside = np.hypot((u - 0.04) / 0.02, (v - 0.03) / 0.01) < 1.0
+    seen = np.count_nonzero(inside & np.isfinite(surface[..., 2]))
+    assert 0.85 * seen < blocks[:, 3].sum() <= seen
+    assert blocks[:, 3].max() in (4, 9)
+    np.testing.assert_allclose(blocks[:, 2], 0.2 * blocks[:, 0] + 0.1 * blocks[:, 1], atol=1e-12)
+    assert len(Rim(1.0, 0.0, 0.02, 0.01).blocks(surface, 1.0, 100)) == 0

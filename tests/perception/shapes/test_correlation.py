@@ -27,7 +27,9 @@ def test_white_noise_is_alike_over_one_point():
 
 def test_the_order_of_the_points_does_not_matter():
     values, order = alike(2.0, 1).ravel(), np.random.default_rng(0).permutation(X.size)
-    assert correlation_area(X[order], Y[order], values[order], 4) == pytest.approx(correlation_area(X, Y, values, 4), rel=0.02)
+    assert correlation_area(X[order], Y[order], values[order], 4) == pytest.approx(
+        correlation_area(X, Y, values, 4), rel=0.02
+    )
 
 
 def test_a_sphere_states_the_deviation_that_noise_alike_gives_it():

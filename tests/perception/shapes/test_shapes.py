@@ -76,7 +76,9 @@ def test_the_shape_that_made_the_points_is_chosen(shape):
 
 
 def test_a_hardly_curved_sphere_is_called_a_plane():
-    found = fit_shape(np.column_stack([X, Y, np.sqrt(2.0**2 - X**2 - Y**2)]) + seen("plane", 1, outliers=0.0) * [0, 0, 1])
+    found = fit_shape(
+        np.column_stack([X, Y, np.sqrt(2.0**2 - X**2 - Y**2)]) + seen("plane", 1, outliers=0.0) * [0, 0, 1]
+    )
     assert found.kind == "plane"
     assert next(c for c in found.ranking if c.kind == "sphere").refused
 
@@ -123,7 +125,9 @@ def test_derivatives_are_those_of_the_heights(name, seed):
 def test_noise_that_is_known_to_be_alike_widens_the_deviation():
     points = seen("sphere", 4, outliers=0.0)
     alone = fit_sphere(points, noise=0.2e-3)
-    assert fit_sphere(points, noise=SurfaceNoise(0.2e-3, 16.0)).curvature_sd == pytest.approx(4 * alone.curvature_sd, rel=0.1)
+    assert fit_sphere(points, noise=SurfaceNoise(0.2e-3, 16.0)).curvature_sd == pytest.approx(
+        4 * alone.curvature_sd, rel=0.1
+    )
     with pytest.raises(IllConditioned, match="alike over 200 points"):
         fit_sphere(points, noise=SurfaceNoise(0.2e-3, 200.0))
 
@@ -131,7 +135,9 @@ def test_noise_that_is_known_to_be_alike_widens_the_deviation():
 def test_a_rounded_tip_does_not_move_the_cone():
     slant = np.hypot(X, Y)
     tip = 0.5e-3 * np.sin(0.35)
-    z = np.where(slant < tip, np.sqrt(0.25e-6 - np.minimum(slant, tip) ** 2) - 0.5e-3 / np.cos(0.35), -np.tan(0.35) * slant)
+    z = np.where(
+        slant < tip, np.sqrt(0.25e-6 - np.minimum(slant, tip) ** 2) - 0.5e-3 / np.cos(0.35), -np.tan(0.35) * slant
+    )
     rng = np.random.default_rng(0)
     cone = fit_cone(np.column_stack([X, Y, z + rng.normal(0, 0.05e-3, X.size)]))
     assert abs(cone.angle - 0.35) < 3 * cone.angle_sd < 0.01
