@@ -108,7 +108,7 @@ def choose(names: Sequence[str], cells: Cells, start: Start, context: Context, *
     shape, fit = fits[chosen]
     if chosen != first:
         fit = fit_to(shape, cells, fit.q, noise=noise)
-    evidence = {name: score - scores[best] for name, score in scores.items()}
+    evidence = {name: float(score - scores[best]) for name, score in scores.items()}
     return Choice(shape, fit, evidence, _rivals(fits, evidence, first, chosen))
 
 
