@@ -138,7 +138,7 @@ def _weighed(residuals: Array, against: Array, area: float, floor: float) -> tup
 def _solve(information: Array, gradient: Array, damping: float) -> Array:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     matrix = information * np.outer(scale, scale)
-    matrix[np.diag_indices_from(matrix)] += damping
+    matrix.flat[:: len(matrix) + 1] += damping
     try:
         return np.asarray(np.linalg.solve(matrix, gradient * scale) * scale)
     except np.linalg.LinAlgError:

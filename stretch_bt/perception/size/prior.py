@@ -56,20 +56,14 @@ class Regression:
 
     def mean(self, at: Array) -> tuple[Array, Array]:
         """Return the targets at features (3,), and their derivatives (targets, 3)."""
-        columns = np.arange(len(self.use))
-        clipped = np.clip(at[list(self.use)], self.low, self.high)
-        inside = clipped == at[list(self.use)]
-        degrees = np.arange(int(self.exponents.max(initial=0)) + 1)
-        raised = ((clipped - self.center) / self.scale)[:, None] ** degrees
-        risen = np.zeros_like(raised)
-        risen[:, 1:] = degrees[1:] * raised[:, :-1] * (inside / self.scale)[:, None]
-        factors = raised[columns, self.exponents]
-        slopes = np.zeros((self.coefficients.shape[1], 3))
-        for place, column in enumerate(self.use):
-            others = factors.copy()
-            others[:, place] = risen[place, self.exponents[:, place]]
-            slopes[:, column] = others.prod(axis=1) @ self.coefficients
-        return factors.prod(axis=1) @ self.coefficients, slopes
+        from stretch_bt.perception.size.prior_kernel import fill_mean
+
+        use, targets = list(self.use), self.coefficients.shape[1]
+        mean, by_used, slopes = np.empty(targets), np.empty((targets, len(use))), np.zeros((targets, 3))
+        parts = self.low, self.high, self.center, self.scale, self.exponents, self.coefficients
+        fill_mean(at[use], *parts, mean, by_used)
+        slopes[:, use] = by_used
+        return mean, slopes
 
 
 @dataclass(frozen=True, slots=True)
