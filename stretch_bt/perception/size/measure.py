@@ -23,8 +23,8 @@ __all__ = ["diameters", "measure_contact"]
 
 FILLET, FILLET_SD = 1e-3, 0.1e-3  # m, of the object's edge, where the caller knows no better
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
-BESIDE, MOST_BESIDE = 6e-3, 0.3  # m outside the rim, and the share of the contact there that is another contact
-HIGH = 0.85  # of the depth, from which a place may be another contact
+BESIDE, MOST_BESIDE = 6e-3, 0.4  # m outside the rim, and the share of the contact there that is another contact
+HIGH = 0.93  # of the depth, from which a place may be another contact
 FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and the fewest cells to judge it by
 ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
 
