@@ -20,7 +20,7 @@ Image = npt.NDArray[np.float32]
 SHARE = 0.9  # of the height of the top, from which a place counts as the top
 SHARE_SD = 0.045  # how much that share differs between contacts
 CERTAIN = 12.0  # standard deviations by which the top must rise
-AROUND = 0.5  # share of the width of a convex part that is looked at on all sides of it
+AROUND = 0.5  # share of the width of a convex part that is looked at on all sides of it at first
 ENOUGH = 1500  # bins from which a plane or a quadratic is fitted
 
 
@@ -38,13 +38,17 @@ def flat_or_round(
     surface: Surface, part: MaskArray, score: Image, threshold: float, sd: float, raised: MaskArray
 ) -> Patch:
     """Return the contact that a convex part belongs to: the part, or where it is a rim, the flat face within."""
-    # What the part holds or meets lies near it, and the rest of the frame costs time.
-    window = bounds(part, math.ceil(4.0 * surface.sigma), AROUND)
-    near, part, score = surface.part(window), part[window], score[window]
-    inside = inner_half(hull(part))
-    if curvature_of(near, inside) < threshold:
-        return _flat_face(near, _above_plane(near, part), inside, raised[window])
-    return Patch(near, filled(part), score, sd)
+    # What the part holds or meets mostly lies near it, and the rest of the frame costs time.
+    everything = slice(0, part.shape[0]), slice(0, part.shape[1])
+    for window in (bounds(part, math.ceil(4.0 * surface.sigma), AROUND), everything):
+        near, bent = surface.part(window), part[window]
+        inside = inner_half(hull(bent))
+        if curvature_of(near, inside) >= threshold:
+            return Patch(near, filled(bent), score[window], sd)
+        whole = _above_plane(near, bent)
+        if not (whole[[0, -1]].any() or whole[:, [0, -1]].any()):
+            break
+    return _flat_face(near, whole, inside, raised[window])
 
 
 def holds_summit(patch: Patch) -> bool:
