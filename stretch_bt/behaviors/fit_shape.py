@@ -21,5 +21,7 @@ class FitShape(Behavior):
     def update(self) -> Status:
         """Fit."""
         contact = self.contact
-        self.fitted = perception.fit_shape(contact.points, rays=contact.rays, noise=contact.surface_noise, shape=self.shape)
+        self.fitted = perception.fit_shape(
+            contact.points, rays=contact.rays, noise=contact.surface_noise, shape=self.shape
+        )
         return Status.SUCCESS

@@ -3,8 +3,8 @@
 from typing import Literal
 
 from stretch_bt import perception
-from stretch_bt.perception.types import Contact
 from stretch_bt.perception.size.result import ContactSize
+from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
@@ -17,7 +17,9 @@ class MeasureContact(Behavior):
     kind = "perception"
     instant = True
     contact: In[Contact]  # surface and labels of the contact, and the stretch where it is known
-    hypothesis: In[Literal["auto", "circle", "ellipse", "rectangle", "free_form"]] = "auto"  # the simplest that none clearly beats
+    hypothesis: In[Literal["auto", "circle", "ellipse", "rectangle", "free_form"]] = (
+        "auto"  # the simplest that none clearly beats
+    )
     fillet: In[Length] = port(1e-3, min=0.0, doc="radius of the object's edge, which no frame shows")
     fillet_sd: In[Length] = port(0.1e-3, min=0.0, doc="its standard deviation")
     diameter_i: Out[Length]  # width of the object across

@@ -10,19 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stretch_bt.perception.average import average_frames as average_frames
-    from stretch_bt.perception.shapes.cap import fit_contact_sphere as fit_contact_sphere
     from stretch_bt.perception.clouds.cloud import Cloud as Cloud
     from stretch_bt.perception.clouds.cloud import cloud_of as cloud_of
     from stretch_bt.perception.clouds.dimensions import Dimensions as Dimensions
     from stretch_bt.perception.clouds.dimensions import measure_object as measure_object
     from stretch_bt.perception.clouds.fuse import fuse_contact as fuse_contact
     from stretch_bt.perception.clouds.picture import draw_cloud as draw_cloud
-    from stretch_bt.perception.shapes.cone import fit_cone as fit_cone
     from stretch_bt.perception.contact import find_contact as find_contact
     from stretch_bt.perception.curvature import Curvatures as Curvatures
     from stretch_bt.perception.curvature import brand as brand
     from stretch_bt.perception.curvature import curvatures as curvatures
-    from stretch_bt.perception.shapes.cylinder import fit_cylinder as fit_cylinder
     from stretch_bt.perception.deprojection import deproject as deproject
     from stretch_bt.perception.deprojection import to_membrane as to_membrane
     from stretch_bt.perception.deprojection import view_rays as view_rays
@@ -36,22 +33,25 @@ if TYPE_CHECKING:
     from stretch_bt.perception.noise import PixelNoise as PixelNoise
     from stretch_bt.perception.noise import frame_noise as frame_noise
     from stretch_bt.perception.noise import pixel_noise as pixel_noise
-    from stretch_bt.perception.shapes.noise_area import surface_noise as surface_noise
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
     from stretch_bt.perception.outlines.outline import Outline as Outline
     from stretch_bt.perception.outlines.outline import outline_of as outline_of
     from stretch_bt.perception.outlines.roundness import Roundness as Roundness
     from stretch_bt.perception.outlines.roundness import circularity as circularity
-    from stretch_bt.perception.shapes.plane import fit_plane as fit_plane
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
+    from stretch_bt.perception.shapes.cap import fit_contact_sphere as fit_contact_sphere
+    from stretch_bt.perception.shapes.cone import fit_cone as fit_cone
+    from stretch_bt.perception.shapes.cylinder import fit_cylinder as fit_cylinder
+    from stretch_bt.perception.shapes.noise_area import surface_noise as surface_noise
+    from stretch_bt.perception.shapes.plane import fit_plane as fit_plane
     from stretch_bt.perception.shapes.shape import fit_shape as fit_shape
+    from stretch_bt.perception.shapes.sphere import fit_sphere as fit_sphere
     from stretch_bt.perception.size.measure import diameters as diameters
     from stretch_bt.perception.size.measure import measure_contact as measure_contact
     from stretch_bt.perception.size.result import ContactSize as ContactSize
     from stretch_bt.perception.size.result import Diameters as Diameters
-    from stretch_bt.perception.shapes.sphere import fit_sphere as fit_sphere
     from stretch_bt.perception.tension import expected_ratio as expected_ratio
     from stretch_bt.perception.tension import tension_ratio as tension_ratio
     from stretch_bt.perception.tracker import HeightTracker as HeightTracker

@@ -89,7 +89,17 @@ def test_average_frames_takes_so_many_different_ones() -> None:
 def contact_of(points: np.ndarray) -> Contact:
     rays = points - [0.0, 0.0, 0.2]
     labels = np.full((2, 2), 2, np.uint8)
-    return Contact(points, rays / np.linalg.norm(rays, axis=1)[:, None], labels, 2e-4, 0.1, 0.0, 0.0, np.zeros((2, 2, 3)), np.ones((2, 2)))
+    return Contact(
+        points,
+        rays / np.linalg.norm(rays, axis=1)[:, None],
+        labels,
+        2e-4,
+        0.1,
+        0.0,
+        0.0,
+        np.zeros((2, 2, 3)),
+        np.ones((2, 2)),
+    )
 
 
 @pytest.mark.parametrize("curvature", [0.0, -30.0])

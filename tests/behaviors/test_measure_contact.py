@@ -1,9 +1,8 @@
 """The node that measures a contact: what it writes, and its refusals."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
-
-from dataclasses import replace
 
 import numpy as np
 import pytest

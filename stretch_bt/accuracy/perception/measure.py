@@ -31,7 +31,8 @@ SPHERES = (
     Press(Sphere(0.06), 0.03, 0.010, (-0.003, 0.002)),
 )
 CYLINDERS = tuple(
-    Press(Cylinder(d), x, z, (0.003, -0.004)) for d, x, z in ((0.02, 0.0, 0.01), (0.02, 0.03, 0.01), (0.015, 0.06, 0.006))
+    Press(Cylinder(d), x, z, (0.003, -0.004))
+    for d, x, z in ((0.02, 0.0, 0.01), (0.02, 0.03, 0.01), (0.015, 0.06, 0.006))
 )
 QUICK, FULL = 4, 40  # frames of a press
 

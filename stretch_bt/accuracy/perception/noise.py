@@ -82,7 +82,9 @@ def _smooth(noise: Noise, shape: tuple[int, ...], rng: np.random.Generator) -> I
     return np.asarray(noise.correlated * 2.0 * np.sqrt(np.pi) * noise.kernel * blurred)
 
 
-def _counts(depth: Image, visible: npt.NDArray[np.bool_], noise: Noise, rng: np.random.Generator) -> npt.NDArray[np.uint16]:
+def _counts(
+    depth: Image, visible: npt.NDArray[np.bool_], noise: Noise, rng: np.random.Generator
+) -> npt.NDArray[np.uint16]:
     measured = depth + noise.white * rng.standard_normal(depth.shape)
     if noise.flying > 0.0:
         flies = rng.random(depth.shape) < noise.flying

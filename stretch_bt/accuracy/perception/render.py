@@ -31,7 +31,9 @@ def render(shape: Shape, intrinsics: Intrinsics, plane_distance: float) -> tuple
     points : (h, w, 3) float, m, membrane frame
         NaN where the sheet is not seen.
     """
-    columns, rows = (round((a.breaks[-1] - a.breaks[0]) * shape.unit / _PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y))
+    columns, rows = (
+        round((a.breaks[-1] - a.breaks[0]) * shape.unit / _PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y)
+    )
     grid = shape.points(columns, rows)
     depth = plane_distance - grid[..., 2]
     across, along = grid[..., 0] / depth, grid[..., 1] / depth

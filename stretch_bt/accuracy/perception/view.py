@@ -12,15 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.perception.render import render
+from stretch_bt.compiled import cache_folder
 from stretch_bt.frames import Intrinsics
 from stretch_bt.simulation import membrane
-from stretch_bt.compiled import cache_folder
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.several import Several
 from stretch_bt.simulation.membrane.press import press
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
-from stretch_bt.simulation.membrane.sheet.spline import Array
 
 __all__ = ["CAMERA", "PLANE_DISTANCE", "Press", "Seen", "seen"]
 

@@ -65,7 +65,8 @@ class Cloud:
         InvalidInput
             The path has another ending, is taken, or cannot be written.
         """
-        from stretch_bt.perception.clouds import picture as cloud_picture, ply
+        from stretch_bt.perception.clouds import picture as cloud_picture
+        from stretch_bt.perception.clouds import ply
 
         target = Path(path)
         if target.suffix == ".ply":
@@ -116,7 +117,9 @@ def cloud_of(
     try:
         sd = np.broadcast_to(np.asarray(noise, dtype=np.float64), len(known))
     except ValueError:
-        raise InvalidInput(f"the noise of {len(known)} points is one number or as many, got {np.shape(noise)}") from None
+        raise InvalidInput(
+            f"the noise of {len(known)} points is one number or as many, got {np.shape(noise)}"
+        ) from None
     kept = np.isfinite(known).all(axis=1) & np.isfinite(seen_from).all(axis=1)
     if not (np.isfinite(sd[kept]).all() and (sd[kept] > 0).all()):
         raise InvalidInput("the noise of a cloud is a positive standard deviation in metres")

@@ -60,7 +60,9 @@ def fuse_contact(contact: Contact, cloud: Cloud | None = None, *, cell: float = 
     if cloud.frame != frame:
         raise InvalidInput(f"the cloud is in the frame of the {cloud.frame}, the contact in that of the {frame}")
     if (cloud.cell, cloud.floor) != (cell, floor):
-        raise InvalidInput(f"the cloud has a cell of {cloud.cell} m and a floor of {cloud.floor} m, got {cell}, {floor}")
+        raise InvalidInput(
+            f"the cloud has a cell of {cloud.cell} m and a floor of {cloud.floor} m, got {cell}, {floor}"
+        )
     return _merged(cloud, _sighting(points, rays, noise, cloud))
 
 

@@ -9,7 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.outlines.polyline import Array, area_of, even, noise_of, perimeter_of, redrawn, smoothed, spacing_of
+from stretch_bt.perception.outlines.polyline import (
+    Array,
+    area_of,
+    even,
+    noise_of,
+    perimeter_of,
+    redrawn,
+    smoothed,
+    spacing_of,
+)
 from stretch_bt.perception.outlines.roundness import CORNERS, REPLICATES, Method, Roundness, contour_of, roundness
 from stretch_bt.perception.outlines.trace import BLUR, trace
 from stretch_bt.perception.types import CONTACT, INVALID, FloatArray, MaskArray

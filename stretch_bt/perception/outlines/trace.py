@@ -16,7 +16,10 @@ __all__ = ["BLUR", "largest_piece", "trace"]
 BLUR = 1.0  # pixels; the least at which stairs no longer show
 SPECK = 0.1  # share of the region that may lie in other pieces
 FEWEST = 40  # pixels
-FAINT, SEEN = 0.05, 0.3  # shares of valid pixels within the blur: below the one nothing is known, below the other little
+FAINT, SEEN = (
+    0.05,
+    0.3,
+)  # shares of valid pixels within the blur: below the one nothing is known, below the other little
 UNSEEN = 0.1  # share of the border that may run along pixels without depth
 
 
@@ -35,7 +38,9 @@ def largest_piece(region: MaskArray) -> MaskArray:
     if sizes.max(initial=0) < FEWEST:
         raise IllConditioned(f"the region has {sizes.max(initial=0)} pixels; an outline needs at least {FEWEST}")
     if sizes.max() < (1.0 - SPECK) * sizes.sum():
-        raise IllConditioned(f"the region is in {count - 1} pieces, the largest with {sizes.max()} of {sizes.sum()} pixels")
+        raise IllConditioned(
+            f"the region is in {count - 1} pieces, the largest with {sizes.max()} of {sizes.sum()} pixels"
+        )
     piece: MaskArray = np.asarray(pieces == 1 + int(sizes.argmax()))
     if piece[0].any() or piece[-1].any() or piece[:, 0].any() or piece[:, -1].any():
         raise IllConditioned("the edge of the image cuts the region")

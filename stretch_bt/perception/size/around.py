@@ -19,12 +19,25 @@ Complex = npt.NDArray[np.complex128]
 KINK = 0.6e-3  # m, half the width over which the rim is rounded by its fillet and by the cells
 
 # (harmonic or not, order n, cosine or sine)
-ORDERS = tuple((kind, n, part) for kind, most in (("sinh", 4), ("square", 2)) for n in range(most + 1) for part in "cs" if n or part == "c")
+ORDERS = tuple(
+    (kind, n, part)
+    for kind, most in (("sinh", 4), ("square", 2))
+    for n in range(most + 1)
+    for part in "cs"
+    if n or part == "c"
+)
 COUNT = len(ORDERS)
 
 
 def skirt_around(
-    outline: ExteriorMap, by_size: Complex, k: float, coefficients: Array, x: Array, y: Array, sign: Array, least: float = 1.0
+    outline: ExteriorMap,
+    by_size: Complex,
+    k: float,
+    coefficients: Array,
+    x: Array,
+    y: Array,
+    sign: Array,
+    least: float = 1.0,
 ) -> tuple[Array, Array, Array]:
     """Return how far the skirt falls below the face (n,), its derivatives (3 + shape, n), and its functions (COUNT, n).
 
@@ -46,7 +59,9 @@ def skirt_around(
 
     fall, by_rim, basis = np.empty(x.size), np.empty((2 + len(by_size), x.size)), np.empty((COUNT, x.size))
     c, x, y, sign = (np.ascontiguousarray(values, dtype=np.float64) for values in (coefficients, x, y, sign))
-    fill_skirt(outline.scale, outline.series, outline.stride, by_size, k, least, KINK, c, x, y, sign, fall, by_rim, basis)
+    fill_skirt(
+        outline.scale, outline.series, outline.stride, by_size, k, least, KINK, c, x, y, sign, fall, by_rim, basis
+    )
     return fall, by_rim, basis
 
 

@@ -19,7 +19,16 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.size.around import ORDERS
 from stretch_bt.perception.size.prior import GAIN, SLACK
 
-__all__ = ["TARGETS", "BoxPrior", "BoxRegression", "box_terms", "looseness", "matching", "shipped_box_prior", "steady_terms"]
+__all__ = [
+    "TARGETS",
+    "BoxPrior",
+    "BoxRegression",
+    "box_terms",
+    "looseness",
+    "matching",
+    "shipped_box_prior",
+    "steady_terms",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -49,12 +58,36 @@ def box_terms(sizes: Array, stretch: float | Array | None) -> tuple[Array, npt.N
     aspect = 2.0 * first * second / (xx + yy)
     diamond, tilted = aspect * np.cos(4.0 * rotation), aspect * np.sin(4.0 * rotation)
     a, b, one = x / 10e-3, y / 10e-3, np.ones_like(x)
-    even = [one, d, size, wide, d * d, size**2, wide**2, d * size, d * wide, size * wide, turned**2, a * a, b * b, diamond]
+    even = [
+        one,
+        d,
+        size,
+        wide,
+        d * d,
+        size**2,
+        wide**2,
+        d * size,
+        d * wide,
+        size * wide,
+        turned**2,
+        a * a,
+        b * b,
+        diamond,
+    ]
     even += [d**3, d * diamond, size * diamond, wide * diamond, wide**3, wide**2 * d, wide * turned**2, size * wide**2]
     odd_x, odd_y = (
         [p, p * d, p * size, p * wide, o * turned, p * d * d, p**3, p * o * o, p * wide**2] for p, o in ((a, b), (b, a))
     )
-    odd_both = [turned, turned * d, turned * size, turned * wide, a * b, turned * d * d, turned * size**2, turned * wide**2]
+    odd_both = [
+        turned,
+        turned * d,
+        turned * size,
+        turned * wide,
+        a * b,
+        turned * d * d,
+        turned * size**2,
+        turned * wide**2,
+    ]
     odd_both += [turned**3, tilted]
     if stretch is not None:
         t = np.log((np.clip(stretch, 0.0, FARTHEST) + SLACK + GAIN * depth**2) / 40e-3)
@@ -87,9 +120,7 @@ def matching() -> npt.NDArray[np.int64]:
     found = [EVEN]
     for _, n, part in ORDERS:
         by_x, by_y = n % 2 == 1, part == "s"
-        found.append(
-            ODD_BOTH if by_y and not by_x else EVEN if not by_x else ODD_Y if by_y else ODD_X
-        )
+        found.append(ODD_BOTH if by_y and not by_x else EVEN if not by_x else ODD_Y if by_y else ODD_X)
     return np.array(found)
 
 

@@ -37,7 +37,9 @@ class Choice:
     rivals: tuple[tuple[Hypothesis, Fit, float], ...]
 
 
-def best_fit(shape: Hypothesis, cells: Cells, start: Start, *, noise: float = 0.0, window: MaskArray | None = None) -> Fit:
+def best_fit(
+    shape: Hypothesis, cells: Cells, start: Start, *, noise: float = 0.0, window: MaskArray | None = None
+) -> Fit:
     """Return the fit of a shape from the start that leaves least, or from the next ones where it is not likely.
 
     Raises

@@ -28,7 +28,9 @@ def outer_root(wx: Any, wy: Any, m: Any) -> Any:
     return 0.5 * (wx + rx), 0.5 * (wy + ry)
 
 
-@kernel("void(float64[::1],float64[::1],float64[::1],float64[::1],float64,float64[::1],float64[:,::1],float64[:,::1],float64[::1])")
+@kernel(
+    "void(float64[::1],float64[::1],float64[::1],float64[::1],float64,float64[::1],float64[:,::1],float64[:,::1],float64[::1])"
+)
 def fill_skirt(rim: Any, c: Any, x: Any, y: Any, kink: Any, fall: Any, by_rim: Any, basis: Any, outside: Any) -> None:
     """Fill the fall (n,), its derivatives by the rim (5, n), the functions (7, n) and the distance from the rim (n,).
 

@@ -24,7 +24,9 @@ def correlation_area(residuals: Array, window: MaskArray) -> float:
     image, mask = np.where(window, residuals, 0.0), window.astype(np.float64)
     limit = 4.0 * float(np.sqrt((image * image).sum() / max(mask.sum(), 1.0)))
     image = np.clip(image, -limit, limit)
-    pairs = [(v, u) for v in range(LAGS + 1) for u in range(-LAGS, LAGS + 1) if (v > 0 or u > 0) and v * v + u * u <= LAGS**2]
+    pairs = [
+        (v, u) for v in range(LAGS + 1) for u in range(-LAGS, LAGS + 1) if (v > 0 or u > 0) and v * v + u * u <= LAGS**2
+    ]
     sums = np.array([[_shifted(image, *lag), _shifted(mask, *lag)] for lag in pairs])
     ring = np.rint(np.hypot(*np.array(pairs).T)).astype(int)
     variance = float((image * image).sum() / max(mask.sum(), 1.0))

@@ -104,7 +104,9 @@ def _refine(
     against, by_prior = shape.prior(q)
     residuals, damping = height - model, DAMPING
     sd, weights, cost = _weighed(residuals, against, area, floor)
-    for step in range(1, STEPS + 1):
+    taken = 0
+    for _ in range(STEPS):
+        taken += 1
         weighted = jacobian * weights
         information = weighted @ jacobian.T + by_prior @ by_prior.T
         gradient = weighted @ residuals - by_prior @ against
@@ -125,7 +127,7 @@ def _refine(
         sd, weights, cost = _weighed(residuals, against, area, floor)
         if small:
             break
-    return q, (jacobian * weights) @ jacobian.T + by_prior @ by_prior.T, residuals, sd, step
+    return q, (jacobian * weights) @ jacobian.T + by_prior @ by_prior.T, residuals, sd, taken
 
 
 def _weighed(residuals: Array, against: Array, area: float, floor: float) -> tuple[float, Array, float]:

@@ -90,7 +90,12 @@ class Hypothesis(Protocol):
         ...
 
 
-HYPOTHESES = {"circle": "Circle", "ellipse": "Ellipse", "rectangle": "Rectangle", "free_form": "FreeForm"}  # name and module: class
+HYPOTHESES = {
+    "circle": "Circle",
+    "ellipse": "Ellipse",
+    "rectangle": "Rectangle",
+    "free_form": "FreeForm",
+}  # name and module: class
 
 
 def hypothesis(name: str, context: Context) -> Hypothesis:

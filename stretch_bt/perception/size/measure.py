@@ -42,7 +42,14 @@ def diameters(
 ) -> Diameters:
     """Return the widths of the object in contact along i and j; takes and raises what `measure_contact` does."""
     found = measure_contact(
-        points, labels, stretch=stretch, hypothesis=hypothesis, fillet=fillet, fillet_sd=fillet_sd, noise=noise, prior=prior
+        points,
+        labels,
+        stretch=stretch,
+        hypothesis=hypothesis,
+        fillet=fillet,
+        fillet_sd=fillet_sd,
+        noise=noise,
+        prior=prior,
     )
     return Diameters(found.diameter_i, found.diameter_i_sd, found.diameter_j, found.diameter_j_sd)
 
@@ -96,7 +103,9 @@ def measure_contact(
     size = shape.measure(fit.q, fit.covariance)
     check_whole(shape, fit, cells, size.depth[0])
     if seen_share(shape, fit.q, cells, size) < SEEN:
-        raise IllConditioned("too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane")
+        raise IllConditioned(
+            "too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane"
+        )
     (x, x_sd), (y, y_sd) = size.center
     return ContactSize(
         shape.name,
@@ -142,7 +151,9 @@ def check_whole(shape: Hypothesis, fit: Fit, cells: Cells, depth: float) -> None
     if bow > ROUND * sd and bow > LEAST_BOW:
         raise IllConditioned("the face in contact is round, not flat: fit a sphere to it")
     if bow < -ROUND * sd and bow < -LEAST_BOW:
-        raise IllConditioned("the middle of the contact lies lower than its rim: there are several contacts, or a hollow one")
+        raise IllConditioned(
+            "the middle of the contact lies lower than its rim: there are several contacts, or a hollow one"
+        )
 
 
 def _bow(shape: Hypothesis, fit: Fit, cells: Cells) -> Value:

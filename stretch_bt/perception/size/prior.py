@@ -105,7 +105,9 @@ class SkirtPrior:
             parts = json.loads(text)
             return cls(*(_regression(parts[name]) for name in ("known", "unknown")))
         except (KeyError, TypeError, ValueError) as error:
-            raise InvalidInput(f"this is no prior of a skirt as benchmarks/perception_skirt.py writes it: {error}") from None
+            raise InvalidInput(
+                f"this is no prior of a skirt as benchmarks/perception_skirt.py writes it: {error}"
+            ) from None
 
 
 def _regression(fields: dict[str, list[float]]) -> Regression:

@@ -46,7 +46,11 @@ class Rectangle:
     def starts(self, start: Start) -> list[Array]:
         """Return squares along i and j and turned from them, and along the axes of the raised part, with the prior's skirt."""
         square = 2.6 * min(start.across, start.along)
-        boxes = [(square, square, 0.0), (square, square, math.pi / 4), (2.2 * start.major, 2.2 * start.minor, start.angle)]
+        boxes = [
+            (square, square, 0.0),
+            (square, square, math.pi / 4),
+            (2.2 * start.major, 2.2 * start.minor, start.angle),
+        ]
         return [self._start(start, *box) for box in boxes]
 
     def _start(self, start: Start, first: float, second: float, rotation: float) -> Array:

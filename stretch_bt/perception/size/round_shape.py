@@ -117,7 +117,11 @@ class RoundShape:
     def log_prior(self, q: Array) -> float:
         """Return the logarithm of the prior density of the skirt and the tilts; a density over L is one over L / depth."""
         against, _ = self.prior(q)
-        scale = np.log(np.diag(self._whitener)).sum() - 2.0 * math.log(TILT_SD) - COUNT * math.log(max(q[self.height], 1e-4))
+        scale = (
+            np.log(np.diag(self._whitener)).sum()
+            - 2.0 * math.log(TILT_SD)
+            - COUNT * math.log(max(q[self.height], 1e-4))
+        )
         return float(scale - 0.5 * against @ against - 0.5 * against.size * math.log(2.0 * math.pi))
 
     def satisfied(self, q: Array) -> bool:

@@ -51,7 +51,9 @@ def start_of(cells: Cells) -> Start:
     """
     height = _smoothed(cells.height, cells.valid, SMOOTH)
     likely = _smoothed(cells.touching, cells.valid, SMOOTH)
-    peak = np.unravel_index(int(np.argmax(np.where(cells.valid & (likely > 0.3 * likely.max()), height, -np.inf))), height.shape)
+    peak = np.unravel_index(
+        int(np.argmax(np.where(cells.valid & (likely > 0.3 * likely.max()), height, -np.inf))), height.shape
+    )
     top = _top(height, cells, peak)
     if not top > 0.0:
         raise NoContact("the pixels labelled as in contact do not rise above the undeformed membrane")

@@ -79,9 +79,7 @@ def test_the_membrane_frame_is_turned_into_the_hand_and_the_world():
         fuse_contact(seen, world, cell=1 * MM)
 
 
-@pytest.mark.parametrize(
-    ("noise", "limit"), [(0.05 * MM, 0.02 * MM), (0.3 * MM, 0.06 * MM), (1.0 * MM, 0.25 * MM)]
-)
+@pytest.mark.parametrize(("noise", "limit"), [(0.05 * MM, 0.02 * MM), (0.3 * MM, 0.06 * MM), (1.0 * MM, 0.25 * MM)])
 def test_dimensions_are_the_distances_of_faces_however_the_edges_are_rounded(noise, limit):
     rng = np.random.default_rng(3)
     found = measure_object(objects.block((0.06, 0.02, 0.03), noise, rng, down=10 * MM, yaw=0.8))

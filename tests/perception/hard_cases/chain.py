@@ -201,7 +201,10 @@ CASES = {
     "segment, all invalid": (lambda: labels(0 * FLAT), all_are(INVALID)),
     "segment, one valid pixel": (lambda: labels(one_pixel())[80, 100], UNDEFORMED),
     "segment, constant depth": (lambda: labels(FLAT), all_are(UNDEFORMED)),
-    "segment, one row": (lambda: labels(with_pixels(0 * FLAT, {(80, u): 0.2 for u in range(W)}))[80], all_are(UNDEFORMED)),
+    "segment, one row": (
+        lambda: labels(with_pixels(0 * FLAT, {(80, u): 0.2 for u in range(W)}))[80],
+        all_are(UNDEFORMED),
+    ),
     "segment, half dropped out": (lambda: labels(half_gone()), covers((0.0, 0.0, EDGE), least=0.3)),
     "segment, saturated pixels": (
         lambda: labels(with_pixels(press(), {(80, 90): 65535 * 0.125e-3, (20, 30): 65535 * 0.125e-3})),

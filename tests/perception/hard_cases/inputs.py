@@ -79,6 +79,9 @@ CASES = {
     "stretch that is no number": (lambda: expected_ratio(float("nan")), (InvalidInput, "stretch is from 0")),
     "kernel of no width": (lambda: estimate_normals(*membrane(depth()), kernel=0.0), (InvalidInput, "kernel")),
     "two cylinders side by side": (lambda: diameters(*labelled(PAIR)), (IllConditioned, "separate contacts")),
-    "a sphere for a flat face": (lambda: diameters(*labelled(Sphere(0.05)), stretch=0.03), (IllConditioned, "outline|round|lies outside")),
+    "a sphere for a flat face": (
+        lambda: diameters(*labelled(Sphere(0.05)), stretch=0.03),
+        (IllConditioned, "outline|round|lies outside"),
+    ),
     "an outline of half a contact": (lambda: outline_of(*cut()), (IllConditioned, "without depth|edge of the image")),
 }

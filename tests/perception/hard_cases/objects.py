@@ -75,11 +75,15 @@ CASES = {
     "region: none": (lambda: outline_of(0 * LABELS, PITCH), (NoContact, "no pixel")),
     "region: all": (lambda: outline_of(0 * LABELS + 2, PITCH), (IllConditioned, "edge of the image")),
     "region: all invalid": (lambda: outline_of(0 * LABELS + 255, PITCH), (NoContact, "no pixel")),
-    "region: one pixel": (lambda: outline_of(labelled(a=(LABELS > 0, 0), b=((40, 40), 2)), PITCH), (IllConditioned, "at least 40")),
+    "region: one pixel": (
+        lambda: outline_of(labelled(a=(LABELS > 0, 0), b=((40, 40), 2)), PITCH),
+        (IllConditioned, "at least 40"),
+    ),
     "region: cut by the edge": (lambda: outline_of(LABELS[:, 30:], PITCH), (IllConditioned, "edge of the image")),
     "region: two contacts": (lambda: outline_of(np.hstack([LABELS, LABELS]), PITCH), (IllConditioned, "2 pieces")),
     "region: border unseen": (lambda: outline_of(labelled(a=(V > 45, 255)), PITCH), (IllConditioned, "no depth")),
-    "region: half of it dropped out": (lambda: outline_of(labelled(a=((U * 7 + V * 13) % 2 == 0, 255)), PITCH).roundness().circularity,
+    "region: half of it dropped out": (
+        lambda: outline_of(labelled(a=((U * 7 + V * 13) % 2 == 0, 255)), PITCH).roundness().circularity,
         near(1.0, 0.05),
     ),
     "region: depth instead of labels": (lambda: outline_of(LABELS.astype(float), PITCH), (InvalidInput, "uint8")),
@@ -102,11 +106,17 @@ CASES = {
     "dimensions: all invalid": (lambda: top_height(np.full((500, 3), np.nan)), (NoContact, "no point")),
     "dimensions: three points": (lambda: top_height(flat()[:3]), (IllConditioned, "at least 100")),
     "dimensions: all points one": (lambda: top_height(np.ones((500, 3))), (IllConditioned, "line")),
-    "dimensions: collinear": (lambda: top_height(np.outer(np.arange(500.0), [1.0, 2.0, 3.0])), (IllConditioned, "line")),
+    "dimensions: collinear": (
+        lambda: top_height(np.outer(np.arange(500.0), [1.0, 2.0, 3.0])),
+        (IllConditioned, "line"),
+    ),
     "dimensions: exact plane": (lambda: top_height(flat()), near(0.01, 1e-9)),
     "dimensions: exact plane at 1e6 mm": (lambda: top_height(flat(at=(1e3, -1e3, 0.0))), near(0.01, 1e-7)),
     "dimensions: every point twice": (lambda: top_height(np.repeat(flat(), 2, axis=0)), near(0.01, 1e-9)),
     "dimensions: float32": (lambda: top_height(flat().astype(np.float32)), near(0.01, 1e-7)),
     "dimensions: no noise": (lambda: cloud_of(flat(), 0.0), (InvalidInput, "positive")),
-    "dimensions: millimetres as integers": (lambda: cloud_of((flat() * 1e3).astype(int), 1.0), (InvalidInput, "floats")),
+    "dimensions: millimetres as integers": (
+        lambda: cloud_of((flat() * 1e3).astype(int), 1.0),
+        (InvalidInput, "floats"),
+    ),
 }

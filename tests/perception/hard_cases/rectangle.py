@@ -84,7 +84,10 @@ CASES = {
     "NaN and infinite points": (partial(measured, broken), sides),
     "a third of the pixels dropped out": (partial(measured, third_gone), sides),
     "a quarter of the frame gone": (
-        partial(sides_or_refusal, partial(measured, lambda p, v: without(p, v, lambda q: (q[..., 0] > 3e-3) & (q[..., 1] > 0)))),
+        partial(
+            sides_or_refusal,
+            partial(measured, lambda p, v: without(p, v, lambda q: (q[..., 0] > 3e-3) & (q[..., 1] > 0))),
+        ),
         None,
     ),
     "concave": (partial(measured, lambda p, v: (p * [1, 1, -1], v)), (NoContact, "rise")),
@@ -105,5 +108,3 @@ CASES = {
 
 def _is(size, name):
     assert size.shape == name, size.evidence
-
-

@@ -108,7 +108,10 @@ CASES = {
     "two contacts": (two_presses, (IllConditioned, "two separate contacts")),
     "beside the rim cut off": (lambda: measured(relabel=without_columns(0, 76)), about()),
     "a sixth of the face cut off": (lambda: measured(relabel=without_columns(0, 90)), about(within=1e-3)),
-    "half of the face cut off": (lambda: measured(relabel=without_columns(0, 106)), (IllConditioned, "too little of the")),
+    "half of the face cut off": (
+        lambda: measured(relabel=without_columns(0, 106)),
+        (IllConditioned, "too little of the"),
+    ),
     "near the clamp": (lambda: measured((0.0, 0.025)), about(within=0.8e-3)),
     "at the free edge": (lambda: measured((0.034, 0.0)), (IllConditioned, "too little of the")),
     "half of the frame gone": (lambda: measured(relabel=without_columns(110, 213)), (IllConditioned, "too little")),
@@ -123,5 +126,8 @@ CASES = {
     "fillet below 0": (lambda: measured(fillet=-1e-3), (InvalidInput, "fillet")),
     "no such shape": (lambda: measured(hypothesis="star"), (InvalidInput, "'auto' or one of")),
     "labels of another type": (lambda: measured(relabel=lambda s: s.astype(int)), (InvalidInput, "uint8")),
-    "points of another shape": (lambda: diameters(np.zeros((4, 3)), np.zeros((4, 4), np.uint8)), (InvalidInput, "h, w, 3")),
+    "points of another shape": (
+        lambda: diameters(np.zeros((4, 3)), np.zeros((4, 4), np.uint8)),
+        (InvalidInput, "h, w, 3"),
+    ),
 }

@@ -1,4 +1,3 @@
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -118,15 +117,15 @@ def test_a_region_without_an_outline_is_refused():
         outline_of(np.zeros_like(region), PITCH)
     with pytest.raises(IllConditioned, match="edge of the image cuts"):
         outline_of(region[middle:], PITCH)
+    split = region.copy()
+    split[middle - 2 : middle + 2] = False
     with pytest.raises(IllConditioned, match="pieces"):
-        split = region.copy()
-        split[middle - 2 : middle + 2] = False
         outline_of(split, PITCH)
     with pytest.raises(IllConditioned, match="pixels; an outline"):
         outline_of(region[::12, ::12], PITCH)
+    labels = np.where(region, 2, 0).astype(np.uint8)
+    labels[middle + 5 :] = 255
     with pytest.raises(IllConditioned, match="no depth"):
-        labels = np.where(region, 2, 0).astype(np.uint8)
-        labels[middle + 5 :] = 255
         outline_of(labels, PITCH)
     speck = region.copy()
     speck[2:5, 2:5] = True

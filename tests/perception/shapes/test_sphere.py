@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception import fit_sphere
+from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception.shapes.sphere import SphereSurface
 
 
@@ -94,7 +94,9 @@ def test_noise_along_the_rays_of_a_pinhole_does_not_bias(surfaces):
     rng = np.random.default_rng(2)
     noise = rng.normal(0.0, 1e-3, (24, len(points), 1))
     curvatures = [fit_sphere(points + rays / rays[:, 2:] * n, rays=rays).curvature for n in noise]
-    assert abs(np.mean(curvatures) - 1.0 / 30e-3) < 0.7 * bound  # five deviations of the mean of 24; left out, it is 1.5
+    assert (
+        abs(np.mean(curvatures) - 1.0 / 30e-3) < 0.7 * bound
+    )  # five deviations of the mean of 24; left out, it is 1.5
 
 
 def test_camera_is_where_rays_meet(surfaces):

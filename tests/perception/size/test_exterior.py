@@ -17,7 +17,10 @@ def test_the_unit_circle_is_mapped_onto_the_sides_of_the_rectangle(first, second
     rim = BoxRim(0.0, 0.0, first, second, rotation, ratio)
     w, _ = rim.map()(np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 400)))
     outside = rim.outside(w.real, rim.k * w.imag)
-    corner = np.abs(np.abs(rim.along_sides(w.real, rim.k * w.imag)) - 0.5 * np.array([[first], [second]])).max(axis=0) < 1.5e-3
+    corner = (
+        np.abs(np.abs(rim.along_sides(w.real, rim.k * w.imag)) - 0.5 * np.array([[first], [second]])).max(axis=0)
+        < 1.5e-3
+    )
     assert np.abs(outside[~corner]).max() < 0.15e-3
     assert np.abs(outside).max() < 0.6e-3  # corners are rounded
 

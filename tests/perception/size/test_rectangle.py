@@ -81,8 +81,7 @@ def free_parameters(shape):
     q = np.zeros(35)
     q[:11] = 2e-3, -1e-3, 7e-3, 4e-3, 0.3e-3, 0.1e-3, 0.2e-3, -0.3e-3, 0.1e-3, 0.05e-3, 0.0
     q[11:13] = 2.3, 8e-3
-    q = np.concatenate([q[:11], q[11:13], [0.01, -0.01], np.linspace(3e-3, 0.5e-3, 14)])
-    return q
+    return np.concatenate([q[:11], q[11:13], [0.01, -0.01], np.linspace(3e-3, 0.5e-3, 14)])
 
 
 @pytest.mark.parametrize(("kind", "make"), [(Rectangle, parameters), (FreeForm, free_parameters)])

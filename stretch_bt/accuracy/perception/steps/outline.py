@@ -21,9 +21,7 @@ def points(quick: bool) -> Iterator[Point]:
     for shape in ("disc", "oval", "square"):
         truth = true_circularity(shape)
         for jitter in (0.0, 1.0):
-            outlines = [
-                (jittered(outline(shape), jitter * PITCH, seed),) for seed in range(QUICK if quick else FULL)
-            ]
+            outlines = [(jittered(outline(shape), jitter * PITCH, seed),) for seed in range(QUICK if quick else FULL)]
             for method in _METHODS:
                 answers = run(partial(circularity, method=method), lambda c: c - truth, outlines)  # noqa: B023
                 yield answers.point(f"{shape}, jitter {jitter:g} pixels", f"outline: {method}", "circularity")

@@ -13,7 +13,16 @@ from stretch_bt.accuracy.perception.noise import Noise, observe
 from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Seen, seen
 from stretch_bt.accuracy.points import REFERENCE, Point
 from stretch_bt.errors import NoContact
-from stretch_bt.perception import Contact, Sphere, deproject, find_contact, to_membrane, fit_contact_sphere, fit_sphere, view_rays
+from stretch_bt.perception import (
+    Contact,
+    Sphere,
+    deproject,
+    find_contact,
+    fit_contact_sphere,
+    fit_sphere,
+    to_membrane,
+    view_rays,
+)
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere as Body
 
 __all__ = ["points"]
@@ -30,9 +39,7 @@ def points(quick: bool) -> Iterator[Point]:
         radius = body.diameter / 2
         for name, noise in list(NOISES.items())[: 1 if quick else 3]:
             case = f"{words(press)}, {name}"
-            yield Point(
-                case, "sphere fit: Cramer-Rao bound", "radius", _bound(view, noise.white), None, REFERENCE
-            )
+            yield Point(case, "sphere fit: Cramer-Rao bound", "radius", _bound(view, noise.white), None, REFERENCE)
             for share in _SHARES:
                 answers = run(
                     partial(_fit, view, share),
