@@ -15,8 +15,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,13 +24,11 @@ from perception_skirt import presses as training_presses
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_05, Noise, observe
 from stretch_bt.accuracy.perception.view import Press, seen
 from stretch_bt.errors import NoAnswer
-from stretch_bt.frames import DepthFrame
-from stretch_bt.perception import deproject, find_contact, measure_contact, to_membrane
+from stretch_bt.perception import find_contact, measure_contact
 from stretch_bt.perception.size.choose import best_fit
 from stretch_bt.perception.size.hypothesis import Context, hypothesis
 from stretch_bt.perception.size.prior import SkirtPrior
 from stretch_bt.perception.size.start import start_of
-from stretch_bt.perception.smooth import smooth
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 Array = npt.NDArray[np.float64]
@@ -109,30 +105,17 @@ def diameter_of(press: Press) -> float:
     return press.indenter.diameter
 
 
-def labelled(frame: DepthFrame) -> tuple[Any, bool]:
-    """Return a contact with surface and labels, and whether the segmentation found it; else what is raised is labelled."""
-    try:
-        return find_contact(frame), True
-    except NoAnswer:
-        points, valid = deproject(frame)
-        points = to_membrane(points, frame.plane_distance or 0.0)
-        height, _ = smooth(np.where(valid, points[..., 2], 0.0).astype(np.float32), valid.astype(np.float32), 6.0)
-        high = height > 0.85 * np.quantile(height[valid], 0.995)
-        labels = np.where(valid, np.where(high, 2, 1), 255).astype(np.uint8)
-        return SimpleNamespace(surface=points, labels=labels), False
-
-
 def run(setting: Setting, frames: int) -> Iterator[str]:
     presses = [p for p in tested() if p.depth >= setting.least]
-    results, times, shapes, by_height = [], [], Counter[str](), 0
+    results, times, shapes = [], [], Counter[str]()
     for seed in range(frames):
         press = presses[seed % len(presses)]
-        contact, segmented = labelled(observe(seen(press), setting.noise, seed))
-        by_height += not segmented
+        frame = observe(seen(press), setting.noise, seed)
         stretch = press.stretch if setting.stretch_known else None
         diameter = diameter_of(press)
-        began = time.process_time()
         try:
+            contact = find_contact(frame)
+            began = time.process_time()
             size = measure_contact(
                 contact.surface,
                 contact.labels,
@@ -158,12 +141,12 @@ def run(setting: Setting, frames: int) -> Iterator[str]:
         )
         errors = size.diameter_i - diameter, size.diameter_i_sd, size.diameter_j - diameter, size.diameter_j_sd
         results.append((diameter, press.stretch, press.depth, *errors, *limits))
-    yield from report(setting, np.array(results), times, shapes, by_height)
+    yield from report(setting, np.array(results), times, shapes)
 
 
-def report(setting: Setting, results: Array, times: list[float], shapes: Counter[str], by_height: int) -> Iterator[str]:
+def report(setting: Setting, results: Array, times: list[float], shapes: Counter[str]) -> Iterator[str]:
     yield f"== {setting.title}; {len(results)} frames"
-    yield f"   chosen: {dict(shapes)}; labelled by height, where the segmentation found nothing: {by_height}; {np.median(times):.1f} ms CPU"
+    yield f"   chosen: {dict(shapes)}; {np.median(times):.1f} ms CPU"
     yield "   of                rms i mm (bias)  rms j mm   bound i, j   misses   error over stated sd i, j"
     yield line("all", results)
     for column, name in ((1, "stretch"), (2, "depth"), (0, "diameter")):

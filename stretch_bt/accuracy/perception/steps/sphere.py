@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from functools import partial
 from typing import Any
 
 from stretch_bt.accuracy.perception.analytic import curvature_bound
 from stretch_bt.accuracy.perception.measure import FULL, NOISES, QUICK, SPHERES, frames_of, run, words
-from stretch_bt.accuracy.perception.noise import Noise, observe
+from stretch_bt.accuracy.perception.noise import observe
 from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Seen, seen
 from stretch_bt.accuracy.points import REFERENCE, Point
-from stretch_bt.errors import NoContact
+from stretch_bt.frames import DepthFrame
 from stretch_bt.perception import (
-    Contact,
     Sphere,
     deproject,
     find_contact,
@@ -47,14 +45,13 @@ def points(quick: bool) -> Iterator[Point]:
                     frames_of(view, noise, quick),
                 )
                 yield answers.point(case, f"sphere fit, true contact: every {share}. point", "radius")
-            answers = run(fit_contact_sphere, lambda s: s.curvature * radius - 1.0, _contacts(view, noise, quick))  # noqa: B023
-            yield answers.point(case, "sphere end to end: cap and skirt", "radius")
+            seen_frames = ((observe(view, noise, seed),) for seed in range(QUICK if quick else FULL))
+            answers = run(_found, lambda s: s.curvature * radius - 1.0, seen_frames)  # noqa: B023
+            yield answers.point(case, "sphere end to end: frame, contact, cap and skirt", "radius")
 
 
-def _contacts(view: Seen, noise: Noise, quick: bool) -> Iterator[tuple[Contact]]:
-    for seed in range(QUICK if quick else FULL):
-        with suppress(NoContact):
-            yield (find_contact(observe(view, noise, seed)),)
+def _found(frame: DepthFrame) -> Sphere:
+    return fit_contact_sphere(find_contact(frame))
 
 
 def _fit(view: Seen, share: int, points_: Any, valid: Any) -> Sphere:
