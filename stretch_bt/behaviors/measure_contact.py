@@ -9,6 +9,8 @@ from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
 
+Wanted = Literal["auto", "circle", "ellipse", "rectangle", "free_form"]
+
 
 @node
 class MeasureContact(Behavior):
@@ -17,9 +19,7 @@ class MeasureContact(Behavior):
     kind = "perception"
     instant = True
     contact: In[Contact]  # surface and labels of the contact, and the stretch where it is known
-    hypothesis: In[Literal["auto", "circle", "ellipse", "rectangle", "free_form"]] = (
-        "auto"  # the simplest that none clearly beats
-    )
+    hypothesis: In[Wanted] = port("auto", doc="a shape, or the simplest that none clearly beats")
     fillet: In[Length] = port(1e-3, min=0.0, doc="radius of the object's edge, which no frame shows")
     fillet_sd: In[Length] = port(0.1e-3, min=0.0, doc="its standard deviation")
     diameter_i: Out[Length]  # width of the object across
