@@ -2,30 +2,53 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from stretch_bt.simulation.membrane.surface import Surface, skirt_drop, solve_edge
+from pydantic import Field
 
-__all__ = ["Cylinder"]
+from stretch_bt.simulation.objects.base import HertzForm, Rough
+from stretch_bt.simulation.objects.solid import SolidSpec
+from stretch_bt.units import Length, Within
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+
+__all__ = ["CylinderObject"]
 
 
-@dataclass(frozen=True)
-class Cylinder:
-    """A flat-ended cylinder of a radius, m, from `base` to `top`, m."""
+class CylinderObject(SolidSpec):
+    """An upright cylinder with a flat end."""
 
-    radius: float
-    top: float
-    base: float
-    compliance: float
-    shape = "cylinder"
+    type: Literal["cylinder"]
+    diameter: Annotated[Length, Within(0.005, 0.080, "Length")]
+    height: Annotated[Length, Within(0.001, 0.5, "Length")]
+    rim: Annotated[Length, Within(0.0001, 0.040, "Length")] = Field(default=0.001, description="radius of its edge")
+
+    @property
+    def top(self) -> float:
+        """World height of its end, m."""
+        return self.base + self.height
 
     @property
     def reach(self) -> float:
-        """How far from its axis it reaches, m."""
-        return self.radius
+        """Its radius, m."""
+        return self.diameter / 2
 
-    def surface(self, depth: float, span: float) -> Surface:
-        """Return the membrane: flat on the end, then a catenoid from its rim."""
-        neck = solve_edge(lambda c: skirt_drop(self.radius, c, span), depth, self.radius, span)
-        return Surface(depth, self.radius, neck, span, math.inf)
+    @property
+    def hertz(self) -> HertzForm:
+        """A flat-ended cylinder."""
+        return HertzForm("cylinder", self.diameter / 2)
+
+    def body(self) -> Cylinder:
+        """Return a flat-ended cylinder."""
+        from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+
+        return Cylinder(self.diameter, self.rim)
+
+    def rough(self) -> Rough:
+        """Return its radius and stiffness."""
+        return Rough(self.diameter / 2, self.roughly, edge=self.rim)
+
+    def known(self) -> dict[str, float]:
+        """Return its radius, m, and its stiffness, N/m."""
+        return {"radius": self.diameter / 2, **super().known()}

@@ -1,29 +1,48 @@
-"""A level face wider than the membrane."""
+"""A block with a flat, level top that is wider than the membrane."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from stretch_bt.simulation.membrane.surface import Surface
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.objects.base import HertzForm, Rough
+from stretch_bt.simulation.objects.solid import SolidSpec
+from stretch_bt.units import Length, Within
 
-__all__ = ["Plane"]
+__all__ = ["PlaneObject"]
 
 
-@dataclass(frozen=True)
-class Plane:
-    """A block whose flat top spans the whole membrane.
+class PlaneObject(SolidSpec):
+    """A block with a flat, level top that is wider than the membrane; at `hertz` fidelity only.
 
     Its force is that of a flat-ended cylinder as wide as the calibration reaches, 80 mm.
     """
 
-    top: float
-    base: float
-    compliance: float
-    shape = "cylinder"
-    radius = 0.040
-    reach = math.inf
+    type: Literal["plane"]
+    height: Annotated[Length, Within(0.001, 0.5, "Length")]
 
-    def surface(self, depth: float, span: float) -> Surface:
-        """Return the membrane, flat all over."""
-        return Surface(depth, math.inf, 0.0, math.inf, math.inf)
+    @property
+    def top(self) -> float:
+        """World height of its top, m."""
+        return self.base + self.height
+
+    @property
+    def reach(self) -> float:
+        """Without end."""
+        return math.inf
+
+    @property
+    def hertz(self) -> HertzForm:
+        """A plane."""
+        return HertzForm("plane", 0.040)
+
+    def body(self) -> None:  # type: ignore[override]
+        """Raise NoEquilibrium: it meets the fingers, and no membrane spans it."""
+        raise NoEquilibrium(
+            "an object wider than the membrane meets the fingers; only hertz fidelity has an answer for it"
+        )
+
+    def rough(self) -> Rough:
+        """Return its stiffness."""
+        return Rough(math.inf, self.roughly)

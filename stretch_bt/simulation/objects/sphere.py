@@ -1,38 +1,50 @@
-"""A sphere that keeps its shape and gives way as a whole."""
+"""A sphere, fixed where it stands, that keeps its shape and gives way as a whole."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from stretch_bt.simulation.membrane.surface import Surface, skirt_drop, solve_edge
+from stretch_bt.simulation.objects.base import HertzForm, Rough
+from stretch_bt.simulation.objects.solid import SolidSpec
+from stretch_bt.units import Length, Within
 
-__all__ = ["Sphere"]
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+
+__all__ = ["SphereObject"]
 
 
-@dataclass(frozen=True)
-class Sphere:
-    """A sphere of a radius, m, whose lowest point stands at `base`, m."""
+class SphereObject(SolidSpec):
+    """A sphere, fixed where it stands."""
 
-    radius: float
-    base: float
-    compliance: float
-    shape = "sphere"
+    type: Literal["sphere"]
+    diameter: Annotated[Length, Within(0.005, 0.080, "Length")]
 
     @property
     def top(self) -> float:
-        """World height of the undeformed top, m."""
-        return self.base + 2 * self.radius
+        """World height of its top, m."""
+        return self.base + self.diameter
 
     @property
     def reach(self) -> float:
-        """How far from its axis it reaches, m."""
-        return self.radius
+        """Its radius, m."""
+        return self.diameter / 2
 
-    def surface(self, depth: float, span: float) -> Surface:
-        """Return the membrane: the cap up to the contact radius a, then a catenoid with neck a^2 / R."""
-        edge = solve_edge(lambda a: self._cap(a) + skirt_drop(a, a * a / self.radius, span), depth, self.radius, span)
-        return Surface(depth, edge, edge * edge / self.radius, span, self.radius)
+    @property
+    def hertz(self) -> HertzForm:
+        """A sphere."""
+        return HertzForm("sphere", self.diameter / 2)
 
-    def _cap(self, a: float) -> float:
-        return a * a / (self.radius + math.sqrt(max(self.radius**2 - a * a, 0.0)))  # without cancellation
+    def body(self) -> Sphere:
+        """Return a hemisphere on a shank."""
+        from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+
+        return Sphere(self.diameter)
+
+    def rough(self) -> Rough:
+        """Return its radius and stiffness."""
+        return Rough(self.diameter / 2, self.roughly, edge=self.diameter / 2)
+
+    def known(self) -> dict[str, float]:
+        """Return its radius, m, and its stiffness, N/m."""
+        return {"radius": self.diameter / 2, **super().known()}

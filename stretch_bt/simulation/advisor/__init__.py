@@ -1,0 +1,1 @@
+"""The advisor: which effects a scene calls for, by closed forms."""

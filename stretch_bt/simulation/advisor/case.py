@@ -1,0 +1,116 @@
+"""The numbers of a scene that the closed-form estimates of effects go by."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stretch_bt.simulation.effects.base import Size
+from stretch_bt.simulation.objects.base import Rough
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.scene.file import Scene
+
+__all__ = ["Case"]
+
+_FOCAL, _DISTANCE = 476.0, 0.200  # of the SR305, pixels, and of the shipped cell, m
+_GAUGE, _WIDTH, _THICKNESS = 0.100, 0.090, 0.002
+DENSITY = 1070.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene, SI; the membrane is a plane under tension, its contact a cap."""
+
+    scene: Scene
+    rough: Rough
+
+    @property
+    def frames(self) -> int:
+        """Frames averaged at each press."""
+        return self.scene.conditions.frames
+
+    @property
+    def depth(self) -> float:
+        """The deepest press, m."""
+        return self.scene.conditions.depth
+
+    @property
+    def stretch(self) -> float:
+        """The lowest stretch in use, m."""
+        return self.scene.conditions.stretch
+
+    @property
+    def radius(self) -> float:
+        """Radius of the object's top, m, at most that of a flat face that fills the membrane."""
+        return min(self.rough.radius, _WIDTH / 2)
+
+    @property
+    def strain(self) -> float:
+        """Strain along the stretch at the lowest stretch, mounts included."""
+        return (self.stretch + self.scene.hand.mount_prestretch) / _GAUGE
+
+    @property
+    def tension(self) -> float:
+        """Mean of the two principal tensions, N/m, of the neo-Hookean sheet with its width held: mu H (l - 1/l^3)."""
+        stretched = 1 + max(self.strain, 1e-3)
+        along, across = stretched - stretched**-3, 1 - stretched**-2
+        return self.scene.hand.shear_modulus * _THICKNESS * (along + across) / 2
+
+    @property
+    def modulus(self) -> float:
+        """Effective modulus E*, Pa, that a body of this radius meets, from the tension: T / R (order of magnitude)."""
+        return 2.2 * self.tension / math.sqrt(self.radius * _GAUGE / 2)
+
+    @property
+    def force(self) -> float:
+        """Force of the deepest press on a rigid object, N, by the formula of Hertz with Poisson's ratio 0.5."""
+        return 4 / 3 * self.modulus / 0.75 * math.sqrt(self.radius) * self.depth**1.5
+
+    @property
+    def membrane_stiffness(self) -> float:
+        """Slope of that force, N/m."""
+        return 1.5 * self.force / self.depth
+
+    @property
+    def contact_radius(self) -> float:
+        """Radius of the contact, m: that of a cap of half the depth, at most the object's own."""
+        return min(math.sqrt(self.radius * self.depth / 2), self.radius)
+
+    @property
+    def pixel(self) -> float:
+        """Width of a pixel on the membrane, m."""
+        return _DISTANCE / _FOCAL
+
+    @property
+    def contact_pixels(self) -> float:
+        """Pixels of the contact."""
+        return math.pi * (self.contact_radius / self.pixel) ** 2
+
+    def from_height(self, error: float, why: str) -> Iterator[Size]:
+        """Yield what an error of a measured height, m, does to each observable.
+
+        A stiffness is a force over a drop, and both hang on the height: (1 / drop + 1.5 / depth) for a drop of 1.5 mm.
+        """
+        yield Size("height", error, why)
+        if math.isfinite(self.rough.stiffness):
+            yield Size("stiffness", error * (1 / 1.5e-3 + 1.5 / self.depth), f"{why}; over a drop of 1.5 mm")
+
+    def from_force(self, part: float, why: str) -> Iterator[Size]:
+        """Yield what a change of the membrane's force by a part of it does to each observable."""
+        yield Size("force", part, why)
+        if math.isfinite(self.rough.stiffness):
+            yield Size("stiffness", part, why)
+            yield Size("height", part * self.force / (self.rough.stiffness + self.membrane_stiffness), why)
+
+    @property
+    def thickness(self) -> float:
+        """Of the membrane, m."""
+        return _THICKNESS
+
+    @property
+    def sag(self) -> float:
+        """How far the membrane hangs at its middle at the lowest stretch, m: that of a string across its free width."""
+        return min(DENSITY * 9.81 * _THICKNESS * _GAUGE**2 / (8 * self.tension), 0.0068)

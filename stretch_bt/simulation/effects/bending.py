@@ -1,0 +1,35 @@
+"""The membrane resists bending as a plate does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.effects.base import MembraneEffect, Parameters, Size
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
+
+__all__ = ["Bending"]
+
+
+class Bending(MembraneEffect):
+    """The membrane resists bending as a plate does."""
+
+    name = "bending"
+    order = 2
+    cost_ms = 3.0
+    cost_per = "solve"
+
+    @classmethod
+    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+        """Yield the edge stiffness of a plate, 4 mu H^3 / 12 over a bend of the contact's size, against the tension."""
+        plate = 4 * case.scene.hand.shear_modulus * case.thickness**3 / 12
+        part = plate / (case.tension * case.contact_radius**2)
+        yield from case.from_force(part, f"bending over tension {part:.2g} at the contact")
+
+    def on_sheet(self, effects: SheetEffects) -> SheetEffects:
+        """Return the sheet's effects with it."""
+        return replace(effects, bending=True)

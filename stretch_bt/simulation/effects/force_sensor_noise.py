@@ -1,0 +1,42 @@
+"""Noise of the force sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Annotated, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.effects import base
+from stretch_bt.simulation.effects.base import RobotEffect, Size
+from stretch_bt.units import Force, Within
+
+__all__ = ["ForceSensorNoise"]
+
+
+class Parameters(base.Parameters):
+    """Its standard deviation, N."""
+
+    sd: Annotated[Force, Within(0.0, 50.0, "Force")] = Field(default=0.02, description="standard deviation, an axis")
+
+
+class ForceSensorNoise(RobotEffect):
+    """Noise of the force sensor."""
+
+    name = "force_sensor_noise"
+    order = 3
+    cost_ms = 0.02
+    cost_per = "reading"
+    Parameters: ClassVar[type[base.Parameters]] = Parameters
+
+    @classmethod
+    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+        """Yield what it does to a force that is read once."""
+        yield Size("force", parameters.sd / max(case.force, 1e-9), f"{parameters.sd:.2g} N of {case.force:.2g} N")
+
+    def force_error(self, device: str, random: np.random.Generator) -> npt.NDArray[np.float64]:
+        """Return one error of the force sensor."""
+        return random.normal(0.0, self.parameters.sd, 3) if device == "ForceSensor" else np.zeros(3)

@@ -1,0 +1,36 @@
+"""The membrane is softer where it has been stretched further before (Mullins)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.effects.base import MembraneEffect, Parameters, Size
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
+
+__all__ = ["Softening"]
+
+
+class Softening(MembraneEffect):
+    """The membrane is softer where it has been stretched further before (Mullins)."""
+
+    name = "mullins"
+    order = 3
+    cost_ms = 1.5
+    cost_per = "solve"
+
+    @classmethod
+    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+        """Yield the softening after first loading, at most 5 % once the membrane has been cycled."""
+        part = 0.05 * min((case.depth / 0.010) ** 2, 1.0) if case.scene.conditions.presses > 1 else 0.0
+        yield from case.from_force(part, f"{case.scene.conditions.presses} presses of the same place")
+
+    def on_sheet(self, effects: SheetEffects) -> SheetEffects:
+        """Return the sheet's effects with it."""
+        from stretch_bt.simulation.membrane.sheet.effects import Mullins
+
+        return replace(effects, mullins=Mullins())

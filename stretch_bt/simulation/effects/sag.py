@@ -1,0 +1,38 @@
+"""The membrane hangs under its own weight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.effects.base import MembraneEffect, Parameters, Size
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
+
+__all__ = ["Sag"]
+
+
+class Sag(MembraneEffect):
+    """The membrane hangs under its own weight."""
+
+    name = "sag"
+    order = 1
+    cost_ms = 2.0
+    cost_per = "solve"
+
+    @classmethod
+    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+        """Yield the sag of a membrane under tension, w W^2 / 8 T across the shorter span, and its share of the depth."""
+        sag = case.sag
+        why = f"weight over tension, {case.tension:.3g} N/m"
+        yield Size("height", sag, why)
+        yield Size("force", 1.5 * sag / case.depth, why)
+
+    def on_sheet(self, effects: SheetEffects) -> SheetEffects:
+        """Return the sheet's effects with it."""
+        from stretch_bt.simulation.membrane.sheet.effects import DENSITY
+
+        return replace(effects, sag=DENSITY)

@@ -1,0 +1,179 @@
+"""What an object is: its options in a scene file, its undeformed shape, and what becomes of it in a run.
+
+A new object is one file in this folder with one subclass of ObjectSpec. Importing it must stay cheap: what needs numba or scipy
+is imported where it is used.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.effects.active import Active
+from stretch_bt.simulation.effects.base import ObjectEffect
+from stretch_bt.simulation.objects.response import Law, Response
+from stretch_bt.units import Angle, Length, Within
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.indenters.base import Indenter
+    from stretch_bt.simulation.membrane.indenters.several import Several
+
+__all__ = ["HertzForm", "Moved", "ObjectSpec", "Point", "Rough", "Specimen", "Standing"]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Point(_Model):
+    """A place on the table, world x and y, m."""
+
+    x: Annotated[Length, Within(-1.0, 1.0, "Length")] = 0.0
+    y: Annotated[Length, Within(-1.0, 1.0, "Length")] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class HertzForm:
+    """The closed form that stands in for an object at `hertz` fidelity: `sphere`, `cylinder` or `plane`, and its radius, m."""
+
+    kind: str
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rough:
+    """What the advisor needs to know of an object: the radius of its top, m, its stiffness, N/m, and its weight, N.
+
+    `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table.
+    """
+
+    radius: float
+    stiffness: float = math.inf
+    weight: float = math.inf
+    edge: float = math.inf
+    loose: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """What the membrane meets: a body whose axis stands at (x, y), turned by `heading`, its highest point at `top`; m, rad."""
+
+    body: Indenter | Several
+    x: float
+    y: float
+    heading: float
+    top: float
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """What happened in a step: the drop of the top, m, the force on the object (3,), N, world axes, how far the hand moved
+    across, (x, y), m, and for how long, s; `depth` is how deep the object stands in the membrane, m.
+    """
+
+    drop: float
+    force: tuple[float, float, float]
+    across: tuple[float, float]
+    dt: float
+    depth: float
+
+
+class ObjectSpec(_Model):
+    """Options that every object has, and what it is."""
+
+    #: object effects that it can have
+    effects: ClassVar[tuple[str, ...]] = ()
+
+    type: str
+    position: Point = Field(default=Point(), description="where its axis stands on the table")
+    heading: Angle = Field(
+        default=0.0, description="how far it is turned about its axis, counter-clockwise seen from above"
+    )
+    base: Annotated[Length, Within(0.0, 0.5, "Length")] = Field(
+        default=0.0, description="height of its lowest point above the table"
+    )
+
+    @property
+    @abstractmethod
+    def top(self) -> float:
+        """World height of the undeformed top, m."""
+
+    @property
+    @abstractmethod
+    def reach(self) -> float:
+        """How far from its axis it reaches, m; infinite when it is wider than any membrane."""
+
+    @property
+    def hertz(self) -> HertzForm | None:
+        """The closed form that stands in for it at `hertz` fidelity, None where there is none."""
+        return None
+
+    @abstractmethod
+    def body(self) -> Indenter | Several:
+        """Return its undeformed shape, as the membrane meets it."""
+
+    @abstractmethod
+    def rough(self) -> Rough:
+        """Return what the advisor needs to know of it."""
+
+    def compliance(self) -> Response | None:
+        """Return how it gives way, None when it is rigid."""
+        return None
+
+    def known(self) -> dict[str, float]:
+        """Return what a perfect observer would say of it, SI, such as its `radius` and its `stiffness`."""
+        return {}
+
+    def specimen(self, effects: Active) -> Specimen:
+        """Return it as it is at the begin of a run, with the effects that are on."""
+        response: Response | None = None
+        for effect in effects.of(ObjectEffect):
+            response = effect.respond(response, self)
+        return Specimen(self, response)
+
+
+class Specimen:
+    """An object in a run; one that changes its shape or its place is a subclass. States are values that never change."""
+
+    def __init__(self, spec: ObjectSpec, response: Response | None) -> None:
+        self.spec = spec
+        self.response = response
+
+    @property
+    def memory(self) -> float | None:
+        """None where its answer depends on where the hand is alone; else as that of its response."""
+        return None if self.response is None else self.response.memory
+
+    def start(self) -> Any:
+        """Return its state at the begin."""
+        return None if self.response is None else self.response.start()
+
+    def law(self, state: Any, dt: float) -> Law | None:
+        """Return its force by the drop of its top at the end of a step, None when it is rigid."""
+        return None if self.response is None else self.response.law(state, dt)
+
+    def standing(self, state: Any, drop: float) -> Standing:
+        """Return what the membrane meets after a drop of its top, m.
+
+        Raises
+        ------
+        NoEquilibrium
+            The drop would press it flat.
+        """
+        spec = self.spec
+        if drop >= spec.top - spec.base:
+            raise NoEquilibrium(f"a drop of {drop * 1e3:.3g} mm would press the object flat")
+        return Standing(spec.body(), spec.position.x, spec.position.y, spec.heading, spec.top - drop)
+
+    def after(self, state: Any, moved: Moved) -> Any:
+        """Return its state after a step."""
+        return state if self.response is None else self.response.after(state, moved.drop, moved.dt)
+
+    def known(self, state: Any) -> dict[str, float]:
+        """Return what a perfect observer would say of it now, SI."""
+        return self.spec.known()

@@ -1,0 +1,204 @@
+"""Reading scene files."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
+
+from stretch_bt.errors import Diagnostic, FileError, SceneError
+from stretch_bt.simulation.camera.presets import PRESETS
+from stretch_bt.simulation.effects import registry
+from stretch_bt.simulation.effects.base import Effect
+from stretch_bt.simulation.objects.base import ObjectSpec
+from stretch_bt.simulation.objects.registry import kinds
+from stretch_bt.simulation.scene.sections import Conditions, Cup, Hand, Table, Tolerance
+from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, resolve, validate
+
+__all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_schema"]
+
+FIDELITIES = ("hertz", "axisymmetric", "sheet")
+_WORDS = ("auto", "none", "all")
+
+#: what a scene says of an effect: `auto`, `on`, `off`, or its parameters, which switch it on
+Choice = Any
+
+
+class Scene(BaseModel):
+    """A scene file."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    format: Literal["stretch-scene/1"]
+    doc: str = ""
+    object: ObjectSpec
+    support: Table | Cup = Field(default=Table(), discriminator="type", description="what the object stands on or in")
+    hand: Hand = Hand()
+    tolerance: Tolerance = Field(default=Tolerance(height=3e-4, force=0.03), description="what `effects: auto` goes by")
+    conditions: Conditions = Conditions()
+    effects: Any = Field(
+        default="auto", description="which effects act; each is judged by the advisor unless it is named"
+    )
+    camera: str = Field(default="bench", description="what the depth camera adds, before `effects` changes it")
+    fidelity: Literal["hertz", "axisymmetric", "sheet"] = Field(
+        default="sheet", description="what stands in for the membrane"
+    )
+    seed: int | None = Field(default=None, ge=0, description="seed of the noise; that of the run unless given")
+    _name: str = PrivateAttr("")
+
+    @property
+    def name(self) -> str:
+        """The name of its file, without the suffix."""
+        return self._name
+
+    def choice(self, effect: str) -> Choice:
+        """Return what the scene says of an effect: `auto`, `on`, `off`, or its parameters."""
+        if isinstance(self.effects, str):
+            return {"auto": "auto", "none": "off", "all": "all"}[self.effects]
+        return getattr(self.effects, effect)
+
+    def parameters(self, effect: type[Effect]) -> Any:
+        """Return the parameters of an effect: those of the scene, else of the camera preset, else the usual ones."""
+        choice = self.choice(effect.name)
+        if isinstance(choice, effect.Parameters):
+            return choice
+        return PRESETS[self.camera].get(effect.name) or effect.Parameters()
+
+    def with_(self, **changes: Any) -> Scene:
+        """Return the same scene with other fields."""
+        made = self.model_copy(update=changes)
+        made._name = self._name
+        return made
+
+
+@lru_cache(maxsize=1)
+def _model() -> type[Scene]:
+    """Return the model of scene files with every kind of object and effect that there is."""
+    effects = create_model(
+        "Effects",
+        __config__=ConfigDict(extra="forbid", strict=True, frozen=True),
+        __doc__="Effects by name: `auto`, `on`, `off`, or parameters, which switch it on.",
+        **{
+            name: (_choice(effect), Field(default="auto", description=_first(effect)))
+            for name, effect in registry().items()
+        },
+    )
+    objects = Annotated[Union[tuple(kinds().values())], Field(discriminator="type")]  # type: ignore[valid-type]  # noqa: UP007
+    return create_model(
+        "Scene",
+        __base__=Scene,
+        __doc__="A scene file.",
+        object=(objects, ...),
+        effects=(
+            Literal[_WORDS] | effects,
+            Field(default="auto", description=Scene.model_fields["effects"].description),
+        ),  # type: ignore[valid-type]
+        camera=(Literal[tuple(PRESETS)], Field(default="bench", description=Scene.model_fields["camera"].description)),  # type: ignore[valid-type]
+    )
+
+
+def _choice(effect: type[Effect]) -> Any:
+    words = Literal["auto", "on", "off"]
+    return words | effect.Parameters if effect.Parameters.model_fields else words
+
+
+def _first(effect: type[Effect]) -> str:
+    return (effect.__doc__ or "").partition("\n")[0]
+
+
+def load_scene(scene: str | Path) -> Scene:
+    """Read a scene file, or a shipped scene by its name.
+
+    Raises
+    ------
+    SceneError
+        With every mistake at its line and column.
+    """
+    try:
+        path = resolve(scene, _shipped(), "scene")
+        source = load(path, str(path))
+    except FileError as error:
+        raise SceneError(error.diagnostics) from None
+    return _made(source, path)
+
+
+def parse_scene(text: str, name: str = "scene.yaml") -> Scene:
+    """Read the text of a scene file, with the errors of `load_scene`."""
+    try:
+        source = parse(text, name)
+    except FileError as error:
+        raise SceneError(error.diagnostics) from None
+    if not isinstance(source, Map):
+        raise SceneError([source.mark.error("value", "a scene is a mapping", "write 'format: stretch-scene/1' first")])
+    return _made(source, Path(name))
+
+
+def scene_names() -> list[str]:
+    """Return the names of the shipped scenes."""
+    return sorted(path.stem for path in _shipped().glob("*.yaml"))
+
+
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON Schema of scene files."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_model().model_json_schema()}
+
+
+def _shipped() -> Path:
+    return Path(str(files("stretch_bt") / "trees" / "scenes"))
+
+
+def _made(source: Map, path: Path) -> Scene:
+    try:
+        _check_words(source)
+        made = validate(_model(), source)
+    except FileError as error:
+        raise SceneError(error.diagnostics) from None
+    found = list(_impossible(made, source))
+    if found:
+        raise SceneError(found)
+    made._name = path.stem
+    return made
+
+
+def _check_words(source: Map) -> None:
+    """Refuse an unknown kind of object or word at its own place; pydantic would point at the whole union."""
+    for section, known in (("object", tuple(kinds())), ("support", ("table", "cup"))):
+        given = source.get(section)
+        kind = given.get("type") if isinstance(given, Map) else None
+        if kind is not None and kind.plain() not in known:
+            message = f"{section}.type: there is no {kind.plain()!r}"
+            raise FileError([kind.mark.error("value", message, did_you_mean(str(kind.plain()), known))])
+    given = source.get("effects")
+    if isinstance(given, Scalar) and given.plain() not in _WORDS:
+        raise FileError(
+            [
+                given.mark.error(
+                    "value", f"effects: {given.text!r} is none", f"write one of {', '.join(_WORDS)}, or a mapping"
+                )
+            ]
+        )
+    for key, value in given if isinstance(given, Map) else ():
+        if isinstance(value, Scalar) and key.text in registry() and value.plain() not in ("auto", "on", "off"):
+            message = f"effects.{key.text} takes auto, on, off or its parameters, not {value.text!r}"
+            raise FileError(
+                [value.mark.error("value", message, did_you_mean(value.text, ("auto", "on", "off")) or "write on")]
+            )
+
+
+def _impossible(scene: Scene, source: Map) -> list[Diagnostic]:
+    """Return an error for each effect that is switched on by name and that the object cannot have."""
+    given = source.get("effects")
+    found = []
+    for key, _ in given if isinstance(given, Map) else ():
+        effect = registry()[key.text]
+        reason = effect.refusal(scene.object)
+        if scene.choice(key.text) not in ("auto", "off") and reason is not None:
+            able = ", ".join(
+                name for name, e in registry().items() if e.group == "object" and e.refusal(scene.object) is None
+            )
+            hint = f"of the object's own effects it can have {able}" if able else "it has no effects of its own"
+            found.append(key.mark.error("effect-impossible", f"effects.{key.text}: {reason}", hint))
+    return found

@@ -1,0 +1,122 @@
+"""The parts of a scene file that do not depend on what objects and effects there are."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.units import Angle, Length, Pressure, Speed, Time, Within
+
+__all__ = ["CameraPose", "Conditions", "Cup", "Hand", "Table", "Tolerance"]
+
+#: those for which E* of a 20 mm hemisphere, fitted over depths of 1 to 15 mm in steps of 1 mm, is 4 kPa at stretch 0 and 9 kPa at
+#: 60 mm: a fit to two figures of the paper (arXiv 2105.08154), not a measurement
+SHEAR_MODULUS, MOUNT_PRESTRETCH = 72.5e3, 13.3e-3
+
+_Offset = Annotated[Length, Within(-0.05, 0.05, "Length")]
+_Tilt = Annotated[Angle, Within(-0.35, 0.35, "Angle")]
+_Millimetres = Annotated[Length, Within(1e-6, 0.1, "Length")]
+
+
+class Fraction:
+    """Marks a number that may be written as a percentage."""
+
+    def __get_pydantic_core_schema__(self, source: object, handler: object) -> object:
+        """Read `5 %` or `0.05`."""
+        from pydantic_core import core_schema
+
+        from stretch_bt.units import DIMENSIONLESS, parse_quantity
+
+        def read(given: object) -> float:
+            if isinstance(given, bool) or not isinstance(given, int | float | str):
+                raise InvalidInput(f"{given!r} is no part of a whole; write '5 %'")
+            value, dimension = parse_quantity(str(given))
+            if dimension != DIMENSIONLESS:
+                raise InvalidInput(f"{given} is no part of a whole; write '5 %'")
+            return value
+
+        return core_schema.no_info_before_validator_function(read, handler(source))  # type: ignore[operator]
+
+    def __get_pydantic_json_schema__(self, schema: object, handler: object) -> dict[str, object]:
+        """Describe it as text or a number."""
+        return {"type": ["string", "number"], "examples": ["5 %"]}
+
+
+_Part = Annotated[float, Fraction(), Within(1e-6, 10.0)]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class CameraPose(_Model):
+    """How the camera really stands, against where the cell file has it: over the membrane's centre, looking straight down."""
+
+    x: _Offset = 0.0
+    y: _Offset = 0.0
+    z: _Offset = Field(default=0.0, description="further from the membrane")
+    tilt_x: _Tilt = Field(default=0.0, description="turned about the membrane's x axis")
+    tilt_y: _Tilt = Field(default=0.0, description="turned about its y axis")
+
+
+class Hand(_Model):
+    """The hand as it really is; its size is that of the cell file."""
+
+    shear_modulus: Annotated[Pressure, Within(1e3, 1e7, "Pressure")] = Field(
+        default=SHEAR_MODULUS, description="of the membrane, neo-Hookean"
+    )
+    mount_prestretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(
+        default=MOUNT_PRESTRETCH, description="by how much the mounts stretch the membrane at stretch 0"
+    )
+    camera: CameraPose = CameraPose()
+
+
+class Table(_Model):
+    """A flat table at height 0."""
+
+    type: Literal["table"] = "table"
+
+
+class Cup(_Model):
+    """A cup on the table that holds a soft object; its rim is where the exposed part begins."""
+
+    type: Literal["cup"]
+    diameter: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="inside, at the rim")
+    rim: Annotated[Length, Within(0.001, 0.5, "Length")] = Field(description="height of the rim above the table")
+
+
+class Tolerance(_Model):
+    """How far a result may be off for the scene still to serve; what is not named does not matter."""
+
+    height: _Millimetres | None = Field(default=None, description="of the object's top, and of points on its surface")
+    size: _Millimetres | None = Field(default=None, description="of widths, diameters and radii")
+    force: _Part | None = Field(default=None, description="over the force")
+    stiffness: _Part | None = Field(default=None, description="over the stiffness")
+    roundness: _Part | None = Field(default=None, description="standard deviation of the radius over its mean")
+
+    @model_validator(mode="after")
+    def _something(self) -> Tolerance:
+        if not self.named():
+            raise InvalidInput("a tolerance names at least one result; write 'height: 0.3 mm'")
+        return self
+
+    def named(self) -> dict[str, float]:
+        """Return what is named, SI."""
+        return {name: value for name, value in self.model_dump().items() if value is not None}
+
+
+_Frequent = Annotated[int, Field(ge=1, le=1000)]
+
+
+class Conditions(_Model):
+    """What the hand will do in the scene, as far as the advisor needs to know."""
+
+    stretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(default=0.0, description="the lowest in use")
+    depth: Annotated[Length, Within(0.0001, 0.1, "Length")] = Field(default=0.010, description="the deepest press")
+    hold: Annotated[Time, Within(0.0, 1e5, "Time")] = Field(default=0.5, description="how long a press is held")
+    speed: Annotated[Speed, Within(0.0, 1.0, "Speed")] = Field(default=0.005, description="of the hand when it is read")
+    frames: _Frequent = Field(default=8, description="averaged at each press")
+    travel: Annotated[Length, Within(0.0, 100.0, "Length")] = Field(default=0.0, description="across, in contact")
+    presses: _Frequent = Field(default=1, description="of the same place")
