@@ -46,8 +46,8 @@ def _across(standing: Standing, pose: Pose, rotation: np.ndarray) -> tuple[float
 
 def _tilted(standing: Standing, pose: Pose, rotation: np.ndarray) -> Seat:
     """Return the seat by the angles of a turn about z, then x, then y, which is how bodies are placed under the sheet."""
-    from stretch_bt.simulation.membrane.indenters.turned import turned
     from stretch_bt.simulation.membrane.indenters.placed import origin_below_top, rise
+    from stretch_bt.simulation.membrane.indenters.turned import turn
 
     c, s = math.cos(standing.heading), math.sin(standing.heading)
     turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -58,7 +58,7 @@ def _tilted(standing: Standing, pose: Pose, rotation: np.ndarray) -> Seat:
     assert standing.body is not None
     origin = np.array([standing.x, standing.y, standing.top - origin_below_top(standing.body)])
     place = _MIRROR @ rotation.T @ (origin - np.array(pose.position))
-    depth = float(place[2]) + rise(turned(standing.body, heading), (about_x, about_y))
+    depth = float(place[2]) + rise(turn(standing.body, heading), (about_x, about_y))
     return Seat((float(place[0]), float(place[1])), heading, (about_x, about_y), depth, float(rotation[2, 2]))
 
 

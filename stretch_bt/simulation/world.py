@@ -14,7 +14,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.advise import advise, switch_on
 from stretch_bt.simulation.coupling import Equilibrium, couple
 from stretch_bt.simulation.effects.base import MembraneEffect
-from stretch_bt.simulation.fidelity.base import Place, Pressed, Skin
+from stretch_bt.simulation.fidelity.base import Place, Skin
 from stretch_bt.simulation.fidelity.make import Membrane, make_fidelity
 from stretch_bt.simulation.objects.base import Moved, Standing
 from stretch_bt.simulation.objects.response import Law
@@ -34,14 +34,14 @@ _PASSES = 30
 class Contact:
     """How membrane and object stand: lengths in m; `depth` and `drop` are 0 while they do not touch.
 
-    `force` (3,), N, is that of the object on the hand, world axes.
+    `force` (3,), N, is that of the object on the hand, world axes; `remembered` is what the membrane knew before.
     """
 
     depth: float
     drop: float
     force: tuple[float, float, float]
-    place: Place | None
-    pressed: Pressed | None
+    place: Place | None = None
+    remembered: Any = None
     iterations: int = 0
 
 
@@ -72,6 +72,7 @@ class World:
         self.stats = Stats()
         self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
         self._known: OrderedDict[Any, Contact] = OrderedDict()
+        self._skin: tuple[Any, Skin] | None = None
 
     @property
     def memory(self) -> float | None:
@@ -119,13 +120,23 @@ class World:
             x, y, z = contact.force
             moved = Moved(contact.drop, (-x, -y, -z), across, dt, contact.depth)
             thing = self.specimen.after(past.thing, moved)
-            state = contact.pressed.state if contact.pressed is not None else past.membrane
+            state = past.membrane
+            if contact.place is not None and self.fidelity.remembers:
+                state = self.fidelity.press(contact.place, contact.depth, state).state
             self._past.append(_Past(time, thing, state, at))
 
     def skin(self, contact: Contact, stretch: float) -> Skin:
         """Return the shape of the membrane."""
-        with self.stats.timed("shape"):
-            return self.fidelity.free(stretch) if contact.pressed is None else contact.pressed.shape()
+        key = None if contact.place is None else (contact.place, contact.depth, id(contact.remembered))
+        if self._skin is None or self._skin[0] != (stretch, key):
+            with self.stats.timed("shape"):
+                self._skin = ((stretch, key), self._shape(contact, stretch))
+        return self._skin[1]
+
+    def _shape(self, contact: Contact, stretch: float) -> Skin:
+        if contact.place is None:
+            return self.fidelity.free(stretch)
+        return self.fidelity.press(contact.place, contact.depth, contact.remembered).skin
 
     def truth(self, pose: Pose, stretch: float, time: float = 0.0) -> dict[str, float]:
         """Return what a perfect observer would report, SI; a rigid object has no stiffness.
@@ -153,14 +164,15 @@ class World:
         standing = self.specimen.standing(state, 0.0)
         where = seat(standing, pose)
         lift = self.fidelity.lift(stretch)
-        nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0), None, None)
+        nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0))
         if where.depth + lift <= 0 or not self._covers(where, stretch):
             return nothing
         found, place = self._shared(past, standing, where, stretch, dt, lift)
         if found.force <= 0:
             return replace(nothing, drop=found.drop)
-        pressed = self.fidelity.press(place, found.depth - lift, past.membrane)
-        return Contact(found.depth - lift, found.drop, _world(pressed.force, pose), place, pressed, found.iterations)
+        depth = found.depth - lift
+        force = _world(self.fidelity.force(place, depth, past.membrane), pose)
+        return Contact(depth, found.drop, force, place, past.membrane, found.iterations)
 
     def _shared(
         self, past: _Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float
@@ -214,7 +226,7 @@ def _along(law: Law, upright: float) -> Law:
     return along
 
 
-def _world(force: tuple[float, float, float], pose: Pose) -> tuple[float, float, float]:
+def _world(force: np.ndarray, pose: Pose) -> tuple[float, float, float]:
     """Return a force in the membrane frame in world axes; the membrane's y runs against the hand's."""
     x, y, z = (pose.matrix() @ np.array([force[0], -force[1], force[2]])).tolist()
     return x, y, z

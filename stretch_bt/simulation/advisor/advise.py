@@ -18,7 +18,8 @@ _UNITS = {"height": "m", "size": "m"}
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """Whether an effect is on; the observable on which it weighs most, how much it would change it, and from where on that
-    matters, SI; `why` says what the numbers come from, and `near` that they are within a factor of 3 of each other."""
+    matters, SI; `why` says what the numbers come from, and `near` that they are within a factor of 3 of each other.
+    """
 
     name: str
     on: bool

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.fidelity.base import Grid, Place, Pressed, Skin
+from stretch_bt.simulation.camera.skin import Grid, Profile, Skin
+from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.fidelity.curve import Curve
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
 from stretch_bt.simulation.membrane.materials import NeoHookean
@@ -39,13 +40,16 @@ class AxisymmetricFidelity:
         radius = self._radius(place)
         key = (radius, place.stretch)
         if key not in self._curves:
-            self._curves[key] = Curve(lambda depth: self._solve(radius, place.stretch, depth).force)
+            self._curves[key] = Curve(lambda depth: np.array([0.0, 0.0, self._solve(radius, place.stretch, depth).force]))
         return self._curves[key]
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
-        """Return the solved force and profile."""
-        solved = self._solve(self._radius(place), place.stretch, depth)
-        return Pressed((0.0, 0.0, solved.force), lambda: self._grid(place, solved))
+        """Return the solved profile."""
+        return Pressed(self._grid(place, self._solve(self._radius(place), place.stretch, depth)))
+
+    def force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force, which has no part across."""
+        return np.array([0.0, 0.0, self.law(place, state)(depth)[0]])
 
     def lift(self, stretch: float) -> float:
         """Return 0: the membrane has no weight."""
@@ -53,7 +57,7 @@ class AxisymmetricFidelity:
 
     def free(self, stretch: float) -> Skin:
         """Return a flat membrane."""
-        return None
+        return Profile(None, (0.0, 0.0), self.width, self.gauge + stretch)
 
     def _radius(self, place: Place) -> float:
         if place.tilt != (0.0, 0.0):

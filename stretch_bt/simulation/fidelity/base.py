@@ -5,14 +5,13 @@ A new one is one file in this folder and one line in `make`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.simulation.fidelity.profile import Profile
+from stretch_bt.simulation.camera.skin import Skin
 from stretch_bt.simulation.objects.base import HertzForm
 from stretch_bt.simulation.objects.response import Law
 
@@ -20,7 +19,9 @@ if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.base import Indenter
     from stretch_bt.simulation.membrane.indenters.several import Several
 
-__all__ = ["Fidelity", "Grid", "Place", "Pressed", "Skin"]
+Array = npt.NDArray[np.float64]
+
+__all__ = ["Fidelity", "Place", "Pressed"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,25 +42,10 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Grid:
-    """The membrane as points (rows, columns, 3) float, m, membrane frame: rows along y, columns along x."""
-
-    points: npt.NDArray[np.float64]
-
-
-#: the shape of the membrane, around an axis or as a grid; None when it is flat
-Skin = Profile | Grid | None
-
-
-@dataclass(frozen=True, slots=True)
 class Pressed:
-    """A membrane in equilibrium: the force (3,) on it, N, membrane frame, and what makes its shape when it is asked for.
+    """A membrane in equilibrium: its shape, and what another press remembers of it."""
 
-    `state` is what another press may start from, or remembers.
-    """
-
-    force: tuple[float, float, float]
-    shape: Callable[[], Skin]
+    skin: Skin
     state: Any = None
 
 
@@ -78,6 +64,10 @@ class Fidelity(Protocol):
         NoEquilibrium
             Also on calling the law: the membrane has no equilibrium at that place or depth.
         """
+        ...
+
+    def force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force (3,), N, membrane frame, on the membrane at a depth, m."""
         ...
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:

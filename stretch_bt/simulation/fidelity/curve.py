@@ -6,10 +6,13 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
 
 __all__ = ["Curve"]
+
+Array = npt.NDArray[np.float64]
 
 _STEP = 1e-3  # m between solved presses, finer where the press is shallow
 _SHALLOW = (0.0625e-3, 0.125e-3, 0.25e-3, 0.5e-3)
@@ -24,58 +27,48 @@ class Curve:
     is within 0.1 % from 1 mm on (`benchmarks/twin_curve.py`).
     """
 
-    def __init__(self, solve: Callable[[float], float], lift: float = 0.0) -> None:
+    def __init__(self, solve: Callable[[float], Array], lift: float = 0.0) -> None:
         self._solve = solve
         self.lift = lift
-        self._values: dict[float, float] = {}
-        self._deepest = math.inf
-        self._failure: NoEquilibrium | None = None
+        self._values: dict[float, Array] = {}
 
     def __call__(self, depth: float) -> tuple[float, float]:
-        """Return force, N, and slope, N/m, at a depth, m; both are 0 where nothing touches."""
+        """Return force along z, N, and slope, N/m, at a depth, m; both are 0 where nothing touches."""
         travel = depth + self.lift
         if travel <= 0:
             return 0.0, 0.0
-        knots = self._knots(travel)
-        values = np.array([self._value(k) for k in knots])
-        level, slope = _lagrange(np.array(knots), values, travel)
-        if len(knots) == 1 or travel < knots[0]:
-            level, slope = values[0], 0.0
+        level, slope = self._level(travel)
         root = math.sqrt(travel)
-        return float(level * travel * root), float(slope * travel * root + _POWER * level * root)
+        return float(level[2] * travel * root), float(slope[2] * travel * root + _POWER * level[2] * root)
+
+    def force(self, depth: float) -> Array:
+        """Return the force (3,), N, at a depth, m."""
+        travel = depth + self.lift
+        return np.zeros(3) if travel <= 0 else np.asarray(self._level(travel)[0] * travel**_POWER)
+
+    def _level(self, travel: float) -> tuple[Array, Array]:
+        """Return force / travel^1.5 (3,) and its slope."""
+        knots = self._knots(travel)
+        if travel < knots[0]:
+            return self._value(knots[0]), np.zeros(3)
+        return _lagrange(knots, [self._value(k) for k in knots], travel)
 
     def _knots(self, travel: float) -> list[float]:
-        """Return up to four travels around this one, as deep as the membrane can be pressed."""
-        if travel > self._deepest:
-            assert self._failure is not None
-            raise self._failure
-        right = next((i for i, k in enumerate(_SHALLOW) if k >= travel), None)
-        first = right - 2 if right is not None else len(_SHALLOW) + math.ceil(travel / _STEP) - 3
-        chosen = [_knot(i) for i in range(max(first, 0), max(first, 0) + 4)]
-        return self._reachable(chosen, travel)
-
-    def _reachable(self, knots: list[float], travel: float) -> list[float]:
-        """Return the knots with those that have no equilibrium replaced by shallower ones."""
-        for k in knots:
+        """Return four travels around this one, or this one and shallower ones where the membrane cannot be pressed deeper."""
+        right = next((i for i, k in enumerate(_SHALLOW) if k >= travel), len(_SHALLOW) + math.ceil(travel / _STEP) - 1)
+        first = max(right - 2, 0)
+        knots = [_knot(i) for i in range(first, first + 4)]
+        while knots[-1] > travel:
             try:
-                self._value(k)
-            except NoEquilibrium as failure:
-                if k <= travel + 1e-12 or not self._solvable(travel):
-                    self._deepest, self._failure = min(self._deepest, travel), failure
-                    raise
-                index = _index(knots[0])
-                known = [_knot(i) for i in range(max(index - 4, 0), index + 4) if _knot(i) < k]
-                return sorted([*known[-3:], travel])
-        return knots
+                self._value(knots[-1])
+            except NoEquilibrium:
+                knots.pop()
+            else:
+                return knots
+        self._value(travel)
+        return [_knot(i) for i in range(max(first - 1, 0), right)] + [travel]
 
-    def _solvable(self, travel: float) -> bool:
-        try:
-            self._value(travel)
-        except NoEquilibrium:
-            return False
-        return True
-
-    def _value(self, travel: float) -> float:
+    def _value(self, travel: float) -> Array:
         if travel not in self._values:
             self._values[travel] = self._solve(travel - self.lift) / travel**_POWER
         return self._values[travel]
@@ -85,17 +78,14 @@ def _knot(index: int) -> float:
     return _SHALLOW[index] if index < len(_SHALLOW) else (index - len(_SHALLOW) + 1) * _STEP
 
 
-def _index(knot: float) -> int:
-    return _SHALLOW.index(knot) if knot in _SHALLOW else len(_SHALLOW) + round(knot / _STEP) - 1
-
-
-def _lagrange(places: np.ndarray, values: np.ndarray, at: float) -> tuple[float, float]:
+def _lagrange(places: list[float], values: list[Array], at: float) -> tuple[Array, Array]:
     """Return value and derivative of the polynomial through the points."""
-    value = slope = 0.0
+    value, slope = np.zeros(3), np.zeros(3)
     for i, (place, height) in enumerate(zip(places, values, strict=True)):
-        others = np.delete(places, i)
-        scale = height / float(np.prod(place - others))
-        factors = at - others
-        value += scale * float(np.prod(factors))
-        slope += scale * sum(float(np.prod(np.delete(factors, j))) for j in range(len(others)))
+        others = [p for k, p in enumerate(places) if k != i]
+        scale = height / math.prod(place - p for p in others)
+        value += scale * math.prod(at - p for p in others)
+        slope += scale * sum(
+            math.prod(at - p for k, p in enumerate(others) if k != skip) for skip in range(len(others))
+        )
     return value, slope

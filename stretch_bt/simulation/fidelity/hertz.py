@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.calibrated import CalibratedHertz
 from stretch_bt.model.force_model import ForceModel
 from stretch_bt.model.hertz import hertz_force
-from stretch_bt.simulation.fidelity.base import Place, Pressed, Skin
-from stretch_bt.simulation.fidelity.profile import pressed_profile
+from stretch_bt.simulation.camera.skin import Profile, Skin
+from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
+from stretch_bt.simulation.membrane.surface import Surface, pressed_surface
 from stretch_bt.simulation.objects.base import HertzForm
 from stretch_bt.simulation.objects.response import Law
 
@@ -47,10 +50,13 @@ class HertzFidelity:
         return lambda depth: (factor * depth**power, power * factor * depth ** (power - 1))
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
-        """Return force and profile."""
-        force, _ = self.law(place, state)(depth)
-        form = self._form(place)
-        return Pressed((0.0, 0.0, force), lambda: pressed_profile(form, depth, self.width / 2, place.at))
+        """Return the profile."""
+        surface = pressed_surface(self._form(place), depth, self.width / 2)
+        return Pressed(self._flat(place.stretch, surface, place.at))
+
+    def force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force, which has no part across."""
+        return np.array([0.0, 0.0, self.law(place, state)(depth)[0]])
 
     def lift(self, stretch: float) -> float:
         """Return 0: the membrane has no weight."""
@@ -58,7 +64,12 @@ class HertzFidelity:
 
     def free(self, stretch: float) -> Skin:
         """Return a flat membrane."""
-        return None
+        return self._flat(stretch)
+
+    def _flat(
+        self, stretch: float, surface: Surface | None = None, axis: tuple[float, float] = (0.0, 0.0)
+    ) -> Profile:
+        return Profile(surface, axis, self.width, self.gauge + stretch)
 
     def _form(self, place: Place) -> HertzForm:
         if place.tilt != (0.0, 0.0):

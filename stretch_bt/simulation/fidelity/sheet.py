@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.camera.skin import Grid, Skin
 from stretch_bt.simulation.effects.base import MembraneEffect
-from stretch_bt.simulation.fidelity.base import Grid, Place, Pressed, Skin
+from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.fidelity.curve import Curve
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
@@ -50,36 +51,37 @@ class SheetFidelity:
         self.remembers = on.mullins is not None or on.friction > 0
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
         self._last: OrderedDict[Place, SheetPress] = OrderedDict()
-        self.hanging = lru_cache(maxsize=_KEPT)(self._hanging)
+        self.resting = lru_cache(maxsize=_KEPT)(self._resting)
         self.solves = 0
 
     def law(self, place: Place, state: Any) -> Law:
         """Return the force between solved depths, or of a solve at each depth where the membrane remembers."""
         if self.remembers:
             return lambda depth: self._felt(place, depth, state)
-        if place not in self._curves:
-            _keep(self._curves, place, Curve(lambda depth: self._force(place, depth), self.lift(place.stretch)))
-        return self._curves[place]
+        return self._curve(place)
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
-        """Return the solved force and shape."""
+        """Return the solved shape."""
         solved = self._solve(place, depth, state)
-        x, y, z = solved.force.tolist()
-        return Pressed((x, y, z), lambda: _grid(solved.shape), solved if self.remembers else None)
+        return Pressed(_grid(solved.shape), solved if self.remembers else None)
+
+    def force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force, off centre or tilted with a part across."""
+        if self.remembers:
+            return self._solve(place, depth, state).force
+        return self._curve(place).force(depth)
 
     def lift(self, stretch: float) -> float:
         """Return how far the membrane hangs, m."""
-        shape = self.hanging(stretch)
-        return 0.0 if shape is None else max(0.0, -float(shape.points(3, 3)[1, 1, 2]))
+        if not self.sheet.effects.sag:
+            return 0.0
+        return max(0.0, -float(self.resting(stretch).points(3, 3)[1, 1, 2]))
 
     def free(self, stretch: float) -> Skin:
-        """Return the membrane as it hangs, None when it has no weight."""
-        shape = self.hanging(stretch)
-        return None if shape is None else _grid(shape)
+        """Return the membrane as it hangs, flat when it has no weight, narrower in its middle when stretched."""
+        return _grid(self.resting(stretch))
 
-    def _hanging(self, stretch: float) -> Shape | None:
-        if not self.sheet.effects.sag:
-            return None
+    def _resting(self, stretch: float) -> Shape:
         from stretch_bt.simulation.membrane.sheet.hanging import hang
 
         return hang(self.sheet, stretch)
@@ -90,8 +92,11 @@ class SheetFidelity:
         force = float(self._solve(place, depth, state).force[2])
         return force, _RISE * force / (depth + self.lift(place.stretch))
 
-    def _force(self, place: Place, depth: float) -> float:
-        return float(self._solve(place, depth, None).force[2])
+    def _curve(self, place: Place) -> Curve:
+        if place not in self._curves:
+            made = Curve(lambda depth: self._solve(place, depth, None).force, self.lift(place.stretch))
+            _keep(self._curves, place, made)
+        return self._curves[place]
 
     def _solve(self, place: Place, depth: float, state: Any) -> SheetPress:
         """Solve from what the membrane remembers, else from the last press at the same place, else from flat."""
@@ -108,12 +113,12 @@ class SheetFidelity:
         return solved
 
     def _load(self, place: Place, depth: float) -> Load:
-        from stretch_bt.simulation.membrane.indenters.turned import turned
+        from stretch_bt.simulation.membrane.indenters.turned import turn
         from stretch_bt.simulation.membrane.sheet.result import Load
 
         if place.body is None:
             raise NoEquilibrium("an object wider than the membrane meets the fingers; only hertz fidelity has an answer")
-        body = turned(place.body, place.heading)
+        body = turn(place.body, place.heading)
         return Load(body, place.stretch, depth, place.at, place.tilt, self.lift(place.stretch))
 
 

@@ -38,7 +38,7 @@ class PlaneObject(SolidSpec):
 
     def body(self) -> None:
         """Return None: it meets the fingers, and no membrane spans it."""
-        return None
+        return
 
     def rough(self) -> Rough:
         """Return its stiffness."""

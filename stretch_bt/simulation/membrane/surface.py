@@ -18,12 +18,12 @@ from stretch_bt.simulation.objects.base import HertzForm
 from stretch_bt.simulation.solve import find_root
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["Profile", "pressed_profile"]
+__all__ = ["Surface", "pressed_surface"]
 
 
 @dataclass(frozen=True, slots=True)
-class Profile:
-    """Height over the flat membrane as a function of the distance from an axis at `axis`; all in m.
+class Surface:
+    """Height over the flat membrane as a function of the distance from an axis; all in m.
 
     `depth` at the axis, contact up to `edge`, a skirt with this `neck` down to 0 at `span`; the contact is a cap of
     `cap_radius`, or flat where that is infinite.
@@ -34,7 +34,6 @@ class Profile:
     neck: float
     span: float
     cap_radius: float
-    axis: tuple[float, float] = (0.0, 0.0)
 
     def height(self, distance: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return the height, m, at distances from the axis, m."""
@@ -50,7 +49,7 @@ class Profile:
         return np.where(r >= self.span, 0.0, z)
 
 
-def pressed_profile(form: HertzForm, depth: float, span: float, axis: tuple[float, float]) -> Profile:
+def pressed_surface(form: HertzForm, depth: float, span: float) -> Surface:
     """Return the membrane, held flat at radius `span`, m, with a body sunk into it by `depth`, m.
 
     A sphere meets it with a cap up to the contact radius a, then comes a catenoid with neck a^2 / R; a cylinder with its flat
@@ -61,28 +60,28 @@ def pressed_profile(form: HertzForm, depth: float, span: float, axis: tuple[floa
     NoEquilibrium
         The membrane would have to wrap around the body.
     """
-    return _PROFILES[form.kind](form.radius, depth, span, axis)
+    return _SURFACES[form.kind](form.radius, depth, span)
 
 
-def _on_sphere(radius: float, depth: float, span: float, axis: tuple[float, float]) -> Profile:
+def _on_sphere(radius: float, depth: float, span: float) -> Surface:
     def total(a: float) -> float:
         cap = a * a / (radius + math.sqrt(max(radius**2 - a * a, 0.0)))  # without cancellation
         return cap + _skirt_drop(a, a * a / radius, span)
 
     edge = _solve_edge(total, depth, radius, span)
-    return Profile(depth, edge, edge * edge / radius, span, radius, axis)
+    return Surface(depth, edge, edge * edge / radius, span, radius)
 
 
-def _on_cylinder(radius: float, depth: float, span: float, axis: tuple[float, float]) -> Profile:
+def _on_cylinder(radius: float, depth: float, span: float) -> Surface:
     neck = _solve_edge(lambda c: _skirt_drop(radius, c, span), depth, radius, span)
-    return Profile(depth, radius, neck, span, math.inf, axis)
+    return Surface(depth, radius, neck, span, math.inf)
 
 
-def _on_plane(radius: float, depth: float, span: float, axis: tuple[float, float]) -> Profile:
-    return Profile(depth, math.inf, 0.0, math.inf, math.inf, axis)
+def _on_plane(radius: float, depth: float, span: float) -> Surface:
+    return Surface(depth, math.inf, 0.0, math.inf, math.inf)
 
 
-_PROFILES = {"sphere": _on_sphere, "cylinder": _on_cylinder, "plane": _on_plane}
+_SURFACES = {"sphere": _on_sphere, "cylinder": _on_cylinder, "plane": _on_plane}
 
 
 def _skirt_drop(edge: float, neck: float, span: float) -> float:
