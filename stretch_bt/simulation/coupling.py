@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
@@ -32,7 +33,13 @@ class Equilibrium(NamedTuple):
 
 
 def couple(
-    membrane: Law, thing: Law, travel: float, *, rest: float = 0.0, start: float | None = None, kinks: Sequence[float] = ()
+    membrane: Law,
+    thing: Law,
+    travel: float,
+    *,
+    rest: float = 0.0,
+    start: float | None = None,
+    kinks: Sequence[float] = (),
 ) -> Equilibrium:
     """Return the equilibrium of the membrane and an object pressed together by `travel`.
 
@@ -89,7 +96,7 @@ class _Series:
     def reached(self, ends: Sequence[float], start: float) -> Equilibrium:
         """Return the first equilibrium on the way from `start`, by the pieces between ends."""
         grows = self.pull(start) > 0
-        pieces = [(a, b) for a, b in zip(ends, ends[1:], strict=False) if (b > start if grows else a < start)]
+        pieces = [(a, b) for a, b in pairwise(ends) if (b > start if grows else a < start)]
         jumped = False
         for piece in pieces if grows else reversed(pieces):
             low, high = (max(piece[0], start), piece[1]) if grows else (piece[0], min(piece[1], start))
@@ -115,7 +122,11 @@ class _Series:
             lever = width * _share(logit) * _share(-logit)
             slope = -lever * (steep / pressed + stiff / held) if pressed > 0 and held > 0 else 0.0
             step = -residual / slope if slope < 0 and math.isfinite(residual) else math.inf
-            if residual == 0 or abs(step) * lever <= _TINY * min(depth, drop) or (abs(residual) < _CLOSE and math.isfinite(step)):
+            if (
+                residual == 0
+                or abs(step) * lever <= _TINY * min(depth, drop)
+                or (abs(residual) < _CLOSE and math.isfinite(step))
+            ):
                 return self._found(low, high, logit + (step if math.isfinite(step) else 0.0))
             if right - left < 1e-14 * max(abs(left), 1.0):  # a jump of the object's force, or an end
                 return self._found(low, high, logit)

@@ -12,9 +12,10 @@ import numpy as np
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.advise import advise, switch_on
+from stretch_bt.simulation.camera.skin import Skin
 from stretch_bt.simulation.coupling import Equilibrium, couple
 from stretch_bt.simulation.effects.base import MembraneEffect
-from stretch_bt.simulation.fidelity.base import Place, Skin
+from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.make import Membrane, make_fidelity
 from stretch_bt.simulation.objects.base import Moved, Standing
 from stretch_bt.simulation.objects.response import Law
@@ -68,7 +69,7 @@ class World:
         self.verdicts = advise(scene)
         self.effects = switch_on(scene, self.verdicts)
         self.specimen = scene.object.specimen(self.effects)
-        self.fidelity = make_fidelity(scene, self.membrane, self.effects.of(MembraneEffect))
+        self.fidelity = make_fidelity(scene, self.membrane, self.effects.of(MembraneEffect))  # type: ignore[type-abstract]
         self.stats = Stats()
         self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
         self._known: OrderedDict[Any, Contact] = OrderedDict()
@@ -79,6 +80,11 @@ class World:
         """None without one; infinite where only the path counts; else the longest step of time, s."""
         own = self.specimen.memory
         return math.inf if own is None and self.fidelity.remembers else own
+
+    @property
+    def latest(self) -> float:
+        """The last moment, s, that the memory was taken to; minus infinity before any."""
+        return self._past[-1].time
 
     def contact(self, pose: Pose, stretch: float, time: float = 0.0) -> Contact:
         """Return how membrane and object stand; solved once for each new pose and stretch, and moment where there is a memory.

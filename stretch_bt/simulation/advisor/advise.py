@@ -71,6 +71,11 @@ def _weightiest(effect: type[Effect], case: Case) -> tuple[str | None, float | N
     told = [s for s in sizes if s.observable in tolerance]
     if not told:
         what = " and ".join(sorted({s.observable for s in sizes})) or "nothing here"
-        return None, None, None, f"changes {what}, for which the scene has no tolerance" if sizes else "changes nothing here"
+        return (
+            None,
+            None,
+            None,
+            f"changes {what}, for which the scene has no tolerance" if sizes else "changes nothing here",
+        )
     most = max(told, key=lambda s: s.value / tolerance[s.observable])
     return most.observable, most.value, tolerance[most.observable], most.why

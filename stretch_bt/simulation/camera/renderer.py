@@ -83,9 +83,7 @@ class DepthRenderer:
         from stretch_bt.simulation.camera.profile_kernel import look_beside
 
         view = self.view
-        look_beside(
-            *view.rays, view.turn, view.place, np.array(table.normal), float(table.offset), *skin.ends, image
-        )
+        look_beside(*view.rays, view.turn, view.place, np.array(table.normal), float(table.offset), *skin.ends, image)
 
 
 def _continued(points: npt.NDArray[Any]) -> npt.NDArray[np.float64]:

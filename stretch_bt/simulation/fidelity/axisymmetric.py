@@ -40,7 +40,9 @@ class AxisymmetricFidelity:
         radius = self._radius(place)
         key = (radius, place.stretch)
         if key not in self._curves:
-            self._curves[key] = Curve(lambda depth: np.array([0.0, 0.0, self._solve(radius, place.stretch, depth).force]))
+            self._curves[key] = Curve(
+                lambda depth: np.array([0.0, 0.0, self._solve(radius, place.stretch, depth).force])
+            )
         return self._curves[key]
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:

@@ -66,9 +66,7 @@ class HertzFidelity:
         """Return a flat membrane."""
         return self._flat(stretch)
 
-    def _flat(
-        self, stretch: float, surface: Surface | None = None, axis: tuple[float, float] = (0.0, 0.0)
-    ) -> Profile:
+    def _flat(self, stretch: float, surface: Surface | None = None, axis: tuple[float, float] = (0.0, 0.0)) -> Profile:
         return Profile(surface, axis, self.width, self.gauge + stretch)
 
     def _form(self, place: Place) -> HertzForm:

@@ -117,7 +117,9 @@ class SheetFidelity:
         from stretch_bt.simulation.membrane.sheet.result import Load
 
         if place.body is None:
-            raise NoEquilibrium("an object wider than the membrane meets the fingers; only hertz fidelity has an answer")
+            raise NoEquilibrium(
+                "an object wider than the membrane meets the fingers; only hertz fidelity has an answer"
+            )
         body = turn(place.body, place.heading)
         return Load(body, place.stretch, depth, place.at, place.tilt, self.lift(place.stretch))
 
@@ -131,7 +133,5 @@ def _keep(kept: OrderedDict[Any, Any], key: Any, value: Any) -> None:
 
 def _grid(shape: Shape) -> Grid:
     """Return the shape on a grid that is even on the unstretched sheet."""
-    columns, rows = (
-        round((a.breaks[-1] - a.breaks[0]) * shape.unit / PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y)
-    )
+    columns, rows = (round((a.breaks[-1] - a.breaks[0]) * shape.unit / PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y))
     return Grid(np.ascontiguousarray(shape.points(columns, rows)))
