@@ -10,6 +10,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -135,6 +136,16 @@ class ObjectSpec(_Model):
     def known(self) -> dict[str, float]:
         """Return what a perfect observer would say of it, SI, such as its `radius` and its `stiffness`."""
         return {}
+
+    def located(self, folder: Path) -> ObjectSpec:
+        """Return it with the files it names found from a folder, that of its scene file.
+
+        Raises
+        ------
+        InvalidInput
+            A file cannot be read, or holds no answer.
+        """
+        return self
 
     def specimen(self, effects: Active) -> Specimen:
         """Return it as it is at the begin of a run, with the effects that are on."""
