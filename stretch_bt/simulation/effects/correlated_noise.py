@@ -32,7 +32,8 @@ class Parameters(base.Parameters):
         default=0.6, description="share of it that stays from frame to frame"
     )
     reference_depth: Annotated[Length, Within(0.01, 10.0, "Length")] | None = Field(
-        default=None, description="depth that this holds for where it grows with the square of depth; else it holds everywhere"
+        default=None,
+        description="depth that this holds for where it grows with the square of depth; else it holds everywhere",
     )
 
 
@@ -56,7 +57,7 @@ class CorrelatedNoise(CameraEffect):
         self._kept_of: Any = None
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield what is left of it after averaging over groups of pixels and over frames."""
         from stretch_bt.simulation.camera.averaging import frames_left, noise_sizes
 

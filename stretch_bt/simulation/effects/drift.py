@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -34,7 +34,7 @@ class Drift(CameraEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield how far it goes during the presses: down, hold, and up again."""
         conditions = case.scene.conditions
         moving = 2 * case.depth / conditions.speed if conditions.speed > 0 else 0.0

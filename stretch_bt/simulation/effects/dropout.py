@@ -41,13 +41,15 @@ class Dropout(CameraEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield what the lost part of the contact's pixels takes with it: a part of a pixel at its edge."""
         share = min(parameters.share, 1.0)
         why = f"{share:.1%} of the pixels"
         lost = math.inf if share >= 1.0 else case.pixel * share
         yield Size("size", lost, why)
-        yield from case.from_height(lost * case.depth / case.contact_radius, f"{why}, on the slope of the contact's edge")
+        yield from case.from_height(
+            lost * case.depth / case.contact_radius, f"{why}, on the slope of the contact's edge"
+        )
 
     def expose(self, exposure: Exposure) -> None:
         """Take values away."""

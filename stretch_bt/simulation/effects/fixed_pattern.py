@@ -41,7 +41,7 @@ class FixedPattern(CameraEffect):
         self._pattern_of: Any = None
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield its own size for a height, and what its bend does to a size; a drop is the difference of two heights."""
         from stretch_bt.simulation.camera.averaging import noise_sizes
 

@@ -22,7 +22,9 @@ _BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
 class Parameters(base.Parameters):
     """Which part of the pixels at an edge fly, from which step of depth on, and how far, m."""
 
-    share: Annotated[float, Within(0.0, 1.0)] = Field(default=0.001, description="part of the pixels at an edge, 0 to 1")
+    share: Annotated[float, Within(0.0, 1.0)] = Field(
+        default=0.001, description="part of the pixels at an edge, 0 to 1"
+    )
     step: Annotated[Length, Within(1e-4, 1.0, "Length")] = Field(
         default=5e-3, description="step of depth between neighbours that makes an edge"
     )
@@ -40,7 +42,7 @@ class FlyingPixels(CameraEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield their mean over the pixels of an edge, at an object that reaches the free sides of the membrane."""
         width = 2 * case.radius
         mean = parameters.share * (parameters.least + parameters.most) / 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -36,7 +36,7 @@ class LensDistortion(CameraEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield by how much it makes a contact round the optical axis wider."""
         away = case.radius / (case.pixel * _FOCAL)
         radial = away**2 * (parameters.k1 + away**2 * (parameters.k2 + away**2 * parameters.k3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -32,7 +32,7 @@ class Quantisation(CameraEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield what is left of rounding: as of white noise where noise or a slope dithers it, else all of it.
 
         Gaussian noise of standard deviation s leaves a bias of at most unit / pi exp(-2 (pi s / unit)^2) (Widrow and Kollar,
@@ -45,8 +45,7 @@ class Quantisation(CameraEffect):
         flat = case.rough.edge < case.radius / 2 or case.depth < unit
         bias = unit / math.pi * math.exp(-2 * (math.pi * noise / unit) ** 2) / math.sqrt(2) if flat else 0.0
         why = f"a count of {unit * 1e3:.3g} mm, {noise * 1e3:.2g} mm of noise dithers it"
-        for size in noise_sizes(case, rounding / math.sqrt(case.frames), 0.0, why):
-            yield size
+        yield from noise_sizes(case, rounding / math.sqrt(case.frames), 0.0, why)
         if bias > 0:
             yield from case.from_height(bias, f"{why} on a flat face")
 
@@ -57,15 +56,9 @@ class Quantisation(CameraEffect):
 
 def _dither(case: Case) -> float:
     """Return the standard deviation, m, of what else changes a pixel from frame to frame."""
-    from stretch_bt.simulation.camera.presets import PRESETS
     from stretch_bt.simulation.effects.correlated_noise import CorrelatedNoise
     from stretch_bt.simulation.effects.white_noise import WhiteNoise
 
     scene = case.scene
-    named = [
-        effect
-        for effect in (WhiteNoise, CorrelatedNoise)
-        if scene.choice(effect.name) != "off"
-        and (effect.name in PRESETS[scene.camera] or scene.choice(effect.name) != "auto")
-    ]
-    return math.hypot(*(scene.parameters(effect).sd for effect in named))
+    noises = (effect for effect in (WhiteNoise, CorrelatedNoise) if effect.not_at(scene) is None)
+    return math.hypot(*(scene.parameters(effect).sd for effect in noises if scene.choice(effect.name) != "off"))

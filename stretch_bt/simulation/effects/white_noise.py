@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -23,7 +23,8 @@ class Parameters(base.Parameters):
         default=5e-5, description="standard deviation of one pixel"
     )
     reference_depth: Annotated[Length, Within(0.01, 10.0, "Length")] | None = Field(
-        default=None, description="depth that this holds for where it grows with the square of depth; else it holds everywhere"
+        default=None,
+        description="depth that this holds for where it grows with the square of depth; else it holds everywhere",
     )
 
 
@@ -37,7 +38,7 @@ class WhiteNoise(CameraEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield what is left of it after averaging over the pixels of the contact and over frames."""
         from stretch_bt.simulation.camera.averaging import frames_left, noise_sizes
 
