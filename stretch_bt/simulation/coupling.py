@@ -3,68 +3,181 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
-from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.solve import find_root
+from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.simulation.objects.response import Law
 
 __all__ = ["Equilibrium", "couple"]
 
-Law = Callable[[float], tuple[float, float]]
+BUDGET = 60
+_CLOSE = 1e-10  # of the logarithm of the ratio of forces
+_TINY = 1e-11  # of the bracket of drops
+_FAR = 30.0  # logit of the share that the object takes
+_SHRINK = 0.5  # a step that leaves more than this of the residual is followed by one that splits the bracket
 
 
 class Equilibrium(NamedTuple):
-    """Depth of the membrane and drop of the object, m, their common force, N, and the evaluations it took."""
+    """Depth of the membrane and drop of the object, m, their common force, N, and the evaluations it took.
+
+    `jumped` tells that the object snapped through: its drop went past one at which its force falls.
+    """
 
     depth: float
     drop: float
     force: float
     iterations: int
+    jumped: bool = False
 
 
-def couple(membrane: Law, compliance: float, travel: float) -> Equilibrium:
-    """Return the equilibrium of the membrane and a linearly elastic object pressed together by `travel`.
+def couple(
+    membrane: Law,
+    thing: Law,
+    travel: float,
+    *,
+    rest: float = 0.0,
+    start: float | None = None,
+    kinks: Sequence[float] = (),
+) -> Equilibrium:
+    """Return the equilibrium of the membrane and an object pressed together by `travel`.
 
-    Solves membrane(depth) = (travel - depth) / compliance for the depth in [0, travel] by bracketed Newton; the residual
-    is monotone, so there is one root. A staggered iteration would fail over half of the range of stiffness ratios.
+    The unknown is the share of the travel that the object takes. As a function of its logit the logarithm of the ratio of both
+    forces is nearly a straight line, whatever power laws they follow and whatever the ratio of their stiffnesses, so Newton's
+    method takes a few steps; a bracket guards it. A staggered iteration would fail over half of the range of stiffness ratios.
 
     Parameters
     ----------
     membrane
-        Returns force, N, and its derivative, N/m, at a depth, m; rising from 0 and convex.
-    compliance
-        Height that the object loses per force, m/N; 0 when rigid.
+        Returns force, N, and its derivative, N/m, at a depth, m; 0 at a depth of 0, and rising.
+    thing
+        The same for the object, by the drop of its top, m.
     travel
-        How far the hand is past first contact, m.
+        How far the hand is past first contact with the object at no drop, m.
+    rest
+        Drop up to which the object stays down by itself, m: where its force begins.
+    start
+        Drop before, m, where the object's force is not monotone: the equilibrium that is reached from there as the drop grows,
+        or shrinks, without passing another one. `rest` when None.
+    kinks
+        Drops at which the slope of the object's force jumps, m; between them the force is smooth and monotone.
 
     Raises
     ------
+    InvalidInput
+        A travel or a rest that is not a finite length of at least 0 m.
     NoEquilibrium
         No convergence within the budget.
     """
-    if not (travel >= 0 and compliance >= 0):
-        raise InvalidInput(f"travel and compliance must be at least 0, not {travel} m and {compliance} m/N")
-
-    def residual(depth: float) -> tuple[float, float]:
-        force, slope = membrane(depth)
-        return travel - depth - compliance * force, -1 - compliance * slope
-
-    if travel == 0:
-        return Equilibrium(0.0, 0.0, 0.0, 0)
-    start = _guess(membrane, compliance, travel)
-    depth, iterations = find_root(residual, 0.0, travel, start, "membrane and object in series")
-    force = membrane(depth)[0]
-    return Equilibrium(depth, compliance * force, force, iterations)
+    if not (math.isfinite(travel) and travel >= 0 and math.isfinite(rest) and rest >= 0):
+        raise InvalidInput(f"travel and rest must be lengths of at least 0 m, not {travel} m and {rest} m")
+    if travel <= rest:
+        return Equilibrium(0.0, travel, 0.0, 0)
+    solve = _Series(membrane, thing, travel)
+    inside = [kink for kink in sorted(kinks) if rest < kink < travel]
+    if not inside:
+        return solve.between(rest, travel)
+    return solve.reached([rest, *inside, travel], min(max(start or rest, rest), travel))
 
 
-def _guess(membrane: Law, compliance: float, travel: float) -> float:
-    """Return a depth at or above the equilibrium, from which Newton approaches it from one side.
+class _Series:
+    """Both laws at one travel, and how often they were asked."""
 
-    It takes the membrane for the power law that it follows at full travel, and the object's drop for all of the travel.
-    """
-    force, slope = membrane(travel)
-    if compliance * force <= travel:
-        return travel
-    power = slope * travel / force
-    return travel * math.pow(travel / (compliance * force), 1 / power)
+    def __init__(self, membrane: Law, thing: Law, travel: float) -> None:
+        self.membrane, self.thing, self.travel = membrane, thing, travel
+        self.spent = 0
+
+    def pull(self, drop: float) -> float:
+        """Return by how much the membrane presses harder than the object at a drop, N."""
+        self.spent += 1
+        return self.membrane(self.travel - drop)[0] - self.thing(drop)[0]
+
+    def reached(self, ends: Sequence[float], start: float) -> Equilibrium:
+        """Return the first equilibrium on the way from `start`, by the pieces between ends."""
+        grows = self.pull(start) > 0
+        pieces = [(a, b) for a, b in pairwise(ends) if (b > start if grows else a < start)]
+        jumped = False
+        for piece in pieces if grows else reversed(pieces):
+            low, high = (max(piece[0], start), piece[1]) if grows else (piece[0], min(piece[1], start))
+            falls = self.thing((low + high) / 2)[1] < 0
+            if (self.pull(high) <= 0) if grows else (self.pull(low) >= 0):
+                return self.between(low, high)._replace(jumped=jumped)
+            jumped = jumped or falls
+        raise NoEquilibrium("membrane and object in series: no equilibrium within the travel")
+
+    def between(self, low: float, high: float) -> Equilibrium:
+        """Return the equilibrium between two drops, at which the membrane presses harder and less hard."""
+        if self.thing(low)[0] > 0:
+            return self._within(low, high)
+        width, left, right = high - low, -_FAR, _FAR
+        logit, before = self._guess(low, high), math.inf
+        while self.spent < BUDGET:
+            drop = low + width * _share(logit)
+            depth = (self.travel - high) + width * _share(-logit)  # without cancellation
+            (pressed, steep), (held, stiff) = self.membrane(depth), self.thing(drop)
+            self.spent += 1
+            residual = _ratio(pressed, held)
+            left, right = (logit, right) if residual > 0 else (left, logit)
+            lever = width * _share(logit) * _share(-logit)
+            slope = -lever * (steep / pressed + stiff / held) if pressed > 0 and held > 0 else 0.0
+            step = -residual / slope if slope < 0 and math.isfinite(residual) else math.inf
+            if (
+                residual == 0
+                or abs(step) * lever <= _TINY * min(depth, drop)
+                or (abs(residual) < _CLOSE and math.isfinite(step))
+            ):
+                return self._found(low, high, logit + (step if math.isfinite(step) else 0.0))
+            if right - left < 1e-14 * max(abs(left), 1.0):  # a jump of the object's force, or an end
+                return self._found(low, high, logit)
+            logit = self._next(logit, step, left, right, slow=abs(residual) > _SHRINK * before)
+            before = abs(residual)
+        raise NoEquilibrium(f"membrane and object in series: no convergence within {BUDGET} evaluations")
+
+    def _within(self, low: float, high: float) -> Equilibrium:
+        """Return the equilibrium on a piece that begins with a force, by Newton's method from its begin, held in the bracket."""
+        drop, least = low, _TINY * (high - low)
+        while self.spent < BUDGET:
+            (pressed, steep), (held, stiff) = self.membrane(self.travel - drop), self.thing(drop)
+            self.spent += 1
+            low, high = (drop, high) if pressed > held else (low, drop)
+            step = (pressed - held) / (steep + stiff) if steep + stiff > 0 else math.inf
+            following = drop + step
+            if abs(step) <= least:
+                return Equilibrium(self.travel - drop, drop, pressed, self.spent)
+            drop = following if low <= following <= high else (low + high) / 2
+        raise NoEquilibrium(f"membrane and object in series: no convergence within {BUDGET} evaluations")
+
+    def _next(self, logit: float, step: float, left: float, right: float, *, slow: bool) -> float:
+        following = logit + step
+        return following if left < following < right and not slow else (left + right) / 2
+
+    def _guess(self, low: float, high: float) -> float:
+        """Return the logit that power laws through both ends and through the middle would have."""
+        depth, drop = self.travel - low, high
+        (pressed, steep), (held, stiff) = self.membrane(depth), self.thing(drop)
+        self.spent += 1
+        if pressed <= 0 or held <= 0 or steep <= 0 or stiff <= 0:
+            return 0.0
+        p, q = steep * depth / pressed, stiff * (high - low) / held
+        ratio = math.log(pressed / held)
+        return min(max(ratio / (q if ratio < 0 else p), -_FAR), _FAR)
+
+    def _found(self, low: float, high: float, logit: float) -> Equilibrium:
+        width = high - low
+        drop, depth = low + width * _share(logit), (self.travel - high) + width * _share(-logit)
+        return Equilibrium(depth, drop, self.membrane(depth)[0], self.spent)
+
+
+def _share(logit: float) -> float:
+    """Return 1 / (1 + exp(-logit))."""
+    return 1 / (1 + math.exp(-logit)) if logit >= 0 else math.exp(logit) / (1 + math.exp(logit))
+
+
+def _ratio(pressed: float, held: float) -> float:
+    """Return the logarithm of the ratio of two forces of at least 0; infinite where one of them is 0."""
+    if pressed <= 0 and held <= 0:
+        return 0.0
+    if held <= 0:
+        return math.inf
+    return -math.inf if pressed <= 0 else math.log(pressed / held)

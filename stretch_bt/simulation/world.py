@@ -3,118 +3,236 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import OrderedDict, deque
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import Pose
-from stretch_bt.simulation.coupling import couple
-from stretch_bt.simulation.membrane.hertz import HertzMembrane
-from stretch_bt.simulation.membrane.surface import Surface
-from stretch_bt.simulation.objects import make_object
+from stretch_bt.simulation.advisor.advise import advise, switch_on
+from stretch_bt.simulation.camera.skin import Skin
+from stretch_bt.simulation.coupling import Equilibrium, couple
+from stretch_bt.simulation.effects.base import MembraneEffect
+from stretch_bt.simulation.fidelity.base import Place
+from stretch_bt.simulation.fidelity.make import Membrane, make_fidelity
+from stretch_bt.simulation.objects.base import Moved, Standing
+from stretch_bt.simulation.objects.response import Law
 from stretch_bt.simulation.scene import Scene
+from stretch_bt.simulation.seat import Seat, seat
+from stretch_bt.simulation.stats import Stats
 
-__all__ = ["Contact", "Sheet", "World"]
+__all__ = ["Contact", "World"]
 
-
-@dataclass(frozen=True, slots=True)
-class Sheet:
-    """Rest length between the fingers and width of the membrane, m."""
-
-    gauge: float = 0.100
-    width: float = 0.090
+_KEPT = 8  # contacts that are kept
+_PAST = 64  # committed states that are kept, for what is asked of a moment ago
+_SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
+_PASSES = 30
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """How membrane and object stand: lengths in m, the force in N; all 0 while they do not touch.
+    """How membrane and object stand: lengths in m; `depth` and `drop` are 0 while they do not touch.
 
-    `axis` is where the object's axis pierces the membrane, membrane frame x and y.
+    `force` (3,), N, is that of the object on the hand, world axes; `remembered` is what the membrane knew before.
     """
 
     depth: float
     drop: float
-    force: float
-    axis: tuple[float, float]
+    force: tuple[float, float, float]
+    place: Place | None = None
+    remembered: Any = None
+    iterations: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Past:
+    """What the world remembers of a moment, s: the object's state, the membrane's, and where the hand was."""
+
+    time: float
+    thing: Any
+    membrane: Any
+    at: tuple[float, float]
 
 
 class World:
-    """A scene and a hand over it; a pure function of the hand's pose and stretch, as nothing in it has memory."""
+    """A scene and a hand over it.
 
-    def __init__(self, scene: Scene, sheet: Sheet | None = None) -> None:
+    Where neither object nor membrane has a memory it is a pure function of the hand's pose and stretch, and time does not
+    matter; else `advance` takes it from moment to moment, and what is asked in between changes nothing.
+    """
+
+    def __init__(self, scene: Scene, membrane: Membrane | None = None) -> None:
         self.scene = scene
-        self.sheet = sheet or Sheet()
-        self.object = make_object(scene)
-        self._membrane = HertzMembrane()
-        self._asked: tuple[Pose, float] | None = None
-        self._contact = Contact(0.0, 0.0, 0.0, (0.0, 0.0))
+        self.membrane = membrane or Membrane()
+        self.verdicts = advise(scene)
+        self.effects = switch_on(scene, self.verdicts)
+        self.specimen = scene.object.specimen(self.effects)
+        self.fidelity = make_fidelity(scene, self.membrane, self.effects.of(MembraneEffect))  # type: ignore[type-abstract]
+        self.stats = Stats()
+        self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
+        self._known: OrderedDict[Any, Contact] = OrderedDict()
+        self._skin: tuple[Any, Skin] | None = None
 
-    def contact(self, pose: Pose, stretch: float) -> Contact:
-        """Return how membrane and object stand; solved once for each new pose and stretch.
+    @property
+    def memory(self) -> float | None:
+        """None without one; infinite where only the path counts; else the longest step of time, s."""
+        own = self.specimen.memory
+        return math.inf if own is None and self.fidelity.remembers else own
+
+    @property
+    def latest(self) -> float:
+        """The last moment, s, that the memory was taken to; minus infinity before any."""
+        return self._past[-1].time
+
+    def contact(self, pose: Pose, stretch: float, time: float = 0.0) -> Contact:
+        """Return how membrane and object stand; solved once for each new pose and stretch, and moment where there is a memory.
 
         Raises
         ------
         NoEquilibrium
-            The hand is tilted, the object meets the membrane's border, or it would be pressed flat; what was solved
+            There is none: the object meets the membrane's border, wraps into it, or would be pressed flat. What was solved
             before stays.
         """
-        if self._asked != (pose, stretch):
-            self._contact = self._solve(pose, stretch)
-            self._asked = (pose, stretch)
-        return self._contact
+        past = self._before(time)
+        key = (pose, stretch, None if self.memory is None else (past.time, time))
+        if key in self._known:
+            self._known.move_to_end(key)
+            return self._known[key]
+        with self.stats.timed("contact"):
+            found = self._solve(past, pose, stretch, time)
+        self._known[key] = found
+        while len(self._known) > _KEPT:
+            self._known.popitem(last=False)
+        return found
 
-    def surface(self, contact: Contact) -> Surface | None:
-        """Return the shape of the membrane around the object's axis, or None while it is flat."""
-        return self.object.surface(contact.depth, self.sheet.width / 2) if contact.depth > 0 else None
+    def advance(self, pose: Pose, stretch: float, time: float) -> None:
+        """Take the world's memory to a moment, s, at which the hand stands there; the path from the last one is straight.
 
-    def truth(self, pose: Pose, stretch: float) -> dict[str, float]:
+        Raises
+        ------
+        NoEquilibrium
+            There is none there; the memory stays as it was.
+        """
+        if self.memory is None or time <= self._past[-1].time:
+            return
+        past = self._past[-1]
+        contact = self.contact(pose, stretch, time)
+        with self.stats.timed("memory"):
+            at = (pose.position[0], pose.position[1])
+            across = (at[0] - past.at[0], at[1] - past.at[1]) if math.isfinite(past.time) else (0.0, 0.0)
+            dt = time - past.time if math.isfinite(past.time) else 0.0
+            x, y, z = contact.force
+            moved = Moved(contact.drop, (-x, -y, -z), across, dt, contact.depth)
+            thing = self.specimen.after(past.thing, moved)
+            state = past.membrane
+            if contact.place is not None and self.fidelity.remembers:
+                state = self.fidelity.press(contact.place, contact.depth, state).state
+            self._past.append(_Past(time, thing, state, at))
+
+    def skin(self, contact: Contact, stretch: float) -> Skin:
+        """Return the shape of the membrane."""
+        key = None if contact.place is None else (contact.place, contact.depth, id(contact.remembered))
+        if self._skin is None or self._skin[0] != (stretch, key):
+            with self.stats.timed("shape"):
+                self._skin = ((stretch, key), self._shape(contact, stretch))
+        return self._skin[1]
+
+    def _shape(self, contact: Contact, stretch: float) -> Skin:
+        if contact.place is None:
+            return self.fidelity.free(stretch)
+        return self.fidelity.press(contact.place, contact.depth, contact.remembered).skin
+
+    def truth(self, pose: Pose, stretch: float, time: float = 0.0) -> dict[str, float]:
         """Return what a perfect observer would report, SI; a rigid object has no stiffness.
 
         `height` is that of the object's top and `contact_height` that of the hand at first contact.
         """
-        contact = self.contact(pose, stretch)
-        known = {
-            "force": contact.force,
+        contact = self.contact(pose, stretch, time)
+        top = self.specimen.standing(self._before(time).thing, 0.0).top
+        return {
+            "force": math.hypot(*contact.force),
             "deflection": contact.drop,
             "stretch": stretch,
             "depth": contact.depth,
-            "height": self.object.top - contact.drop,
-            "contact_height": self.object.top,
+            "height": top - contact.drop,
+            "contact_height": self.scene.object.top,
+            **self.specimen.known(self._before(time).thing, contact.drop),
         }
-        if math.isfinite(self.object.reach):
-            known["radius"] = self.object.radius
-        if self.object.compliance > 0:
-            known["stiffness"] = 1 / self.object.compliance
-        return known
 
-    def _solve(self, pose: Pose, stretch: float) -> Contact:
-        axis = self._axis(pose)
-        travel = self.object.top - pose.height
-        if travel <= 0 or not self._covers(axis, stretch):
-            return Contact(0.0, 0.0, 0.0, axis)
-        law = self._membrane.law(self.object.shape, self.object.radius, stretch)
-        found = couple(law, self.object.compliance, travel)
-        if found.drop >= self.object.top - self.object.base:
-            raise NoEquilibrium(f"{found.force:.3g} N would press the object flat")
-        return Contact(found.depth, found.drop, found.force, axis)
+    def _before(self, time: float) -> _Past:
+        """Return the latest memory that is not after a moment."""
+        return next((past for past in reversed(self._past) if past.time <= time), self._past[0])
 
-    def _axis(self, pose: Pose) -> tuple[float, float]:
-        rotation = pose.matrix()
-        if rotation[2, 2] < 1 - 1e-9:
-            raise NoEquilibrium("hertz fidelity has no answer for a tilted hand")
-        place = self.scene.object.position
-        offset = np.array([place.x - pose.position[0], place.y - pose.position[1]])
-        x, y = rotation[:2, :2].T @ offset
-        return float(x), -float(y)  # the membrane frame's y is reversed
+    def _solve(self, past: _Past, pose: Pose, stretch: float, time: float) -> Contact:
+        state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
+        standing = self.specimen.standing(state, 0.0)
+        where = seat(standing, pose)
+        lift = self.fidelity.lift(stretch)
+        nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0))
+        if where.depth + lift <= 0 or not self._covers(where, stretch):
+            return nothing
+        found, place = self._shared(past, standing, where, stretch, dt, lift)
+        if found.force <= 0:
+            return replace(nothing, drop=found.drop)
+        depth = found.depth - lift
+        force = _world(self.fidelity.force(place, depth, past.membrane), pose)
+        return Contact(depth, found.drop, force, place, past.membrane, found.iterations)
 
-    def _covers(self, axis: tuple[float, float], stretch: float) -> bool:
-        """Tell whether the object stands under the membrane, or beside it; raises NoEquilibrium in between."""
-        if math.isinf(self.object.reach):
-            return True
-        borders = (self.sheet.width / 2, (self.sheet.gauge + stretch) / 2)
-        if all(abs(a) <= border for a, border in zip(axis, borders, strict=True)):
-            return True
-        if any(abs(a) > border + self.object.reach for a, border in zip(axis, borders, strict=True)):
-            return False
-        raise NoEquilibrium("the object's axis is past the membrane's border, where hertz fidelity has no answer")
+    def _shared(
+        self, past: _Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float
+    ) -> tuple[Equilibrium, Place]:
+        """Return how the travel is shared; a body that changes its shape with its drop is met as it is at the drop found."""
+        law = self.specimen.law(past.thing, dt)
+        travel = where.depth + lift
+        place = self._place(standing, where, stretch)
+        if law is None:
+            return Equilibrium(travel, 0.0, self.fidelity.law(place, past.membrane)(where.depth)[0], 0), place
+        state, drop, spent = past.thing, math.inf, 0
+        own = _along(law, where.upright)
+        kinks, start, rest = self.specimen.kinks(state), self.specimen.drop(state), self.specimen.rest(state, dt)
+        for _ in range(_PASSES):
+            felt = self.fidelity.law(place, past.membrane)
+            found = couple(_lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks)
+            spent, before, drop = spent + found.iterations, drop, found.drop
+            changed = self.specimen.standing(state, drop)
+            if changed.body == standing.body or abs(drop - before) < _SETTLED:
+                return found._replace(iterations=spent), place
+            standing = changed
+            place = self._place(standing, where, stretch)
+        raise NoEquilibrium("membrane and object do not agree on the object's shape")
+
+    def _place(self, standing: Standing, where: Seat, stretch: float) -> Place:
+        spec = self.scene.object
+        form = self.specimen.form(standing)
+        return Place(standing.body, form, where.at, where.heading, where.tilt, spec.reach, stretch)
+
+    def _covers(self, where: Seat, stretch: float) -> bool:
+        """Tell whether the object stands under the membrane, at least in part."""
+        reach = self.scene.object.reach
+        borders = (self.membrane.width / 2, (self.membrane.gauge + stretch) / 2)
+        return all(abs(a) <= border + reach for a, border in zip(where.at, borders, strict=True))
+
+
+def _lifted(felt: Law, lift: float) -> Law:
+    """Return a membrane's law by how far it is past where it first touches."""
+    return lambda travel: felt(travel - lift)
+
+
+def _along(law: Law, upright: float) -> Law:
+    """Return an object's law by the way and the force along the hand's axis, of which it feels the upright part."""
+    if upright == 1.0:
+        return law
+
+    def along(way: float) -> tuple[float, float]:
+        force, slope = law(way / upright)
+        return force / upright, slope / upright**2
+
+    return along
+
+
+def _world(force: np.ndarray, pose: Pose) -> tuple[float, float, float]:
+    """Return a force in the membrane frame in world axes; the membrane's y runs against the hand's."""
+    x, y, z = (pose.matrix() @ np.array([force[0], -force[1], force[2]])).tolist()
+    return x, y, z

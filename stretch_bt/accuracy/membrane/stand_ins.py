@@ -14,8 +14,8 @@ from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.press import WIDTH, press
 from stretch_bt.simulation.membrane.sheet.spline import Array
-from stretch_bt.simulation.objects.cylinder import Cylinder as RigidCylinder
-from stretch_bt.simulation.objects.sphere import Sphere as RigidSphere
+from stretch_bt.simulation.membrane.surface import pressed_surface
+from stretch_bt.simulation.objects.base import HertzForm
 
 __all__ = ["STAND_INS", "StandIn"]
 
@@ -35,9 +35,8 @@ def _hertz(case: Case, right: Reference) -> tuple[dict[str, float], float]:
     solved = press(case.indenter, case.stretch, case.depth, solver="hertz")
     body = case.indenter
     assert isinstance(body, Sphere | Cylinder)
-    radius = body.diameter / 2
-    rigid = RigidSphere(radius, 0.0, 0.0) if isinstance(body, Sphere) else RigidCylinder(radius, 0.0, 0.0, 0.0)
-    surface = rigid.surface(case.depth, WIDTH / 2)
+    form = HertzForm("sphere" if isinstance(body, Sphere) else "cylinder", body.diameter / 2)
+    surface = pressed_surface(form, case.depth, WIDTH / 2)
     return right.errors(solved, surface.height), solved.seconds
 
 

@@ -61,13 +61,15 @@ class SimulatedArm(ArmDriver):
             part = distance / route.length if route.length > 0 else 0.0
             return Placed(pose, pose.moved(z=before + part * (after - before)))
 
-        end = twin.hand.begin(now, place, Profile.trapezoid(route.length, speed, self.options.acceleration))
+        end = twin.move_hand(place, Profile.trapezoid(route.length, speed, self.options.acceleration))
         final = MotionState.DONE if route is wanted else MotionState.BLOCKED
         return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else final
 
     def stop(self) -> None:
         """Brake."""
-        self.bench.twin.hand.stop(self.bench.now(), self.options.acceleration)
+        twin = self.bench.twin
+        twin.remember()
+        twin.hand.stop(self.bench.now(), self.options.acceleration)
 
     def pose(self) -> Reading[Pose]:
         """Return where the arm takes the hand to be."""
@@ -76,11 +78,9 @@ class SimulatedArm(ArmDriver):
 
     def wrench(self) -> Reading[Wrench]:
         """Return the arm's estimate of the contact wrench."""
-        return sample_wrench(self.bench.twin, self.name, self.bench.twin.scene.robot.force_noise)
+        return sample_wrench(self.bench.twin, "Arm", self.name)
 
     def _error(self) -> float:
         self._moves += 1
-        sd = self.bench.twin.scene.robot.repeatability
-        return (
-            float(self.bench.twin.random(f"{self.name} repeatability", self._moves).normal(0.0, sd)) if sd > 0 else 0.0
-        )
+        twin = self.bench.twin
+        return sum(e.height_error(twin.random(f"{self.name} {e.name}", self._moves)) for e in twin.robot)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
 from stretch_bt.frames import DepthFrame, Intrinsics
@@ -13,9 +15,15 @@ from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.units import Frequency, Within
 
 if TYPE_CHECKING:
-    from stretch_bt.simulation.camera import DepthRenderer
+    from stretch_bt.simulation.camera.renderer import DepthRenderer
+    from stretch_bt.simulation.effects.base import CameraEffect, Exposure
 
 __all__ = ["SimulatedCamera"]
+
+Image = npt.NDArray[np.float32]
+
+#: one count where nothing rounds to coarser ones, m
+_UNIT = 1e-5
 
 #: what of the table is in view beside the membrane, m
 _MARGIN = 0.008
@@ -36,11 +44,12 @@ class SimulatedCamera(CameraDriver):
     Options = _Options
     simulated = True
     _latest: Reading[DepthFrame] | None = None
+    _clean: tuple[Any, Image] | None = None
 
     @cached_property
     def intrinsics(self) -> Intrinsics:
         """Intrinsics of the frames, the optical axis through the centre of the membrane."""
-        from stretch_bt.simulation.camera import SR305
+        from stretch_bt.simulation.camera.view import SR305
 
         if self.options.image == "full":
             return SR305
@@ -52,11 +61,21 @@ class SimulatedCamera(CameraDriver):
         return SR305.cropped(*rows, *columns)
 
     @cached_property
-    def _renderer(self) -> DepthRenderer:
-        from stretch_bt.simulation.camera import DepthRenderer
+    def _effects(self) -> list[CameraEffect]:
+        from stretch_bt.simulation.effects.base import CameraEffect
 
-        geometry = self.bench.hand.geometry
-        return DepthRenderer(self.intrinsics, geometry.plane_distance, geometry.gauge, geometry.width)
+        return self.bench.twin.world.effects.of(CameraEffect)  # type: ignore[type-abstract]
+
+    @cached_property
+    def _renderer(self) -> DepthRenderer:
+        from stretch_bt.simulation.camera.renderer import DepthRenderer
+        from stretch_bt.simulation.camera.view import Offset
+
+        lens = self.intrinsics
+        for effect in self._effects:
+            lens = effect.lens(lens)
+        offset = Offset(**self.bench.twin.scene.hand.camera.model_dump())
+        return DepthRenderer(lens, self.bench.hand.geometry.plane_distance, offset)
 
     def frame(self) -> Reading[DepthFrame]:
         """Return the latest frame."""
@@ -66,23 +85,46 @@ class SimulatedCamera(CameraDriver):
         return self._latest
 
     def _expose(self, number: int) -> Reading[DepthFrame]:
-        from stretch_bt.simulation.camera import add_noise
+        from stretch_bt.simulation.camera.counts import counts
 
         twin, time = self.bench.twin, number / self.options.rate
-        told, true = twin.hand.at(time)
-        stretch = twin.stretch(time)
-        contact = twin.world.contact(true, stretch)
-        depth = self._renderer.render(twin.world.surface(contact), contact.axis, stretch, true.height)
-        noise = twin.scene.camera
+        told = twin.hand.at(time).told
+        seen = time - twin.delay("DepthCamera")
+        exposure = self._seen(seen, number)
+        for effect in self._effects:
+            with twin.world.stats.timed(effect.name):
+                effect.expose(exposure)
         frame = DepthFrame(
-            raw=add_noise(depth, noise, twin.random(self.name, number)),
-            unit=noise.quantisation,
+            raw=counts(exposure),
+            unit=exposure.unit,
             intrinsics=self.intrinsics,
             time=time,
             sequence=number,
             plane_distance=self.bench.hand.geometry.plane_distance,
             hand_height=told.height,
-            stretch=stretch,
+            stretch=twin.stretch(time),
             pose=told,
         )
         return Reading(frame, time, time, number)
+
+    def _seen(self, time: float, number: int) -> Exposure:
+        """Return what the camera would see at a time, s, without anything added; unchanged since the last frame it is kept."""
+        from stretch_bt.simulation.camera.skin import table_under
+        from stretch_bt.simulation.effects.base import Exposure
+
+        twin = self.bench.twin
+        pose, stretch = twin.hand.at(time).true, twin.stretch(time)
+        contact = twin.contact(time)
+        if self._clean is None or self._clean[0] != (pose, stretch, contact):
+            skin = twin.world.skin(contact, stretch)
+            with twin.world.stats.timed("render"):
+                self._clean = ((pose, stretch, contact), self._renderer.render(skin, table_under(pose)))
+        return Exposure(
+            self._clean[1].copy(),
+            self.intrinsics,
+            number / self.options.rate,
+            number,
+            self.options.rate,
+            lambda name, k: twin.random(f"{self.name} {name}", k),
+            _UNIT,
+        )

@@ -34,4 +34,4 @@ class SimulatedForceSensor(ForceSensorDriver):
         self._zero = self._raw().value
 
     def _raw(self) -> Reading[Wrench]:
-        return sample_wrench(self.bench.twin, self.name, self.bench.twin.scene.force_sensor.noise)
+        return sample_wrench(self.bench.twin, "ForceSensor", self.name)

@@ -35,19 +35,21 @@ class SimulatedGripper(GripperDriver):
 
     def move(self, opening: float, speed: float) -> Poll:
         """Move the fingers to an opening, m."""
-        fingers, now = self.bench.twin.fingers, self.bench.now()
-        start = fingers.at(now)
+        twin = self.bench.twin
+        start = twin.fingers.at(self.bench.now())
         reached = min(max(opening, 0.0), self.options.max_opening)
         sign = math.copysign(1.0, reached - start)
         length = abs(reached - start)
         profile = Profile.trapezoid(length, speed, self.options.acceleration)
-        end = fingers.begin(now, lambda s: reached if s >= length else start + sign * s, profile)
+        end = twin.move_fingers(lambda s: reached if s >= length else start + sign * s, profile)
         final = MotionState.DONE if reached == opening else MotionState.BLOCKED
         return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else final
 
     def stop(self) -> None:
         """Brake."""
-        self.bench.twin.fingers.stop(self.bench.now(), self.options.acceleration)
+        twin = self.bench.twin
+        twin.remember()
+        twin.fingers.stop(self.bench.now(), self.options.acceleration)
 
     def opening(self) -> Reading[float]:
         """Return the opening, m."""

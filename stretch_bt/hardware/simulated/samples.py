@@ -28,11 +28,12 @@ def sample(value: T, time: float) -> Reading[T]:
     return Reading(value, time, time, sample_number(time))
 
 
-def sample_wrench(twin: Twin, device: str, noise: float) -> Reading[Wrench]:
-    """Return the contact wrench now, each axis of its force with white noise of this standard deviation, N."""
+def sample_wrench(twin: Twin, kind: str, device: str) -> Reading[Wrench]:
+    """Return the contact wrench now, with the noise that the scene gives a kind of device, such as `ForceSensor`."""
     now = twin.now()
+    wrench = twin.wrench(kind, now)
     added = np.zeros(3)
-    if noise > 0:
-        added = twin.random(device, sample_number(now)).normal(0.0, noise, 3)
-    force = (float(added[0]), float(added[1]), twin.force(now) + float(added[2]))
-    return sample(Wrench(force), now)
+    for effect in twin.robot:
+        added = added + effect.force_error(kind, twin.random(f"{device} {effect.name}", sample_number(now)))
+    x, y, z = (np.asarray(wrench.force) + added).tolist()
+    return sample(Wrench((x, y, z)), now)

@@ -40,3 +40,8 @@ class Track(Generic[T]):
         """Brake."""
         last = self._segments[-1]
         self._segments[-1] = last._replace(profile=last.profile.braked(time - last.start, acceleration))
+
+    def turns(self, after: float, until: float) -> list[float]:
+        """Return the times in (after, until] at which a motion began or ended, s."""
+        ends = [t for s in self._segments for t in (s.start, s.start + s.profile.duration)]
+        return [t for t in ends if after < t <= until]

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
-from stretch_bt.frames import Pose
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.simulated.path import Placed
+from stretch_bt.hardware.simulated.profile import Profile
 from stretch_bt.hardware.simulated.track import Track
+from stretch_bt.simulation.effects.base import RobotEffect
+from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.scene import Scene
-from stretch_bt.simulation.world import Sheet, World
+from stretch_bt.simulation.world import Contact, World
 
 __all__ = ["Twin"]
 
 _HOME = Pose((0.0, 0.0, 0.2))
+_ALWAYS = 1 << 32  # stands for the number of what is the same in all samples of a run
 
 
 class Twin:
@@ -27,7 +34,8 @@ class Twin:
         self.geometry = geometry
         self.now = now
         self.seed = seed if scene.seed is None else scene.seed
-        self.world = World(scene, Sheet(geometry.gauge, geometry.width))
+        self.world = World(scene, Membrane(geometry.gauge, geometry.width, geometry.thickness))
+        self.robot = self.world.effects.of(RobotEffect)  # type: ignore[type-abstract]
         self.hand: Track[Placed] = Track(Placed(_HOME, _HOME))
         self.fingers: Track[float] = Track(geometry.rest_opening)
 
@@ -35,19 +43,71 @@ class Twin:
         """Put the hand where the arm is when it is opened."""
         self.hand = Track(Placed(home, home))
 
+    def move_hand(self, path: Callable[[float], Placed], profile: Profile) -> float:
+        """Start a motion of the hand now, and return when it will end, s."""
+        self.remember()
+        return self.hand.begin(self.now(), path, profile)
+
+    def move_fingers(self, path: Callable[[float], float], profile: Profile) -> float:
+        """Start a motion of the fingers now, and return when it will end, s."""
+        self.remember()
+        return self.fingers.begin(self.now(), path, profile)
+
+    def remember(self) -> None:
+        """Take what has a memory to where hand and fingers are now, before they are told to go elsewhere."""
+        if self.world.memory is not None:
+            with suppress(NoEquilibrium):  # whoever looks is told
+                self.contact(self.now())
+                self.world.advance(self.hand.at(self.now()).true, self.stretch(self.now()), self.now())
+
     def stretch(self, time: float) -> float:
         """Return the stretch of the membrane at a time, m."""
         return self.geometry.stretch(self.fingers.at(time))
 
-    def force(self, time: float) -> float:
-        """Return the contact force at a time, N."""
-        return self.world.contact(self.hand.at(time).true, self.stretch(time)).force
+    def contact(self, time: float) -> Contact:
+        """Return how membrane and object stand at a time, s, up to a second ago.
+
+        Raises
+        ------
+        NoEquilibrium
+            They have no equilibrium there.
+        """
+        memory = self.world.memory
+        if memory is not None:
+            for knot in self._knots(self.world.latest, time, memory):
+                self.world.advance(self.hand.at(knot).true, self.stretch(knot), knot)
+        return self.world.contact(self.hand.at(time).true, self.stretch(time), time)
+
+    def wrench(self, device: str, time: float) -> Wrench:
+        """Return the contact wrench that a kind of device reads at a time, s, without its noise."""
+        return Wrench(self.contact(time - self.delay(device)).force)
+
+    def delay(self, device: str) -> float:
+        """Return how old what a kind of device tells is, s."""
+        return sum(effect.delay(device) for effect in self.robot)
 
     def truth(self) -> dict[str, float]:
         """Return what a perfect observer would report now, SI."""
         now = self.now()
-        return self.world.truth(self.hand.at(now).true, self.stretch(now))
+        self.contact(now)
+        return self.world.truth(self.hand.at(now).true, self.stretch(now), now)
 
-    def random(self, device: str, number: int) -> np.random.Generator:
-        """Return the noise source of one sample of a device; the same for the same seed, whatever was asked before."""
-        return np.random.default_rng((self.seed, zlib.crc32(device.encode()), number))
+    def random(self, source: str, number: int) -> np.random.Generator:
+        """Return the noise source of one sample of what has this name; the same for the same seed, whatever was asked before.
+
+        A negative number stands for what is the same in all samples of a run.
+        """
+        return np.random.default_rng(
+            (self.seed, zlib.crc32(source.encode()), number if number >= 0 else _ALWAYS - number)
+        )
+
+    def _knots(self, last: float, time: float, longest: float) -> list[float]:
+        """Return the moments in (last, time] at which the path turns, and with a memory of time those of its grid."""
+        turns = {*self.hand.turns(last, time), *self.fingers.turns(last, time)}
+        if not math.isfinite(last):
+            turns.add(min(time, 0.0))
+            last = min(time, 0.0)
+        if math.isfinite(longest):
+            first, end = math.floor(last / longest) + 1, math.floor(time / longest + 1e-9)
+            turns.update(k * longest for k in range(first, end + 1))
+        return sorted(t for t in turns if t <= time)

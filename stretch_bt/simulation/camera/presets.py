@@ -13,7 +13,7 @@ __all__ = ["PRESETS"]
 #: by preset and effect
 PRESETS: dict[str, dict[str, Any]] = {
     "bench": {
-        "white_noise": WhiteNoise.Parameters(sd=5e-5),
+        "white_noise": WhiteNoise.Parameters(sd="0.05 mm"),
         "quantisation": Quantisation.Parameters(),
         "dropout": Dropout.Parameters(),
     },

@@ -1,114 +1,101 @@
-"""What a depth camera above the membrane sees: the deformed sheet, the table beside it, and noise."""
+"""The depth image of the membrane and of the table beside it, without what a real camera adds."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.frames import Intrinsics
-from stretch_bt.simulation.membrane.surface import Surface
-from stretch_bt.simulation.scene import CameraNoise
+from stretch_bt.simulation.camera.skin import Grid, Plane, Profile, Skin
+from stretch_bt.simulation.camera.view import Offset, View
 
-__all__ = ["SR305", "DepthRenderer", "add_noise"]
-
-SR305 = Intrinsics(fx=476.0, fy=476.0, cx=320.0, cy=240.0, width=640, height=480)
+__all__ = ["DepthRenderer"]
 
 Image = npt.NDArray[np.float32]
 _SAMPLES = 2048
-_NEWTON_STEPS = 3
+_ROWS, _COLUMNS = 2, 3  # by which a surface is continued at each end and side
+_BLIND = 0.010  # m; a membrane that comes as near as this covers the lens
 
 
 class DepthRenderer:
-    """Renders depth along the optical axis, m, of a camera over the centre of the membrane; 0 is no value.
+    """Renders depth along the optical axis, (h, w) float32, m; 0 is no value.
 
-    The table shows beside the free sides of the sheet; its ends hide under the fingers, which give no value.
+    `intrinsics` are those of the lens that the scene is seen through, `plane_distance`, m, how far the flat membrane is by
+    what is known, and `offset` how the camera really stands. The table shows beside the free sides of the sheet; its ends hide
+    under the fingers, which give no value. A camera that the membrane comes nearer to than 10 mm sees nothing at all.
     """
 
-    def __init__(self, intrinsics: Intrinsics, plane_distance: float, gauge: float, width: float) -> None:
-        self.intrinsics = intrinsics
-        self.distance = plane_distance
-        self.gauge = gauge
-        self._x = ((np.arange(intrinsics.width) - intrinsics.cx) / intrinsics.fx).astype(np.float32)
-        self._y = ((np.arange(intrinsics.height) - intrinsics.cy) / intrinsics.fy).astype(np.float32)
-        self._columns = _between(self._x * plane_distance, -width / 2, width / 2)
+    def __init__(self, intrinsics: Intrinsics, plane_distance: float, offset: Offset = Offset()) -> None:
+        self.view = View(intrinsics, plane_distance, offset)
+        self._work: npt.NDArray[np.float64] = np.empty((5, 0, 0))
 
-    def render(self, surface: Surface | None, axis: tuple[float, float], stretch: float, hand_height: float) -> Image:
-        """Return the (h, w) float32 depth, m, without noise.
+    def render(self, skin: Skin, table: Plane | None = None) -> Image:
+        """Return the depth (h, w) float32, m, of a membrane and of the table, or of nothing, behind it.
 
-        Parameters
-        ----------
-        surface
-            Shape of the membrane around the object's axis, or None when flat.
-        axis
-            Where the object's axis pierces the membrane, membrane frame, m.
-        stretch
-            Stretch of the membrane, m.
-        hand_height
-            World height of the flat membrane, m; the table lies that far behind it.
+        Raises
+        ------
+        InvalidInput
+            The skin is no surface.
         """
-        depth: Image = np.zeros((self.intrinsics.height, self.intrinsics.width), np.float32)
-        half = (self.gauge + stretch) / 2
-        rows = _between(self._y * self.distance, -half, half)
-        depth[rows] = max(self.distance + hand_height, 0.0)
-        depth[rows, self._columns] = self.distance
-        if surface is not None and np.isinf(surface.span):
-            depth[rows, self._columns] = self.distance - surface.depth
-        elif surface is not None:
-            self._indent(depth, surface, axis, rows)
-        return depth
+        image: Image = np.zeros((self.view.intrinsics.height, self.view.intrinsics.width), np.float32)
+        if image.size == 0:
+            return image
+        seen = self._grid(skin, image) if isinstance(skin, Grid) else self._profile(skin, image)
+        if seen and table is not None:
+            self._beside(skin, table, image)
+        return image
 
-    def _indent(self, depth: Image, surface: Surface, axis: tuple[float, float], rows: slice) -> None:
-        """Replace the flat membrane by the deformed one around the axis."""
-        reach = surface.span * 1.001
-        v = _overlap(rows, _between(self._y * self.distance, axis[1] - reach, axis[1] + reach))
-        u = _overlap(self._columns, _between(self._x * self.distance, axis[0] - reach, axis[0] + reach))
-        if v.start < v.stop and u.start < u.stop:
-            depth[v, u] = _intersect(self._x[None, u], self._y[v, None], axis, self.distance, surface)
+    def _grid(self, skin: Grid, image: Image) -> bool:
+        from stretch_bt.simulation.camera.fold_kernel import look_through
+        from stretch_bt.simulation.camera.view_kernel import look
 
+        maps = self.view.project(_continued(skin.points))
+        if maps[2, _ROWS:-_ROWS, _COLUMNS:-_COLUMNS].min() < _BLIND:
+            return False
+        shape = (5, maps.shape[1], image.shape[1])
+        if self._work.shape != shape:
+            self._work = np.empty(shape)
+        if not look(*maps, self._work, image):
+            image[:] = 0.0
+            look_through(*maps, _ROWS, _COLUMNS, image)
+        return True
 
-def _intersect(x: Image, y: Image, axis: tuple[float, float], distance: float, surface: Surface) -> Any:
-    """Return the depth at which each ray (x, y, 1) meets the surface, by Newton on a table of its profile."""
-    count = _SAMPLES / (surface.span * 1.1)
-    table = surface.height(np.arange(_SAMPLES + 2) / count)
-    heights = table[:-1].astype(np.float32)
-    slopes = (np.diff(table) * count).astype(np.float32)
-    d: Any = np.full(np.broadcast_shapes(x.shape, y.shape), distance - surface.depth / 2, np.float32)
-    nearest, farthest = np.float32(distance - surface.depth), np.float32(distance)
-    ax, ay = np.float32(axis[0]), np.float32(axis[1])
-    for _ in range(_NEWTON_STEPS):
-        px, py = x * d - ax, y * d - ay
-        r = np.sqrt(px * px + py * py)
-        position = np.minimum(r * np.float32(count), np.float32(_SAMPLES))
-        index = position.astype(np.int32)
-        slope = slopes.take(index)
-        z = heights.take(index) + slope * (position - index) / np.float32(count)
-        rate = 1 + slope * (px * x + py * y) / np.maximum(r, np.float32(1e-9))
-        d = d - (d + z - farthest) / np.maximum(rate, np.float32(0.2))
-        np.clip(d, nearest, farthest, out=d)
-    return d
+    def _profile(self, skin: Profile, image: Image) -> bool:
+        from stretch_bt.simulation.camera.profile_kernel import look_at_profile
 
+        place, surface = self.view.place, skin.surface
+        level = surface.depth if surface is not None and math.isinf(surface.span) else 0.0
+        heights, scale = np.full(2, level), 1.0
+        if surface is not None and math.isfinite(surface.span):
+            scale = _SAMPLES / surface.span
+            heights = surface.height(np.arange(_SAMPLES + 1) / scale)
+        if place[2] - heights[0] < _BLIND:
+            return False
+        from_axis = np.array([place[0] - skin.axis[0], place[1] - skin.axis[1], place[2], *skin.axis])
+        half = skin.width / 2, skin.length / 2
+        look_at_profile(*self.view.rays, self.view.turn, from_axis, heights, scale, level, *half, image)
+        return True
 
-def add_noise(depth: Image, noise: CameraNoise, random: np.random.Generator) -> npt.NDArray[np.uint16]:
-    """Return the (h, w) uint16 counts of `noise.quantisation` that the camera sends for a depth image, m."""
-    seen = depth > 0
-    if noise.noise > 0:
-        depth = depth + random.standard_normal(depth.shape, np.float32) * np.float32(noise.noise)
-    counts = np.rint(depth * np.float32(1 / noise.quantisation))
-    np.clip(counts, 0, 65535, out=counts)
-    if noise.dropout > 0:
-        seen &= random.random(depth.shape, np.float32) >= noise.dropout
-    counts[~seen | (counts == 65535)] = 0
-    raw: npt.NDArray[np.uint16] = counts.astype(np.uint16)
-    return raw
+    def _beside(self, skin: Skin, table: Plane, image: Image) -> None:
+        from stretch_bt.simulation.camera.profile_kernel import look_beside
+
+        view = self.view
+        look_beside(*view.rays, view.turn, view.place, np.array(table.normal), float(table.offset), *skin.ends, image)
 
 
-def _between(values: Any, low: float, high: float) -> slice:
-    """Return the slice of rising values that lie between two bounds."""
-    first, last = np.searchsorted(values, (low, high), side="left")
-    return slice(int(first), int(last))
-
-
-def _overlap(one: slice, other: slice) -> slice:
-    return slice(max(one.start, other.start), min(one.stop, other.stop))
+def _continued(points: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Return points (rows + 4, columns + 6, 3) that go on beyond each border as parabolas."""
+    rows, columns, _ = points.shape
+    out = np.empty((rows + 2 * _ROWS, columns + 2 * _COLUMNS, 3))
+    out[_ROWS:-_ROWS, _COLUMNS:-_COLUMNS] = points
+    for i in range(_COLUMNS - 1, -1, -1):
+        inner = out[_ROWS:-_ROWS]
+        inner[:, i] = 3 * (inner[:, i + 1] - inner[:, i + 2]) + inner[:, i + 3]
+        inner[:, -1 - i] = 3 * (inner[:, -2 - i] - inner[:, -3 - i]) + inner[:, -4 - i]
+    for j in range(_ROWS - 1, -1, -1):
+        out[j] = 3 * (out[j + 1] - out[j + 2]) + out[j + 3]
+        out[-1 - j] = 3 * (out[-2 - j] - out[-3 - j]) + out[-4 - j]
+    return out

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
     from stretch_bt.simulation.objects.base import ObjectSpec
     from stretch_bt.simulation.objects.response import Response
+    from stretch_bt.simulation.scene.file import Scene
 
 __all__ = [
     "CameraEffect",
@@ -80,6 +81,11 @@ class Effect(ABC):
         return None
 
     @classmethod
+    def not_at(cls, scene: Scene) -> str | None:
+        """Return why it does not exist at a scene's fidelity or with its camera, None when it does."""
+        return None
+
+    @classmethod
     @abstractmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield how much it would change each observable, in closed form."""
@@ -89,6 +95,11 @@ class MembraneEffect(Effect):
     """Changes the sheet."""
 
     group = "membrane"
+
+    @classmethod
+    def not_at(cls, scene: Scene) -> str | None:
+        """Only the sheet has it."""
+        return None if scene.fidelity == "sheet" else f"{scene.fidelity} fidelity has none of the membrane's effects"
 
     @abstractmethod
     def on_sheet(self, effects: SheetEffects) -> SheetEffects:
@@ -148,6 +159,13 @@ class CameraEffect(Effect):
     """Changes what the camera sends."""
 
     group = "camera"
+
+    @classmethod
+    def not_at(cls, scene: Scene) -> str | None:
+        """Return None where the scene names it or its camera adds it."""
+        if scene.choice(cls.name) != "auto" or scene.camera_adds(cls.name):
+            return None
+        return f"the camera {scene.camera!r} does not add it"
 
     def expose(self, exposure: Exposure) -> None:
         """Change the depth of a frame."""

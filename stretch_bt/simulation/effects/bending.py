@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stretch_bt.simulation.advisor.case import Case
-from stretch_bt.simulation.effects.base import MembraneEffect, Parameters, Size
+from stretch_bt.simulation.effects.base import MembraneEffect, Size
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
@@ -24,7 +24,7 @@ class Bending(MembraneEffect):
     cost_per = "solve"
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the edge stiffness of a plate, 4 mu H^3 / 12 over a bend of the contact's size, against the tension."""
         plate = 4 * case.scene.hand.shear_modulus * case.thickness**3 / 12
         part = plate / (case.tension * case.contact_radius**2)

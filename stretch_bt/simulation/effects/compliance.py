@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 from stretch_bt.simulation.advisor.case import Case
-from stretch_bt.simulation.effects.base import ObjectEffect, Parameters, Size
+from stretch_bt.simulation.effects.base import ObjectEffect, Size
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.response import Response
 
@@ -22,7 +23,7 @@ class Compliance(ObjectEffect):
     cost_per = "solve"
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the drop of membrane and object in series, F / k_o at most the depth; a rigid object has none."""
         k = case.rough.stiffness
         if not math.isfinite(k):

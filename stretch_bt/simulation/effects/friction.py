@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -37,7 +37,7 @@ class Friction(MembraneEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the measured excess of the force, 1.9 % at a coefficient of 0.5 and a depth of half the radius."""
         part = 0.038 * min(parameters.coefficient, 1.0) * min(case.depth / case.radius, 1.0) ** 1.7 / 0.5**1.7
         yield from case.from_force(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stretch_bt.simulation.advisor.case import Case
-from stretch_bt.simulation.effects.base import MembraneEffect, Parameters, Size
+from stretch_bt.simulation.effects.base import MembraneEffect, Size
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
@@ -24,7 +24,7 @@ class Softening(MembraneEffect):
     cost_per = "solve"
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the softening after first loading, at most 5 % once the membrane has been cycled."""
         part = 0.05 * min((case.depth / 0.010) ** 2, 1.0) if case.scene.conditions.presses > 1 else 0.0
         yield from case.from_force(part, f"{case.scene.conditions.presses} presses of the same place")

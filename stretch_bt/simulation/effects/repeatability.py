@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -34,7 +34,7 @@ class Repeatability(RobotEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the error of a height, and through the slope of the force that of a force."""
         yield from case.from_height(parameters.sd, f"{parameters.sd * 1e3:.2g} mm at each move")
         yield Size("force", 1.5 * parameters.sd / case.depth, "through the slope of the force")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stretch_bt.simulation.advisor.case import Case
-from stretch_bt.simulation.effects.base import MembraneEffect, Parameters, Size
+from stretch_bt.simulation.effects.base import MembraneEffect, Size
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
@@ -24,7 +24,7 @@ class Sag(MembraneEffect):
     cost_per = "solve"
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield the sag of a membrane under tension, w W^2 / 8 T across the shorter span, and its share of the depth."""
         sag = case.sag
         why = f"weight over tension, {case.tension:.3g} N/m"

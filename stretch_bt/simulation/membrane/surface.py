@@ -14,15 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.objects.base import HertzForm
 from stretch_bt.simulation.solve import find_root
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["Surface", "skirt_drop", "solve_edge"]
+__all__ = ["Surface", "pressed_surface"]
 
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Height over the flat membrane as a function of the distance from the axis; all in m.
+    """Height over the flat membrane as a function of the distance from an axis; all in m.
 
     `depth` at the axis, contact up to `edge`, a skirt with this `neck` down to 0 at `span`; the contact is a cap of
     `cap_radius`, or flat where that is infinite.
@@ -48,14 +49,49 @@ class Surface:
         return np.where(r >= self.span, 0.0, z)
 
 
-def skirt_drop(edge: float, neck: float, span: float) -> float:
+def pressed_surface(form: HertzForm, depth: float, span: float) -> Surface:
+    """Return the membrane, held flat at radius `span`, m, with a body sunk into it by `depth`, m.
+
+    A sphere meets it with a cap up to the contact radius a, then comes a catenoid with neck a^2 / R; a cylinder with its flat
+    end, then a catenoid from its rim; a plane all over.
+
+    Raises
+    ------
+    NoEquilibrium
+        The membrane would have to wrap around the body.
+    """
+    return _SURFACES[form.kind](form.radius, depth, span)
+
+
+def _on_sphere(radius: float, depth: float, span: float) -> Surface:
+    def total(a: float) -> float:
+        cap = a * a / (radius + math.sqrt(max(radius**2 - a * a, 0.0)))  # without cancellation
+        return cap + _skirt_drop(a, a * a / radius, span)
+
+    edge = _solve_edge(total, depth, radius, span)
+    return Surface(depth, edge, edge * edge / radius, span, radius)
+
+
+def _on_cylinder(radius: float, depth: float, span: float) -> Surface:
+    neck = _solve_edge(lambda c: _skirt_drop(radius, c, span), depth, radius, span)
+    return Surface(depth, radius, neck, span, math.inf)
+
+
+def _on_plane(radius: float, depth: float, span: float) -> Surface:
+    return Surface(depth, math.inf, 0.0, math.inf, math.inf)
+
+
+_SURFACES = {"sphere": _on_sphere, "cylinder": _on_cylinder, "plane": _on_plane}
+
+
+def _skirt_drop(edge: float, neck: float, span: float) -> float:
     """Return how far a catenoid falls from radius `edge` to radius `span`, m."""
     if neck <= 0:
         return 0.0
     return neck * (math.acosh(max(span / neck, 1.0)) - math.acosh(max(edge / neck, 1.0)))
 
 
-def solve_edge(total: Callable[[float], float], depth: float, radius: float, span: float) -> float:
+def _solve_edge(total: Callable[[float], float], depth: float, radius: float, span: float) -> float:
     """Return the contact radius, or neck, at which the surface is `depth` high; `total` gives height against it.
 
     Raises

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -61,9 +62,12 @@ class Rough:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """What the membrane meets: a body whose axis stands at (x, y), turned by `heading`, its highest point at `top`; m, rad."""
+    """What the membrane meets: a body whose axis stands at (x, y), turned by `heading`, its highest point at `top`; m, rad.
 
-    body: Indenter | Several
+    There is no body where only a closed form can stand in for it.
+    """
+
+    body: Indenter | Several | None
     x: float
     y: float
     heading: float
@@ -114,8 +118,11 @@ class ObjectSpec(_Model):
         return None
 
     @abstractmethod
-    def body(self) -> Indenter | Several:
-        """Return its undeformed shape, as the membrane meets it."""
+    def body(self) -> Indenter | Several | None:
+        """Return its undeformed shape, as the membrane meets it: z up, and y against the world's, as in the membrane frame.
+
+        None where only a closed form can stand in for it.
+        """
 
     @abstractmethod
     def rough(self) -> Rough:
@@ -157,6 +164,22 @@ class Specimen:
         """Return its force by the drop of its top at the end of a step, None when it is rigid."""
         return None if self.response is None else self.response.law(state, dt)
 
+    def kinks(self, state: Any) -> Sequence[float]:
+        """Return the drops, m, at which the slope of its force jumps."""
+        return () if self.response is None else self.response.kinks(state)
+
+    def drop(self, state: Any) -> float:
+        """Return the drop that it has, m, before the next step; of use to an object whose force may fall."""
+        return 0.0 if self.response is None else self.response.drop(state)
+
+    def rest(self, state: Any, dt: float) -> float:
+        """Return the drop up to which it stays down by itself after `dt`, s; m."""
+        return 0.0 if self.response is None else self.response.rest(state, dt)
+
+    def form(self, standing: Standing) -> HertzForm | None:
+        """Return the closed form that stands in for it at `hertz` fidelity."""
+        return self.spec.hertz
+
     def standing(self, state: Any, drop: float) -> Standing:
         """Return what the membrane meets after a drop of its top, m.
 
@@ -174,6 +197,6 @@ class Specimen:
         """Return its state after a step."""
         return state if self.response is None else self.response.after(state, moved.drop, moved.dt)
 
-    def known(self, state: Any) -> dict[str, float]:
-        """Return what a perfect observer would say of it now, SI."""
+    def known(self, state: Any, drop: float) -> dict[str, float]:
+        """Return what a perfect observer would say of it now, at a drop of its top, m; SI."""
         return self.spec.known()

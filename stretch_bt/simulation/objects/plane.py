@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.objects.base import HertzForm, Rough
 from stretch_bt.simulation.objects.solid import SolidSpec
 from stretch_bt.units import Length, Within
@@ -37,11 +36,9 @@ class PlaneObject(SolidSpec):
         """A plane."""
         return HertzForm("plane", 0.040)
 
-    def body(self) -> None:  # type: ignore[override]
-        """Raise NoEquilibrium: it meets the fingers, and no membrane spans it."""
-        raise NoEquilibrium(
-            "an object wider than the membrane meets the fingers; only hertz fidelity has an answer for it"
-        )
+    def body(self) -> None:
+        """Return None: it meets the fingers, and no membrane spans it."""
+        return
 
     def rough(self) -> Rough:
         """Return its stiffness."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +33,17 @@ class Response(ABC):
 
         Steps are implicit, so that no step is too long for stability. The force is 0 at drops at which nothing touches.
         """
+
+    def kinks(self, state: Any) -> Sequence[float]:
+        """Return the drops, m, at which the slope of the force jumps; between them the force is smooth and monotone.
+
+        Where the force falls with the drop, the drop reached is the first equilibrium on the way from `drop(state)`.
+        """
+        return ()
+
+    def drop(self, state: Any) -> float:
+        """Return the drop at the begin of a step, m; of use to a law whose force may fall."""
+        return 0.0
 
     def after(self, state: Any, drop: float, dt: float) -> Any:
         """Return the state after a step to this drop, m."""

@@ -15,7 +15,7 @@ from stretch_bt.simulation.effects import registry
 from stretch_bt.simulation.effects.base import Effect
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.registry import kinds
-from stretch_bt.simulation.scene.sections import Conditions, Cup, Hand, Table, Tolerance
+from stretch_bt.simulation.scene.sections import USUAL, Conditions, Cup, Hand, Table, Tolerance
 from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, resolve, validate
 
 __all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_schema"]
@@ -37,7 +37,7 @@ class Scene(BaseModel):
     object: ObjectSpec
     support: Table | Cup = Field(default=Table(), discriminator="type", description="what the object stands on or in")
     hand: Hand = Hand()
-    tolerance: Tolerance = Field(default=Tolerance(height=3e-4, force=0.03), description="what `effects: auto` goes by")
+    tolerance: Tolerance = Field(default=USUAL, description="what `effects: auto` goes by")
     conditions: Conditions = Conditions()
     effects: Any = Field(
         default="auto", description="which effects act; each is judged by the advisor unless it is named"
@@ -57,7 +57,7 @@ class Scene(BaseModel):
     def choice(self, effect: str) -> Choice:
         """Return what the scene says of an effect: `auto`, `on`, `off`, or its parameters."""
         if isinstance(self.effects, str):
-            return {"auto": "auto", "none": "off", "all": "all"}[self.effects]
+            return {"auto": "auto", "none": "off", "all": "on"}[self.effects]
         return getattr(self.effects, effect)
 
     def parameters(self, effect: type[Effect]) -> Any:
@@ -66,6 +66,10 @@ class Scene(BaseModel):
         if isinstance(choice, effect.Parameters):
             return choice
         return PRESETS[self.camera].get(effect.name) or effect.Parameters()
+
+    def camera_adds(self, effect: str) -> bool:
+        """Return whether the camera preset adds an effect."""
+        return effect in PRESETS[self.camera]
 
     def with_(self, **changes: Any) -> Scene:
         """Return the same scene with other fields."""

@@ -120,3 +120,7 @@ class Conditions(_Model):
     frames: _Frequent = Field(default=8, description="averaged at each press")
     travel: Annotated[Length, Within(0.0, 100.0, "Length")] = Field(default=0.0, description="across, in contact")
     presses: _Frequent = Field(default=1, description="of the same place")
+
+
+#: what `effects: auto` goes by in a scene that says nothing
+USUAL = Tolerance.model_validate({"height": "0.3 mm", "force": "3 %"})

@@ -14,6 +14,7 @@ from stretch_bt.simulation.membrane.indenters.parse import parse_indenter
 from stretch_bt.simulation.membrane.indenters.placed import place
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.membrane.indenters.turned import Turned, turn
 from stretch_bt.simulation.membrane.indenters.wire import Wire
 
 
@@ -32,6 +33,8 @@ SHAPES = [
     Box(0.01, 0.016, 0.4),
     Wire(0.0015, 0.03, 0.4),
     BUMP,
+    Turned(BUMP, 0.7),
+    Turned(Box(0.01, 0.016), 0.4),
 ]
 TILTS = [(0.0, 0.0), (0.2, -0.3)]
 
@@ -95,6 +98,29 @@ def test_a_group_keeps_its_parts_apart_and_its_top_at_the_depth():
     assert (left.top, right.top) == pytest.approx((0.008, 0.006))
     assert left.origin[:2] == pytest.approx([-0.015, 0.01])
     assert right.origin[:2] == pytest.approx([0.015, 0.01])
+
+
+def test_turning_moves_each_point_with_the_body():
+    c, s = math.cos(0.4), math.sin(0.4)
+    points = np.random.default_rng(4).uniform(-0.02, 0.02, (500, 3))
+    turned = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    plain, moved = Box(0.01, 0.016), turn(Box(0.01, 0.016), 0.4)
+    np.testing.assert_allclose(moved.gap(turned).distance, plain.gap(points).distance, atol=1e-15)
+    np.testing.assert_allclose(moved.gap(points).distance, Box(0.01, 0.016, 0.4).gap(points).distance, atol=1e-15)
+
+
+def test_turning_a_group_turns_the_places_of_its_parts():
+    group = turn(Several((Part(Sphere(0.01), (0.01, 0.0)), Part(Cube(0.02), (0.0, 0.02), 0.002))), math.pi / 2)
+    assert group.parts[0] == Part(Sphere(0.01), pytest.approx((0.0, 0.01)), 0.0)
+    assert group.parts[1].indenter == Turned(Cube(0.02), math.pi / 2)
+    assert group.parts[1].at == pytest.approx((-0.02, 0.0))
+
+
+def test_bodies_of_revolution_stay_as_they_are_and_turns_add_up():
+    assert turn(Sphere(0.02), 1.0) == Sphere(0.02)
+    assert turn(turn(Cube(0.02), 0.2), 0.3) == Turned(Cube(0.02), 0.5)
+    with pytest.raises(InvalidInput):
+        turn(Cube(0.02), math.inf)
 
 
 @pytest.mark.parametrize(

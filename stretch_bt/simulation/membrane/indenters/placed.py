@@ -11,7 +11,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Indenter, Zone
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
 
-__all__ = ["Placed", "place"]
+__all__ = ["Placed", "origin_below_top", "place", "rise"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,15 +63,42 @@ def place(
     if not all(abs(t) < math.pi / 2 for t in tilt):
         raise InvalidInput(f"a tilt must stay within 90 degrees, not {tilt} rad")
     rotation, turned = _tilted(tilt), tuple(tilt) != (0.0, 0.0)
-    parts = indenter.parts if isinstance(indenter, Several) else (Part(indenter, (0.0, 0.0)),)
-    flat = np.eye(3)
-    # before any tilt each part's top lies `below` the highest; after it the group is shifted up or down as one
-    origins = [rotation @ np.array([*p.at, -p.below - p.indenter.top(flat)]) for p in parts]
-    highest = max(float(o[2]) + p.indenter.top(rotation) for o, p in zip(origins, parts, strict=True))
+    parts = _parts(indenter)
+    origins = _origins(parts, rotation)
+    highest = _highest(parts, origins, rotation)
     if len(parts) == 1:
         origins[0][:2] = 0.0
     shift = np.array([at[0], at[1], depth - highest])
     return tuple(Placed(p.indenter, o + shift, rotation, turned) for p, o in zip(parts, origins, strict=True))
+
+
+def origin_below_top(indenter: Indenter | Several) -> float:
+    """Return how far the place that `at` speaks of lies below the highest point of an upright indenter, m."""
+    return 0.0 if isinstance(indenter, Several) and len(indenter.parts) > 1 else _parts(indenter)[0].indenter.top(_FLAT)
+
+
+def rise(indenter: Indenter | Several, tilt: tuple[float, float]) -> float:
+    """Return how far the highest point of a tilted indenter lies above that place, m."""
+    parts, rotation = _parts(indenter), _tilted(tilt)
+    if len(parts) == 1:
+        return parts[0].indenter.top(rotation)
+    return _highest(parts, _origins(parts, rotation), rotation)
+
+
+_FLAT = np.eye(3)
+
+
+def _parts(indenter: Indenter | Several) -> tuple[Part, ...]:
+    return indenter.parts if isinstance(indenter, Several) else (Part(indenter, (0.0, 0.0)),)
+
+
+def _origins(parts: tuple[Part, ...], rotation: Array) -> list[Array]:
+    """Return the origins of the parts: before any tilt each one's top lies `below` the highest."""
+    return [rotation @ np.array([*p.at, -p.below - p.indenter.top(_FLAT)]) for p in parts]
+
+
+def _highest(parts: tuple[Part, ...], origins: list[Array], rotation: Array) -> float:
+    return max(float(o[2]) + p.indenter.top(rotation) for o, p in zip(origins, parts, strict=True))
 
 
 def _tilted(tilt: tuple[float, float]) -> Array:

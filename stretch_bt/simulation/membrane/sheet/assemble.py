@@ -6,19 +6,25 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.layout import Layout
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
-__all__ = ["assemble", "flat_problem"]
+__all__ = ["assemble", "flat_problem", "hanging_problem"]
 
 
 def flat_problem(layout: Layout, mesh: Mesh) -> Problem:
     """Return the equations of the sheet in its plane, before anything touches it."""
     problem = Problem(mesh, layout.sheet.law(), [], layout.unit, flat=True)
-    return _with_effects(problem, layout, None)
+    return _with_effects(problem, layout.sheet, None)
+
+
+def hanging_problem(sheet: Sheet, mesh: Mesh) -> Problem:
+    """Return the equations of a sheet that nothing touches."""
+    return _with_effects(Problem(mesh, sheet.law(), [], sheet.unit), sheet, None)
 
 
 def assemble(layout: Layout, mesh: Mesh, offsets: Sequence[float] = (), past: SheetPress | None = None) -> Problem:
@@ -26,7 +32,7 @@ def assemble(layout: Layout, mesh: Mesh, offsets: Sequence[float] = (), past: Sh
     contacts = [Contact(b, k) for b, k in zip(layout.bodies, layout.stiffnesses(), strict=True)]
     for contact, offset in zip(contacts, offsets, strict=False):
         contact.offset = offset
-    problem = _with_effects(Problem(mesh, layout.sheet.law(), contacts, layout.unit), layout, past)
+    problem = _with_effects(Problem(mesh, layout.sheet.law(), contacts, layout.unit), layout.sheet, past)
     if layout.sheet.effects.friction and past is not None:
         from stretch_bt.simulation.membrane.sheet import friction_state
 
@@ -34,13 +40,13 @@ def assemble(layout: Layout, mesh: Mesh, offsets: Sequence[float] = (), past: Sh
     return problem
 
 
-def _with_effects(problem: Problem, layout: Layout, past: SheetPress | None) -> Problem:
-    sheet, mesh = layout.sheet, problem.mesh
+def _with_effects(problem: Problem, sheet: Sheet, past: SheetPress | None) -> Problem:
+    mesh = problem.mesh
     problem.weight = sheet.weight
     if sheet.effects.bending:
         from stretch_bt.simulation.membrane.sheet.bending import Bending
 
-        problem.bending = Bending.of(mesh, (sheet.thickness / layout.unit) ** 2 / 3)
+        problem.bending = Bending.of(mesh, (sheet.thickness / sheet.unit) ** 2 / 3)
     if sheet.effects.mullins is not None:
         problem.peak = np.zeros((mesh.y.elements, mesh.x.elements, 2, 2)) if past is None else _peak(past, mesh)
     return problem

@@ -96,7 +96,7 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
         if contact.body.indenter.flat == 0 and row[6] > _WRAPPED * row[3]:
             raise NoEquilibrium("the sheet wraps around the indenter past its widest place (limit point)")
         sunk = row[3] / max(row[4], 1e-300) / contact.stiffness
-        if sunk * result.sheet.unit > _SUNK * max(contact.body.indenter.tip_radius, 0.3 * result.load.depth):
+        if sunk * result.sheet.unit > _SUNK * max(contact.body.indenter.tip_radius, 0.3 * result.load.travel):
             raise NoEquilibrium("the indenter sinks through the sheet: the press is past its limit point")
 
 

@@ -24,7 +24,7 @@ def increments(start: Load | None, load: Load, unit: float) -> Iterator[Load]:
     """
     least = 1
     if start is None:
-        start, least = replace(load, depth=0.0), _FEWEST
+        start, least = load.part(0.0), _FEWEST
     change = load.moves() - start.moves()
     count = max(least, math.ceil(float(np.abs(change / _limits(unit)).max()) - 1e-9))
     for k in range(1, count + 1):

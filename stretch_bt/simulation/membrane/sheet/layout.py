@@ -32,7 +32,7 @@ class Layout:
         self.sheet, self.load, self.settings = sheet, load, settings
         self.bodies: tuple[Placed, ...] = place(load.indenter, load.at, load.tilt, load.depth)
         self.span, self.unit = sheet.span(load.stretch), sheet.unit
-        self.depth = load.depth / self.unit
+        self.depth = load.travel / self.unit
         self.strain = self.span / 100 - 1
         self.slack = self.strain < _SLACK
         self.zones = [self._zones(body) for body in self.bodies]
@@ -54,7 +54,7 @@ class Layout:
         """Whether the mesh of an earlier press still suits this contact."""
         same = (start.load.indenter, start.load.tilt) == (self.load.indenter, self.load.tilt)
         same = same and start.settings.elements == self.settings.elements
-        level = _refinement(start.load.depth / self.unit) == _refinement(self.depth)
+        level = _refinement(start.load.travel / self.unit) == _refinement(self.depth)
         return same and level and self.drift(start) <= _DRIFT * start.shape.mesh.finest
 
     def drift(self, start: SheetPress) -> float:

@@ -39,7 +39,8 @@ def _ahead(
         return old + ratio * (old - memory.previous), tuple(max(o + ratio * (o - p), 0.0) for o, p in pairs)
     scaled = old.copy()
     scaled[..., 1] *= layout.span / layout.sheet.span(start.load.stretch)
-    scaled[..., 2] *= layout.load.depth / start.load.depth
+    deeper = layout.load.travel / start.load.travel
+    scaled[..., 2] = deeper * (scaled[..., 2] + start.load.hang / layout.unit) - layout.load.hang / layout.unit
     return scaled, memory.offsets
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,13 +29,26 @@ __all__ = ["Load", "Memory", "Region", "Shape", "SheetPress"]
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What is done to the sheet: lengths in m, angles in rad."""
+    """What is done to the sheet: lengths in m, angles in rad.
+
+    `hang` is how far a sheet with weight hangs below its plane before it is touched: from there on it is pressed.
+    """
 
     indenter: Indenter | Several
     stretch: float
     depth: float
     at: tuple[float, float]
     tilt: tuple[float, float]
+    hang: float = 0.0
+
+    @property
+    def travel(self) -> float:
+        """How far the indenter is past where it first touches, m."""
+        return self.depth + self.hang
+
+    def part(self, share: float) -> Load:
+        """Return the same load with a share of its travel."""
+        return replace(self, depth=share * self.travel - self.hang)
 
     def moves(self) -> Array:
         """Return (6,) float, what varies along a path of presses."""

@@ -146,7 +146,7 @@ class _Work(_Account):
         if self.spent >= self.settings.budget:
             raise BudgetSpent(f"the budget of {self.settings.budget} iterations is spent")
         settings = replace(self.settings, exact=self.settings.exact and share == 1.0)
-        return self._on(replace(self.load, depth=share * self.load.depth), settings, start)
+        return self._on(self.load.part(share), settings, start)
 
     def _on(self, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
         """Solve another press at the cost of this one."""

@@ -1,0 +1,81 @@
+"""Which effects a scene calls for, and why."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.effects import Active, Effect, registry
+from stretch_bt.simulation.scene import Scene
+
+__all__ = ["Verdict", "advise", "switch_on"]
+
+_NEAR = 3.0  # a verdict within this factor of the threshold comes with a warning
+_UNITS = {"height": "m", "size": "m"}
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether an effect is on; the observable on which it weighs most, how much it would change it, and from where on that
+    matters, SI; `why` says what the numbers come from, and `near` that they are within a factor of 3 of each other.
+    """
+
+    name: str
+    on: bool
+    observable: str | None
+    estimate: float | None
+    threshold: float | None
+    unit: str
+    cost_ms: float
+    why: str
+    near: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields that `scene explain --json` prints."""
+        return asdict(self)
+
+
+def advise(scene: Scene) -> list[Verdict]:
+    """Return a verdict on every effect: what the scene says, and where it says `auto` what the tolerance asks for."""
+    case = Case(scene, scene.object.rough())
+    return [_verdict(effect, case) for effect in registry().values()]
+
+
+def switch_on(scene: Scene, verdicts: list[Verdict] | None = None) -> Active:
+    """Return the effects that are on, made; the others are never made."""
+    chosen = advise(scene) if verdicts is None else verdicts
+    known = registry()
+    return Active(known[v.name](scene.parameters(known[v.name])) for v in chosen if v.on)
+
+
+def _verdict(effect: type[Effect], case: Case) -> Verdict:
+    scene = case.scene
+    refusal = effect.refusal(scene.object) or effect.not_at(scene)
+    if refusal is not None:
+        return Verdict(effect.name, False, None, None, None, "", effect.cost_ms, refusal)
+    named, size, limit, why = _weightiest(effect, case)
+    choice = scene.choice(effect.name)
+    if choice == "auto":
+        on = size is not None and limit is not None and size > limit
+    else:
+        on, why = choice != "off", f"the scene says {'off' if choice == 'off' else 'on'}; {why}"
+    near = choice == "auto" and bool(size) and limit is not None and limit / _NEAR < (size or 0.0) < limit * _NEAR
+    return Verdict(effect.name, on, named, size, limit, _UNITS.get(named or "", ""), effect.cost_ms, why, near)
+
+
+def _weightiest(effect: type[Effect], case: Case) -> tuple[str | None, float | None, float | None, str]:
+    """Return the observable in whose tolerance the effect is largest, its size there, the tolerance, and why."""
+    tolerance = case.scene.tolerance.named()
+    sizes = list(effect.sizes(case, case.scene.parameters(effect)))
+    told = [s for s in sizes if s.observable in tolerance]
+    if not told:
+        what = " and ".join(sorted({s.observable for s in sizes})) or "nothing here"
+        return (
+            None,
+            None,
+            None,
+            f"changes {what}, for which the scene has no tolerance" if sizes else "changes nothing here",
+        )
+    most = max(told, key=lambda s: s.value / tolerance[s.observable])
+    return most.observable, most.value, tolerance[most.observable], most.why

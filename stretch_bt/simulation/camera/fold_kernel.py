@@ -1,0 +1,107 @@
+"""Depth of a surface that hides parts of itself, compiled: triangles with a depth buffer say which part a pixel sees, and a
+step of Newton's method on cubics through the grid takes the facets out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from stretch_bt.compiled import kernel
+
+__all__ = ["look_through"]
+
+_STEPS = 3
+_FAR = 0.5  # of a cell; a ray that leads farther away grazes a fold, and the facet stays
+
+
+@kernel()
+def weights(t: Any) -> Any:
+    """Return values and slopes at t, 0 to 1, of the four cubics that interpolate between the middle two of four samples.
+
+    Their slopes at the ends are central differences (Catmull and Rom 1974).
+    """
+    s = 1.0 - t
+    return (
+        (-0.5 * t * s * s, 1.0 + t * t * (1.5 * t - 2.5), 1.0 + s * s * (1.5 * s - 2.5), -0.5 * s * t * t),
+        (-0.5 * s * (s - 2.0 * t), t * (4.5 * t - 5.0), -s * (4.5 * s - 5.0), -0.5 * t * (2.0 * s - t)),
+    )
+
+
+@kernel()
+def patch(values: Any, i: Any, j: Any, x: Any, dx: Any, y: Any, dy: Any) -> Any:
+    """Return value and slopes of the bicubic over the cell at column i, row j, from the weights along both."""
+    total = across = along = 0.0
+    for k in range(4):
+        four = values[j - 1 + k]
+        a, b, c, d = four[i - 1], four[i], four[i + 1], four[i + 2]
+        line = x[0] * a + x[1] * b + x[2] * c + x[3] * d
+        total += y[k] * line
+        along += dy[k] * line
+        across += y[k] * (dx[0] * a + dx[1] * b + dx[2] * c + dx[3] * d)
+    return total, across, along
+
+
+@kernel()
+def refined(column: Any, row: Any, depth: Any, i: Any, j: Any, u: Any, v: Any, s: Any, t: Any, facet: Any) -> Any:
+    """Return the depth at which the ray of pixel (u, v) meets the bicubic near (s, t) of a cell, or the facet's."""
+    s0, t0 = s, t
+    for _ in range(_STEPS):
+        x, dx = weights(s)
+        y, dy = weights(t)
+        c, cs, ct = patch(column, i, j, x, dx, y, dy)
+        r, rs, rt = patch(row, i, j, x, dx, y, dy)
+        area = cs * rt - ct * rs
+        if not abs(area) > 1e-9:
+            return facet
+        ds, dt = ((u - c) * rt - (v - r) * ct) / area, ((v - r) * cs - (u - c) * rs) / area
+        s, t = s + ds, t + dt
+        if not (abs(s - s0) < _FAR and abs(t - t0) < _FAR):
+            return facet
+        if abs(ds) + abs(dt) < 1e-3:  # what the next step would leave of this one's slope is its square
+            z, zs, zt = patch(depth, i, j, x, dx, y, dy)
+            return z + zs * ds + zt * dt
+    return facet
+
+
+@kernel()
+def corner(column: Any, row: Any, i: Any, j: Any) -> Any:
+    """Return the pixel that sees a point of the grid."""
+    return column[j, i], row[j, i]
+
+
+@kernel()
+def triangle(column: Any, row: Any, depth: Any, i: Any, j: Any, upper: Any, image: Any) -> Any:
+    """Draw half of a cell into the image (h, w) wherever it is nearer than what is there; 0 is nothing."""
+    o = 1 if upper else 0  # the corner (o, o) and its two neighbours; places in the cell count from there
+    sign = 1.0 - 2.0 * o
+    cu, cv = corner(column, row, i + o, j + o)
+    au, av = corner(column, row, i + 1 - o, j + o)
+    bu, bv = corner(column, row, i + o, j + 1 - o)
+    area = (au - cu) * (bv - cv) - (bu - cu) * (av - cv)
+    height, width = image.shape
+    if abs(area) < 1e-12 or not abs(area) < 1e12:
+        return
+    z0, zs, zt = depth[j + o, i + o], depth[j + o, i + 1 - o], depth[j + 1 - o, i + o]
+    for v in range(max(math.ceil(min(cv, av, bv)), 0), min(math.floor(max(cv, av, bv)), height - 1) + 1):
+        for u in range(max(math.ceil(min(cu, au, bu)), 0), min(math.floor(max(cu, au, bu)), width - 1) + 1):
+            s = ((u - cu) * (bv - cv) - (v - cv) * (bu - cu)) / area
+            t = ((v - cv) * (au - cu) - (u - cu) * (av - cv)) / area
+            if s < -1e-9 or t < -1e-9 or s + t > 1.0 + 1e-9:
+                continue
+            z = z0 + s * (zs - z0) + t * (zt - z0)
+            z = refined(column, row, depth, i, j, u, v, o + sign * s, o + sign * t, z)
+            if image[v, u] == 0.0 or z < image[v, u]:
+                image[v, u] = z
+
+
+@kernel("void(float64[:,::1],float64[:,::1],float64[:,::1],int64,int64,float32[:,::1])")
+def look_through(column: Any, row: Any, depth: Any, rows: Any, columns: Any, image: Any) -> Any:
+    """Fill the image (h, w), m, 0 before, with the nearest of the surface.
+
+    The maps (r, c) reach beyond the surface by that many rows at each end and columns on each side, at least 1.
+    """
+    for j in range(rows, column.shape[0] - rows - 1):
+        for i in range(columns, column.shape[1] - columns - 1):
+            triangle(column, row, depth, i, j, False, image)
+            triangle(column, row, depth, i, j, True, image)

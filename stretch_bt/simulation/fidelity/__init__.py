@@ -1,0 +1,1 @@
+"""What stands in for the membrane, by fidelity: `hertz`, `axisymmetric` or `sheet`."""

@@ -1,0 +1,99 @@
+"""The membrane at `axisymmetric` fidelity: a round sheet of the same area and mean stretch, by shooting."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.camera.skin import Grid, Profile, Skin
+from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
+from stretch_bt.simulation.fidelity.curve import Curve
+from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
+from stretch_bt.simulation.membrane.materials import NeoHookean
+from stretch_bt.simulation.objects.response import Law
+
+__all__ = ["AxisymmetricFidelity"]
+
+_GRID = 121  # points along and across that the profile is sampled at
+
+
+class AxisymmetricFidelity:
+    """A sphere in the middle of a round membrane; where on the sheet it stands moves the shape and not the force."""
+
+    remembers = False
+
+    def __init__(
+        self, width: float, gauge: float, thickness: float, shear_modulus: float, mount_prestretch: float
+    ) -> None:
+        self.width, self.gauge, self.thickness = width, gauge, thickness
+        self.material, self.mount_prestretch = NeoHookean(shear_modulus), mount_prestretch
+        self._curves: dict[Any, Curve] = {}
+        self._pressed: dict[Any, AxisymmetricPress] = {}
+
+    def law(self, place: Place, state: Any) -> Law:
+        """Return the force between solved depths."""
+        radius = self._radius(place)
+        key = (radius, place.stretch)
+        if key not in self._curves:
+            self._curves[key] = Curve(
+                lambda depth: np.array([0.0, 0.0, self._solve(radius, place.stretch, depth).force])
+            )
+        return self._curves[key]
+
+    def press(self, place: Place, depth: float, state: Any) -> Pressed:
+        """Return the solved profile."""
+        return Pressed(self._grid(place, self._solve(self._radius(place), place.stretch, depth)))
+
+    def force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force, which has no part across."""
+        return np.array([0.0, 0.0, self.law(place, state)(depth)[0]])
+
+    def lift(self, stretch: float) -> float:
+        """Return 0: the membrane has no weight."""
+        return 0.0
+
+    def free(self, stretch: float) -> Skin:
+        """Return a flat membrane."""
+        return Profile(None, (0.0, 0.0), self.width, self.gauge + stretch)
+
+    def _radius(self, place: Place) -> float:
+        if place.tilt != (0.0, 0.0):
+            raise NoEquilibrium("axisymmetric fidelity has no answer for a tilted hand")
+        if place.form is None or place.form.kind != "sphere":
+            raise NoEquilibrium("axisymmetric fidelity takes spheres only; use the sheet")
+        return place.form.radius
+
+    def _solve(self, radius: float, stretch: float, depth: float) -> AxisymmetricPress:
+        key = (radius, stretch, depth)
+        if key not in self._pressed:
+            length = self.gauge + self.mount_prestretch + stretch
+            narrow = self.width * (self.gauge / length) ** 0.5
+            clamp = math.sqrt(length * narrow / math.pi)
+            sheet = CircularMembrane(clamp, self.thickness, self.material, (length / self.gauge) ** 0.25)
+            self._pressed[key] = sheet.press(radius, depth)
+        return self._pressed[key]
+
+    def _grid(self, place: Place, solved: AxisymmetricPress) -> Skin:
+        """Return the profile around the object on the rectangle of the sheet, which its border holds flat."""
+        length = self.gauge + self.mount_prestretch + place.stretch
+        x = np.linspace(-self.width / 2, self.width / 2, _GRID)
+        y = np.linspace(-length / 2, length / 2, _GRID)
+        points = np.stack([*np.meshgrid(x, y), np.zeros((_GRID, _GRID))], axis=-1)
+        away = np.hypot(points[..., 0] - place.at[0], points[..., 1] - place.at[1])
+        points[..., 2] = _height(solved)(away)
+        return Grid(points)
+
+
+def _height(solved: AxisymmetricPress) -> Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]:
+    """Return the height over distance between the few places of a profile, 0 beyond its clamp."""
+    from scipy.interpolate import PchipInterpolator
+
+    distance, first = np.unique(solved.profile[:, 0], return_index=True)
+    distance, height = np.append(0.0, distance), np.append(solved.profile[0, 1], solved.profile[first, 1])
+    curve = PchipInterpolator(distance, height)
+    return lambda r: np.where(r < distance[-1], curve(np.minimum(r, distance[-1])), 0.0)

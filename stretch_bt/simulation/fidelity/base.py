@@ -1,0 +1,83 @@
+"""What a fidelity offers: the force of the membrane on what it meets, and its shape.
+
+A new one is one file in this folder and one line in `make`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.simulation.camera.skin import Skin
+from stretch_bt.simulation.objects.base import HertzForm
+from stretch_bt.simulation.objects.response import Law
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.indenters.base import Indenter
+    from stretch_bt.simulation.membrane.indenters.several import Several
+
+Array = npt.NDArray[np.float64]
+
+__all__ = ["Fidelity", "Place", "Pressed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What stands where in the membrane frame: a body and its closed form, if there is one; lengths in m, angles in rad.
+
+    Its axis is at `at`, turned by `heading` about z and then by `tilt` about x and y; `reach` is how far from it the body
+    goes. The depth, from the flat membrane to its highest point, is asked for separately.
+    """
+
+    body: Indenter | Several | None
+    form: HertzForm | None
+    at: tuple[float, float]
+    heading: float
+    tilt: tuple[float, float]
+    reach: float
+    stretch: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pressed:
+    """A membrane in equilibrium: its shape, and what another press remembers of it."""
+
+    skin: Skin
+    state: Any = None
+
+
+@runtime_checkable
+class Fidelity(Protocol):
+    """Stands in for the membrane."""
+
+    #: whether a press depends on those before it
+    remembers: bool
+
+    def law(self, place: Place, state: Any) -> Law:
+        """Return the force, N, along z, and its slope, N/m, by depth, m.
+
+        Raises
+        ------
+        NoEquilibrium
+            Also on calling the law: the membrane has no equilibrium at that place or depth.
+        """
+        ...
+
+    def force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force (3,), N, membrane frame, on the membrane at a depth, m."""
+        ...
+
+    def press(self, place: Place, depth: float, state: Any) -> Pressed:
+        """Return the membrane at a depth, m; `state` is that of an earlier press, or None."""
+        ...
+
+    def lift(self, stretch: float) -> float:
+        """Return how far the free membrane hangs below its plane, m: at minus that depth it touches first."""
+        ...
+
+    def free(self, stretch: float) -> Skin:
+        """Return the shape of the membrane while nothing touches it."""
+        ...

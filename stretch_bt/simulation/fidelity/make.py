@@ -1,0 +1,40 @@
+"""From a scene to what stands in for its membrane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from stretch_bt.simulation.effects.base import MembraneEffect
+from stretch_bt.simulation.fidelity.base import Fidelity
+from stretch_bt.simulation.scene import Scene
+
+__all__ = ["Membrane", "make_fidelity"]
+
+
+@dataclass(frozen=True, slots=True)
+class Membrane:
+    """Rest length between the fingers, width and thickness of the membrane, m."""
+
+    gauge: float = 0.100
+    width: float = 0.090
+    thickness: float = 0.002
+
+
+def make_fidelity(scene: Scene, membrane: Membrane, effects: Iterable[MembraneEffect]) -> Fidelity:
+    """Return what the scene's `fidelity` names."""
+    hand = scene.hand
+    size = (membrane.width, membrane.gauge)
+    match scene.fidelity:
+        case "hertz":
+            from stretch_bt.simulation.fidelity.hertz import HertzFidelity
+
+            return HertzFidelity(*size)
+        case "axisymmetric":
+            from stretch_bt.simulation.fidelity.axisymmetric import AxisymmetricFidelity
+
+            return AxisymmetricFidelity(*size, membrane.thickness, hand.shear_modulus, hand.mount_prestretch)
+        case "sheet":
+            from stretch_bt.simulation.fidelity.sheet import SheetFidelity
+
+            return SheetFidelity(*size, membrane.thickness, hand.shear_modulus, hand.mount_prestretch, effects)

@@ -1,0 +1,137 @@
+"""The membrane at `sheet` fidelity: the finite-strain sheet, under any body anywhere."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.camera.skin import Grid, Skin
+from stretch_bt.simulation.effects.base import MembraneEffect
+from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
+from stretch_bt.simulation.fidelity.curve import Curve
+from stretch_bt.simulation.membrane.materials import NeoHookean
+from stretch_bt.simulation.membrane.sheet.effects import Effects
+from stretch_bt.simulation.membrane.sheet.geometry import Sheet
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.objects.response import Law
+
+if TYPE_CHECKING:  # numba comes along with it
+    from stretch_bt.simulation.membrane.sheet.result import Load, Shape, SheetPress
+
+__all__ = ["SheetFidelity"]
+
+PITCH = 0.7e-3  # m of the unstretched sheet between points of its shape
+_KEPT = 24  # places whose presses are kept
+_RISE = 1.5  # power of depth that a force about grows with
+
+
+class SheetFidelity:
+    """The sheet solver with the membrane effects that are on."""
+
+    def __init__(
+        self,
+        width: float,
+        gauge: float,
+        thickness: float,
+        shear_modulus: float,
+        mount_prestretch: float,
+        effects: Iterable[MembraneEffect] = (),
+        settings: Settings | None = None,
+    ) -> None:
+        on = Effects()
+        for effect in effects:
+            on = effect.on_sheet(on)
+        self.sheet = Sheet(gauge, width, thickness, NeoHookean(shear_modulus), mount_prestretch, on)
+        self.settings = settings or Settings.within(0.01)
+        self.remembers = on.mullins is not None or on.friction > 0
+        self._curves: OrderedDict[Place, Curve] = OrderedDict()
+        self._last: OrderedDict[Place, SheetPress] = OrderedDict()
+        self.resting = lru_cache(maxsize=_KEPT)(self._resting)
+        self.solves = 0
+
+    def law(self, place: Place, state: Any) -> Law:
+        """Return the force between solved depths, or of a solve at each depth where the membrane remembers."""
+        if self.remembers:
+            return lambda depth: self._felt(place, depth, state)
+        return self._curve(place)
+
+    def press(self, place: Place, depth: float, state: Any) -> Pressed:
+        """Return the solved shape."""
+        solved = self._solve(place, depth, state)
+        return Pressed(_grid(solved.shape), solved if self.remembers else None)
+
+    def force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force, off centre or tilted with a part across."""
+        if self.remembers:
+            return self._solve(place, depth, state).force
+        return self._curve(place).force(depth)
+
+    def lift(self, stretch: float) -> float:
+        """Return how far the membrane hangs, m."""
+        if not self.sheet.effects.sag:
+            return 0.0
+        return max(0.0, -float(self.resting(stretch).points(3, 3)[1, 1, 2]))
+
+    def free(self, stretch: float) -> Skin:
+        """Return the membrane as it hangs, flat when it has no weight, narrower in its middle when stretched."""
+        return _grid(self.resting(stretch))
+
+    def _resting(self, stretch: float) -> Shape:
+        from stretch_bt.simulation.membrane.sheet.hanging import hang
+
+        return hang(self.sheet, stretch)
+
+    def _felt(self, place: Place, depth: float, state: Any) -> tuple[float, float]:
+        if depth + self.lift(place.stretch) <= 0:
+            return 0.0, 0.0
+        force = float(self._solve(place, depth, state).force[2])
+        return force, _RISE * force / (depth + self.lift(place.stretch))
+
+    def _curve(self, place: Place) -> Curve:
+        if place not in self._curves:
+            made = Curve(lambda depth: self._solve(place, depth, None).force, self.lift(place.stretch))
+            _keep(self._curves, place, made)
+        return self._curves[place]
+
+    def _solve(self, place: Place, depth: float, state: Any) -> SheetPress:
+        """Solve from what the membrane remembers, else from the last press at the same place, else from flat."""
+        from stretch_bt.simulation.membrane.sheet.solver import solve
+
+        load = self._load(place, depth)
+        start = state if self.remembers else self._last.get(place)
+        if start is not None and not self.remembers and start.load == load:
+            return start
+        self.solves += 1
+        solved = solve(self.sheet, load, self.settings, start)
+        if not self.remembers:
+            _keep(self._last, place, solved)
+        return solved
+
+    def _load(self, place: Place, depth: float) -> Load:
+        from stretch_bt.simulation.membrane.indenters.turned import turn
+        from stretch_bt.simulation.membrane.sheet.result import Load
+
+        if place.body is None:
+            raise NoEquilibrium(
+                "an object wider than the membrane meets the fingers; only hertz fidelity has an answer"
+            )
+        body = turn(place.body, place.heading)
+        return Load(body, place.stretch, depth, place.at, place.tilt, self.lift(place.stretch))
+
+
+def _keep(kept: OrderedDict[Any, Any], key: Any, value: Any) -> None:
+    kept[key] = value
+    kept.move_to_end(key)
+    while len(kept) > _KEPT:
+        kept.popitem(last=False)
+
+
+def _grid(shape: Shape) -> Grid:
+    """Return the shape on a grid that is even on the unstretched sheet."""
+    columns, rows = (round((a.breaks[-1] - a.breaks[0]) * shape.unit / PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y))
+    return Grid(np.ascontiguousarray(shape.points(columns, rows)))

@@ -1,0 +1,34 @@
+"""What the twin did: how often each thing was solved or stepped, and how long it took."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+__all__ = ["Stats"]
+
+
+class Stats:
+    """Counts and CPU seconds by name; one in another counts for both."""
+
+    def __init__(self) -> None:
+        self.counts: dict[str, int] = defaultdict(int)
+        self.seconds: dict[str, float] = defaultdict(float)
+
+    @contextmanager
+    def timed(self, name: str) -> Iterator[None]:
+        """Count what is done inside once, and its CPU time."""
+        began = time.process_time()
+        try:
+            yield
+        finally:
+            self.counts[name] += 1
+            self.seconds[name] += time.process_time() - began
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """Return a row for each name, the dearest first."""
+        names = sorted(self.counts, key=lambda name: -self.seconds[name])
+        return [{"name": n, "count": self.counts[n], "cpu_seconds": self.seconds[n]} for n in names]
