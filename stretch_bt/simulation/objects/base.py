@@ -51,7 +51,8 @@ class HertzForm:
 class Rough:
     """What the advisor needs to know of an object: the radius of its top, m, its stiffness, N/m, and its weight, N.
 
-    `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table.
+    `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table; `face`
+    the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top.
     """
 
     radius: float
@@ -59,6 +60,7 @@ class Rough:
     weight: float = math.inf
     edge: float = math.inf
     loose: bool = False
+    face: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,8 +45,9 @@ class BoxObject(SolidSpec):
         return Box(self.length, self.width, edge=min(self.edge, self.length / 2, self.width / 2))
 
     def rough(self) -> Rough:
-        """Return half its shorter side and its stiffness."""
-        return Rough(min(self.length, self.width) / 2, self.roughly, edge=self.edge)
+        """Return half its shorter side, its stiffness and the disc that has the area of its top."""
+        face = math.sqrt(self.length * self.width / math.pi)
+        return Rough(min(self.length, self.width) / 2, self.roughly, edge=self.edge, face=face)
 
     def known(self) -> dict[str, float]:
         """Return its length, width and height, m, and its stiffness, N/m."""

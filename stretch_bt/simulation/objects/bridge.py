@@ -51,8 +51,9 @@ class BridgeObject(SolidSpec):
         return arch(self.length, self.width, self.height, self.span, self.edge)
 
     def rough(self) -> Rough:
-        """Return half its shorter side and its stiffness."""
-        return Rough(min(self.length, self.width) / 2, self.roughly, edge=self.edge)
+        """Return half its shorter side, its stiffness and the disc that has the area of its deck."""
+        face = math.sqrt(self.length * self.width / math.pi)
+        return Rough(min(self.length, self.width) / 2, self.roughly, edge=self.edge, face=face)
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and span, m, and its stiffness, N/m."""

@@ -49,8 +49,8 @@ class ConeObject(SolidSpec):
         return Cone(self.angle, self.tip)
 
     def rough(self) -> Rough:
-        """Return the radius of its tip, at least that of a small contact, and its stiffness."""
-        return Rough(max(self.tip, 0.002), self.roughly, edge=self.tip)
+        """Return the radius of its tip and its stiffness."""
+        return Rough(self.tip, self.roughly, edge=self.tip)
 
     def known(self) -> dict[str, float]:
         """Return its height, m, and its stiffness, N/m."""

@@ -44,8 +44,8 @@ class HalfCylinderObject(SolidSpec):
         return HalfCylinder(self.diameter, self.length, self.edge)
 
     def rough(self) -> Rough:
-        """Return its radius and stiffness."""
-        return Rough(min(self.diameter, self.length) / 2, self.roughly, edge=self.edge)
+        """Return its radius, its stiffness and the length of its crest."""
+        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=self.length / 4)
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and radius, m, and its stiffness, N/m."""

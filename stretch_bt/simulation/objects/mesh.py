@@ -68,8 +68,9 @@ class MeshObject(SolidSpec):
         return load_mesh(Path(self.file), self.unit, self.edge)
 
     def rough(self) -> Rough:
-        """Return a quarter of its narrower width and its stiffness."""
-        return Rough(min(self._size[:2]) / 4, self.roughly, edge=self.edge)
+        """Return the radius of its top, or of the fillet where that is a point, and its stiffness."""
+        body = self.body()
+        return Rough(body.tip_radius, self.roughly, edge=self.edge, face=body.flat)
 
     def known(self) -> dict[str, float]:
         """Return its extent along x, y and z, m, and its stiffness, N/m."""

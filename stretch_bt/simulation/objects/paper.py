@@ -51,6 +51,11 @@ class PaperSpec(LooseSpec, ABC):
 
     @property
     @abstractmethod
+    def face(self) -> float:
+        """Radius of the disc that its flat top or its crest is as wide as, m; 0 for a point."""
+
+    @property
+    @abstractmethod
     def area(self) -> float:
         """Area of the paper, m^2."""
 
@@ -88,6 +93,7 @@ class PaperSpec(LooseSpec, ABC):
         raise InvalidInput(f"a {self.type} has no roof")
 
     def rough(self) -> Rough:
-        """Return half its width, and its stiffness under a usual press."""
+        """Return half its width, its stiffness under a usual press, and what it weighs."""
         stiffness = _USUAL_PRESS / self.compliance().given(_USUAL_PRESS)
-        return Rough(self.walls.width / 2, stiffness, weight=self.own_weight, edge=self.edge, loose=True)
+        round_top = self.walls.width / 2 if self.face else self.edge
+        return Rough(round_top, stiffness, weight=self.own_weight, edge=self.edge, loose=True, face=self.face)

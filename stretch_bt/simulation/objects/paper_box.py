@@ -44,6 +44,11 @@ class PaperBox(PaperSpec):
         return Walls(4, (self.length + self.width) / 2, self.height)
 
     @property
+    def face(self) -> float:
+        """Radius of the disc that has the area of its roof, m."""
+        return math.sqrt(self.length * self.width / math.pi)
+
+    @property
     def area(self) -> float:
         """Of roof and walls, m^2."""
         return self.length * self.width + 2 * (self.length + self.width) * self.height

@@ -44,6 +44,11 @@ class PaperHalfCylinder(PaperSpec):
         return Walls(2, self.diameter, self.diameter / 2)
 
     @property
+    def face(self) -> float:
+        """A quarter of its crest, m."""
+        return self.length / 4
+
+    @property
     def area(self) -> float:
         """Of vault and end walls, m^2."""
         return math.pi * self.diameter / 2 * self.length + math.pi * self.diameter**2 / 4

@@ -46,6 +46,11 @@ class PaperPyramid(PaperSpec):
         return Walls(4, self.width / 2, self._slant)
 
     @property
+    def face(self) -> float:
+        """None: it ends in a point."""
+        return 0.0
+
+    @property
     def area(self) -> float:
         """Of its faces, m^2."""
         return 2 * self.width * self._slant

@@ -48,8 +48,8 @@ class PrismObject(SolidSpec):
         return triangular_prism(self.length, self.width, self.height, self.edge)
 
     def rough(self) -> Rough:
-        """Return half its width and its stiffness."""
-        return Rough(min(self.length, self.width) / 2, self.roughly, edge=self.edge)
+        """Return the radius and the length of its ridge, and its stiffness."""
+        return Rough(self.edge, self.roughly, edge=self.edge, face=self.length / 4)
 
     def known(self) -> dict[str, float]:
         """Return its length, width and height, m, and its stiffness, N/m."""

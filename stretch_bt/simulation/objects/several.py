@@ -80,4 +80,5 @@ class SeveralObjects(ObjectSpec):
     def rough(self) -> Rough:
         """Return what is rough about the highest of them, with the smallest edge of all."""
         highest: Rough = max(self.objects, key=lambda thing: thing.top).rough()
-        return Rough(highest.radius, edge=min(thing.rough().edge for thing in self.objects))
+        edge = min(thing.rough().edge for thing in self.objects)
+        return Rough(highest.radius, edge=edge, face=highest.face)

@@ -47,5 +47,6 @@ class WireSpec(LooseSpec, ABC):
         return self.base + self.thickness
 
     def rough(self) -> Rough:
-        """Return what it spans as its radius, and what it weighs."""
-        return Rough(self.reach, weight=self.own_weight, edge=self.thickness / 2, loose=True)
+        """Return the radius of the wire, what it spans and what it weighs."""
+        half = self.thickness / 2
+        return Rough(half, weight=self.own_weight, edge=half, loose=True, face=self.reach)
