@@ -105,17 +105,11 @@ def test_finer_meshes_of_a_sphere_approach_it(tmp_path):
     assert errors[2] < 5e-3
 
 
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        ("", "cannot be read|no triangles|no surface"),
-        ("solid x\nendsolid x\n", "cannot be read|no triangles|no surface"),
-    ],
-)
-def test_a_file_without_a_body(tmp_path, content, says):
+@pytest.mark.parametrize("content", ["", "solid x\nendsolid x\n"])
+def test_a_file_without_a_body(tmp_path, content):
     path = tmp_path / "none.stl"
     path.write_text(content)
-    with pytest.raises(InvalidInput, match=says):
+    with pytest.raises(InvalidInput, match="cannot be read|no triangles|no surface"):
         load_mesh(path, 1e-3, 1e-3)
 
 
