@@ -30,24 +30,13 @@ from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.objects.paper import PaperSpec
 from stretch_bt.simulation.scene import load_scene
 
-SCENES = [
-    "wooden_cube",
-    "wooden_prism",
-    "wooden_half_cylinder",
-    "wooden_bridge",
-    "glass_snowman",
-    "paper_cube",
-    "paper_half_cylinder",
-    "paper_pyramid",
-    "wire_circle",
-    "wire_triangle",
-    "calibration_sphere",
-    "calibration_cylinder",
-    "calibration_cone",
-]
+SOLIDS = ("wooden_cube", "wooden_prism", "wooden_half_cylinder", "wooden_bridge", "glass_snowman")
+FLIMSY = ("paper_cube", "paper_half_cylinder", "paper_pyramid", "wire_circle", "wire_triangle")
+SCENES = (*SOLIDS, *FLIMSY, "calibration_sphere", "calibration_cylinder", "calibration_cone")
 DEPTHS = (0.002, 0.005, 0.010, 0.015)
 POSES = ((0.0, (0.0, 0.0)), (0.5, (0.010, 0.010)), (1.57, (-0.010, 0.015)))
 MODULUS, PRESTRETCH = 72.5e3, 13.3e-3
+SHARE = 0.25  # of the force, over a paper roof
 
 
 def on_hand(
@@ -124,7 +113,7 @@ def paper() -> None:
         assert body is not None
         force = on_hand(body, 0.010).force
         has_roof = "roof_sag" in thing.effects
-        sag = thing.roof(RoofSag.Parameters().share).sag(force) if has_roof else math.nan
+        sag = thing.roof(SHARE).sag(force) if has_roof else math.nan
         law = RoofSag(RoofSag.Parameters()).respond(walls, thing) if has_roof else walls
         assert law is not None
         drops, ask = np.linspace(1e-5, 1e-3, 200).tolist(), law.law(None, 0.0)

@@ -109,7 +109,7 @@ def test_finer_meshes_of_a_sphere_approach_it(tmp_path):
 def test_a_file_without_a_body(tmp_path, content):
     path = tmp_path / "none.stl"
     path.write_text(content)
-    with pytest.raises(InvalidInput, match="cannot be read|no triangles|no surface"):
+    with pytest.raises(InvalidInput, match=r"cannot be read|no triangles|no surface"):
         load_mesh(path, 1e-3, 1e-3)
 
 

@@ -136,10 +136,15 @@ class Polyhedron(Solid):
         return self.edge + float((core.vertices @ rotation[2]).max())
 
     def zones(self, rotation: Array, gauge: float) -> tuple[list[Zone], list[Zone]]:
-        """Return its top and a little around it."""
+        """Return its top and a little around it; strips along those edges of a level top that run along an axis."""
         # a point carries all of the force on its fillet, a ridge or a face spreads it along its edges
         size = spacing(self.edge, gauge) * (3 if self.flat else 1)
-        places, around = self._crown(rotation), 1.5 * size if self.flat else 4 * size
-        low, high = places.min(axis=0) - self.edge - around, places.max(axis=0) + self.edge + around
-        x, y = ([Zone(float(low[c]), float(high[c]), size)] for c in range(2))
+        places, around = self._crown(rotation), self.edge + (1.5 if self.flat else 4) * size
+        x, y = (self._along(np.unique(np.round(places[:, c], 9)), around, size) for c in range(2))
         return x, y
+
+    def _along(self, places: Array, around: float, size: float) -> list[Zone]:
+        low, high = float(places[0]), float(places[-1])
+        if self._level and len(places) == 2 and high - low > 2 * around:
+            return [Zone(p - around, p + around, size) for p in (low, high)]
+        return [Zone(low - around, high + around, size)]
