@@ -42,14 +42,12 @@ class Dropout(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what the lost part of the contact's pixels takes with it: a part of a pixel at its edge."""
+        """Yield the part of a pixel at the contact's edge that is lost in all frames, and its height on the slope there."""
         share = min(parameters.share, 1.0)
-        why = f"{share:.1%} of the pixels"
-        lost = math.inf if share >= 1.0 else case.pixel * share
+        why = f"{share:.1%} of the pixels, in each of {case.frames} frames"
+        lost = case.radius if share >= 1.0 else case.pixel * share**case.frames
         yield Size("size", lost, why)
-        yield from case.from_height(
-            lost * case.depth / case.contact_radius, f"{why}, on the slope of the contact's edge"
-        )
+        yield from case.from_height(lost * case.depth / case.contact_radius, why)
 
     def expose(self, exposure: Exposure) -> None:
         """Take values away."""
