@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -95,7 +96,7 @@ def texture_of(frames: Iterable[DepthFrame]) -> Texture:
     found = [pixel_noise(frame, lags=_LAGS) for frame in frames]
     sd, depth = (np.concatenate([getattr(one, name) for one in found]) for name in ("sd", "depth"))
     growths = []
-    for low, high in zip(_DEPTHS, _DEPTHS[1:], strict=False):
+    for low, high in pairwise(_DEPTHS):
         there = (depth >= low) & (depth < high)
         if there.sum() >= _FEW:
             growths.append(np.quantile(sd[there], _QUIET) / np.median(depth[there]) ** 2)
