@@ -25,9 +25,19 @@ def add(depth: Any, noise: Any, sd: Any, growth: Any) -> Any:
 
 
 @kernel()
+def value(depth: Any, v: Any, u: Any) -> Any:
+    """Return the depth of a pixel, 0 beside the image."""
+    return depth[v, u] if 0 <= v < depth.shape[0] and 0 <= u < depth.shape[1] else ZERO
+
+
+@kernel()
 def change(z: Any, before: Any, after: Any) -> Any:
-    """Return the change of depth over a pixel from those before and after it, 0 where they have no value."""
-    return 0.5 * ((after if after > 0.0 else z) - (before if before > 0.0 else z))
+    """Return the change of depth over a pixel from those before and after it, as far as they have values."""
+    if before > ZERO and after > ZERO:
+        return 0.5 * (after - before)
+    if before > ZERO:
+        return float(z - before)
+    return float(after - z) if after > ZERO else 0.0
 
 
 @kernel()
@@ -37,10 +47,9 @@ def is_steep(depth: Any, v: Any, u: Any, fx: Any, fy: Any, cx: Any, cy: Any, lea
     With n = (fx z_u, fy z_v, -z - (u - cx) z_u - (v - cy) z_v) along the normal of z(u, v), and r the ray at unit depth,
     n . r = -z.
     """
-    height, width = depth.shape
     z = depth[v, u]
-    across = change(z, depth[v, max(u - 1, 0)], depth[v, min(u + 1, width - 1)])
-    along = change(z, depth[max(v - 1, 0), u], depth[min(v + 1, height - 1), u])
+    across = change(z, value(depth, v, u - 1), value(depth, v, u + 1))
+    along = change(z, value(depth, v - 1, u), value(depth, v + 1, u))
     x, y = u - cx, v - cy
     normal = (fx * across) ** 2 + (fy * along) ** 2 + (z + x * across + y * along) ** 2
     return z < least * math.sqrt(normal * ((x / fx) ** 2 + (y / fy) ** 2 + 1.0))
@@ -64,11 +73,9 @@ def step(depth: Any, v: Any, u: Any) -> Any:
     """Return the largest step of depth from a pixel with a value to a neighbour with one."""
     largest = 0.0
     for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        j, i = v + down, u + right
-        if 0 <= j < depth.shape[0] and 0 <= i < depth.shape[1] and depth[j, i] > ZERO:
-            there = depth[j, i] - depth[v, u]
-            if abs(there) > abs(largest):
-                largest = there
+        other = value(depth, v + down, u + right)
+        if other > ZERO and abs(other - depth[v, u]) > abs(largest):
+            largest = float(other - depth[v, u])
     return largest
 
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from stretch_bt.frames import Intrinsics
-from stretch_bt.simulation.effects.base import Exposure
 from stretch_bt.simulation.camera.view import SR305
+from stretch_bt.simulation.effects.base import Exposure
 
 CROP = SR305.cropped(74, 407, 214, 427)  # what of the sensor the membrane fills
 
@@ -24,7 +24,7 @@ def expose():
         def random(name, k):
             return np.random.default_rng((seed, zlib.crc32(name.encode()), k + (1 << 20)))
 
-        exposure = Exposure(np.array(depth, np.float32), lens, number / rate, number, rate, random, 1e-5)
+        exposure = Exposure(np.array(depth, np.float32, order="C"), lens, number / rate, number, rate, random, 1e-5)
         for effect in effects:
             effect.expose(exposure)
         return exposure
