@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -68,10 +68,9 @@ class View:
         return seen
 
     @property
-    def rays(self) -> tuple[Array, Array]:
+    def rays(self) -> tuple[Any, Any]:
         """X and y (h, w) float64 of the points that the pixels see at unit depth, camera frame."""
-        x, y = ray_planes(self.intrinsics)
-        return x, y
+        return ray_planes(self.intrinsics)
 
     def project(self, points: Array) -> Array:
         """Return (3, ...): column, row and depth, m, of the pixel that sees each point (..., 3), m, membrane frame.
@@ -85,7 +84,7 @@ class View:
         lens = self.intrinsics
         return np.stack([x * lens.fx + lens.cx, y * lens.fy + lens.cy, depth])
 
-    def _bent(self, x: Array, y: Array) -> tuple[Array, Array]:
+    def _bent(self, x: Array, y: Array) -> tuple[Any, Any]:
         """Undo the lens: return what it takes to (x, y), by Newton's method with the slope of the radial part.
 
         Where the lens folds there is nothing, and what is returned lies far outside the image.
@@ -93,8 +92,7 @@ class View:
         k1, k2, p1, p2, k3 = self.intrinsics.distortion
         if not any(self.intrinsics.distortion):
             return x, y
-        u: Array = x.copy()
-        v: Array = y.copy()
+        u, v = x.copy(), y.copy()
         for _ in range(_STEPS):
             r2 = u * u + v * v
             radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
