@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
-from stretch_bt.errors import Diagnostic, FileError, SceneError
+from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SceneError
 from stretch_bt.simulation.camera.presets import PRESETS
 from stretch_bt.simulation.effects import registry
 from stretch_bt.simulation.effects.base import Effect
@@ -157,7 +157,7 @@ def _shipped() -> Path:
 def _made(source: Map, path: Path) -> Scene:
     try:
         _check_words(source)
-        made = validate(_model(), source)
+        made = _located(validate(_model(), source), source, path)
     except FileError as error:
         raise SceneError(error.diagnostics) from None
     found = list(_impossible(made, source))
@@ -165,6 +165,17 @@ def _made(source: Map, path: Path) -> Scene:
         raise SceneError(found)
     made._name = path.stem
     return made
+
+
+def _located(scene: Scene, source: Map, path: Path) -> Scene:
+    """Return the scene with the files that its object names found next to its own."""
+    try:
+        return scene.with_(object=scene.object.located(path.parent))
+    except InvalidInput as error:
+        given = source.get("object") or source
+        raise FileError(
+            [given.mark.error("value", f"object: {error}", "write a file that holds one closed surface")]
+        ) from None
 
 
 def _check_words(source: Map) -> None:
