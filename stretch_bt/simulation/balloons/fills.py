@@ -26,7 +26,7 @@ class Fill(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     #: object effects that a balloon with it can have
-    effects: ClassVar[tuple[str, ...]] = ("compliance", "latex_softening")
+    effects: ClassVar[tuple[str, ...]] = ("compliance", "latex_softening", "flattening")
     #: whether the skin carries the push
     by_skin: ClassVar[bool] = True
 
@@ -89,7 +89,7 @@ class Pudding(Fill):
 class Seeds(Fill):
     """Dry grains that the skin presses together; they carry the push."""
 
-    effects: ClassVar[tuple[str, ...]] = ("compliance", "granular_hysteresis")
+    effects: ClassVar[tuple[str, ...]] = ("compliance", "granular_hysteresis", "flattening")
     by_skin: ClassVar[bool] = False
 
     type: Literal["seeds"]

@@ -12,7 +12,6 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.balloons.fills import Air, AnyFill
 from stretch_bt.simulation.balloons.laws import hertz, linear, no_force, scaled, together
 from stretch_bt.simulation.effects.active import Active
-from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec, Rough, Specimen, Standing
 from stretch_bt.simulation.objects.response import Law, Response
 from stretch_bt.units import Length, Pressure, Within
@@ -42,6 +41,7 @@ class BalloonObject(ObjectSpec):
         "latex_softening",
         "granular_hysteresis",
         "viscosity",
+        "flattening",
     )
 
     type: Literal["balloon"]
@@ -175,15 +175,16 @@ class BalloonObject(ObjectSpec):
 
     def specimen(self, effects: Active) -> Specimen:
         """Return it as it is at the begin of a run, with the effects that are on."""
-        return BalloonSpecimen(self, super().specimen(effects).response)
+        return BalloonSpecimen(self, super().specimen(effects).response, flattens="flattening" in effects)
 
 
 class BalloonSpecimen(Specimen):
-    """A balloon in a run: its top flattens as it drops."""
+    """A balloon in a run; `flattens` tells whether its top flattens as it drops, or keeps the radius of the balloon."""
 
-    def __init__(self, spec: BalloonObject, response: Response | None) -> None:
+    def __init__(self, spec: BalloonObject, response: Response | None, *, flattens: bool) -> None:
         super().__init__(spec, response)
         self.balloon = spec
+        self.flattens = flattens
 
     def standing(self, state: Any, drop: float) -> Standing:
         """Return what the membrane meets after a drop of its top, m.
@@ -198,13 +199,8 @@ class BalloonSpecimen(Specimen):
             raise NoEquilibrium(
                 f"a drop of {drop * 1e3:.3g} mm is past {spec.limit * 1e3:.3g} mm, where the hand reaches the rim of the cup"
             )
-        place = spec.position
-        return Standing(spec.flattened(drop), place.x, place.y, spec.heading, spec.top - drop)
-
-    def form(self, standing: Standing) -> HertzForm:
-        """Return the sphere that its top resembles."""
-        assert isinstance(standing.body, Indenter)
-        return HertzForm("sphere", standing.body.tip_radius)
+        place, body = spec.position, spec.flattened(drop) if self.flattens else spec.body()
+        return Standing(body, place.x, place.y, spec.heading, spec.top - drop)
 
     def known(self, state: Any, drop: float) -> dict[str, float]:
         """Return its undeformed radius, m, and force over drop, N/m, settled and on first loading, at its drop.
