@@ -1,0 +1,199 @@
+"""A lump of dough: its shape, how it lies, and what rolling and pressing make of it; a value that never changes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.simulation.dough.directions import Directions, directions
+from stretch_bt.simulation.dough.material import Dough
+from stretch_bt.simulation.dough.random import normals
+
+__all__ = ["STEP", "Lump", "Path", "cube"]
+
+Array = npt.NDArray[np.float64]
+
+STEP = 2 * math.pi / 60  # rad of rolling; the fixed grid on which the shape changes
+_GRID = 1e9  # of angles and newtons: what rounding makes of a path cut in other places is gone
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """What was rolled since the last full step: length, m, the way (x, y), m, and force times length, N m."""
+
+    length: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
+    work: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Lump:
+    """Radii (n,), m, from the centroid, the lump turned by `quaternion` (w, x, y, z), its volume, m^3, which it keeps, and its place, m.
+
+    `steps` counts full steps of rolling, and `pending` is the path since; `strain` is the logarithmic height lost in
+    presses.
+    """
+
+    radii: Array
+    quaternion: Array
+    volume: float
+    x: float = 0.0
+    y: float = 0.0
+    steps: int = 0
+    pending: Path = field(default_factory=Path)
+    strain: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.radii.flags.writeable = False
+        self.quaternion.flags.writeable = False
+
+    @property
+    def directions(self) -> Directions:
+        """Those of the radii."""
+        return directions(len(self.radii))
+
+    @property
+    def ball(self) -> float:
+        """Radius of the ball of the same volume, m."""
+        return (0.75 * self.volume / math.pi) ** (1 / 3)
+
+    @property
+    def roundness(self) -> float:
+        """Standard deviation of the radius over its mean, 0 for a ball."""
+        return float(self.radii.std() / self.radii.mean())
+
+    @cached_property
+    def upward(self) -> Array:
+        """World z of the directions (n,)."""
+        from stretch_bt.simulation.dough.roll_kernel import upward
+
+        u = np.empty(len(self.radii))
+        upward(self.directions.vectors, self.quaternion.copy(), u)
+        return u
+
+    @cached_property
+    def extent(self) -> tuple[float, float]:
+        """How far it reaches below and above its centroid, m."""
+        z = self.radii * self.upward
+        return float(-z.min()), float(z.max())
+
+    @property
+    def height(self) -> float:
+        """From its lowest to its highest point, m, without a load."""
+        return sum(self.extent)
+
+    def resistance(self, dough: Dough, deep: float, dt: float = math.inf) -> tuple[float, float, float]:
+        """Return force, N, its derivative, N/m, and the plastic part, m, of a depth, m, pressed in a step of dt, s."""
+        from stretch_bt.simulation.dough.roll_kernel import resistance
+
+        solid = self.directions.solid_angle
+        force, slope, plastic = resistance(self.radii.copy(), self.upward, solid, deep, dt, dough.numbers())
+        return float(force), float(slope), float(plastic)
+
+    def sag(self, dough: Dough, force: float) -> float:
+        """Return how deep a force, N, that grows slowly presses it, m, at most to half its height."""
+        from stretch_bt.simulation.dough.roll_kernel import sag
+
+        if force <= 0:
+            return 0.0
+        return float(sag(self.radii.copy(), self.upward, self.directions.solid_angle, force, dough.numbers()))
+
+    def flattened(self, plastic: float) -> Lump:
+        """Return it lower by a height, m, for good: its underside is flat and its sides took the volume.
+
+        Raises
+        ------
+        InvalidInput
+            Nothing would be left of its height.
+        """
+        from stretch_bt.simulation.dough.roll_kernel import flatten
+
+        if not 0 <= plastic < self.height:
+            raise InvalidInput(f"a lump of {self.height:g} m can lose a height of 0 m to less than that, not {plastic}")
+        radii = self.radii.copy()
+        flatten(radii, self.upward, self.directions.vectors, plastic, self.volume)
+        strain = self.strain + math.log(self.height / (self.height - plastic))
+        return replace(self, radii=radii, strain=strain)
+
+    def rolled(
+        self,
+        way: tuple[float, float],
+        force: float,
+        dough: Dough | None,
+        *,
+        weight: float = 0.0,
+        spin: float = 0.0,
+        seed: int = 0,
+        rate: float = 0.0,
+    ) -> tuple[Lump, Array]:
+        """Return what it is after the hand moved straight by (x, y), m, and its height, m, at each full step.
+
+        It turns by the way over twice the radius of its ball, and goes half of the way. The shape changes on a fixed grid
+        of rolled angle, so that the pieces in which a path is told do not matter.
+
+        Parameters
+        ----------
+        force, weight
+            Of the hand on it and its own, N.
+        dough
+            None for a lump that keeps its shape.
+        spin
+            How far it turns about the vertical by chance, rad per square root of a rad of rolling.
+        rate
+            Plastic strain rate, 1/s.
+        """
+        from stretch_bt.simulation.dough.roll_kernel import roll
+
+        ways, pushes, pending = self._steps(way, force)
+        moved = replace(self, x=self.x + way[0] / 2, y=self.y + way[1] / 2, pending=pending)
+        if not len(ways):
+            return moved, np.empty(0)
+        spins = spin * math.sqrt(STEP) * normals(seed, self.steps, len(ways)) if spin else np.zeros(len(ways))
+        turns = np.column_stack([-ways[:, 1], ways[:, 0], np.zeros(len(ways))]) / (2 * self.ball)
+        turns = np.round(turns * _GRID) / _GRID + np.outer(spins, [0.0, 0.0, 1.0])
+        loads = np.round(np.column_stack([pushes, pushes + weight]) * _GRID) / _GRID
+        radii, quaternion = self.radii.copy(), self.quaternion.copy()
+        numbers = np.full(8, math.inf) if dough is None else dough.numbers(rate)
+        found = self.directions
+        heights = roll(
+            radii, quaternion, found.vectors, found.neighbours, found.weights, turns, loads, self.volume, numbers
+        )
+        return replace(moved, radii=radii, quaternion=quaternion, steps=self.steps + len(ways)), heights
+
+    def _steps(self, way: tuple[float, float], force: float) -> tuple[Array, Array, Path]:
+        """Return the ways (m, 2), m, and forces (m,), N, of the full steps of a straight move, and what is left of it."""
+        length = math.hypot(*way)
+        full = 2 * self.ball * STEP
+        before = self.pending
+        # a nanometre of slack: a path of whole steps ends on one, however it is cut
+        count = int((before.length + length) / full + 1e-9)
+        if count == 0 or length == 0:
+            left = Path(
+                before.length + length, before.x + way[0], before.y + way[1], before.work + max(force, 0.0) * length
+            )
+            return np.empty((0, 2)), np.empty(0), left
+        along = np.array(way) / length
+        first = full - before.length
+        ways = np.repeat([along * full], count, axis=0)
+        ways[0] = np.array([before.x, before.y]) + along * first
+        pushes = np.full(count, max(force, 0.0))
+        pushes[0] = (before.work + max(force, 0.0) * first) / full
+        rest = before.length + length - count * full
+        x, y = along * rest
+        return ways, pushes, Path(rest, float(x), float(y), max(force, 0.0) * rest)
+
+
+def cube(edge: float, count: int = 500, heading: float = 0.0) -> Lump:
+    """Return a cube of an edge, m, that lies on a face and is turned by `heading`, rad, about the vertical."""
+    if not (math.isfinite(edge) and edge > 0):
+        raise InvalidInput(f"the edge of a cube is a finite length above 0 m, not {edge}")
+    found = directions(count)
+    radii = edge / 2 / np.abs(found.vectors).max(axis=1)
+    radii *= (edge**3 / (np.sum(radii**3) * found.solid_angle / 3)) ** (1 / 3)
+    return Lump(radii, np.array([math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]), edge**3)

@@ -1,0 +1,378 @@
+"""What a lump becomes as it rolls under the hand or is pressed, step by step, compiled.
+
+The lump is the star-shaped body |p| <= r(d) about its centroid, r (n,) on directions d (n, 3) of equal solid angle w. A
+plane at height -h under it cuts an area A(h), the sum of w h^2 / |u|^3 over the directions that reach below it, u being
+the upward part of d: the derivative of the volume below the plane. `dough` (8,) holds what Dough.numbers says.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from stretch_bt.compiled import kernel
+
+__all__ = ["extent", "flatten", "resistance", "roll", "sag", "upward"]
+
+YIELD, MODULUS, FOUNDATION, TENSION, RELAXATION, HILL, CONSISTENCY, POWER = range(8)
+PATCH, SECTION = 2.8, 1.2
+_RIM = 0.6  # of the mean radius above the plane: the ring that takes half of what the plane displaces
+_SMALLEST = 0.05  # of the mean radius: no direction gets shorter, whatever is asked
+_DEEPEST = 0.25  # of the mean radius: no step goes deeper
+_PASS = 0.02  # of the mean radius: what smoothing or one pass of a press takes away at most
+_HALVINGS = 30
+
+
+@kernel("float64(float64[::1], float64)")
+def volume(radii: Any, w: Any) -> Any:
+    """Return the volume of the lump, m^3."""
+    total = 0.0
+    for r in radii:
+        total += r * r * r
+    return total * w / 3.0
+
+
+@kernel("void(float64[:,::1], float64[::1], float64[::1])")
+def upward(vectors: Any, quaternion: Any, u: Any) -> None:
+    """Fill u (n,) with the world z of the directions of a lump that is turned by a quaternion (w, x, y, z)."""
+    w, x, y, z = quaternion
+    zx, zy, zz = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+    for i in range(len(u)):
+        u[i] = vectors[i, 0] * zx + vectors[i, 1] * zy + vectors[i, 2] * zz
+
+
+@kernel("UniTuple(float64, 2)(float64[::1], float64[::1])")
+def extent(radii: Any, u: Any) -> Any:
+    """Return how far the lump reaches below and above its centroid, m."""
+    low, high = 0.0, 0.0
+    for i in range(len(u)):
+        z = radii[i] * u[i]
+        low, high = max(low, -z), max(high, z)
+    return low, high
+
+
+@kernel("float64(float64[::1], float64[::1], float64, float64)")
+def section(below: Any, weights: Any, h: Any, soft: Any) -> Any:
+    """Return the area, m^2, of the section at -h through points that reach `below`, m; `soft` below it one counts fully."""
+    area = 0.0
+    for i in range(len(below)):
+        over = below[i] - h
+        if over > 0.0:
+            area += weights[i] * min(over / soft, 1.0)
+    return area * h * h
+
+
+@kernel("UniTuple(float64[::1], 2)(float64[::1], float64[::1], float64, float64)")
+def lowest(radii: Any, u: Any, w: Any, h: Any) -> Any:
+    """Return how far points reach down, m, and w / |u|^3, for those that reach below -h."""
+    below, weights = np.empty(len(u)), np.empty(len(u))
+    count = 0
+    for i in range(len(u)):
+        if -radii[i] * u[i] > h:
+            below[count], weights[count] = -radii[i] * u[i], w / (-u[i] * u[i] * u[i])
+            count += 1
+    return below[:count].copy(), weights[:count].copy()
+
+
+@kernel("float64(float64, float64, float64, float64, float64[::1])")
+def indentation(area: Any, content: Any, tall: Any, deep: Any, dough: Any) -> Any:
+    """Return the factor on the yield stress for a contact of this area, m^2, on a lump of this volume, m^3.
+
+    2.8 on a small patch (Tabor 1951) down to 1.2 on the whole section, and at least the friction hill of a disc between
+    plates, 1 + 2 m a / (3 sqrt3 h) (Avitzur 1968).
+    """
+    radius = math.sqrt(area / math.pi)
+    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
+    local = PATCH - (PATCH - SECTION) * min(radius / ball, 1.0) ** 1.5
+    hill = 1.0 + 2.0 * dough[HILL] * radius / (3.0 * math.sqrt(3.0) * (tall - deep))
+    return max(local, hill)
+
+
+@kernel("UniTuple(float64, 2)(float64[::1], float64[::1], float64, float64, float64, float64, float64, float64[::1])")
+def contact(below: Any, weights: Any, low: Any, tall: Any, content: Any, deep: Any, soft: Any, dough: Any) -> Any:
+    """Return area, m^2, and force, N, at which the lump flows once the plane is `deep` above its lowest point.
+
+    The plane passes through a body that spreads as it gets flat: all of its section, all of its volume over what is left
+    of its height.
+    """
+    deep = min(deep, 0.999 * tall)
+    star = section(below, weights, low - min(deep, 0.75 * low), soft)
+    flat = content / (tall - deep)
+    spread = min(star * tall / content, 1.0) * deep / (tall - deep)
+    area = min(star * (1.0 + spread), flat)
+    return area, indentation(area, content, tall, deep, dough) * dough[YIELD] * area
+
+
+@kernel("float64(float64, float64, float64, float64, float64, float64[::1])")
+def carried(area: Any, flow: Any, tall: Any, deep: Any, dt: Any, dough: Any) -> Any:
+    """Return the force, N, at the end of a step of dt, s, to a depth, m, by implicit return mapping.
+
+    Elastic part F / (2 E* a) and plastic part share the depth; the yield stress rises by K (plastic rate)^n (Herschel &
+    Bulkley 1926). The residual is monotone in F, so halving finds it.
+    """
+    thickening = dough[CONSISTENCY] / dough[YIELD]
+    if math.isinf(dough[MODULUS]):
+        return flow * (1.0 + thickening * (deep / (tall * dt)) ** dough[POWER])
+    stiffness = 2.0 * dough[MODULUS] * math.sqrt(area / math.pi)
+    elastic = stiffness * deep
+    if elastic <= flow or thickening <= 0.0:
+        return min(elastic, flow)
+    least, most = flow, elastic
+    for _ in range(2 * _HALVINGS):
+        force = 0.5 * (least + most)
+        rate = (deep - force / stiffness) / (tall * dt)
+        if flow * (1.0 + thickening * rate ** dough[POWER]) > force:
+            least = force
+        else:
+            most = force
+    return 0.5 * (least + most)
+
+
+@kernel("float64(float64[::1], float64[::1], float64, float64, float64, float64, float64, float64, float64[::1])")
+def answer(
+    below: Any, weights: Any, low: Any, tall: Any, content: Any, deep: Any, soft: Any, dt: Any, dough: Any
+) -> Any:
+    """Return the force, N, on the plane `deep` above the lowest point at the end of a step of dt, s."""
+    if deep <= 0.0:
+        return 0.0
+    area, flow = contact(below, weights, low, tall, content, deep, soft, dough)
+    return carried(area, flow, tall, deep, dt, dough)
+
+
+@kernel("UniTuple(float64, 3)(float64[::1], float64[::1], float64, float64, float64, float64[::1])")
+def resistance(radii: Any, u: Any, w: Any, deep: Any, dt: Any, dough: Any) -> Any:
+    """Return force, N, its derivative, N/m, and the plastic part of a depth, m, pressed in a step of dt, s."""
+    content = volume(radii, w)
+    low, high = extent(radii, u)
+    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
+    below, weights = lowest(radii, u, w, 0.2 * low)
+    soft, tall, nudge = ball * w / (2.0 * math.pi), low + high, 1e-6 * ball
+    force = answer(below, weights, low, tall, content, deep, soft, dt, dough)
+    more = answer(below, weights, low, tall, content, deep + nudge, soft, dt, dough)
+    plastic = 0.0
+    if deep > 0.0:
+        area, _ = contact(below, weights, low, tall, content, deep, soft, dough)
+        if area > 0.0:
+            plastic = max(deep - force / (2.0 * dough[MODULUS] * math.sqrt(area / math.pi)), 0.0)
+    return force, (more - force) / nudge, plastic
+
+
+@kernel("float64(float64[::1], float64[::1], float64, float64, float64[::1])")
+def sag(radii: Any, u: Any, w: Any, force: Any, dough: Any) -> Any:
+    """Return how deep a slowly growing force, N, presses the lump, m; at most to half its height."""
+    content = volume(radii, w)
+    low, high = extent(radii, u)
+    soft = (0.75 * content / math.pi) ** (1.0 / 3.0) * w / (2.0 * math.pi)
+    below, weights = lowest(radii, u, w, 0.2 * low)
+    least, most = 0.0, 0.5 * (low + high)
+    for _ in range(2 * _HALVINGS):
+        deep = 0.5 * (least + most)
+        if answer(below, weights, low, low + high, content, deep, soft, math.inf, dough) < force:
+            least = deep
+        else:
+            most = deep
+    return most
+
+
+@kernel("UniTuple(float64, 2)(float64[::1], float64[::1], float64, float64, float64, float64, float64, float64[::1])")
+def sink(radii: Any, u: Any, w: Any, content: Any, low: Any, tall: Any, force: Any, dough: Any) -> Any:
+    """Return how deep the lump sinks on a plane under a force, N, and the plastic part of that, m; a quarter radius at most."""
+    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
+    soft = ball * w / (2.0 * math.pi)
+    least, most = 0.0, min(_DEEPEST * ball, 0.75 * low)
+    below, weights = lowest(radii, u, w, low - most)
+    for _ in range(_HALVINGS):
+        deep = 0.5 * (least + most)
+        if contact(below, weights, low, tall, content, deep, soft, dough)[1] < force:
+            least = deep
+        else:
+            most = deep
+    area = contact(below, weights, low, tall, content, most, soft, dough)[0]
+    if area <= 0.0:
+        return 0.0, 0.0
+    return most, max(most - force / (2.0 * dough[MODULUS] * math.sqrt(area / math.pi)), 0.0)
+
+
+@kernel("float64(float64[::1], float64[::1], float64, float64, float64, float64)")
+def waterline(radii: Any, u: Any, w: Any, high: Any, force: Any, foundation: Any) -> Any:
+    """Return the height, m, over the centroid above which the lump stands in the hand: foundation x volume = force.
+
+    The volume above a height is convex in it, so that Newton's method approaches from below.
+    """
+    reach, cubes, steep = np.empty(len(u)), np.empty(len(u)), np.empty(len(u))
+    count = 0
+    for i in range(len(u)):
+        if u[i] > 1e-3:
+            reach[count], cubes[count], steep[count] = radii[i] * u[i], radii[i] ** 3, 1.0 / (u[i] * u[i] * u[i])
+            count += 1
+    line, aim = 0.05 * high, 3.0 * force / (foundation * w)
+    for _ in range(_HALVINGS):
+        above, area, cube = 0.0, 0.0, line * line * line
+        for i in range(count):
+            if reach[i] > line:
+                above += cubes[i] - cube * steep[i]
+                area += steep[i]
+        if above <= (1.0 + 1e-6) * aim:
+            break
+        line = min(line + (above - aim) / (3.0 * line * line * area), high)
+    return line
+
+
+@kernel("UniTuple(float64, 2)(float64[::1], int64[:,::1], float64[:,:,::1], int64)")
+def bend(radii: Any, neighbours: Any, weights: Any, i: Any) -> Any:
+    """Return the sum of the principal curvatures at a direction times its radius, and how fast it falls with log r.
+
+    The surface is r = exp(f), with f differentiated by the weights; its mean curvature is that of a graph over the sphere.
+    """
+    gu, gv, spread, stiff = 0.0, 0.0, 0.0, 0.0
+    inverse = 1.0 / radii[i]
+    for k in range(neighbours.shape[1]):
+        part = (radii[neighbours[i, k]] - radii[i]) * inverse
+        rise = part * (1.0 - part * (0.5 - part / 3.0))  # of the logarithm
+        gu += weights[i, k, 0] * rise
+        gv += weights[i, k, 1] * rise
+        spread += weights[i, k, 2] * rise
+        stiff += weights[i, k, 2]
+    g = 1.0 + gu * gu + gv * gv
+    return (2.0 - spread / g) / math.sqrt(g), stiff
+
+
+@kernel("void(float64[::1], float64[::1], int64[:,::1], float64[:,:,::1], float64, float64, float64[::1])")
+def smooth(radii: Any, u: Any, neighbours: Any, weights: Any, line: Any, ball: Any, dough: Any) -> None:
+    """Move points under the membrane inwards where foundation and tension press harder than 2 Y.
+
+    A part of the step after which the excess would be gone is taken, so that none goes past it.
+    """
+    before = radii.copy()
+    for i in range(len(u)):
+        over = before[i] * u[i] - line
+        if over <= 0.0:
+            continue
+        bent, stiff = bend(before, neighbours, weights, i)
+        excess = dough[FOUNDATION] * over + dough[TENSION] * bent / before[i] - 2.0 * dough[YIELD]
+        if excess > 0.0:
+            step = dough[RELAXATION] * excess * before[i] ** 2 / (dough[TENSION] * stiff)
+            radii[i] -= min(step, _PASS * ball)
+
+
+@kernel("void(float64[::1], float64[:,::1], float64, float64)")
+def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
+    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume."""
+    x, y, z = 0.0, 0.0, 0.0
+    for i in range(len(radii)):
+        fourth = radii[i] ** 4
+        x += fourth * vectors[i, 0]
+        y += fourth * vectors[i, 1]
+        z += fourth * vectors[i, 2]
+    scale = 0.25 * w / content
+    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
+    for i in range(len(radii)):
+        moved = scale * (x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2])
+        radii[i] = max(radii[i] - moved, _SMALLEST * ball)
+    factor = (content / volume(radii, w)) ** (1.0 / 3.0)
+    for i in range(len(radii)):
+        radii[i] *= factor
+
+
+@kernel("void(float64[::1], float64[::1], float64, float64, float64, float64)")
+def ring(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> None:
+    """Give half of what was displaced to the points beside the contact with a plane at -plane."""
+    area = 0.0
+    for i in range(len(u)):
+        below = -radii[i] * u[i]
+        if plane * (1.0 - 1e-12) > below > plane - _RIM * ball:
+            area += radii[i] ** 2 * w
+    lost = content - volume(radii, w)
+    if area <= 0.0 or lost <= 0.0:
+        return
+    for i in range(len(u)):
+        below = -radii[i] * u[i]
+        if plane * (1.0 - 1e-12) > below > plane - _RIM * ball:
+            radii[i] += 0.5 * lost / area
+
+
+@kernel("void(float64[::1], float64[::1], float64)")
+def cut(radii: Any, u: Any, plane: Any) -> None:
+    """Move the points under a plane at -plane onto it."""
+    for i in range(len(u)):
+        if -radii[i] * u[i] > plane:
+            radii[i] = plane / -u[i]
+
+
+@kernel("void(float64[::1], float64, float64, float64)")
+def turn(quaternion: Any, x: Any, y: Any, z: Any) -> None:
+    """Turn a quaternion (w, x, y, z) by a rotation vector in world axes, rad."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    if angle == 0.0:
+        return
+    a, s = math.cos(0.5 * angle), math.sin(0.5 * angle) / angle
+    b, c, d = s * x, s * y, s * z
+    w, i, j, k = quaternion
+    quaternion[0] = a * w - b * i - c * j - d * k
+    quaternion[1] = a * i + b * w + c * k - d * j
+    quaternion[2] = a * j - b * k + c * w + d * i
+    quaternion[3] = a * k + b * j - c * i + d * w
+    quaternion /= math.sqrt(np.sum(quaternion * quaternion))
+
+
+@kernel(
+    "float64[::1](float64[::1], float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1],"
+    " float64[:,::1], float64[:,::1], float64, float64[::1])"
+)
+def roll(
+    radii: Any,
+    quaternion: Any,
+    vectors: Any,
+    neighbours: Any,
+    weights: Any,
+    turns: Any,
+    forces: Any,
+    content: Any,
+    dough: Any,
+) -> Any:
+    """Roll a lump of a volume, m^3, by rotation vectors (m, 3), rad, under forces (m, 2), N, of the hand and of the table.
+
+    Changes radii (n,) and quaternion (4,) in place; returns its height (m,), m, under load, before each turn. A yield
+    stress that is infinite leaves the shape alone.
+    """
+    w = 4.0 * math.pi / len(radii)
+    u = np.empty(len(radii))
+    heights = np.empty(len(turns))
+    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
+    for step in range(len(turns)):
+        upward(vectors, quaternion, u)
+        low, high = extent(radii, u)
+        heights[step] = low + high
+        if math.isfinite(dough[YIELD]) and forces[step, 1] > 0.0:
+            deep, plastic = sink(radii, u, w, content, low, low + high, forces[step, 1], dough)
+            heights[step] -= deep
+            line = waterline(radii, u, w, high, forces[step, 0], dough[FOUNDATION])
+            cut(radii, u, low - plastic)
+            if dough[TENSION] > 0.0 and forces[step, 0] > 0.0:
+                smooth(radii, u, neighbours, weights, line, ball, dough)
+            ring(radii, u, w, content, low - plastic, ball)
+            centre(radii, vectors, w, content)
+        turn(quaternion, turns[step, 0], turns[step, 1], turns[step, 2])
+    return heights
+
+
+@kernel("void(float64[::1], float64[::1], float64[:,::1], float64, float64)")
+def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> None:
+    """Press a lump lower by a height, m, for good: its underside gets flat and its sides take the volume, in passes."""
+    w = 4.0 * math.pi / len(radii)
+    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
+    passes = int(plastic / (_PASS * ball)) + 1
+    low, high = extent(radii, u)
+    aim = low + high - plastic
+    for k in range(passes):
+        low, high = extent(radii, u)
+        cut(radii, u, max(low - (low + high - aim) / (passes - k), _SMALLEST * ball))
+        for _ in range(3):
+            lost, area = content - volume(radii, w), 0.0
+            for i in range(len(u)):
+                area += radii[i] ** 2 * w * (1.0 - u[i] * u[i]) ** 2
+            for i in range(len(u)):
+                radii[i] += lost / area * (1.0 - u[i] * u[i]) ** 2
+        centre(radii, vectors, w, content)
