@@ -104,6 +104,8 @@ class SheetFidelity:
 
         load = self._load(place, depth)
         start = state if self.remembers else self._last.get(place)
+        if start is not None and self.sheet.effects.friction > 0 and start.load.indenter != load.indenter:
+            start = None  # friction remembers how one body slid; an object that has changed its shape is met anew
         if start is not None and not self.remembers and start.load == load:
             return start
         self.solves += 1
