@@ -127,9 +127,14 @@ class Cap:
         way = min(drop, _FIRST * self.radius)
         problem = _Problem(self, None)
         top = float(self.free.nodes[0, 1])
-        unknown = problem.solve(problem.packed(self.free.nodes, self.pressure, top - way))
-        reached = float(unknown[problem.top])
-        return problem.state(unknown, top - reached)
+        while way >= _LEAST_STEP * self.radius:
+            try:
+                unknown = problem.solve(problem.packed(self.free.nodes, self.pressure, top - way))
+            except NoEquilibrium:
+                way /= 4
+            else:
+                return problem.state(unknown, top - float(unknown[problem.top]))
+        raise NoEquilibrium("the hand does not settle on the top of the cap")
 
     def _march(self, state: CapState, drop: float) -> CapState:
         """Follow the branch from one state to the drop, in steps that are halved where Newton fails."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -38,5 +39,6 @@ class Gas:
     def room(self, volume: float, inflation: float, pressure: float) -> tuple[float, float]:
         """Return the room by p V^exponent = constant for the gas over and below the rim together."""
         absolute = self.atmosphere + pressure
-        whole = (volume + self.below) * ((self.atmosphere + inflation) / absolute) ** (1 / self.exponent)
-        return whole - self.below, -whole / (self.exponent * absolute)
+        grown = math.expm1(math.log1p((inflation - pressure) / absolute) / self.exponent)
+        whole = volume + self.below
+        return volume + whole * grown, -whole * (1 + grown) / (self.exponent * absolute)

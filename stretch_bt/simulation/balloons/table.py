@@ -42,10 +42,10 @@ class TabulatedCap:
 
 @dataclass(frozen=True)
 class CapTable:
-    """The table: `kappa` (n,), `drop` (m,), and (n, m) the three functions of them; `limit` (n,)."""
+    """The table: `kappa` (n,) with the `limit` (n,) of each, `part` (m,) of the limit, and (n, m) the three functions of them."""
 
     kappa: Array
-    drop: Array
+    part: Array
     force: Array
     yields: Array
     flattening: Array
@@ -59,7 +59,7 @@ class CapTable:
         knots = np.log(self.kappa)
         rows = [np.exp(_between(knots, np.log(rows), u)) for rows in (self.force, self.yields, self.flattening)]
         limit = math.exp(float(_between(knots, np.log(self.limit)[:, None], u)[0]))
-        return TabulatedCap(*(PowerCurve(self.drop, row) for row in rows), limit)
+        return TabulatedCap(*(PowerCurve(limit * self.part, row) for row in rows), limit)
 
 
 def _between(x: Array, y: Array, at: float) -> Array:
