@@ -118,7 +118,10 @@ class SheetFidelity:
         before, last = self._last.get(place, (None, None))
         if last is not None and before is known and last.load == load:
             return last
-        solved = solve(self.sheet, load, self.settings, known if self.remembers else last)
+        start = known if self.remembers else last
+        if start is not None and self.sheet.effects.friction > 0 and start.load.indenter != load.indenter:
+            start = None  # friction remembers how one body slid; an object that has changed its shape is met anew
+        solved = solve(self.sheet, load, self.settings, start)
         _keep(self._last, place, (known, solved))
         return solved
 
