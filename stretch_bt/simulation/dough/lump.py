@@ -69,13 +69,21 @@ class Lump:
         return float(self.radii.std() / self.radii.mean())
 
     @cached_property
+    def rotation(self) -> Array:
+        """Rotation (3, 3) from its own axes to the world's."""
+        w, x, y, z = self.quaternion.tolist()
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+
+    @cached_property
     def upward(self) -> Array:
         """World z of the directions (n,)."""
-        from stretch_bt.simulation.dough.roll_kernel import upward
-
-        u = np.empty(len(self.radii))
-        upward(self.directions.vectors, self.quaternion.copy(), u)
-        return u
+        return np.asarray(self.directions.vectors @ self.rotation[2])
 
     @cached_property
     def extent(self) -> tuple[float, float]:
@@ -86,7 +94,8 @@ class Lump:
     @property
     def height(self) -> float:
         """From its lowest to its highest point, m, without a load."""
-        return sum(self.extent)
+        low, high = self.extent
+        return low + high
 
     def resistance(self, dough: Dough, deep: float, dt: float = math.inf) -> tuple[float, float, float]:
         """Return force, N, its derivative, N/m, and the plastic part, m, of a depth, m, pressed in a step of dt, s."""

@@ -113,12 +113,12 @@ def carried(area: Any, flow: Any, tall: Any, deep: Any, dt: Any, dough: Any) -> 
     Bulkley 1926). The residual is monotone in F, so halving finds it.
     """
     thickening = dough[CONSISTENCY] / dough[YIELD]
-    if math.isinf(dough[MODULUS]):
-        return flow * (1.0 + thickening * (deep / (tall * dt)) ** dough[POWER])
     stiffness = 2.0 * dough[MODULUS] * math.sqrt(area / math.pi)
     elastic = stiffness * deep
     if elastic <= flow or thickening <= 0.0:
         return min(elastic, flow)
+    if math.isinf(stiffness):
+        return flow * (1.0 + thickening * (deep / (tall * dt)) ** dough[POWER])
     least, most = flow, elastic
     for _ in range(2 * _HALVINGS):
         force = 0.5 * (least + most)
