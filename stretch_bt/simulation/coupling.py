@@ -15,7 +15,8 @@ __all__ = ["Equilibrium", "couple"]
 BUDGET = 60
 _CLOSE = 1e-10  # of the logarithm of the ratio of forces
 _TINY = 1e-11  # of the bracket of drops
-_FAR = 30.0  # logit of the share that the object takes
+_FAR = 200.0  # logit of the share that the object takes
+_LONG = 0.2  # of the depth
 _SHRINK = 0.5  # a step that leaves more than this of the residual is followed by one that splits the bracket
 
 
@@ -95,16 +96,22 @@ class _Series:
 
     def reached(self, ends: Sequence[float], start: float) -> Equilibrium:
         """Return the first equilibrium on the way from `start`, by the pieces between ends."""
-        grows = self.pull(start) > 0
+        grows = start <= ends[0] or self.pull(start) > 0
         pieces = [(a, b) for a, b in pairwise(ends) if (b > start if grows else a < start)]
         jumped = False
         for piece in pieces if grows else reversed(pieces):
             low, high = (max(piece[0], start), piece[1]) if grows else (piece[0], min(piece[1], start))
-            falls = self.thing((low + high) / 2)[1] < 0
-            if (self.pull(high) <= 0) if grows else (self.pull(low) >= 0):
+            # at the last end the membrane is free, at the first one the object
+            if self._held(piece, ends, high) if grows else self._let_go(piece, ends, low):
                 return self.between(low, high)._replace(jumped=jumped)
-            jumped = jumped or falls
+            jumped = jumped or self.thing((low + high) / 2)[1] < 0
         raise NoEquilibrium("membrane and object in series: no equilibrium within the travel")
+
+    def _held(self, piece: tuple[float, float], ends: Sequence[float], drop: float) -> bool:
+        return piece[1] == ends[-1] or self.pull(drop) <= 0
+
+    def _let_go(self, piece: tuple[float, float], ends: Sequence[float], drop: float) -> bool:
+        return piece[0] == ends[0] or self.pull(drop) >= 0
 
     def between(self, low: float, high: float) -> Equilibrium:
         """Return the equilibrium between two drops, at which the membrane presses harder and less hard."""
@@ -135,16 +142,23 @@ class _Series:
         raise NoEquilibrium(f"membrane and object in series: no convergence within {BUDGET} evaluations")
 
     def _within(self, low: float, high: float) -> Equilibrium:
-        """Return the equilibrium on a piece that begins with a force, by Newton's method from its begin, held in the bracket."""
+        """Return the equilibrium on a piece that begins with a force, by Newton's method from its begin, held in the bracket.
+
+        A long step goes by the logarithms of depth and forces, in which a soft object is a straight line.
+        """
         drop, least = low, _TINY * (high - low)
         while self.spent < BUDGET:
-            (pressed, steep), (held, stiff) = self.membrane(self.travel - drop), self.thing(drop)
+            depth = self.travel - drop
+            (pressed, steep), (held, stiff) = self.membrane(depth), self.thing(drop)
             self.spent += 1
             low, high = (drop, high) if pressed > held else (low, drop)
             step = (pressed - held) / (steep + stiff) if steep + stiff > 0 else math.inf
-            following = drop + step
             if abs(step) <= least:
-                return Equilibrium(self.travel - drop, drop, pressed, self.spent)
+                return Equilibrium(depth, drop, pressed, self.spent)
+            if abs(step) > _LONG * depth and pressed > 0 and held > 0:
+                power = (steep / pressed + stiff / held) * depth
+                step = -depth * math.expm1(-math.log(pressed / held) / power) if power > 0 else math.inf
+            following = drop + step
             drop = following if low <= following <= high else (low + high) / 2
         raise NoEquilibrium(f"membrane and object in series: no convergence within {BUDGET} evaluations")
 

@@ -1,4 +1,4 @@
-"""From depth to what a camera sends."""
+"""The last step of an exposure: whole counts of 16 bits."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ _MOST = 65535
 
 
 def counts(exposure: Exposure) -> npt.NDArray[np.uint16]:
-    """Return the (h, w) uint16 counts of an exposure: 0 where there is no value, or one that does not fit 16 bits."""
-    raw = np.rint(exposure.depth * np.float32(1 / exposure.unit))
-    raw[~((raw > 0) & (raw < _MOST))] = 0
-    sent: npt.NDArray[np.uint16] = raw.astype(np.uint16)
-    return sent
+    """Return (h, w) uint16 counts of `exposure.unit`, m; 0 where there is no value, or one that 16 bits do not hold."""
+    scaled = exposure.depth * np.float32(1 / exposure.unit)
+    np.rint(scaled, out=scaled)
+    np.copyto(scaled, 0, where=~((scaled > 0) & (scaled < _MOST)))
+    return scaled.astype(np.uint16)

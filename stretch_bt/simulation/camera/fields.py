@@ -44,6 +44,7 @@ def _spread(count: int, kernel: float) -> Image:
     margin = int(np.ceil(_REACH * kernel / step))
     seeds = step * np.arange(-margin, int(np.ceil(count / step)) + margin)
     weights = np.exp(-((np.arange(count)[:, None] - seeds) ** 2) / (2 * kernel**2))
+    weights[weights < 1e-7] = 0.0  # single precision loses it, and is slow with what is next to nothing
     spread: Image = (weights / np.sqrt((weights**2).sum(axis=1, keepdims=True))).astype(np.float32)
     spread.flags.writeable = False
     return spread

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.frames import Intrinsics
 from stretch_bt.simulation.camera.skin import Grid, Plane, Profile, Skin
-from stretch_bt.simulation.camera.view import Offset, View
+from stretch_bt.simulation.camera.view import RIGHT, Offset, View
 
 __all__ = ["DepthRenderer"]
 
@@ -28,7 +28,7 @@ class DepthRenderer:
     under the fingers, which give no value. A camera that the membrane comes nearer to than 10 mm sees nothing at all.
     """
 
-    def __init__(self, intrinsics: Intrinsics, plane_distance: float, offset: Offset = Offset()) -> None:
+    def __init__(self, intrinsics: Intrinsics, plane_distance: float, offset: Offset = RIGHT) -> None:
         self.view = View(intrinsics, plane_distance, offset)
         self._work: npt.NDArray[np.float64] = np.empty((5, 0, 0))
 
@@ -58,9 +58,10 @@ class DepthRenderer:
         shape = (5, maps.shape[1], image.shape[1])
         if self._work.shape != shape:
             self._work = np.empty(shape)
-        if not look(*maps, self._work, image):
+        column, row, depth = maps
+        if not look(column, row, depth, self._work, image):
             image[:] = 0.0
-            look_through(*maps, _ROWS, _COLUMNS, image)
+            look_through(column, row, depth, _ROWS, _COLUMNS, image)
         return True
 
     def _profile(self, skin: Profile, image: Image) -> bool:

@@ -13,7 +13,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Intrinsics, Pose
 from stretch_bt.perception.deprojection import ray_planes
 
-__all__ = ["SR305", "Offset", "View"]
+__all__ = ["RIGHT", "SR305", "Offset", "View"]
 
 SR305 = Intrinsics(fx=476.0, fy=476.0, cx=320.0, cy=240.0, width=640, height=480)
 
@@ -35,6 +35,10 @@ class Offset(NamedTuple):
     tilt_y: float = 0.0
 
 
+#: where it is thought to be
+RIGHT = Offset()
+
+
 @dataclass(frozen=True)
 class View:
     """A camera at `plane_distance`, m, over the membrane's centre, but for its `offset`, with a lens.
@@ -44,7 +48,7 @@ class View:
 
     intrinsics: Intrinsics
     plane_distance: float
-    offset: Offset = Offset()
+    offset: Offset = RIGHT
 
     def __post_init__(self) -> None:
         if not self.plane_distance + self.offset.z > 0:
@@ -89,7 +93,8 @@ class View:
         k1, k2, p1, p2, k3 = self.intrinsics.distortion
         if not any(self.intrinsics.distortion):
             return x, y
-        u, v = x.copy(), y.copy()
+        u: Array = x.copy()
+        v: Array = y.copy()
         for _ in range(_STEPS):
             r2 = u * u + v * v
             radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -100,4 +105,5 @@ class View:
             u -= off_x / radial
             v -= off_y / radial
         missed = np.hypot(off_x, off_y) > _MET
-        return np.where(missed, 1e6, u), np.where(missed, 1e6, v)
+        u[missed] = v[missed] = 1e6
+        return u, v

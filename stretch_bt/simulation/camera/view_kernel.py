@@ -114,7 +114,7 @@ def look(column: Any, row: Any, depth: Any, work: Any, image: Any) -> Any:
                 return False
             p, q = place[j, u], place[j + 1, u]
             whole = p >= 0.0 and q >= 0.0 and p <= most and q <= most
-            for w in range(max(int(math.ceil(a)), 0), min(int(math.floor(b)), height - 1) + 1):
+            for w in range(max(math.ceil(a), 0), min(math.floor(b), height - 1) + 1):
                 t = crossing(a, b, dv[j, u], dv[j + 1, u], w)
                 if whole or 0.0 <= p + t * (q - p) <= most:
                     image[w, u] = cubic(z[j, u], z[j + 1, u], dz[j, u], dz[j + 1, u], t)

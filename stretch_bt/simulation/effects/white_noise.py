@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar
 
@@ -23,26 +22,33 @@ class Parameters(base.Parameters):
     sd: Annotated[Length, Within(0.0, 0.1, "Length")] = Field(
         default=5e-5, description="standard deviation of one pixel"
     )
+    reference_depth: Annotated[Length, Within(0.01, 10.0, "Length")] | None = Field(
+        default=None,
+        description="depth that this holds for where it grows with the square of depth; else it holds everywhere",
+    )
 
 
 class WhiteNoise(CameraEffect):
     """Noise that is independent between pixels and frames."""
 
     name = "white_noise"
-    order = 40
-    cost_ms = 0.6
+    order = 50
+    cost_ms = 0.9
     cost_per = "frame"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield what is left of it after averaging over the pixels of the contact and over frames."""
-        count = max(case.contact_pixels, 1.0) * case.frames
-        left = parameters.sd / math.sqrt(count)
-        yield from case.from_height(left, f"{parameters.sd * 1e3:.2g} mm over {count:.0f} pixels")
+        from stretch_bt.simulation.camera.averaging import frames_left, noise_sizes
+
+        left = parameters.sd * frames_left(0.0, case.frames)
+        yield from noise_sizes(case, left, 0.0, f"{parameters.sd * 1e3:.2g} mm over {case.frames} frames")
 
     def expose(self, exposure: Exposure) -> None:
         """Add it."""
         if self.parameters.sd > 0:
+            from stretch_bt.simulation.camera.added import add
+
             noise = exposure.random(self.name).standard_normal(exposure.depth.shape, np.float32)
-            exposure.depth += noise * np.float32(self.parameters.sd) * (exposure.depth > 0)
+            add(exposure, noise, self.parameters.sd, self.parameters.reference_depth)

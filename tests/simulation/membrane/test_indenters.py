@@ -9,13 +9,17 @@ from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.cube import Cube
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder
 from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.parse import parse_indenter
 from stretch_bt.simulation.membrane.indenters.placed import place
+from stretch_bt.simulation.membrane.indenters.ring import Ring
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
+from stretch_bt.simulation.membrane.indenters.shapes import pyramid, triangular_prism
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.indenters.turned import Turned, turn
 from stretch_bt.simulation.membrane.indenters.wire import Wire
+from stretch_bt.simulation.membrane.indenters.wire_polygon import WirePolygon
 
 
 def field(surface, count=51, pitch=0.5e-3):
@@ -34,6 +38,11 @@ SHAPES = [
     Wire(0.0015, 0.03, 0.4),
     BUMP,
     Turned(BUMP, 0.7),
+    HalfCylinder(0.012, 0.02),
+    Ring(0.002, 0.02),
+    WirePolygon(0.002, 0.02),
+    triangular_prism(0.02, 0.012, 0.01),
+    pyramid(0.02, 0.012),
     Turned(Box(0.01, 0.016), 0.4),
 ]
 TILTS = [(0.0, 0.0), (0.2, -0.3)]

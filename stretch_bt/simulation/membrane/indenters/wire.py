@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
 
-__all__ = ["Wire"]
+__all__ = ["Wire", "along"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +63,10 @@ class Wire(Solid):
         """Return narrow zones where the wire runs along an axis, and zones at its ends."""
         size = spacing(self.diameter / 2, gauge) * 1.5
         x, y = (abs(float(v)) for v in self._half(rotation)[:2])
-        return _along(x, y, size), _along(y, x, size)
+        return along(x, y, size), along(y, x, size)
 
 
-def _along(reach: float, across: float, size: float) -> list[Zone]:
+def along(reach: float, across: float, size: float) -> list[Zone]:
     """Return zones on one axis for a wire that spans `reach` to either side there and `across` on the other axis."""
     if reach <= 2 * size:
         return [Zone(-reach - 2 * size, reach + 2 * size, size)]
