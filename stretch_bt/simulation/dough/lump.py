@@ -61,7 +61,7 @@ class Lump:
     @property
     def ball(self) -> float:
         """Radius of the ball of the same volume, m."""
-        return (0.75 * self.volume / math.pi) ** (1 / 3)
+        return math.cbrt(0.75 * self.volume / math.pi)
 
     @property
     def roundness(self) -> float:

@@ -31,7 +31,7 @@ class UpperSide(HeightField):
         return self.radius
 
     @property
-    def feature(self) -> float:  # type: ignore[override]
+    def feature(self) -> float:
         """That of the ball, m."""
         return self.radius
 

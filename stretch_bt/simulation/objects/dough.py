@@ -9,7 +9,7 @@ from pydantic import Field
 
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec, Rough
-from stretch_bt.units import Length, Mass, Pressure, Within
+from stretch_bt.units import Length, Mass, Pressure, Stiffness, Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.dough.specimen import DoughSpecimen
@@ -43,8 +43,8 @@ class DoughObject(ObjectSpec):
     mass: Annotated[Mass, Within(0.0, 1.0, "Mass")] | None = Field(
         default=None, description="that of 1.25 g/cm3 unless given"
     )
-    smoothing: Annotated[float, Within(0.0, 1e3)] = Field(
-        default=20.0, description="tension with which the membrane smooths it, N/m"
+    smoothing: Annotated[Stiffness, Within(0.0, 1e3, "Stiffness")] = Field(
+        default=20.0, description="tension of the membrane that smooths it where it is sharp"
     )
     directions: int = Field(default=500, ge=100, le=8000, description="in which its radius is known")
 
@@ -61,7 +61,7 @@ class DoughObject(ObjectSpec):
     @property
     def ball(self) -> float:
         """Radius of the ball of its volume, m."""
-        return self.edge * (0.75 / math.pi) ** (1 / 3)
+        return self.edge * math.cbrt(0.75 / math.pi)
 
     @property
     def weight(self) -> float:
@@ -80,8 +80,9 @@ class DoughObject(ObjectSpec):
         return Cube(self.edge, _FILLET)
 
     def rough(self) -> Rough:
-        """Return the radius of its ball, what it weighs, and its rigid self: how it gives way is plasticity's."""
-        return Rough(self.ball, weight=self.weight, edge=_FILLET, loose=True)
+        """Return the radius of its ball, what it weighs, and how stiff it is where it begins to flow."""
+        elastic, flowing = 4 / 3 * self.modulus * self.ball, 4 * math.pi * self.ball * self.yield_stress
+        return Rough(self.ball, 1 / (1 / elastic + 1 / flowing), self.weight, _FILLET)
 
     def known(self) -> dict[str, float]:
         """Return the radius, m, of the ball of its volume."""
