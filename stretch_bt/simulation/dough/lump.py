@@ -97,22 +97,6 @@ class Lump:
         low, high = self.extent
         return low + high
 
-    def resistance(self, dough: Dough, deep: float, dt: float = math.inf) -> tuple[float, float, float]:
-        """Return force, N, its derivative, N/m, and the plastic part, m, of a depth, m, pressed in a step of dt, s."""
-        from stretch_bt.simulation.dough.roll_kernel import resistance
-
-        solid = self.directions.solid_angle
-        force, slope, plastic = resistance(self.radii.copy(), self.upward, solid, deep, dt, dough.numbers())
-        return float(force), float(slope), float(plastic)
-
-    def sag(self, dough: Dough, force: float) -> float:
-        """Return how deep a force, N, that grows slowly presses it, m, at most to half its height."""
-        from stretch_bt.simulation.dough.roll_kernel import sag
-
-        if force <= 0:
-            return 0.0
-        return float(sag(self.radii.copy(), self.upward, self.directions.solid_angle, force, dough.numbers()))
-
     def flattened(self, plastic: float) -> Lump:
         """Return it lower by a height, m, for good: its underside is flat and its sides took the volume.
 

@@ -11,6 +11,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.dough.disc import cracked, outline
 from stretch_bt.simulation.dough.lump import Lump, cube
 from stretch_bt.simulation.dough.material import Dough
+from stretch_bt.simulation.dough.resistance import Resistance
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.objects.base import Moved, Specimen, Standing
 from stretch_bt.simulation.objects.response import Law
@@ -54,6 +55,7 @@ class DoughSpecimen(Specimen):
         self.tack = _number(effects, "tack", "pull", 0.0)
         self.cracks = effects.get("edge_cracks")
         self._top = lru_cache(maxsize=_KEPT)(self._find_top)
+        self._felt = lru_cache(maxsize=_KEPT)(Resistance)
         self._body = lru_cache(maxsize=_KEPT)(self._make_body)
 
     @property
@@ -67,17 +69,23 @@ class DoughSpecimen(Specimen):
 
     def law(self, state: DoughState, dt: float) -> Law | None:
         """Return the force on its top, N, less what it weighs, by how far it is pressed down in a step of `dt`, s."""
-        dough = self.dough
-        if dough is None:
+        if self.dough is None:
             return None
-        lump, weight, step = state.lump, self.spec.weight, max(dt, _SHORTEST)
-        sunk = self._sunk(lump)
+        felt, step = self._felt(state.lump, self.dough), max(dt, _SHORTEST)
+        sunk = self._sunk(state.lump)
 
         def law(drop: float) -> tuple[float, float]:
-            force, slope, _ = lump.resistance(dough, drop + sunk, step)
-            return self._pulled(max(force - weight, 0.0), slope)
+            force, slope = felt.force(drop + sunk, step)
+            return self._pulled(max(force - self.spec.weight, 0.0), slope)
 
         return law
+
+    def kinks(self, state: DoughState) -> tuple[float, ...]:
+        """Return the drop at which it begins to flow, m."""
+        if self.dough is None:
+            return ()
+        drop = self._felt(state.lump, self.dough).yields - self._sunk(state.lump)
+        return (drop,) if drop > 0 else ()
 
     def pull(self, state: DoughState) -> float:
         """Return the force, N, with which it holds the hand that lifts off it."""
@@ -104,7 +112,7 @@ class DoughSpecimen(Specimen):
             return state
         lump = state.lump
         deep = moved.drop + self._sunk(lump)
-        plastic = lump.resistance(self.dough, deep, max(moved.dt, _SHORTEST))[2]
+        plastic = self._felt(lump, self.dough).plastic(deep, max(moved.dt, _SHORTEST))
         if plastic < _BARELY:
             return state
         if plastic >= lump.height:
@@ -149,7 +157,7 @@ class DoughSpecimen(Specimen):
         return self.spec.base + lump.height - self._top(lump)
 
     def _find_top(self, lump: Lump) -> float:
-        sunk = 0.0 if self.dough is None else lump.sag(self.dough, self.spec.weight)
+        sunk = 0.0 if self.dough is None else self._felt(lump, self.dough).depth(self.spec.weight)
         return self.spec.base + lump.height - sunk
 
     def _make_body(self, lump: Lump) -> Indenter:
