@@ -32,12 +32,12 @@ def flow(star: Any, content: Any, tall: Any, deep: Any, dough: Any) -> Any:
     return area, max(PATCH - (PATCH - SECTION) * part**1.5, hill) * dough[YIELD] * area
 
 
-@kernel("float64(float64, float64, float64, float64, float64, float64[::1])")
-def carried(area: Any, flows: Any, tall: Any, deep: Any, dt: Any, dough: Any) -> Any:
+@kernel("float64(float64, float64, float64, float64, float64, float64, float64[::1])")
+def carried(area: Any, flows: Any, tall: Any, deep: Any, before: Any, dt: Any, dough: Any) -> Any:
     """Return the force, N, at the end of a step of dt, s, to a depth, m, by implicit return mapping.
 
-    Elastic part F / (2 E* a) and plastic part share the depth; the yield stress rises by K (plastic rate)^n (Herschel &
-    Bulkley 1926). The residual is monotone in F, so halving finds it.
+    Elastic part F / (2 E* a) and plastic part share the depth, the latter `before`, m, at the begin; the yield stress rises
+    by K (plastic rate)^n (Herschel & Bulkley 1926). The residual is monotone in F, so halving finds it.
     """
     thickening = dough[CONSISTENCY] / dough[YIELD]
     stiffness = 2.0 * dough[MODULUS] * math.sqrt(area / math.pi)
@@ -45,11 +45,11 @@ def carried(area: Any, flows: Any, tall: Any, deep: Any, dt: Any, dough: Any) ->
     if elastic <= flows or thickening <= 0.0:
         return min(elastic, flows)
     if math.isinf(stiffness):
-        return flows * (1.0 + thickening * (deep / (tall * dt)) ** dough[POWER])
+        return flows * (1.0 + thickening * (max(deep - before, 0.0) / (tall * dt)) ** dough[POWER])
     least, most = flows, elastic
     for _ in range(_HALVINGS):
         force = 0.5 * (least + most)
-        rate = max(deep - force / stiffness, 0.0) / (tall * dt)
+        rate = max(deep - force / stiffness - before, 0.0) / (tall * dt)
         if flows * (1.0 + thickening * rate ** dough[POWER]) > force:
             least = force
         else:
@@ -77,14 +77,14 @@ def share(table: Any, deep: Any) -> Any:
     return table[low, 1] + t * (before + t * (3.0 * rise - 2.0 * before - after + t * (before + after - 2.0 * rise)))
 
 
-@kernel("UniTuple(float64, 3)(float64[:,::1], float64, float64, float64, float64, float64[::1])")
-def answer(table: Any, content: Any, tall: Any, deep: Any, dt: Any, dough: Any) -> Any:
-    """Return force, N, plastic depth, m, and elastic over flow force, of a press `deep`, m, in a step of dt, s."""
+@kernel("UniTuple(float64, 2)(float64[:,::1], float64, float64, float64, float64, float64, float64[::1])")
+def answer(table: Any, content: Any, tall: Any, deep: Any, before: Any, dt: Any, dough: Any) -> Any:
+    """Return force, N, and plastic depth, m, of a press `deep`, m, in a step of dt, s."""
     if deep <= 0.0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0
     area, flows = flow(share(table, deep), content, tall, deep, dough)
     if area <= 0.0:
-        return 0.0, 0.0, 0.0
-    force = carried(area, flows, tall, deep, dt, dough)
+        return 0.0, 0.0
+    force = carried(area, flows, tall, deep, before, dt, dough)
     stiffness = 2.0 * dough[MODULUS] * math.sqrt(area / math.pi)
-    return force, max(deep - force / stiffness, 0.0), stiffness * deep / flows
+    return force, max(deep - force / stiffness, 0.0)

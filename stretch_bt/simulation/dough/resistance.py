@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -21,40 +20,38 @@ _HALVINGS = 60
 
 
 class Resistance:
-    """The force of a lump on a plate that is pressed down on it, from the shape that it has without a load.
+    """The force of a lump on a plate that is pressed down on it, beyond the `load`, N, under which it lies already.
 
     It rises with the depth, up to the height of the lump. The section under a plane comes from the volume below it, between
     depths that lie closer near the underside, and is made to rise: a field of radii is rough.
     """
 
-    def __init__(self, lump: Lump, dough: Dough) -> None:
+    def __init__(self, lump: Lump, dough: Dough, load: float = 0.0) -> None:
         self.lump, self._dough = lump, dough.numbers()
         self.height = lump.height
         self._table = _sections(lump)
+        self._before = 0.0
+        #: how deep the load presses it, m, at most to half of its height
+        self.sunk = 0.0 if load <= 0 else self._first(lambda deep: self._answer(deep, math.inf)[0] >= load)
+        resting, self._before = self._answer(self.sunk, math.inf)
+        # a face that does not spring back bears more than the load before it gives way; else the force begins at 0 exactly
+        self._load = load if resting > (1 + 1e-6) * load else resting
 
-    def force(self, deep: float, dt: float = math.inf) -> tuple[float, float]:
-        """Return the force, N, and its derivative, N/m, at the end of a step of dt, s, to a depth, m."""
+    def force(self, drop: float, dt: float = math.inf) -> tuple[float, float]:
+        """Return the force, N, and its derivative, N/m, at the end of a step of dt, s, to a drop below where it lies, m."""
         nudge = _NUDGE * self.height
-        force, more = self._answer(deep, dt)[0], self._answer(deep + nudge, dt)[0]
-        return force, (more - force) / nudge
+        force, more = (self._answer(self.sunk + d, dt)[0] - self._load for d in (drop, drop + nudge))
+        return max(force, 0.0), max(more - force, 0.0) / nudge
 
-    def plastic(self, deep: float, dt: float = math.inf) -> float:
-        """Return the part of a depth, m, that stays after a step of dt, s."""
-        return self._answer(deep, dt)[1]
+    def plastic(self, drop: float, dt: float = math.inf) -> float:
+        """Return the part of its height, m, that is gone for good after a step of dt, s, to a drop, m."""
+        return self._answer(self.sunk + drop, dt)[1]
 
-    def depth(self, force: float) -> float:
-        """Return how deep a force, N, that grows slowly presses it, m; at most to half of its height."""
-        return 0.0 if force <= 0 else self._first(lambda deep: self._answer(deep, math.inf)[0] >= force)
-
-    @cached_property
-    def yields(self) -> float:
-        """The depth, m, at which it begins to flow; at most half of its height."""
-        return self._first(lambda deep: self._answer(deep, math.inf)[2] >= 1)
-
-    def _answer(self, deep: float, dt: float) -> tuple[float, float, float]:
+    def _answer(self, deep: float, dt: float) -> tuple[float, float]:
         from stretch_bt.simulation.dough.law_kernel import answer
 
-        found: tuple[float, float, float] = answer(self._table, self.lump.volume, self.height, deep, dt, self._dough)
+        table, volume = self._table, self.lump.volume
+        found: tuple[float, float] = answer(table, volume, self.height, deep, self._before, dt, self._dough)
         return found
 
     def _first(self, reached: Callable[[float], bool]) -> float:

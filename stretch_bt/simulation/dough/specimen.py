@@ -55,7 +55,7 @@ class DoughSpecimen(Specimen):
         self.tack = _number(effects, "tack", "pull", 0.0)
         self.cracks = effects.get("edge_cracks")
         self._top = lru_cache(maxsize=_KEPT)(self._find_top)
-        self._felt = lru_cache(maxsize=_KEPT)(Resistance)
+        self._felt = lru_cache(maxsize=_KEPT)(self._make_felt)
         self._body = lru_cache(maxsize=_KEPT)(self._make_body)
 
     @property
@@ -71,21 +71,8 @@ class DoughSpecimen(Specimen):
         """Return the force on its top, N, less what it weighs, by how far it is pressed down in a step of `dt`, s."""
         if self.dough is None:
             return None
-        felt, step = self._felt(state.lump, self.dough), max(dt, _SHORTEST)
-        sunk = self._sunk(state.lump)
-
-        def law(drop: float) -> tuple[float, float]:
-            force, slope = felt.force(drop + sunk, step)
-            return self._pulled(max(force - self.spec.weight, 0.0), slope)
-
-        return law
-
-    def kinks(self, state: DoughState) -> tuple[float, ...]:
-        """Return the drop at which it begins to flow, m."""
-        if self.dough is None:
-            return ()
-        drop = self._felt(state.lump, self.dough).yields - self._sunk(state.lump)
-        return (drop,) if drop > 0 else ()
+        felt, step = self._felt(state.lump), max(dt, _SHORTEST)
+        return lambda drop: self._pulled(*felt.force(drop, step))
 
     def pull(self, state: DoughState) -> float:
         """Return the force, N, with which it holds the hand that lifts off it."""
@@ -111,8 +98,7 @@ class DoughSpecimen(Specimen):
         if self.dough is None or moved.drop <= 0:
             return state
         lump = state.lump
-        deep = moved.drop + self._sunk(lump)
-        plastic = self._felt(lump, self.dough).plastic(deep, max(moved.dt, _SHORTEST))
+        plastic = self._felt(lump).plastic(moved.drop, max(moved.dt, _SHORTEST))
         if plastic < _BARELY:
             return state
         if plastic >= lump.height:
@@ -152,13 +138,12 @@ class DoughSpecimen(Specimen):
         away = math.exp(-force / self.tack)
         return force - self.tack * (1 - away), slope * (1 - away)
 
-    def _sunk(self, lump: Lump) -> float:
-        """Return by how much its own weight presses it, m."""
-        return self.spec.base + lump.height - self._top(lump)
-
     def _find_top(self, lump: Lump) -> float:
-        sunk = 0.0 if self.dough is None else self._felt(lump, self.dough).depth(self.spec.weight)
-        return self.spec.base + lump.height - sunk
+        return self.spec.base + lump.height - (0.0 if self.dough is None else self._felt(lump).sunk)
+
+    def _make_felt(self, lump: Lump) -> Resistance:
+        assert self.dough is not None
+        return Resistance(lump, self.dough, self.spec.weight)
 
     def _make_body(self, lump: Lump) -> Indenter:
         from stretch_bt.simulation.dough.surface import upper_side
