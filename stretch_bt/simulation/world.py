@@ -69,8 +69,9 @@ class World:
         self.verdicts = advise(scene)
         self.effects = switch_on(scene, self.verdicts)
         self.specimen = scene.object.specimen(self.effects)
-        self.fidelity = make_fidelity(scene, self.membrane, self.effects.of(MembraneEffect))  # type: ignore[type-abstract]
         self.stats = Stats()
+        on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
+        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
         self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
         self._known: OrderedDict[Any, Contact] = OrderedDict()
         self._skin: tuple[Any, Skin] | None = None

@@ -19,6 +19,7 @@ from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.objects.response import Law
+from stretch_bt.simulation.stats import Stats
 
 if TYPE_CHECKING:  # numba comes along with it
     from stretch_bt.simulation.membrane.sheet.result import Load, Shape, SheetPress
@@ -42,7 +43,9 @@ class SheetFidelity:
         mount_prestretch: float,
         effects: Iterable[MembraneEffect] = (),
         settings: Settings | None = None,
+        stats: Stats | None = None,
     ) -> None:
+        self.stats = stats or Stats()
         on = Effects()
         for effect in effects:
             on = effect.on_sheet(on)
@@ -52,7 +55,6 @@ class SheetFidelity:
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
         self._last: OrderedDict[Place, SheetPress] = OrderedDict()
         self.resting = lru_cache(maxsize=_KEPT)(self._resting)
-        self.solves = 0
 
     def law(self, place: Place, state: Any) -> Law:
         """Return the force between solved depths, or of a solve at each depth where the membrane remembers."""
@@ -106,8 +108,8 @@ class SheetFidelity:
         start = state if self.remembers else self._last.get(place)
         if start is not None and not self.remembers and start.load == load:
             return start
-        self.solves += 1
-        solved = solve(self.sheet, load, self.settings, start)
+        with self.stats.timed("solve"):
+            solved = solve(self.sheet, load, self.settings, start)
         if not self.remembers:
             _keep(self._last, place, solved)
         return solved
