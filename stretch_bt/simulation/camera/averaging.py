@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stretch_bt.perception.correlation import area_of
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects.base import Size
 
@@ -36,7 +35,7 @@ def noise_sizes(case: Case, sd: float, kernel: float, why: str) -> Iterator[Size
     kernel
         Pixels; the noise is white noise smoothed by a Gaussian of it, so that 4 pi kernel^2 pixels share one error.
     """
-    area, curved = area_of(kernel), case.rough.edge >= case.radius / 2
+    area, curved = _sharing(kernel), case.rough.edge >= case.radius / 2
     radius = case.contact_radius if curved else case.radius
     count = math.pi * (radius / case.pixel) ** 2
     apart = math.sqrt(area / max(count, 1.0))
@@ -63,3 +62,8 @@ def _diameter(case: Case, sd: float, area: float, bend: float) -> float:
     slope = case.depth / (case.radius * reach)
     ring = 2 * math.pi * case.radius * 2 * _HALF_RING / case.pixel**2
     return min(4 * sd * math.sqrt(area / ring) / slope, 4 * _HALF_RING**2 * bend / slope, case.radius)
+
+
+def _sharing(kernel: float) -> float:
+    """Return how many pixels share one error of a smooth field: the sum over the plane of exp(-d^2 / 4 kernel^2), at least 1."""
+    return max(4 * math.pi * kernel**2, 1.0)
