@@ -140,6 +140,10 @@ class World:
                 self._skin = ((stretch, key), self._shape(contact, stretch))
         return self._skin[1]
 
+    def standing(self, drop: float = 0.0) -> Standing:
+        """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
+        return self.specimen.standing(self._past[-1].thing, drop)
+
     def _shape(self, contact: Contact, stretch: float) -> Skin:
         if contact.place is None:
             return self.fidelity.free(stretch)
