@@ -71,8 +71,9 @@ class World:
         self.verdicts = advise(scene)
         self.effects = switch_on(scene, self.verdicts)
         self.specimen = scene.object.specimen(self.effects)
-        self.fidelity = make_fidelity(scene, self.membrane, self.effects.of(MembraneEffect))  # type: ignore[type-abstract]
         self.stats = Stats()
+        on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
+        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
         self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
         self._known: OrderedDict[Any, Contact] = OrderedDict()
         self._skin: tuple[Any, Skin] | None = None
@@ -146,6 +147,10 @@ class World:
             with self.stats.timed("shape"):
                 self._skin = ((stretch, key), self._shape(contact, stretch))
         return self._skin[1]
+
+    def standing(self, drop: float = 0.0) -> Standing:
+        """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
+        return self.specimen.standing(self._past[-1].thing, drop)
 
     def _shape(self, contact: Contact, stretch: float) -> Skin:
         if contact.place is None:

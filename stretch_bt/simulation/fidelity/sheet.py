@@ -19,6 +19,7 @@ from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.objects.response import Law
+from stretch_bt.simulation.stats import Stats
 
 if TYPE_CHECKING:  # numba comes along with it
     from stretch_bt.simulation.membrane.sheet.result import Load, Shape, SheetPress
@@ -43,7 +44,9 @@ class SheetFidelity:
         mount_prestretch: float,
         effects: Iterable[MembraneEffect] = (),
         settings: Settings | None = None,
+        stats: Stats | None = None,
     ) -> None:
+        self.stats = stats or Stats()
         on = Effects()
         for effect in effects:
             on = effect.on_sheet(on)
@@ -121,7 +124,8 @@ class SheetFidelity:
         start = known if self.remembers else last
         if start is not None and self.sheet.effects.friction > 0 and start.load.indenter != load.indenter:
             start = None  # friction remembers how one body slid; an object that has changed its shape is met anew
-        solved = solve(self.sheet, load, self.settings, start)
+        with self.stats.timed("solve"):
+            solved = solve(self.sheet, load, self.settings, start)
         _keep(self._last, place, (known, solved))
         return solved
 
