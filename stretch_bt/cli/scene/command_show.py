@@ -40,6 +40,4 @@ def _stage() -> Stage:
     hand = cell.hand
     name, camera = next((n, d) for n, d in cell.devices.items() if d.type == "DepthCamera")
     lens = window(hand.width, hand.gauge + cell.limits.stretch.max, hand.plane_distance)
-    return Stage(
-        Membrane(hand.gauge, hand.width, hand.thickness), hand.plane_distance, lens, camera.options.rate, name
-    )
+    return Stage(Membrane(hand.gauge, hand.width, hand.thickness), hand.plane_distance, lens, camera.options.rate, name)

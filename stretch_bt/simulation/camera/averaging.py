@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from stretch_bt.perception.correlation import area_of
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects.base import Size
 
