@@ -25,6 +25,7 @@ from stretch_bt.perception import (
     find_contact,
     fit_contact_sphere,
     load_depth_png,
+    mask_membrane,
     measure_contact,
     track_height,
 )
@@ -93,7 +94,7 @@ def faceted(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 def measured(frame: DepthFrame, name: str) -> tuple[float, float]:
     """Return the height, mm, and the radius or diameter, mm, that perception finds."""
-    contact = find_contact(frame)
+    contact = find_contact(mask_membrane(frame, gauge=0.1, width=0.09, stretch=STRETCH))
     height = track_height(contact.surface, contact.labels != 255, contact.labels).value
     if name.startswith("sphere"):
         return 1e3 * height, 1e3 * fit_contact_sphere(contact).radius
