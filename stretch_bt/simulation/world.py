@@ -26,6 +26,7 @@ from stretch_bt.simulation.stats import Stats
 __all__ = ["Contact", "World"]
 
 _KEPT = 8  # contacts that are kept
+_STRIDE = 0.1  # s; a membrane that remembers is taken along its path in steps that each take few iterations
 _PAST = 64  # committed states that are kept, for what is asked of a moment ago
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
@@ -54,6 +55,7 @@ class _Past:
     thing: Any
     membrane: Any
     at: tuple[float, float]
+    hand: tuple[Pose, float] | None = None
 
 
 class World:
@@ -69,8 +71,9 @@ class World:
         self.verdicts = advise(scene)
         self.effects = switch_on(scene, self.verdicts)
         self.specimen = scene.object.specimen(self.effects)
-        self.fidelity = make_fidelity(scene, self.membrane, self.effects.of(MembraneEffect))  # type: ignore[type-abstract]
         self.stats = Stats()
+        on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
+        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
         self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
         self._known: OrderedDict[Any, Contact] = OrderedDict()
         self._skin: tuple[Any, Skin] | None = None
@@ -79,7 +82,9 @@ class World:
     def memory(self) -> float | None:
         """None without one; infinite where only the path counts; else the longest step of time, s."""
         own = self.specimen.memory
-        return math.inf if own is None and self.fidelity.remembers else own
+        if not self.fidelity.remembers:
+            return own
+        return _STRIDE if own is None else min(own, _STRIDE)
 
     @property
     def latest(self) -> float:
@@ -118,6 +123,10 @@ class World:
         if self.memory is None or time <= self._past[-1].time:
             return
         past = self._past[-1]
+        own = self.specimen.memory
+        if past.hand == (pose, stretch) and (own is None or math.isinf(own)):
+            self._past.append(replace(past, time=time))  # without a way nothing changes
+            return
         contact = self.contact(pose, stretch, time)
         with self.stats.timed("memory"):
             at = (pose.position[0], pose.position[1])
@@ -129,7 +138,7 @@ class World:
             state = past.membrane
             if contact.place is not None and self.fidelity.remembers:
                 state = self.fidelity.press(contact.place, contact.depth, state).state
-            self._past.append(_Past(time, thing, state, at))
+            self._past.append(_Past(time, thing, state, at, (pose, stretch)))
 
     def skin(self, contact: Contact, stretch: float) -> Skin:
         """Return the shape of the membrane."""
@@ -138,6 +147,10 @@ class World:
             with self.stats.timed("shape"):
                 self._skin = ((stretch, key), self._shape(contact, stretch))
         return self._skin[1]
+
+    def standing(self, drop: float = 0.0) -> Standing:
+        """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
+        return self.specimen.standing(self._past[-1].thing, drop)
 
     def _shape(self, contact: Contact, stretch: float) -> Skin:
         if contact.place is None:

@@ -61,7 +61,7 @@ class Lump:
     @property
     def ball(self) -> float:
         """Radius of the ball of the same volume, m."""
-        return (0.75 * self.volume / math.pi) ** (1 / 3)
+        return math.cbrt(0.75 * self.volume / math.pi)
 
     @property
     def roundness(self) -> float:
@@ -69,13 +69,21 @@ class Lump:
         return float(self.radii.std() / self.radii.mean())
 
     @cached_property
+    def rotation(self) -> Array:
+        """Rotation (3, 3) from its own axes to the world's."""
+        w, x, y, z = self.quaternion.tolist()
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+
+    @cached_property
     def upward(self) -> Array:
         """World z of the directions (n,)."""
-        from stretch_bt.simulation.dough.roll_kernel import upward
-
-        u = np.empty(len(self.radii))
-        upward(self.directions.vectors, self.quaternion.copy(), u)
-        return u
+        return np.asarray(self.directions.vectors @ self.rotation[2])
 
     @cached_property
     def extent(self) -> tuple[float, float]:
@@ -86,23 +94,8 @@ class Lump:
     @property
     def height(self) -> float:
         """From its lowest to its highest point, m, without a load."""
-        return sum(self.extent)
-
-    def resistance(self, dough: Dough, deep: float, dt: float = math.inf) -> tuple[float, float, float]:
-        """Return force, N, its derivative, N/m, and the plastic part, m, of a depth, m, pressed in a step of dt, s."""
-        from stretch_bt.simulation.dough.roll_kernel import resistance
-
-        solid = self.directions.solid_angle
-        force, slope, plastic = resistance(self.radii.copy(), self.upward, solid, deep, dt, dough.numbers())
-        return float(force), float(slope), float(plastic)
-
-    def sag(self, dough: Dough, force: float) -> float:
-        """Return how deep a force, N, that grows slowly presses it, m, at most to half its height."""
-        from stretch_bt.simulation.dough.roll_kernel import sag
-
-        if force <= 0:
-            return 0.0
-        return float(sag(self.radii.copy(), self.upward, self.directions.solid_angle, force, dough.numbers()))
+        low, high = self.extent
+        return low + high
 
     def flattened(self, plastic: float) -> Lump:
         """Return it lower by a height, m, for good: its underside is flat and its sides took the volume.
