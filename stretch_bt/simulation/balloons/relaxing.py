@@ -12,7 +12,8 @@ from stretch_bt.simulation.solve import find_root
 
 __all__ = ["Relaxed", "Relaxing"]
 
-_LONGEST = 0.05  # s
+#: s, the longest step: far below the times of a press, and below a tenth of the relaxation
+_LONGEST = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +26,6 @@ class Relaxed:
     inner: Any
 
 
-@dataclass(frozen=True)
 class Relaxing(Response):
     """A response with a Maxwell branch beside it: q' = g(d)' - q / time, F = F1(d) + q.
 
@@ -34,14 +34,9 @@ class Relaxing(Response):
     drop. Lee and Radok's solution is for a contact that grows; here it serves one that shrinks as well.
     """
 
-    inner: Response
-    branch: Law
-    time: float
-
-    @property
-    def memory(self) -> float:
-        """The longest step, s: far below the times of a press, and below a tenth of the relaxation."""
-        return longest_step(self.inner, min(_LONGEST, self.time / 10))
+    def __init__(self, inner: Response, branch: Law, time: float) -> None:
+        self.inner, self.branch, self.time = inner, branch, time
+        self.memory = longest_step(inner, min(_LONGEST, time / 10))
 
     def start(self) -> Relaxed:
         """At rest."""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.balloons.fills import Air, AnyFill
+from stretch_bt.simulation.balloons.cap import HAND
+from stretch_bt.simulation.balloons.fills import Air, AnyFill, Pudding
 from stretch_bt.simulation.balloons.laws import hertz, linear, no_force, scaled, together
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec, Rough, Specimen, Standing
@@ -24,8 +25,6 @@ __all__ = ["SECANT_DROP", "BalloonObject", "BalloonSpecimen"]
 
 #: the drop at which the stiffness of a balloon is told, m: that which palpation asks for
 SECANT_DROP = 1.5e-3
-#: N/m^3, of the soft hand as a foundation
-HAND = 2.6e5
 _SLACK = 1.0  # Pa, below which the skin is taken for slack
 _SETTLED = 1e6  # s
 _STEP = 1 / 30  # of its radius
@@ -151,8 +150,6 @@ class BalloonObject(ObjectSpec):
 
     def gel(self) -> tuple[Law, float] | None:
         """Return the part of a gel's force that relaxes, and the time in which it does, s; None without a gel."""
-        from stretch_bt.simulation.balloons.fills import Pudding
-
         return (hertz(self.fill.sudden, self.radius), self.fill.time) if isinstance(self.fill, Pudding) else None
 
     def secant(self, drop: float = SECANT_DROP) -> float:
