@@ -67,17 +67,16 @@ class Relaxing(Response):
     def rest(self, state: Relaxed, dt: float) -> float:
         """Return the drop, m, at which body and branch hold each other after a step without a push."""
         raw = self._raw(state, dt)
-        least = self.inner.rest(state.inner, dt)
-        if state.drop <= least or raw(least)[0] >= 0:
-            return least
+        if raw(0.0)[0] >= 0:
+            return 0.0
+        if raw(state.drop)[0] <= 0:
+            return state.drop
 
         def falling(drop: float) -> tuple[float, float]:
             value, slope = raw(drop)
             return -value, -slope
 
-        if raw(state.drop)[0] <= 0:
-            return state.drop
-        return find_root(falling, least, state.drop, state.drop, "a gel that comes back").x
+        return find_root(falling, 0.0, state.drop, state.drop, "a gel that comes back").x
 
     def _factors(self, dt: float) -> tuple[float, float]:
         """Return what is left of the branch after a step, and what it takes of an even move during it."""
