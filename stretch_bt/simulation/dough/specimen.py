@@ -102,8 +102,6 @@ class DoughSpecimen(Specimen):
         plastic = self._felt(lump).plastic(moved.drop, max(moved.dt, _SHORTEST))
         if plastic < _BARELY:
             return state
-        if plastic >= lump.height:
-            raise NoEquilibrium(f"a drop of {moved.drop * 1e3:.3g} mm would press the dough flat")
         return replace(state, lump=lump.flattened(plastic), fresh=False)
 
     def known(self, state: DoughState, drop: float) -> dict[str, float]:
