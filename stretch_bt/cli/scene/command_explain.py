@@ -78,7 +78,8 @@ def _impossible(verdicts: list[Verdict]) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for verdict in verdicts:
         if not verdict.possible:
-            found.setdefault(verdict.why, []).append(verdict.name)
+            reason = verdict.why.removesuffix(verdict.name.replace("_", " ")).strip()  # "a cup has no", and then the names
+            found.setdefault(reason, []).append(verdict.name)
     return found
 
 

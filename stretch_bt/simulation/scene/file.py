@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, PrivateAttr, Tag, create_model
 
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SceneError
 from stretch_bt.simulation.camera.presets import PRESETS
@@ -97,16 +97,24 @@ def _model() -> type[Scene]:
         __doc__="A scene file.",
         object=(objects, ...),
         effects=(
-            Literal[_WORDS] | effects,
+            _word_or(Literal[_WORDS], effects),
             Field(default="auto", description=Scene.model_fields["effects"].description),
-        ),  # type: ignore[valid-type]
+        ),
         camera=(Literal[tuple(PRESETS)], Field(default="bench", description=Scene.model_fields["camera"].description)),  # type: ignore[valid-type]
     )
 
 
 def _choice(effect: type[Effect]) -> Any:
     words = Literal["auto", "on", "off"]
-    return words | effect.Parameters if effect.Parameters.model_fields else words
+    return _word_or(words, effect.Parameters) if effect.Parameters.model_fields else words
+
+
+def _word_or(words: Any, mapping: type[BaseModel]) -> Any:
+    """Return the type of what is one of some words or a mapping; a mistake in one is told without the other."""
+    return Annotated[
+        Annotated[words, Tag("word")] | Annotated[mapping, Tag("mapping")],
+        Discriminator(lambda given: "word" if isinstance(given, str) else "mapping"),
+    ]
 
 
 def _first(effect: type[Effect]) -> str:
