@@ -22,8 +22,8 @@ import numpy.typing as npt
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.balloons import table
 from stretch_bt.simulation.balloons.cap import HAND, PLATE, Cap, CapState
-from stretch_bt.simulation.balloons.fills import cap_volume
 from stretch_bt.simulation.balloons.filling import Filling, Gas, Liquid
+from stretch_bt.simulation.balloons.fills import cap_volume
 from stretch_bt.simulation.objects.balloon import BalloonObject
 from stretch_bt.simulation.scene import load_scene
 
@@ -110,8 +110,10 @@ def make_table() -> None:
     path.parent.mkdir(exist_ok=True)
     text = json.dumps(made).replace("], [", "],\n  [").replace(', "', ',\n "')
     path.write_text(text + "\n", encoding="utf-8")
-    print(f"{path}: {len(KAPPA)} x {len(PARTS_OF_LIMIT)}, limits {[round(r, 3) for r in made['limit']]}, "
-          f"{time.process_time() - began:.1f} s")
+    print(
+        f"{path}: {len(KAPPA)} x {len(PARTS_OF_LIMIT)}, limits {[round(r, 3) for r in made['limit']]}, "
+        f"{time.process_time() - began:.1f} s"
+    )
 
 
 def exact(cap: Callable[[int], Cap], drops: Array) -> Array:
@@ -196,7 +198,9 @@ def show_gas() -> None:
             rule = liquid / (1 + beta * np.array([cap.yields(float(x))[0] for x in drops]))
             errors.append(np.abs(rule / gas - 1).max())
             taken.append((1 - gas / liquid).max())
-        print(f"beta {beta:.2f}: takes off up to {100 * max(taken):5.1f} %; the rule is off by at most {100 * max(errors):.2f} %")
+        print(
+            f"beta {beta:.2f}: takes off up to {100 * max(taken):5.1f} %; the rule is off by at most {100 * max(errors):.2f} %"
+        )
 
 
 def show_shape() -> None:
@@ -239,7 +243,9 @@ def show_ladder() -> None:
         cost = (time.process_time() - began) / len(drops)
         if not name.startswith("axi"):
             cost = _cost(lambda law=law: law(1.5e-3))
-        print(f"{name:16s} {'  '.join(f'{100 * (f / g - 1):7.2f}' for f, g in zip(found, right, strict=True))}   {cost * 1e6:9.1f} us")
+        print(
+            f"{name:16s} {'  '.join(f'{100 * (f / g - 1):7.2f}' for f, g in zip(found, right, strict=True))}   {cost * 1e6:9.1f} us"
+        )
 
 
 def _balloon(name: str) -> BalloonObject:

@@ -41,7 +41,9 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
-    stats: Annotated[bool, typer.Option("--stats", help="Show what the twin solved, and the time of each effect.")] = False,
+    stats: Annotated[
+        bool, typer.Option("--stats", help="Show what the twin solved, and the time of each effect.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not show the tree while it runs.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:

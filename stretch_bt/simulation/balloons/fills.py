@@ -106,4 +106,3 @@ class Seeds(Fill):
 
 
 AnyFill = Annotated[Air | Water | Pudding | Seeds, Field(discriminator="type")]
-

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -36,7 +36,7 @@ class LatexSoftening(FillEffect):
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
-    def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
+    def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield share / presses: of presses that deepen evenly the last is that part short of the one before it, or nothing."""
         spec, presses = case.scene.object, case.scene.conditions.presses
         if not isinstance(spec, BalloonObject) or spec.pressure == 0 or presses == 1:
