@@ -39,5 +39,6 @@ def _stage() -> Stage:
     cell = load_cell("simulated")
     hand = cell.hand
     name, camera = next((n, d) for n, d in cell.devices.items() if d.type == "DepthCamera")
+    rate = float(camera.options.model_dump()["rate"])
     lens = window(hand.width, hand.gauge + cell.limits.stretch.max, hand.plane_distance)
-    return Stage(Membrane(hand.gauge, hand.width, hand.thickness), hand.plane_distance, lens, camera.options.rate, name)
+    return Stage(Membrane(hand.gauge, hand.width, hand.thickness), hand.plane_distance, lens, rate, name)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stretch_bt.perception.correlation import area_of
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects.base import Size
 
@@ -37,7 +36,7 @@ def noise_sizes(case: Case, sd: float, kernel: float, why: str) -> Iterator[Size
     kernel
         Pixels; the noise is white noise smoothed by a Gaussian of it, so that 4 pi kernel^2 pixels share one error.
     """
-    area, curved = area_of(kernel), is_curved(case)
+    area, curved = _sharing(kernel), is_curved(case)
     radius = case.contact_radius if curved else case.radius
     count = math.pi * (radius / case.pixel) ** 2
     apart = math.sqrt(area / max(count, 1.0))
@@ -47,6 +46,11 @@ def noise_sizes(case: Case, sd: float, kernel: float, why: str) -> Iterator[Size
     yield from case.from_height(height, said)
     bend = math.sqrt(0.5) * sd / max(kernel * case.pixel, 1e-9) ** 2  # sd of the mean curvature of such a field
     yield Size("size", _radius(case, sd * apart, bend) if curved else _diameter(case, sd, area, bend), said)
+
+
+def _sharing(kernel: float) -> float:
+    """Return how many pixels share one error of a smooth field: the sum over the plane of exp(-d^2 / 4 kernel^2), at least 1."""
+    return max(4 * math.pi * kernel**2, 1.0)
 
 
 def is_curved(case: Case) -> bool:

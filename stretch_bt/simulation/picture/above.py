@@ -53,7 +53,8 @@ def height_map(moment: Moment) -> tuple[Array, Array, Array]:
     lens = Intrinsics(_FAR / _PITCH, _FAR / _PITCH, columns // 2, rows // 2, columns, rows)
     depth = DepthRenderer(lens, _FAR).render(moment.skin).astype(float)
     height = np.where(depth > 0, _FAR - depth, np.nan)
-    return height, (np.arange(columns) - columns // 2) * _PITCH, (np.arange(rows) - rows // 2) * _PITCH
+    x, y = ((np.arange(count, dtype=float) - count // 2) * _PITCH for count in (columns, rows))
+    return height, x, y
 
 
 def _touching(moment: Moment, height: Array, x: Array, y: Array) -> Mask:

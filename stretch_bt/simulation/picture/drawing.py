@@ -24,7 +24,7 @@ class Polygon:
 
     def moved(self, x: float, y: float) -> Polygon:
         """Return it elsewhere."""
-        return replace(self, points=self.points + (x, y))
+        return replace(self, points=self.points + np.array([x, y]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Line:
 
     def moved(self, x: float, y: float) -> Line:
         """Return it elsewhere."""
-        return replace(self, points=self.points + (x, y))
+        return replace(self, points=self.points + np.array([x, y]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,8 +25,8 @@ def draw_scene(moment: Moment) -> Drawing:
     """Return the picture."""
     scene, lines = moment.scene, _effects(moment)
     picture = Drawing(3 * WIDTH, _HEAD + HEIGHT + _LINE * len(lines) + 12, scene.name)
-    conditions = scene.conditions
-    what = f"stretch {conditions.stretch * 1e3:g} mm, hand {conditions.depth * 1e3:g} mm past first contact"
+    past = (scene.object.top - moment.pose.height) * 1e3
+    what = f"stretch {scene.conditions.stretch * 1e3:g} mm, hand {max(past, 0.0):.4g} mm below the object's top"
     picture.add(Text(16, 24, f"{scene.name}: {scene.fidelity} fidelity, {what}", size=15))
     for k, panel in enumerate((draw_side(moment), draw_above(moment), draw_frame(moment))):
         picture.place(panel.shapes, k * WIDTH, _HEAD)

@@ -98,7 +98,8 @@ def _support(panel: Drawing, frame: Frame, moment: Moment, reach: float) -> None
 
 def _box(panel: Drawing, frame: Frame, y0: float, z0: float, y1: float, z1: float) -> None:
     corners = frame.at(np.array([(y0, z0), (y1, z1)]))
-    panel.box(*corners[0].tolist(), *corners[1].tolist(), SUPPORT)
+    (x0, top), (x1, bottom) = corners.tolist()
+    panel.box(x0, top, x1, bottom, SUPPORT)
 
 
 def _outlines(spec: ObjectSpec, body: Body, top: float, reach: float) -> list[Array]:

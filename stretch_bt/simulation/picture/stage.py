@@ -71,7 +71,7 @@ def act(scene: Scene, stage: Stage) -> Moment:
     except NoEquilibrium as error:
         return Moment(world, over, flat, over, nothing, flat, None, error.reason)
     try:
-        pressed = over.moved(z=-scene.conditions.depth)
+        pressed = over.moved(z=-min(scene.conditions.depth, over.height))  # the arm stops at the table
         time = _press(world, touch, pressed, stretch)
         contact = world.contact(pressed, stretch, time)
         skin = world.skin(contact, stretch)

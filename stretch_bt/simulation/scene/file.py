@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, PrivateAttr, Tag, create_model
 
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SceneError
 from stretch_bt.simulation.camera.presets import PRESETS
@@ -95,7 +95,7 @@ def _model() -> type[Scene]:
     union: Any = Union[tuple(kinds().values())]  # noqa: UP007
     fields: dict[str, Any] = {
         "object": (Annotated[union, Field(discriminator="type")], ...),
-        "effects": (Literal[_WORDS] | effects, Field(default="auto", description=described["effects"])),
+        "effects": (_word_or(Literal[_WORDS], effects), Field(default="auto", description=described["effects"])),
         "camera": (Literal[tuple(PRESETS)], Field(default="bench", description=described["camera"])),
     }
     return create_model("Scene", __base__=Scene, __doc__="A scene file.", **fields)
@@ -103,7 +103,15 @@ def _model() -> type[Scene]:
 
 def _choice(effect: type[Effect]) -> Any:
     words = Literal["auto", "on", "off"]
-    return words | effect.Parameters if effect.Parameters.model_fields else words
+    return _word_or(words, effect.Parameters) if effect.Parameters.model_fields else words
+
+
+def _word_or(words: Any, mapping: type[BaseModel]) -> Any:
+    """Return the type of what is one of some words or a mapping; a mistake in one is told without the other."""
+    return Annotated[
+        Annotated[words, Tag("word")] | Annotated[mapping, Tag("mapping")],
+        Discriminator(lambda given: "word" if isinstance(given, str) else "mapping"),
+    ]
 
 
 def _first(effect: type[Effect]) -> str:
