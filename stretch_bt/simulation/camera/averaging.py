@@ -12,6 +12,7 @@ __all__ = ["frames_left", "is_curved", "noise_sizes", "rim_slope"]
 
 _SIDE = 0.045  # m; half the width of the shipped membrane
 _HALF_RING = 4e-3  # m; so far from the rim on both sides the membrane is straight enough to tell where its bend is
+_SKIRT = 6e-3  # m; about as far a smooth error passes for a bend of the skirt
 
 
 def frames_left(memory: float, frames: int) -> float:
@@ -76,4 +77,4 @@ def _diameter(case: Case, sd: float, area: float, bend: float) -> float:
     """Return the standard deviation of the diameter of a flat face, m: how far its rim's bend can be told from noise."""
     slope = rim_slope(case)
     ring = 2 * math.pi * case.radius * 2 * _HALF_RING / case.pixel**2
-    return min(4 * sd * math.sqrt(area / ring) / slope, 4 * _HALF_RING**2 * bend / slope, case.radius)
+    return min(4 * sd * math.sqrt(area / ring) / slope, 4 * _SKIRT**2 * bend / slope, case.radius)

@@ -169,6 +169,17 @@ def test_no_effect_gives_a_value_where_there_is_none_or_a_negative_one(name, exp
     assert (seen >= 0).all()
 
 
+@pytest.mark.parametrize(
+    "name", ["white_noise", "correlated_noise", "fixed_pattern", "dropout", "flying_pixels", "drift"]
+)
+def test_nothing_asked_for_is_nothing_done(name, expose):
+    fields = EFFECTS[name].Parameters.model_fields
+    nothing = {f: v for f, v in {"sd": "0 mm", "share": 0.0, "rate": "0 mm/s"}.items() if f in fields}
+    depth = np.full(SHAPE, 0.2, np.float32)
+    depth[:, 100:] = 0.25
+    assert np.array_equal(expose(depth, [made(EFFECTS[name], **nothing)], number=500).depth, depth)
+
+
 @pytest.mark.parametrize("preset", PRESETS)
 def test_a_preset_names_effects_that_there_are_with_their_own_parameters(preset):
     for name, parameters in PRESETS[preset].items():
