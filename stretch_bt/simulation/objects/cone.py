@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ConeObject"]
 
+_FLANK = 0.002  # m, in a press of 10 mm on a cone of 45 degrees
+
 
 class ConeObject(SolidSpec):
     """An upright cone whose surface makes `angle` with the table."""
@@ -49,8 +51,8 @@ class ConeObject(SolidSpec):
         return Cone(self.angle, self.tip)
 
     def rough(self) -> Rough:
-        """Return the radius of its tip and its stiffness."""
-        return Rough(self.tip, self.roughly, edge=self.tip)
+        """Return the radius of its tip, at least that to which the sheet lies on its flank, and its stiffness."""
+        return Rough(max(self.tip, _FLANK), self.roughly, edge=self.tip)
 
     def known(self) -> dict[str, float]:
         """Return its height, m, and its stiffness, N/m."""

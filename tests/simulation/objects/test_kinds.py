@@ -1,0 +1,110 @@
+"""What holds for every kind of object, over a table of one or more scenes for each."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stretch_bt.errors import SceneError
+from stretch_bt.simulation.advisor.advise import advise
+from stretch_bt.simulation.effects.active import Active
+from stretch_bt.simulation.membrane.indenters.placed import place
+from stretch_bt.simulation.objects.registry import kinds
+from stretch_bt.simulation.scene import parse_scene
+
+OBJECTS = [
+    "{type: box, length: 40 mm, width: 30 mm, height: 20 mm, rigid: true}",
+    "{type: bridge, length: 60 mm, width: 30 mm, height: 30 mm, span: 30 mm, rigid: true}",
+    "{type: cone, angle: 45 deg, height: 30 mm, rigid: true}",
+    "{type: cylinder, diameter: 20 mm, height: 30 mm, stiffness: 2 N/mm}",
+    "{type: half_cylinder, diameter: 40 mm, length: 50 mm, rigid: true}",
+    "{type: paper_box, length: 40 mm, width: 40 mm, height: 40 mm}",
+    "{type: paper_half_cylinder, diameter: 40 mm, length: 50 mm}",
+    "{type: paper_pyramid, width: 40 mm, height: 35 mm}",
+    "{type: prism, length: 50 mm, width: 40 mm, height: 30 mm, rigid: true}",
+    "{type: pyramid, width: 40 mm, height: 30 mm, stiffness: 1 N/mm}",
+    "{type: snowman, diameters: [28 mm, 22 mm, 16 mm], rigid: true}",
+    "{type: sphere, diameter: 20 mm, rigid: true}",
+    "{type: wire_circle, diameter: 50 mm, base: 20 mm}",
+    "{type: wire_triangle, side: 50 mm, base: 20 mm}",
+    "{type: several, objects: [{type: box, length: 20 mm, width: 20 mm, height: 40 mm, rigid: true, heading: 30 deg},"
+    " {type: snowman, diameters: [20 mm, 30 mm], rigid: true, position: {x: 30 mm, y: 10 mm}}]}",
+]
+
+
+def made(text):
+    return parse_scene(f"format: stretch-scene/1\nobject: {text}\n").object
+
+
+@pytest.mark.parametrize("text", OBJECTS)
+def test_top_and_reach_are_those_of_the_body(text):
+    thing = made(text)
+    parts = place(thing.body(), (0.0, 0.0), (0.0, 0.0), thing.top)
+    assert max(part.top for part in parts) == pytest.approx(thing.top)
+    rng = np.random.default_rng(1)
+    points = np.column_stack([rng.uniform(-0.08, 0.08, (40_000, 2)), rng.uniform(thing.base, thing.top, 40_000)])
+    inside = np.min([part.gap(points).distance for part in parts], axis=0) < 0
+    assert np.hypot(points[inside, 0], points[inside, 1]).max() <= thing.reach * (1 + 1e-9)
+    assert inside.any()
+
+
+@pytest.mark.parametrize("text", OBJECTS)
+def test_it_stands_where_the_scene_has_it_and_knows_its_sizes(text):
+    thing = made(text)
+    specimen = thing.specimen(Active())
+    standing = specimen.standing(specimen.start(), 0.0)
+    assert (standing.x, standing.y, standing.heading) == (0.0, 0.0, 0.0)
+    assert standing.top == thing.top
+    assert specimen.law(specimen.start(), 0.0) is None
+    known = thing.known()
+    assert all(math.isfinite(value) and value > 0 for value in known.values())
+    assert known.get("height", thing.top - thing.base) == pytest.approx(thing.top - thing.base)
+
+
+@pytest.mark.parametrize("text", OBJECTS)
+def test_the_advisor_has_a_finite_size_for_every_effect_it_can_have(text):
+    scene = parse_scene(
+        f"format: stretch-scene/1\nobject: {text}\ntolerance: {{height: 1 mm, size: 1 mm, force: 5 %, stiffness: 5 %}}\n"
+    )
+    verdicts = {verdict.name: verdict for verdict in advise(scene)}
+    for name in scene.object.effects:
+        assert verdicts[name].estimate is None or math.isfinite(verdicts[name].estimate)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    sorted(name for name in kinds() if name.startswith(("box", "bridge", "cone", "half", "p", "snow", "wire", "sev"))),
+)
+def test_the_table_names_every_kind_of_solid(kind):
+    if kind == "plane":
+        assert made("{type: plane, height: 20 mm, rigid: true}").body() is None
+    else:
+        assert any(f"{{type: {kind}," in text for text in OBJECTS)
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "says"),
+    [
+        ("{type: box, length: 40 mm, width: 40 mm, height: 0 mm, rigid: true}", 58, "out of bounds"),
+        ("{type: box, length: 40 mm, width: 40 mm, height: 9 mm}", 9, "rigid: true"),
+        ("{type: bridge, length: 40 mm, width: 30 mm, height: 20 mm, span: 38 mm, rigid: true}", 9, "smaller span"),
+        ("{type: wire_circle, diameter: 4 mm}", 9, "no hole"),
+        ("{type: wire_triangle, side: 10 mm}", 9, "no hole"),
+        ("{type: mesh, file: none.stl, rigid: true}", 9, "no file"),
+        ("{type: several, objects: [{type: cube}, {type: box}]}", 35, "each object has a type"),
+        (
+            "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}, {type: sphere, diameter: 9, rigid: true}]}",
+            105,
+            "has no unit",
+        ),
+        (
+            "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}, {type: sphere, diameter: 9 mm, stiffness: 1 N/mm}]}",
+            9,
+            "rigid",
+        ),
+    ],
+)
+def test_mistakes_are_found_at_their_place(text, column, says):
+    with pytest.raises(SceneError, match=says) as caught:
+        made(text)
+    assert column in {diagnostic.column for diagnostic in caught.value.diagnostics}
