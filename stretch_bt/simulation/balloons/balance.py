@@ -45,7 +45,8 @@ class CapState(NamedTuple):
 class Balance:
     """The equations of a cap in its unknown node positions, pressure, and height of the hand.
 
-    Without a drop the hand stays where it is. Before the cap is `inflated` its pressure is given, not what the filling makes it.
+    Without a drop the hand stays where it is. Before the cap is `inflated` its volume is that of the
+    hemisphere; given the pressure instead, a skin near the limit point of inflation would magnify the error of the mesh.
     """
 
     def __init__(self, cap: Cap, drop: float | None, *, inflated: bool = True) -> None:
@@ -98,9 +99,9 @@ class Balance:
         """Write the equation of the pressure."""
         row, cap = self.pressure, self.cap
         if not self.inflated:
-            residual[row], matrix[row, row] = pressure - cap.pressure, 1.0
-            return
-        held, slope = cap.filling.room(cap.volume, cap.pressure, pressure)
+            held, slope = cap.volume, 0.0
+        else:
+            held, slope = cap.filling.room(cap.volume, cap.free.pressure, pressure)
         residual[row] = held - room
         matrix[row] -= inflates
         matrix[row, row] = slope
@@ -116,7 +117,7 @@ class Balance:
     def _small(self, residual: Array) -> bool:
         """Tell whether the residual is below the tolerance: forces, volume or pressure, and height, each in its own unit."""
         scale = np.full(self.size, self._force)
-        scale[self.pressure] = self._length**3 if self.inflated else self.cap.pressure
+        scale[self.pressure] = self._length**3
         scale[self.hand] = self._length
         return bool(np.abs(residual / scale).max() <= _TOLERANCE)
 

@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.simulation.balloons.balance import Balance, CapState
-from stretch_bt.simulation.balloons.elements import volume
 from stretch_bt.simulation.balloons.filling import Filling, Liquid
 
 __all__ = ["HAND", "PLATE", "Cap"]
@@ -72,15 +71,15 @@ class Cap:
 
     @cached_property
     def free(self) -> CapState:
-        """The cap that nothing touches; its volume is what the filling keeps or starts from."""
+        """The cap that nothing touches, inflated to the volume of the hemisphere; its pressure is the given one but for the mesh."""
         problem = Balance(self, None, inflated=False)
         unknown = problem.solve(problem.packed(self.sphere, self.pressure, 2 * self.radius))
         return problem.state(unknown, 0.0)
 
-    @cached_property
+    @property
     def volume(self) -> float:
         """Volume over the rim when nothing touches, m^3."""
-        return float(volume(self.free.nodes).value.sum())
+        return 2 / 3 * math.pi * self.radius**3
 
     def press(self, drop: float, start: CapState | None = None) -> CapState:
         """Return the equilibrium after a drop of the top, m; `start` is one at another drop to go on from.

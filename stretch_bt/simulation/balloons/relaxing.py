@@ -14,6 +14,7 @@ __all__ = ["Relaxed", "Relaxing"]
 
 #: s, the longest step: far below the times of a press, and below a tenth of the relaxation
 _LONGEST = 0.05
+_EXACT = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,8 @@ class Relaxing(Response):
             value, slope = raw(drop)
             return -value, -slope
 
-        return find_root(falling, 0.0, state.drop, state.drop, "a gel that comes back").x
+        root = find_root(falling, 0.0, state.drop, state.drop, "a gel that comes back", _EXACT).x
+        return max(root - 2 * _EXACT * state.drop, 0.0)  # on the side without a force
 
     def _factors(self, dt: float) -> tuple[float, float]:
         """Return what is left of the branch after a step, and what it takes of an even move during it."""
@@ -87,7 +89,9 @@ class Relaxing(Response):
     def _raw(self, state: Relaxed, dt: float) -> Law:
         """Return the force, below 0 where the branch would pull."""
         kept, taken = self._factors(dt)
-        offset = kept * state.branch - taken * state.followed
+        offset = min(
+            kept * state.branch - taken * state.followed, 0.0
+        )  # the branch never has more than what it follows
         inner = self.inner.law(state.inner, dt)
 
         def force(drop: float) -> tuple[float, float]:

@@ -62,9 +62,13 @@ class BalloonObject(ObjectSpec):
         most = HAND * self.radius / _FIRMEST
         if self.fill.by_skin and self.pressure > most:
             told = format_quantity(most, KINDS["Pressure"])
-            raise InvalidInput(f"a balloon so small and hard sinks into the hand up to its rim; use a pressure of at most {told}")
+            raise InvalidInput(
+                f"a balloon so small and hard sinks into the hand up to its rim; use a pressure of at most {told}"
+            )
         if isinstance(self.fill, Air) and self.fill.softness(self.radius, self.pressure) > _SOFTEST:
-            raise InvalidInput("with so much air below the rim the pressure hardly rises; use less of it, or less pressure")
+            raise InvalidInput(
+                "with so much air below the rim the pressure hardly rises; use less of it, or less pressure"
+            )
         return self
 
     @property

@@ -1,4 +1,5 @@
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -23,12 +24,14 @@ FILLS = {
 
 def test_the_inflated_cap_is_the_sphere_of_laplace():
     """Without a hand it keeps the sphere that its tension holds against the pressure, up to the error of the mesh."""
-    away = []
-    for elements in (24, 48):
-        nodes = Cap(RADIUS, PRESSURE, elements=elements).free.nodes
-        away.append(np.abs(np.hypot(*nodes.T) / RADIUS - 1).max())
-    assert away[1] < 2e-4
-    assert away[0] / away[1] == pytest.approx(4, rel=0.3)
+    away, wrong = [], []
+    for elements in (24, 48, 96):
+        free = Cap(RADIUS, PRESSURE, elements=elements).free
+        away.append(np.abs(np.hypot(*free.nodes.T) / RADIUS - 1).max())
+        wrong.append(abs(free.pressure / PRESSURE - 1))
+    assert away[2] < 2e-4
+    assert all(a / b > 3.3 for a, b in pairwise(away))
+    assert [a / b for a, b in pairwise(wrong)] == pytest.approx([4, 4], rel=0.02)
 
 
 @pytest.mark.parametrize("fill", FILLS)
@@ -68,7 +71,7 @@ def test_the_fill_takes_the_room_that_its_law_says(fill):
     else:
         gas = FILLS[fill]
         before, after = ((v + gas.below) ** gas.exponent for v in (cap.volume, room))
-        assert (101_325 + state.pressure) * after == pytest.approx((101_325 + PRESSURE) * before, rel=1e-9)
+        assert (101_325 + state.pressure) * after == pytest.approx((101_325 + cap.free.pressure) * before, rel=1e-9)
         assert fill != "constant pressure" or state.pressure == pytest.approx(PRESSURE, rel=1e-3)
 
 
@@ -89,14 +92,14 @@ def test_under_a_plate_it_agrees_with_an_independent_solver(fill, forces):
         assert state.force == pytest.approx(force, rel=0.05, abs=0.005)
 
 
-@pytest.mark.parametrize(("drop", "error"), [(1.5e-3, 0.004), (3e-3, 0.01), (4e-3, 0.02)])
+@pytest.mark.parametrize(("drop", "error"), [(1.5e-3, 0.005), (3e-3, 0.004), (4e-3, 0.004)])
 def test_the_error_falls_with_the_square_of_the_element(drop, error):
     f24, f48, f96, f192 = (Cap(RADIUS, PRESSURE, elements=n).press(drop).force for n in (24, 48, 96, 192))
     right = f192 + (f192 - f96) / 3
     assert abs(f48 / right - 1) < error
-    assert abs(f96 - right) < 0.35 * abs(f48 - right)
+    assert abs(f96 - right) < 0.4 * abs(f48 - right)
     assert abs(f192 - right) < 0.35 * abs(f96 - right)
-    assert abs(f24 / right - 1) < 4 * error
+    assert abs(f24 / right - 1) < 0.015
 
 
 def test_the_way_to_a_drop_does_not_matter():

@@ -4,11 +4,13 @@ from itertools import pairwise
 import pytest
 
 from stretch_bt.errors import NoEquilibrium, SceneError
+from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import Active, registry
 from stretch_bt.simulation.objects.balloon import SECANT_DROP, BalloonObject
 from stretch_bt.simulation.objects.base import Moved
 from stretch_bt.simulation.scene import load_scene, parse_scene
+from stretch_bt.simulation.world import World
 
 FILLS = ("air", "water", "pudding", "seeds")
 OWN = ("gas_compressibility", "latex_softening", "granular_hysteresis", "viscosity", "flattening")
@@ -170,3 +172,15 @@ def test_a_shipped_balloon_says_what_it_assumes(fill):
     assert "Assumed" in scene.doc
     assert scene.object.top == pytest.approx(0.060)
     assert scene.support.rim == pytest.approx(scene.object.base)
+
+
+@pytest.mark.parametrize("fill", FILLS)
+def test_in_the_world_force_over_drop_is_its_stiffness(fill):
+    scene = load_scene(f"{fill}_balloon").with_(fidelity="hertz", effects="none")
+    pose = Pose((0.0, 0.0, scene.object.top - 0.010))
+    stiff = World(scene).truth(pose, 0.0)
+    assert stiff["deflection"] == 0.0
+    truth = World(scene.with_(effects="all")).truth(pose, 0.0)
+    assert 0.2e-3 < truth["deflection"] < 5e-3
+    if fill in ("air", "water"):  # the others depend on time and path
+        assert truth["force"] / truth["deflection"] == pytest.approx(truth["stiffness"], rel=1e-6)
