@@ -54,11 +54,9 @@ LONG = {
 def path(kind: str) -> Array:
     """Return the legs (k, 2), m, of a lap of the hand: a circle of 30 mm or a figure-eight of 45 mm."""
     t = np.linspace(0, 2 * np.pi, 49)
-    if kind == "circle":
-        points = 0.030 * np.column_stack([np.cos(t), np.sin(t)])
-    else:
-        points = 0.045 * np.column_stack([np.sin(t), 0.8 * np.sin(t) * np.cos(t)])
-    return np.asarray(np.diff(points, axis=0))
+    circle = 0.030 * np.column_stack([np.cos(t), np.sin(t)])
+    eight = 0.045 * np.column_stack([np.sin(t), 0.8 * np.sin(t) * np.cos(t)])
+    return np.asarray(np.diff(circle if kind == "circle" else eight, axis=0))
 
 
 def tumbled(edge: float, count: int, seed: int) -> Lump:
@@ -122,11 +120,11 @@ def forces() -> None:
 
 
 def stopped(heights: Array) -> int | None:
-    """Return the revolutions after which ten readings, one each tenth of a revolution, spread by less than the rule."""
-    readings = heights[::6]
+    """Return the revolutions after which ten readings, one a revolution, spread by less than the rule."""
+    readings = heights[::60]
     for last in range(10, len(readings)):
         if readings[last - 10 : last].std() < RULE:
-            return last // 10
+            return last
     return None
 
 
@@ -206,7 +204,7 @@ def law() -> None:
                     )
         made, asked = (
             timed(lambda lump=lump, d=dough: Resistance(lump, d, 0.19), 9),
-            timed(lambda: felt.force(1e-3), 99),
+            timed(lambda felt=felt: felt.force(1e-3), 99),
         )
         print(
             f"{name:15s} {made:6.3f} ms {1e3 * asked:6.1f} us   median {np.median(spent):.0f}, most {max(spent)} of {len(spent)}"
