@@ -10,6 +10,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -50,7 +51,8 @@ class HertzForm:
 class Rough:
     """What the advisor needs to know of an object: the radius of its top, m, its stiffness, N/m, and its weight, N.
 
-    `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table.
+    `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table; `face`
+    the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top.
     """
 
     radius: float
@@ -58,6 +60,7 @@ class Rough:
     weight: float = math.inf
     edge: float = math.inf
     loose: bool = False
+    face: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +138,16 @@ class ObjectSpec(_Model):
     def known(self) -> dict[str, float]:
         """Return what a perfect observer would say of it, SI, such as its `radius` and its `stiffness`."""
         return {}
+
+    def located(self, folder: Path) -> ObjectSpec:
+        """Return it with the files it names found from a folder, that of its scene file.
+
+        Raises
+        ------
+        InvalidInput
+            A file cannot be read, or holds no answer.
+        """
+        return self
 
     def specimen(self, effects: Active) -> Specimen:
         """Return it as it is at the begin of a run, with the effects that are on."""

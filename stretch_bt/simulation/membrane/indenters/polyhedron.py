@@ -111,6 +111,11 @@ class Polyhedron(Solid):
             middle = highest[np.argmin(np.linalg.norm(highest - middle, axis=1))]
         return float(middle[0]), float(middle[1])
 
+    @property
+    def sunk(self) -> float:
+        """By how much the rounding lowers its highest corner, m."""
+        return float(self.vertices[:, 2].max()) - self.top(np.eye(3))
+
     def crest(self, rotation: Array) -> tuple[float, float]:
         """Return how far its top reaches from the origin along x and y, m."""
         x, y, _ = np.abs(self._crown(rotation)).max(axis=0).tolist()

@@ -1,0 +1,54 @@
+"""A block with a rectangular top."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from stretch_bt.simulation.objects.base import Rough
+from stretch_bt.simulation.objects.solid import SolidSpec
+from stretch_bt.units import Length, Within
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.indenters.box import Box
+
+__all__ = ["BoxObject"]
+
+
+class BoxObject(SolidSpec):
+    """A block with a rectangular top, its length along x."""
+
+    type: Literal["box"]
+    length: Annotated[Length, Within(0.0001, 0.3, "Length")] = Field(description="along x")
+    width: Annotated[Length, Within(0.0001, 0.3, "Length")] = Field(description="along y")
+    height: Annotated[Length, Within(0.0001, 0.5, "Length")]
+    edge: Annotated[Length, Within(0.00005, 0.05, "Length")] = Field(
+        default=0.001, description="radius of its edges, at most half its shorter side"
+    )
+
+    @property
+    def top(self) -> float:
+        """World height of its top, m."""
+        return self.base + self.height
+
+    @property
+    def reach(self) -> float:
+        """Half its diagonal, m."""
+        return math.hypot(self.length, self.width) / 2
+
+    def body(self) -> Box:
+        """Return a post with its top."""
+        from stretch_bt.simulation.membrane.indenters.box import Box
+
+        return Box(self.length, self.width, edge=min(self.edge, self.length / 2, self.width / 2))
+
+    def rough(self) -> Rough:
+        """Return half its shorter side, its stiffness and the disc that has the area of its top."""
+        face = math.sqrt(self.length * self.width / math.pi)
+        return Rough(min(self.length, self.width) / 2, self.roughly, edge=self.edge, face=face)
+
+    def known(self) -> dict[str, float]:
+        """Return its length, width and height, m, and its stiffness, N/m."""
+        return {"length": self.length, "width": self.width, "height": self.height, **super().known()}

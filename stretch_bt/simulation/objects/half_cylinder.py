@@ -1,0 +1,53 @@
+"""A half-cylinder that lies on its flat side."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from stretch_bt.simulation.objects.base import Rough
+from stretch_bt.simulation.objects.solid import SolidSpec
+from stretch_bt.units import Length, Within
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder
+
+__all__ = ["HalfCylinderObject"]
+
+
+class HalfCylinderObject(SolidSpec):
+    """A half-cylinder that lies on its flat side, its axis along x."""
+
+    type: Literal["half_cylinder"]
+    diameter: Annotated[Length, Within(0.005, 0.3, "Length")]
+    length: Annotated[Length, Within(0.005, 0.3, "Length")] = Field(description="along x")
+    edge: Annotated[Length, Within(0.0001, 0.010, "Length")] = Field(
+        default=0.001, description="radius of the edges of its ends"
+    )
+
+    @property
+    def top(self) -> float:
+        """World height of its crest, m."""
+        return self.base + self.diameter / 2
+
+    @property
+    def reach(self) -> float:
+        """Half its diagonal, m."""
+        return math.hypot(self.length, self.diameter) / 2
+
+    def body(self) -> HalfCylinder:
+        """Return a half-cylinder on a shank."""
+        from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder
+
+        return HalfCylinder(self.diameter, self.length, self.edge)
+
+    def rough(self) -> Rough:
+        """Return its radius, its stiffness and the length of its crest."""
+        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=self.length / 4)
+
+    def known(self) -> dict[str, float]:
+        """Return its length, width, height and radius, m, and its stiffness, N/m."""
+        r = self.diameter / 2
+        return {"length": self.length, "width": self.diameter, "height": r, "radius": r, **super().known()}
