@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,9 @@ def roll(
     lump: Lump, kind: str, marks: list[float], dough: Dough, force: float, spin: float, seed: int
 ) -> tuple[list[float], Array, Lump]:
     """Return the roundness after each travel of `marks`, m, and the heights at each step, m."""
-    legs, done, found, heights = path(kind), 0.0, [], []
+    legs, done = path(kind), 0.0
+    found: list[float] = []
+    heights: list[Array] = []
     weight = 1250 * 9.81 * lump.volume
     for k in range(10**9):
         leg = legs[k % len(legs)]
@@ -157,7 +160,7 @@ def fidelity() -> None:
         lump = tumbled(0.025, count, 1)
         turn = 4 * math.pi * lump.ball
         found, _, _ = roll(lump, "circle", [10 * turn, 200 * turn], Dough(10e3, 1e5), 2.0, 0.1, 1)
-        ms = timed(lambda lump=lump, turn=turn: lump.rolled((turn, 0.0), 1.0, Dough(5e3, 1e5), weight=0.19), 9)
+        ms = timed(partial(lump.rolled, (turn, 0.0), 1.0, Dough(5e3, 1e5), weight=0.19), 9)
         print(f"{count:5d}  {found[0]:.3f}  {found[1]:.3f}  {ms:6.2f} ms")
 
 
@@ -183,6 +186,10 @@ def volume() -> None:
     )
 
 
+def spring(stiffness: float, depth: float) -> tuple[float, float]:
+    return stiffness * depth, stiffness
+
+
 def law() -> None:
     print("\nforce law: CPU time to make it and to ask it, and evaluations with a membrane of 1e-3 to 1e3 x 2.6 N/mm")
     for name, dough in {
@@ -197,14 +204,11 @@ def law() -> None:
             felt = Resistance(lump, dough, 0.19)
             for stiffness in 2.6e3 * 10.0 ** np.arange(-3, 3.1, 0.25):
                 for travel in (1e-4, 2e-3, 7e-3):
-                    spent.append(
-                        couple(
-                            lambda d, k=stiffness: (k * d, k), lambda d, felt=felt: felt.force(d, 0.1), travel
-                        ).iterations
-                    )
+                    membrane = partial(spring, stiffness)
+                    spent.append(couple(membrane, partial(felt.force, dt=0.1), travel).iterations)
         made, asked = (
-            timed(lambda lump=lump, d=dough: Resistance(lump, d, 0.19), 9),
-            timed(lambda felt=felt: felt.force(1e-3), 99),
+            timed(partial(Resistance, lump, dough, 0.19), 9),
+            timed(partial(felt.force, 1e-3), 99),
         )
         print(
             f"{name:15s} {made:6.3f} ms {1e3 * asked:6.1f} us   median {np.median(spent):.0f}, most {max(spent)} of {len(spent)}"
@@ -217,7 +221,7 @@ def sheet() -> None:
     )
     for travel in (0.1, 0.5, 2.0, 4.0):
         lump = roll(tumbled(0.025, 500, 3), "eight", [travel], Dough(5e3, 1e5), 1.0, 0.0, 3)[2]
-        made = timed(lambda lump=lump: upper_side(lump), 9)
+        made = timed(partial(upper_side, lump), 9)
         body = upper_side(lump)
         found, ball = press(body, 0.06, 5e-3), press(f"sphere:{2e3 * lump.ball:.4f}mm", 0.06, 5e-3)
         print(
