@@ -39,9 +39,8 @@ def thickness(volume: float, force: float, dough: Dough) -> float:
     """
     if not (volume > 0 and 0 < force < math.inf):
         raise InvalidInput(f"volume and force must be above 0, not {volume} m^3 and {force} N")
-    # the hill only adds to the force, and beside Y V / h it is one power of a / h: both bounds hold for any friction
-    high = dough.yield_stress * volume / force
-    low = high
+    low = dough.yield_stress * volume / force  # without friction
+    high = 2 * low
     while disc_force(volume, high, dough) > force:
         high *= 2
 
@@ -51,7 +50,7 @@ def thickness(volume: float, force: float, dough: Dough) -> float:
         flat = dough.yield_stress * volume / height
         return math.log(value / force), -(flat + 2.5 * (value - flat)) / value
 
-    return math.exp(find_root(over, math.log(low), math.log(high) + 1e-9, math.log(low), "a disc under a force").x)
+    return math.exp(find_root(over, math.log(low / 2), math.log(high), math.log(low), "a disc under a force").x)
 
 
 def outline(lump: Lump, height: float, count: int = 180) -> Array:

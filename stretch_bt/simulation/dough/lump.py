@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 
 STEP = 2 * math.pi / 60  # rad of rolling; the fixed grid on which the shape changes
 _CENTRED = 20
-_FLATTEST = 0.3
+_FLATTEST = 0.4
 _GRID = 1e9  # of angles and newtons: what rounding makes of a path cut in other places is gone
 
 
@@ -105,7 +105,7 @@ class Lump:
         Raises
         ------
         NoEquilibrium
-            It would be flatter than three tenths of the diameter of its ball, which a field of radii does not describe.
+            It would be flatter than four tenths of the diameter of its ball, which a field of radii does not describe.
         """
         from stretch_bt.simulation.dough.roll_kernel import flatten
 

@@ -21,7 +21,7 @@ _RIM = 0.6  # of the mean radius above the plane: the ring that takes half of wh
 _SMALLEST = 0.05  # of the mean radius: no direction gets shorter, whatever is asked
 _DEEPEST = 0.25  # of the mean radius: no step goes deeper
 _PASS = 0.02  # of the mean radius: what smoothing or one pass of a press takes away at most
-_SHARES = 8  # times that what is pressed away is given to the sides, some of which the plates cut off again
+_SHARES = 10  # times that what is pressed away is given to the sides, some of which the plates cut off again
 _HALVINGS = 30
 
 
@@ -275,9 +275,9 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
     passes = int(plastic / (_PASS * ball)) + 1
     low, high = extent(radii, u)
     aim = low + high - plastic
-    for k in range(passes):
+    for k in range(passes + 1):  # the last one mends the height, and leaves the centroid
         low, high = extent(radii, u)
-        plane = max(low - (low + high - aim) / (passes - k), _SMALLEST * ball)
+        plane = max(low - (low + high - aim) / max(passes - k, 1), _SMALLEST * ball)
         for _ in range(_SHARES):
             cut(radii, u, plane, high)
             lost, area = content - volume(radii, w), 0.0
@@ -286,6 +286,8 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
             for i in range(len(u)):
                 radii[i] += lost / area * (1.0 - u[i] * u[i]) ** 2
         cut(radii, u, plane, high)
+        if k == passes:
+            break
         sunk = 0.0
         for i in range(len(u)):
             sunk += 0.25 * w / content * radii[i] ** 4 * u[i]

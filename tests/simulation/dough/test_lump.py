@@ -63,12 +63,13 @@ def test_a_cube_is_one():
     assert lump.roundness == pytest.approx(0.125, abs=0.002)
 
 
-def test_volume_stays_over_ten_thousand_revolutions():
+@pytest.mark.parametrize("turns", [20, pytest.param(200, marks=pytest.mark.slow)])
+def test_volume_stays_over_a_thousand_revolutions_and_ten_thousand(turns):
     lump = cube(EDGE, 100)
     leg = 2 * lump.ball * 100 * math.pi
-    for turn in range(200):
+    for turn in range(turns):
         lump, _ = lump.rolled((leg * math.cos(turn), leg * math.sin(turn)), 1.0, DOUGH, weight=WEIGHT, spin=0.05)
-    assert lump.steps == pytest.approx(10_000 * 60, abs=1)
+    assert lump.steps == pytest.approx(turns * 50 * 60, abs=1)
     assert abs(volume(lump) / EDGE**3 - 1) < 1e-12
     assert np.linalg.norm(lump.quaternion) == pytest.approx(1, abs=1e-12)
 
@@ -153,7 +154,7 @@ def test_nothing_diverges(name):
 def test_a_press_takes_the_height_that_it_says(travel, lost):
     lump = along(tumbled(cube(EDGE), 3), "eight", travel) if travel else cube(EDGE)
     after = lump.flattened(lost)
-    assert lump.height - after.height == pytest.approx(lost, rel=0.06 if travel == 0 else 0.01)
+    assert lump.height - after.height == pytest.approx(lost, rel=2e-3)
     assert abs(volume(after) / EDGE**3 - 1) < 1e-12
 
 
