@@ -13,6 +13,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.balloons import table
-from stretch_bt.simulation.balloons.cap import HAND, PLATE, Cap, CapState
+from stretch_bt.simulation.balloons.balance import CapState
+from stretch_bt.simulation.balloons.cap import HAND, PLATE, Cap
 from stretch_bt.simulation.balloons.filling import Filling, Gas, Liquid
 from stretch_bt.simulation.balloons.fills import cap_volume
 from stretch_bt.simulation.objects.balloon import BalloonObject
@@ -88,7 +90,7 @@ def row(kappa: float) -> dict[str, Array | float]:
     force = np.array([s.force for s in fine])
     return {
         "limit": limit,
-        "force": exact(lambda n: Cap(1.0, 1.0, hand=kappa, elements=n), PARTS_OF_LIMIT * limit),
+        "force": exact(PARTS_OF_LIMIT * limit, 1.0, 1.0, hand=kappa),
         "yields": (force / np.array([s.force for s in gas]) - 1) / BETA,
         "flattening": np.maximum.accumulate([flat_radius(s) - 1 for s in fine]),
     }
@@ -116,10 +118,14 @@ def make_table() -> None:
     )
 
 
-def exact(cap: Callable[[int], Cap], drops: Array) -> Array:
+def exact(drops: Array, radius: float, pressure: float, filling: Filling | None = None, hand: float = HAND) -> Array:
     """Return forces (n,), N, without the error of the mesh: by Richardson from meshes of 96 and 192."""
-    coarse, fine = ([s.force for s in presses(cap(n), drops)] for n in (COARSE, FINE))
-    return np.array(fine) + (np.array(fine) - np.array(coarse)) / 3
+    fill = filling or Liquid()
+    coarse, fine = (
+        np.array([s.force for s in presses(Cap(radius, pressure, filling=fill, hand=hand, elements=n), drops)])
+        for n in (COARSE, FINE)
+    )
+    return np.asarray(fine + (fine - coarse) / 3)
 
 
 def show_loads() -> None:
@@ -136,10 +142,10 @@ def show_loads() -> None:
     hand = {"air, isothermal": (1.15, 2.78, 4.23), "air, adiabatic": (1.14, 2.74, 4.15), "water": (1.11, 2.65, 3.96)}
     print(f"{'force N':18s} plate at 2, 4, 6 mm (independent)         hand, at its drops for 0.43, 1.6, 3.5 N")
     for name, fill in fills.items():
-        found = exact(lambda n, fill=fill: Cap(RADIUS, PRESSURE, filling=fill, hand=PLATE, elements=n), _mm(2, 4, 6))
+        found = exact(_mm(2, 4, 6), RADIUS, PRESSURE, fill, PLATE)
         text = "  ".join(f"{f:.3f} ({g:.2f})" for f, g in zip(found, plate[name], strict=True))
         if name in hand:
-            pressed = exact(lambda n, fill=fill: Cap(RADIUS, PRESSURE, filling=fill, elements=n), _mm(*hand[name]))
+            pressed = exact(_mm(*hand[name]), RADIUS, PRESSURE, fill)
             text += "      " + "  ".join(f"{f:.3f}" for f in pressed)
         print(f"{name:18s} {text}")
 
@@ -148,7 +154,7 @@ def show_mesh() -> None:
     """Print the error of the force by the number of elements, the CPU time of a press, and energy against force."""
     drops = _mm(0.5, 1.5, 3.0, 4.0)
     for what, hand in (("hand", HAND), ("plate", PLATE)):
-        right = exact(lambda n, hand=hand: Cap(RADIUS, PRESSURE, hand=hand, elements=n), drops)
+        right = exact(drops, RADIUS, PRESSURE, hand=hand)
         print(f"\n{what}: error % at drops of 0.5, 1.5, 3, 4 mm (forces {', '.join(f'{f:.3f}' for f in right)} N)")
         for n in (12, 24, 48, 96, 192):
             cap = Cap(RADIUS, PRESSURE, hand=hand, elements=n)
@@ -173,14 +179,14 @@ def show_interpolation() -> None:
     for kappa in np.exp(rng.uniform(math.log(0.7), math.log(64), 24)):
         cap = table.read_table().at(float(kappa))
         drops = np.sort(rng.uniform(0.01, 0.98 * cap.limit, 6))
-        right = exact(lambda n, kappa=kappa: Cap(1.0, 1.0, hand=float(kappa), elements=n), drops)
+        right = exact(drops, 1.0, 1.0, hand=float(kappa))
         errors += [abs(cap.force(float(x))[0] / f - 1) for x, f in zip(drops, right, strict=False)]
     law = load_scene("water_balloon").object
     assert isinstance(law, BalloonObject)
-    skin = law.law
+    each = _cost(partial(law.law, 1.5e-3))
     print(
         f"{len(errors)} presses between the table's own: median {100 * statistics.median(errors):.3f} %, "
-        f"95 % within {100 * float(np.quantile(errors, 0.95)):.2f} %, largest {100 * max(errors):.2f} %; {_cost(lambda: skin(1.5e-3)) * 1e6:.1f} us a force and slope"
+        f"95 % within {100 * float(np.quantile(errors, 0.95)):.2f} %, largest {100 * max(errors):.2f} %; {each * 1e6:.1f} us a force and slope"
     )
 
 
@@ -191,10 +197,8 @@ def show_gas() -> None:
         for kappa in (1.0, 2.0, 4.0, 8.0):
             cap = table.read_table().at(kappa)
             drops = np.linspace(0.02, 0.9 * cap.limit, 6)
-            liquid = exact(lambda n, kappa=kappa: Cap(1.0, 1.0, hand=kappa, elements=n), drops)
-            gas = exact(
-                lambda n, kappa=kappa, beta=beta: Cap(1.0, 1.0, filling=gas_of(beta), hand=kappa, elements=n), drops
-            )
+            liquid = exact(drops, 1.0, 1.0, hand=kappa)
+            gas = exact(drops, 1.0, 1.0, gas_of(beta), kappa)
             rule = liquid / (1 + beta * np.array([cap.yields(float(x))[0] for x in drops]))
             errors.append(np.abs(rule / gas - 1).max())
             taken.append((1 - gas / liquid).max())
@@ -232,7 +236,7 @@ def show_ladder() -> None:
     """Print the force of the water balloon by each model, its error, and the CPU time of a force and slope."""
     drops = _mm(0.5, 1.5, 3.0, 4.0)
     spec = _balloon("water_balloon")
-    right = exact(lambda n: Cap(spec.radius, spec.pressure, elements=n), drops)
+    right = exact(drops, spec.radius, spec.pressure)
     rungs: list[tuple[str, dict[str, Any]]] = [("linear", {"model": "linear"}), ("table", {})]
     rungs += [(f"axisymmetric {n}", {"model": "axisymmetric", "elements": n}) for n in (24, 48, 96)]
     print("error % at drops of 0.5, 1.5, 3, 4 mm")
@@ -242,7 +246,7 @@ def show_ladder() -> None:
         found = [law(float(d))[0] for d in drops]
         cost = (time.process_time() - began) / len(drops)
         if not name.startswith("axi"):
-            cost = _cost(lambda law=law: law(1.5e-3))
+            cost = _cost(partial(law, 1.5e-3))
         print(
             f"{name:16s} {'  '.join(f'{100 * (f / g - 1):7.2f}' for f, g in zip(found, right, strict=True))}   {cost * 1e6:9.1f} us"
         )

@@ -27,6 +27,7 @@ __all__ = ["Contact", "World"]
 
 _KEPT = 8  # contacts that are kept
 _STRIDE = 0.1  # s; a membrane that remembers is taken along its path in steps that each take few iterations
+_GROWTH = 1.5  # power of its depth that the force of a membrane about grows with
 _PAST = 64  # committed states that are kept, for what is asked of a moment ago
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
@@ -49,13 +50,15 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class _Past:
-    """What the world remembers of a moment, s: the object's state, the membrane's, and where the hand was."""
+    """What the world remembers of a moment, s: the object's state, the membrane's, where the hand was, and how far
+    it was past first contact with what drop; m."""
 
     time: float
     thing: Any
     membrane: Any
     at: tuple[float, float]
     hand: tuple[Pose, float] | None = None
+    shared: tuple[float, float] | None = None
 
 
 class World:
@@ -138,7 +141,8 @@ class World:
             state = past.membrane
             if contact.place is not None and self.fidelity.remembers:
                 state = self.fidelity.press(contact.place, contact.depth, state).state
-            self._past.append(_Past(time, thing, state, at, (pose, stretch)))
+            shared = (contact.depth + contact.drop, contact.drop) if contact.place is not None else None
+            self._past.append(_Past(time, thing, state, at, (pose, stretch), shared))
 
     def skin(self, contact: Contact, stretch: float) -> Skin:
         """Return the shape of the membrane."""
@@ -202,12 +206,14 @@ class World:
         place = self._place(standing, where, stretch)
         if law is None:
             return Equilibrium(travel, 0.0, self.fidelity.law(place, past.membrane)(where.depth)[0], 0), place
-        state, drop, spent = past.thing, math.inf, 0
+        state, drop, spent, near = past.thing, math.inf, 0, _ahead(past, where.depth)
         own = _along(law, where.upright)
         kinks, start, rest = self.specimen.kinks(state), self.specimen.drop(state), self.specimen.rest(state, dt)
         for _ in range(_PASSES):
             felt = self.fidelity.law(place, past.membrane)
-            found = couple(_lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks)
+            found = couple(
+                _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=self.fidelity.close
+            )
             spent, before, drop = spent + found.iterations, drop, found.drop
             changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
@@ -226,6 +232,13 @@ class World:
         reach = self.scene.object.reach
         borders = (self.membrane.width / 2, (self.membrane.gauge + stretch) / 2)
         return all(abs(a) <= border + reach for a, border in zip(where.at, borders, strict=True))
+
+
+def _ahead(past: _Past, travel: float) -> float | None:
+    """Return the drop, m, at a travel past first contact, as the last one known grows with the force."""
+    if past.shared is None or min(past.shared) <= 0 or travel <= 0:
+        return None
+    return past.shared[1] * (travel / past.shared[0]) ** _GROWTH
 
 
 def _lifted(felt: Law, lift: float) -> Law:

@@ -19,7 +19,6 @@ class Compacted:
     inner: Any
 
 
-@dataclass(frozen=True)
 class Compacting(Response):
     """A response that unloads, and loads again up to its largest drop m, `ratio` times as stiff as it was loaded.
 
@@ -27,13 +26,9 @@ class Compacting(Response):
     the drop, so that the force at m is the same. 1 - 1 / ratio of the work of loading is lost.
     """
 
-    inner: Response
-    ratio: float
-
-    @property
-    def memory(self) -> float:
-        """Depends on the path, not on time."""
-        return longest_step(self.inner, float("inf"))
+    def __init__(self, inner: Response, ratio: float) -> None:
+        self.inner, self.ratio = inner, ratio
+        self.memory = longest_step(inner, float("inf"))
 
     def start(self) -> Compacted:
         """Nothing has pushed."""

@@ -31,12 +31,14 @@ def slopes(x: Array, y: Array) -> Array:
 class PowerCurve:
     """The curve through points x, y (n,), all above 0: cubics of log y over log x, and a power law beyond either end.
 
-    Smooth, with exact derivatives, and rising where the points rise. It is 0 at and below x = 0.
+    Smooth, with exact derivatives, and rising where the points rise. It is 0 at and below x = 0. One that does not go on keeps
+    its last value past its last point.
     """
 
-    def __init__(self, x: Array, y: Array) -> None:
+    def __init__(self, x: Array, y: Array, *, goes_on: bool = True) -> None:
         u, v = np.log(x), np.log(y)
         self._u, self._v, self._slopes = u.tolist(), v.tolist(), slopes(u, v).tolist()
+        self._last = 1.0 if goes_on else 0.0
 
     def __call__(self, x: float) -> tuple[float, float]:
         """Return value and derivative."""
@@ -52,8 +54,8 @@ class PowerCurve:
         knots, logs, slope = self._u, self._v, self._slopes
         k = bisect_right(knots, u) - 1
         if k < 0 or k >= len(knots) - 1:
-            end = 0 if k < 0 else -1
-            return logs[end] + slope[end] * (u - knots[end]), slope[end]
+            end, power = (0, slope[0]) if k < 0 else (-1, self._last * slope[-1])
+            return logs[end] + power * (u - knots[end]), power
         step = knots[k + 1] - knots[k]
         t = (u - knots[k]) / step
         rise = (logs[k + 1] - logs[k]) / step

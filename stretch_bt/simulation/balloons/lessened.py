@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from stretch_bt.simulation.objects.response import Law, Response
@@ -10,17 +9,12 @@ from stretch_bt.simulation.objects.response import Law, Response
 __all__ = ["Lessened"]
 
 
-@dataclass(frozen=True)
 class Lessened(Response):
     """The response `inner` less `taken`, which is at most its force; no memory but that of the inner."""
 
-    inner: Response
-    taken: Law
-
-    @property
-    def memory(self) -> float | None:
-        """That of the inner."""
-        return self.inner.memory
+    def __init__(self, inner: Response, taken: Law) -> None:
+        self.inner, self.taken = inner, taken
+        self.memory = inner.memory
 
     def start(self) -> Any:
         """Return the inner's."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from stretch_bt.simulation.balloons.cap import Cap, CapState
+from stretch_bt.simulation.balloons.balance import CapState
+from stretch_bt.simulation.balloons.cap import Cap
 
 __all__ = ["SolvedCap"]
 

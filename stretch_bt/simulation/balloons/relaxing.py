@@ -12,7 +12,8 @@ from stretch_bt.simulation.solve import find_root
 
 __all__ = ["Relaxed", "Relaxing"]
 
-_LONGEST = 0.05  # s
+#: s, the longest step: far below the times of a press, and below a tenth of the relaxation
+_LONGEST = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +26,6 @@ class Relaxed:
     inner: Any
 
 
-@dataclass(frozen=True)
 class Relaxing(Response):
     """A response with a Maxwell branch beside it: q' = g(d)' - q / time, F = F1(d) + q.
 
@@ -34,14 +34,9 @@ class Relaxing(Response):
     drop. Lee and Radok's solution is for a contact that grows; here it serves one that shrinks as well.
     """
 
-    inner: Response
-    branch: Law
-    time: float
-
-    @property
-    def memory(self) -> float:
-        """The longest step, s: far below the times of a press, and below a tenth of the relaxation."""
-        return longest_step(self.inner, min(_LONGEST, self.time / 10))
+    def __init__(self, inner: Response, branch: Law, time: float) -> None:
+        self.inner, self.branch, self.time = inner, branch, time
+        self.memory = longest_step(inner, min(_LONGEST, time / 10))
 
     def start(self) -> Relaxed:
         """At rest."""
@@ -72,17 +67,16 @@ class Relaxing(Response):
     def rest(self, state: Relaxed, dt: float) -> float:
         """Return the drop, m, at which body and branch hold each other after a step without a push."""
         raw = self._raw(state, dt)
-        least = self.inner.rest(state.inner, dt)
-        if state.drop <= least or raw(least)[0] >= 0:
-            return least
+        if raw(0.0)[0] >= 0:
+            return 0.0
+        if raw(state.drop)[0] <= 0:
+            return state.drop
 
         def falling(drop: float) -> tuple[float, float]:
             value, slope = raw(drop)
             return -value, -slope
 
-        if raw(state.drop)[0] <= 0:
-            return state.drop
-        return find_root(falling, least, state.drop, state.drop, "a gel that comes back").x
+        return find_root(falling, 0.0, state.drop, state.drop, "a gel that comes back").x
 
     def _factors(self, dt: float) -> tuple[float, float]:
         """Return what is left of the branch after a step, and what it takes of an even move during it."""

@@ -19,7 +19,6 @@ class Stretched:
     inner: Any
 
 
-@dataclass(frozen=True)
 class Softened(Response):
     """A response less what softening takes off one part of it: F(d) = F1(d) - share (1 - d / m) part(d) below the largest drop m.
 
@@ -27,14 +26,9 @@ class Softened(Response):
     455, 1999); `share` is what is lost just after the return.
     """
 
-    inner: Response
-    part: Law
-    share: float
-
-    @property
-    def memory(self) -> float:
-        """Depends on the path, not on time."""
-        return longest_step(self.inner, float("inf"))
+    def __init__(self, inner: Response, part: Law, share: float) -> None:
+        self.inner, self.part, self.share = inner, part, share
+        self.memory = longest_step(inner, float("inf"))
 
     def start(self) -> Stretched:
         """Nothing has pushed."""

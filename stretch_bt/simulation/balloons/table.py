@@ -59,7 +59,8 @@ class CapTable:
         knots = np.log(self.kappa)
         rows = [np.exp(_between(knots, np.log(rows), u)) for rows in (self.force, self.yields, self.flattening)]
         limit = math.exp(float(_between(knots, np.log(self.limit)[:, None], u)[0]))
-        return TabulatedCap(*(PowerCurve(limit * self.part, row) for row in rows), limit)
+        force, yields, flattening = (PowerCurve(limit * self.part, row, goes_on=row is rows[0]) for row in rows)
+        return TabulatedCap(force, yields, flattening, limit)
 
 
 def _between(x: Array, y: Array, at: float) -> Array:

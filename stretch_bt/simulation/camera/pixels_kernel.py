@@ -25,31 +25,20 @@ def add(depth: Any, noise: Any, sd: Any, growth: Any) -> Any:
 
 
 @kernel()
-def value(depth: Any, v: Any, u: Any) -> Any:
-    """Return the depth of a pixel, 0 beside the image."""
-    return depth[v, u] if 0 <= v < depth.shape[0] and 0 <= u < depth.shape[1] else ZERO
-
-
-@kernel()
-def change(z: Any, before: Any, after: Any) -> Any:
-    """Return the change of depth over a pixel from those before and after it, as far as they have values."""
-    if before > ZERO and after > ZERO:
-        return 0.5 * (after - before)
-    if before > ZERO:
-        return float(z - before)
-    return float(after - z) if after > ZERO else 0.0
-
-
-@kernel()
 def is_steep(depth: Any, v: Any, u: Any, fx: Any, fy: Any, cx: Any, cy: Any, least: Any) -> Any:
-    """Tell whether the cosine between a pixel's ray and the surface's normal is below `least`.
+    """Tell whether the cosine between a pixel's ray and the surface's normal is below `least`, by neighbours with a value.
 
     With n = (fx z_u, fy z_v, -z - (u - cx) z_u - (v - cy) z_v) along the normal of z(u, v), and r the ray at unit depth,
     n . r = -z.
     """
+    height, width = depth.shape
     z = depth[v, u]
-    across = change(z, value(depth, v, u - 1), value(depth, v, u + 1))
-    along = change(z, value(depth, v - 1, u), value(depth, v + 1, u))
+    left = u - 1 if u > 0 and depth[v, u - 1] > ZERO else u
+    right = u + 1 if u + 1 < width and depth[v, u + 1] > ZERO else u
+    over = v - 1 if v > 0 and depth[v - 1, u] > ZERO else v
+    under = v + 1 if v + 1 < height and depth[v + 1, u] > ZERO else v
+    across = (depth[v, right] - depth[v, left]) / max(right - left, 1)
+    along = (depth[under, u] - depth[over, u]) / max(under - over, 1)
     x, y = u - cx, v - cy
     normal = (fx * across) ** 2 + (fy * along) ** 2 + (z + x * across + y * along) ** 2
     return z < least * math.sqrt(normal * ((x / fx) ** 2 + (y / fy) ** 2 + 1.0))
@@ -73,9 +62,11 @@ def step(depth: Any, v: Any, u: Any) -> Any:
     """Return the largest step of depth from a pixel with a value to a neighbour with one."""
     largest = 0.0
     for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        other = value(depth, v + down, u + right)
-        if other > ZERO and abs(other - depth[v, u]) > abs(largest):
-            largest = float(other - depth[v, u])
+        j, i = v + down, u + right
+        if 0 <= j < depth.shape[0] and 0 <= i < depth.shape[1] and depth[j, i] > ZERO:
+            there = depth[j, i] - depth[v, u]
+            if abs(there) > abs(largest):
+                largest = there
     return largest
 
 

@@ -21,6 +21,7 @@ _RIM = 0.6  # of the mean radius above the plane: the ring that takes half of wh
 _SMALLEST = 0.05  # of the mean radius: no direction gets shorter, whatever is asked
 _DEEPEST = 0.25  # of the mean radius: no step goes deeper
 _PASS = 0.02  # of the mean radius: what smoothing or one pass of a press takes away at most
+_SHARES = 8  # times that what is pressed away is given to the sides, some of which the plates cut off again
 _HALVINGS = 30
 
 
@@ -156,9 +157,9 @@ def smooth(radii: Any, u: Any, neighbours: Any, weights: Any, line: Any, ball: A
             radii[i] -= min(step, _PASS * ball)
 
 
-@kernel("void(float64[::1], float64[:,::1], float64, float64)")
-def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
-    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume."""
+@kernel("UniTuple(float64, 3)(float64[::1], float64[:,::1], float64, float64)")
+def centroid(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
+    """Return the centroid, m, in the axes of the directions (n, 3)."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(len(radii)):
         fourth = radii[i] ** 4
@@ -166,9 +167,16 @@ def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
         y += fourth * vectors[i, 1]
         z += fourth * vectors[i, 2]
     scale = 0.25 * w / content
+    return scale * x, scale * y, scale * z
+
+
+@kernel("void(float64[::1], float64[:,::1], float64, float64)")
+def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
+    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume."""
+    x, y, z = centroid(radii, vectors, w, content)
     ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
     for i in range(len(radii)):
-        moved = scale * (x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2])
+        moved = x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2]
         radii[i] = max(radii[i] - moved, _SMALLEST * ball)
     factor = (content / volume(radii, w)) ** (1.0 / 3.0)
     for i in range(len(radii)):
@@ -192,12 +200,14 @@ def ring(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> Non
             radii[i] += 0.5 * lost / area
 
 
-@kernel("void(float64[::1], float64[::1], float64)")
-def cut(radii: Any, u: Any, plane: Any) -> None:
-    """Move the points under a plane at -plane onto it."""
+@kernel("void(float64[::1], float64[::1], float64, float64)")
+def cut(radii: Any, u: Any, below: Any, above: Any) -> None:
+    """Move the points under a plane at -below, or over one at `above`, onto it."""
     for i in range(len(u)):
-        if -radii[i] * u[i] > plane:
-            radii[i] = plane / -u[i]
+        if -radii[i] * u[i] > below:
+            radii[i] = below / -u[i]
+        elif radii[i] * u[i] > above:
+            radii[i] = above / u[i]
 
 
 @kernel("void(float64[::1], float64, float64, float64)")
@@ -248,7 +258,7 @@ def roll(
             deep, plastic = sink(radii, u, w, content, low, low + high, forces[step, 1], dough)
             heights[step] -= deep
             line = waterline(radii, u, w, high, forces[step, 0], dough[FOUNDATION])
-            cut(radii, u, low - plastic)
+            cut(radii, u, low - plastic, math.inf)
             if dough[TENSION] > 0.0 and forces[step, 0] > 0.0:
                 smooth(radii, u, neighbours, weights, line, ball, dough)
             ring(radii, u, w, content, low - plastic, ball)
@@ -267,11 +277,26 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
     aim = low + high - plastic
     for k in range(passes):
         low, high = extent(radii, u)
-        cut(radii, u, max(low - (low + high - aim) / (passes - k), _SMALLEST * ball))
-        for _ in range(3):
+        plane = max(low - (low + high - aim) / (passes - k), _SMALLEST * ball)
+        for _ in range(_SHARES):
+            cut(radii, u, plane, high)
             lost, area = content - volume(radii, w), 0.0
             for i in range(len(u)):
                 area += radii[i] ** 2 * w * (1.0 - u[i] * u[i]) ** 2
             for i in range(len(u)):
                 radii[i] += lost / area * (1.0 - u[i] * u[i]) ** 2
+        cut(radii, u, plane, high)
+        sunk = 0.0
+        for i in range(len(u)):
+            sunk += 0.25 * w / content * radii[i] ** 4 * u[i]
+        level = np.empty(len(u))
+        for i in range(len(u)):
+            z = radii[i] * u[i]
+            level[i] = -plane - sunk if z < 1e-9 * ball - plane else (high - sunk if z > high - 1e-9 * ball else 0.0)
         centre(radii, vectors, w, content)
+        for i in range(len(u)):
+            if level[i] * u[i] > 0.0:  # what is flat stays flat
+                radii[i] = level[i] / u[i]
+    scale = (content / volume(radii, w)) ** (1.0 / 3.0)
+    for i in range(len(u)):
+        radii[i] *= scale

@@ -25,6 +25,7 @@ __all__ = ["DoughSpecimen", "DoughState"]
 _KEPT = 16
 _SHORTEST = 1e-3  # s; the rate of a step that takes no time is that of one this long
 _LONGEST = 0.1  # s of a step of a dough whose force depends on the rate
+_STIFF = 100.0  # times as stiff is a dough that does not spring back: its force still begins at 0
 _BARELY = 1e-9  # m of plastic press that leave the shape as it is
 _PART = 0.25  # of the rate at which a lump turns is its plastic strain rate: a strain of 0.1 over 0.4 rad
 
@@ -101,8 +102,6 @@ class DoughSpecimen(Specimen):
         plastic = self._felt(lump).plastic(moved.drop, max(moved.dt, _SHORTEST))
         if plastic < _BARELY:
             return state
-        if plastic >= lump.height:
-            raise NoEquilibrium(f"a drop of {moved.drop * 1e3:.3g} mm would press the dough flat")
         return replace(state, lump=lump.flattened(plastic), fresh=False)
 
     def known(self, state: DoughState, drop: float) -> dict[str, float]:
@@ -154,7 +153,7 @@ class DoughSpecimen(Specimen):
     def _dough(spec: DoughObject, effects: Active) -> Dough:
         return Dough(
             spec.yield_stress,
-            spec.modulus if "springback" in effects else math.inf,
+            spec.modulus * (1.0 if "springback" in effects else _STIFF),
             _number(effects, "dough_viscosity", "thickening", 0.0),
             _number(effects, "dough_viscosity", "power", 1.0),
             tension=spec.smoothing,

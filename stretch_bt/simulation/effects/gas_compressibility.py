@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.balloons.cap import HAND
 from stretch_bt.simulation.balloons.effect import FillEffect
 from stretch_bt.simulation.balloons.fills import Air
 from stretch_bt.simulation.effects.base import Parameters, Size
-from stretch_bt.simulation.objects.balloon import HAND, BalloonObject
+from stretch_bt.simulation.objects.balloon import BalloonObject
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.response import Response
 

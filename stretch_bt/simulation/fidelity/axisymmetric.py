@@ -27,6 +27,7 @@ class AxisymmetricFidelity:
     """A sphere in the middle of a round membrane; where on the sheet it stands moves the shape and not the force."""
 
     remembers = False
+    close = 1e-10
 
     def __init__(
         self,

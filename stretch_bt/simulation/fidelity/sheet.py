@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # numba comes along with it
 __all__ = ["SheetFidelity"]
 
 PITCH = 0.7e-3  # m of the unstretched sheet between points of its shape
+_FELT, _KNOWN = 1e-4, 1e-10  # of a force that is solved each time, and of one on a smooth curve
 _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
@@ -53,9 +54,11 @@ class SheetFidelity:
         self.sheet = Sheet(gauge, width, thickness, NeoHookean(shear_modulus), mount_prestretch, on)
         self.settings = settings or Settings.within(0.01)
         self.remembers = on.mullins is not None or on.friction > 0
+        self.close = _FELT if self.remembers else _KNOWN
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
         self._last: OrderedDict[Place, tuple[Any, SheetPress]] = OrderedDict()
         self.resting = lru_cache(maxsize=_KEPT)(self._resting)
+        self._hang = lru_cache(maxsize=_KEPT)(self._hang_at)
 
     def law(self, place: Place, state: Any) -> Law:
         """Return the force between solved depths, or of a solve at each depth where the membrane remembers."""
@@ -76,8 +79,9 @@ class SheetFidelity:
 
     def lift(self, stretch: float) -> float:
         """Return how far the membrane hangs, m."""
-        if not self.sheet.effects.sag:
-            return 0.0
+        return self._hang(stretch) if self.sheet.effects.sag else 0.0
+
+    def _hang_at(self, stretch: float) -> float:
         return max(0.0, -float(self.resting(stretch).points(3, 3)[1, 1, 2]))
 
     def free(self, stretch: float) -> Skin:

@@ -6,15 +6,16 @@ import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.balloons.fills import Air, AnyFill
+from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.simulation.balloons.cap import HAND
+from stretch_bt.simulation.balloons.fills import Air, AnyFill, Pudding
 from stretch_bt.simulation.balloons.laws import hertz, linear, no_force, scaled, together
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec, Rough, Specimen, Standing
 from stretch_bt.simulation.objects.response import Law, Response
-from stretch_bt.units import Length, Pressure, Within
+from stretch_bt.units import KINDS, Length, Pressure, Within, format_quantity
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.balloons.table import TabulatedCap
@@ -24,11 +25,11 @@ __all__ = ["SECANT_DROP", "BalloonObject", "BalloonSpecimen"]
 
 #: the drop at which the stiffness of a balloon is told, m: that which palpation asks for
 SECANT_DROP = 1.5e-3
-#: N/m^3, of the soft hand as a foundation
-HAND = 2.6e5
 _SLACK = 1.0  # Pa, below which the skin is taken for slack
 _SETTLED = 1e6  # s
 _STEP = 1 / 30  # of its radius
+#: modulus of the hand times radius over pressure, at least, and softness of a gas, at most, for which the table is meant
+_FIRMEST, _SOFTEST = 0.7, 0.2
 _WIDEST = 1.5  # of its radius, that a flattened top is taken for
 
 
@@ -55,6 +56,16 @@ class BalloonObject(ObjectSpec):
         description="what gives the force of the skin: a spring, the table that the solver made, or the solver itself",
     )
     elements: Annotated[int, Field(ge=8, le=192)] = Field(default=48, description="of the solver")
+
+    @model_validator(mode="after")
+    def _within_the_table(self) -> BalloonObject:
+        most = HAND * self.radius / _FIRMEST
+        if self.fill.by_skin and self.pressure > most:
+            told = format_quantity(most, KINDS["Pressure"])
+            raise InvalidInput(f"a balloon so small and hard sinks into the hand up to its rim; use a pressure of at most {told}")
+        if isinstance(self.fill, Air) and self.fill.softness(self.radius, self.pressure) > _SOFTEST:
+            raise InvalidInput("with so much air below the rim the pressure hardly rises; use less of it, or less pressure")
+        return self
 
     @property
     def radius(self) -> float:
@@ -151,8 +162,6 @@ class BalloonObject(ObjectSpec):
 
     def gel(self) -> tuple[Law, float] | None:
         """Return the part of a gel's force that relaxes, and the time in which it does, s; None without a gel."""
-        from stretch_bt.simulation.balloons.fills import Pudding
-
         return (hertz(self.fill.sudden, self.radius), self.fill.time) if isinstance(self.fill, Pudding) else None
 
     def secant(self, drop: float = SECANT_DROP) -> float:

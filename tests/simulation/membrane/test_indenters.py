@@ -41,6 +41,7 @@ SHAPES = [
     HalfCylinder(0.012, 0.02),
     Ring(0.002, 0.02),
     WirePolygon(0.002, 0.02),
+    WirePolygon(0.002, 0.02, 4, 0.003),
     triangular_prism(0.02, 0.012, 0.01),
     pyramid(0.02, 0.012),
     Turned(Box(0.01, 0.016), 0.4),

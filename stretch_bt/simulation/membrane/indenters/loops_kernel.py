@@ -13,15 +13,6 @@ from stretch_bt.simulation.membrane.indenters.distance_kernel import bend
 __all__ = ["polygon", "ring", "vault"]
 
 
-@kernel()
-def across(curvature: Any, q: Any, s: Any, nx: Any, ny: Any, nz: Any) -> Any:
-    """Add s times the projection across a unit normal."""
-    curvature[q, 0] += s
-    curvature[q, 3] += s
-    curvature[q, 5] += s
-    bend(curvature, q, -s, nx, ny, nz)
-
-
 @kernel("void(float64[:,::1],float64,float64,float64,float64[::1],float64[:,::1],float64[:,::1])")
 def vault(points: Any, half: Any, core: Any, rounding: Any, gap: Any, normal: Any, curvature: Any) -> Any:
     """Fill for a half-cylinder of radius core + rounding, its axis along x at z = 0, on a shank, its ends filleted."""
@@ -68,30 +59,41 @@ def ring(points: Any, radius: Any, rounding: Any, gap: Any, normal: Any, curvatu
         bend(curvature, q, s * nr, -uy, ux, 0.0)
 
 
-@kernel("void(float64[:,::1],float64[:,::1],float64,float64[::1],float64[:,::1],float64[:,::1])")
-def polygon(points: Any, corners: Any, rounding: Any, gap: Any, normal: Any, curvature: Any) -> Any:
-    """Fill for round wires of radius `rounding` along the closed polygon through corners (k, 2) at z = 0."""
+@kernel("void(float64[:,::1],float64[:,::1],float64,float64,float64[::1],float64[:,::1],float64[:,::1])")
+def polygon(points: Any, corners: Any, radius: Any, rounding: Any, gap: Any, normal: Any, curvature: Any) -> Any:
+    """Fill for a round wire, of radius `rounding`, that runs `radius` outside a convex polygon at z = 0.
+
+    Its corners (k, 2) are counter-clockwise; around them the wire bends.
+    """
     curvature[:] = 0.0
     count = corners.shape[0]
     for q in range(points.shape[0]):
         x, y, z = points[q, 0], points[q, 1], points[q, 2]
-        least, tx, ty, px, py, within = np.inf, 1.0, 0.0, x, y, False
+        least, most, ux, uy, fx, fy, at_corner = np.inf, -np.inf, 1.0, 0.0, 1.0, 0.0, False
         for k in range(count):
             ax, ay = corners[k, 0], corners[k, 1]
             ex, ey = corners[(k + 1) % count, 0] - ax, corners[(k + 1) % count, 1] - ay
             length = math.sqrt(ex * ex + ey * ey)
             ex, ey = ex / length, ey / length
-            along = (x - ax) * ex + (y - ay) * ey
+            along, beside = (x - ax) * ex + (y - ay) * ey, (x - ax) * ey - (y - ay) * ex
+            if beside > most:
+                most, fx, fy = beside, ey, -ex
             on = min(max(along, 0.0), length)
             dx, dy = x - ax - on * ex, y - ay - on * ey
             square = dx * dx + dy * dy
             if square < least:
-                least, tx, ty, px, py, within = square, ex, ey, dx, dy, on == along
-        away = math.sqrt(least + z * z)
-        nx, ny, nz = (px / away, py / away, z / away) if away > 1e-300 else (0.0, 0.0, 1.0)
+                least, ux, uy, at_corner = square, dx, dy, on != along
+        far = math.sqrt(least)
+        if most <= 0.0 or not at_corner or far < 1e-300:
+            far, ux, uy, at_corner = most, fx, fy, False
+        else:
+            ux, uy = ux / far, uy / far
+        out = far - radius
+        away = math.sqrt(out * out + z * z)
+        nr, nz = (out / away, z / away) if away > 1e-300 else (0.0, 1.0)
         gap[q] = away - rounding
-        normal[q, 0], normal[q, 1], normal[q, 2] = nx, ny, nz
-        s = 1.0 / max(away, 0.1 * rounding)
-        across(curvature, q, s, nx, ny, nz)
-        if within:
-            bend(curvature, q, -s, tx, ty, 0.0)
+        normal[q, 0], normal[q, 1], normal[q, 2] = nr * ux, nr * uy, nz
+        s = math.sqrt(1.0 / max(away, 0.1 * rounding))
+        bend(curvature, q, 1.0, s * nz * ux, s * nz * uy, -s * nr)
+        if at_corner:
+            bend(curvature, q, nr / far, -uy, ux, 0.0)
