@@ -7,6 +7,7 @@ import sys
 import threading
 from importlib import import_module
 from pkgutil import iter_modules
+from types import ModuleType
 from typing import Annotated
 
 import typer
@@ -43,9 +44,21 @@ def _options(
     pass
 
 
-for _module in iter_modules(cli.__path__):
-    if _module.name.startswith("command_"):
-        app.command(_module.name.removeprefix("command_"))(import_module(f"stretch_bt.cli.{_module.name}").command)
+def _add_commands(group: typer.Typer, package: ModuleType) -> None:
+    """Add each `command_NAME` file of a folder as a command, and each folder in it as a group of commands."""
+    for module in iter_modules(package.__path__):
+        if not (module.ispkg or module.name.startswith("command_")):
+            continue
+        loaded = import_module(f"{package.__name__}.{module.name}")
+        if module.ispkg:
+            inner = typer.Typer(help=loaded.__doc__, no_args_is_help=True)
+            _add_commands(inner, loaded)
+            group.add_typer(inner, name=module.name)
+        else:
+            group.command(module.name.removeprefix("command_"))(loaded.command)
+
+
+_add_commands(app, cli)
 
 
 def main() -> None:

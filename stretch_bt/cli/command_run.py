@@ -41,6 +41,9 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
+    stats: Annotated[
+        bool, typer.Option("--stats", help="Show what the twin solved, and the time of each effect.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not show the tree while it runs.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
@@ -64,8 +67,11 @@ def command(
         report_error(error)
         raise typer.Exit(exit_code(error)) from None
     if json_:
-        emit_json(result.to_json())
+        fields = result.to_json()
+        emit_json(fields if stats else {key: value for key, value in fields.items() if key != "stats"})
     show(result, Console(stderr=json_))
+    if stats:
+        show_stats(result, Console(stderr=json_))
     raise typer.Exit(EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status])
 
 
@@ -143,6 +149,30 @@ def outputs_table(result: RunResult) -> Table:
         cells = (_number(value), _number(sd), output["unit"], _number(truth), error)
         table.add_row(name, *cells)
     return table
+
+
+def show_stats(result: RunResult, console: Console) -> None:
+    """Print what the twin did and what that cost, and what is left of the run's CPU time."""
+    from rich.table import Table
+
+    if not result.stats:
+        console.print("no twin: nothing was simulated in this run", style="dim")
+        return
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in ("of the twin", "kind", "count", "CPU ms", "each, us"):
+        table.add_column(heading, justify="left" if heading in ("of the twin", "kind") else "right")
+    for row in result.stats:
+        table.add_row(row["name"], row["group"], str(row["count"]), *_times(row))
+    rest = result.cpu_seconds - sum(row["cpu_seconds"] or 0.0 for row in result.stats)
+    table.add_row("all else", "nodes, ticks, record", "", f"{max(rest, 0.0) * 1e3:.1f}", "")
+    console.print(table)
+
+
+def _times(row: dict[str, Any]) -> tuple[str, str]:
+    if row["cpu_seconds"] is None:
+        return f"in {row['within']}", ""
+    milliseconds, each = row["cpu_seconds"] * 1e3, row["cpu_seconds"] * 1e6 / max(row["count"], 1)
+    return f"{milliseconds:.1f}", f"{each:.0f}"
 
 
 def _number(value: Any) -> str:

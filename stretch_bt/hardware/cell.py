@@ -39,6 +39,14 @@ class Cell:
         """
         return {} if self._bench.scene is None else self._bench.twin.truth()
 
+    def stats(self) -> list[dict[str, Any]]:
+        """Return what the twin did, how often and in what CPU time; empty where nothing is simulated."""
+        if self._bench.scene is None:
+            return []
+        from stretch_bt.simulation.account import account
+
+        return account(self._bench.twin.world)
+
     def stop(self) -> list[StretchError]:
         """Stop every device, and return what went wrong on the way."""
         return self._each("stop")

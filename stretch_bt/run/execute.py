@@ -98,6 +98,7 @@ class RunResult:
     errors: list[str] = field(default_factory=list)
     unmet: list[str] = field(default_factory=list)
     readings: dict[str, Any] = field(default_factory=dict)
+    stats: list[dict[str, Any]] = field(default_factory=list)
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `run --json` prints."""
@@ -209,6 +210,7 @@ class _Run:
         errors = cell.close() if cell is not None else []
         outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
         result = _result(self.task, outcome, truths, visits, self.seen, self.record)
+        result.stats = cell.stats() if cell is not None else []
         self.write_down(result)
         return result
 
@@ -230,6 +232,10 @@ class Given:
     def truth(self) -> dict[str, float]:
         """Nothing is known."""
         return {}
+
+    def stats(self) -> list[dict[str, Any]]:
+        """Nothing is simulated."""
+        return []
 
     def stop(self) -> list[Exception]:
         """Stop every device."""

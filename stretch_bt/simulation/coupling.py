@@ -13,8 +13,8 @@ from stretch_bt.simulation.objects.response import Law
 __all__ = ["Equilibrium", "couple"]
 
 BUDGET = 60
-_CLOSE = 1e-10  # of the logarithm of the ratio of forces
-_TINY = 1e-11  # of the bracket of drops
+_CLOSE = 1e-10  # of the logarithm of the ratio of forces, and of the bracket of drops
+_LEVEL = 1e-14  # of a logit
 _FAR = 200.0  # logit of the share that the object takes
 _LONG = 0.2  # of the depth
 _SHRINK = 0.5  # a step that leaves more than this of the residual is followed by one that splits the bracket
@@ -41,6 +41,8 @@ def couple(
     rest: float = 0.0,
     start: float | None = None,
     kinks: Sequence[float] = (),
+    close: float = _CLOSE,
+    near: float | None = None,
 ) -> Equilibrium:
     """Return the equilibrium of the membrane and an object pressed together by `travel`.
 
@@ -63,6 +65,10 @@ def couple(
         or shrinks, without passing another one. `rest` when None.
     kinks
         Drops at which the slope of the object's force jumps, m; between them the force is smooth and monotone.
+    close
+        How well forces and drops need to agree, as a part of each.
+    near
+        A drop to begin at, m, where one is known to be close.
 
     Raises
     ------
@@ -75,7 +81,7 @@ def couple(
         raise InvalidInput(f"travel and rest must be lengths of at least 0 m, not {travel} m and {rest} m")
     if travel <= rest:
         return Equilibrium(0.0, travel, 0.0, 0)
-    solve = _Series(membrane, thing, travel)
+    solve = _Series(membrane, thing, travel, close, near)
     inside = [kink for kink in sorted(kinks) if rest < kink < travel]
     if not inside:
         return solve.between(rest, travel)
@@ -85,8 +91,9 @@ def couple(
 class _Series:
     """Both laws at one travel, and how often they were asked."""
 
-    def __init__(self, membrane: Law, thing: Law, travel: float) -> None:
-        self.membrane, self.thing, self.travel = membrane, thing, travel
+    def __init__(self, membrane: Law, thing: Law, travel: float, close: float, near: float | None) -> None:
+        self.membrane, self.thing, self.travel, self.close = membrane, thing, travel, close
+        self.near = near
         self.spent = 0
 
     def pull(self, drop: float) -> float:
@@ -118,7 +125,10 @@ class _Series:
         if self.thing(low)[0] > 0:
             return self._within(low, high)
         width, left, right = high - low, -_FAR, _FAR
-        logit, before = self._guess(low, high), math.inf
+        near = self.near
+        known = near is not None and low < near < high
+        logit = math.log((near - low) / (high - near)) if near is not None and known else self._guess(low, high)
+        before = math.inf
         while self.spent < BUDGET:
             drop = low + width * _share(logit)
             depth = (self.travel - high) + width * _share(-logit)  # without cancellation
@@ -129,14 +139,9 @@ class _Series:
             lever = width * _share(logit) * _share(-logit)
             slope = -lever * (steep / pressed + stiff / held) if pressed > 0 and held > 0 else 0.0
             step = -residual / slope if slope < 0 and math.isfinite(residual) else math.inf
-            if (
-                residual == 0
-                or abs(step) * lever <= _TINY * min(depth, drop)
-                or (abs(residual) < _CLOSE and math.isfinite(step))
-            ):
-                return self._found(low, high, logit + (step if math.isfinite(step) else 0.0))
-            if right - left < 1e-14 * max(abs(left), 1.0):  # a jump of the object's force, or an end
-                return self._found(low, high, logit)
+            settled = abs(residual) < self.close or abs(step) * lever <= self.close * min(depth, drop)
+            if settled or right - left < _LEVEL * max(abs(left), 1.0):  # the object's force jumps, or has an end
+                return Equilibrium(depth, drop, pressed, self.spent)
             logit = self._next(logit, step, left, right, slow=abs(residual) > _SHRINK * before)
             before = abs(residual)
         raise NoEquilibrium(f"membrane and object in series: no convergence within {BUDGET} evaluations")
@@ -146,7 +151,7 @@ class _Series:
 
         A long step goes by the logarithms of depth and forces, in which a soft object is a straight line.
         """
-        drop, least = low, _TINY * (high - low)
+        drop, least = low, self.close * (high - low)
         while self.spent < BUDGET:
             depth = self.travel - drop
             (pressed, steep), (held, stiff) = self.membrane(depth), self.thing(drop)
@@ -176,11 +181,6 @@ class _Series:
         p, q = steep * depth / pressed, stiff * (high - low) / held
         ratio = math.log(pressed / held)
         return min(max(ratio / (q if ratio < 0 else p), -_FAR), _FAR)
-
-    def _found(self, low: float, high: float, logit: float) -> Equilibrium:
-        width = high - low
-        drop, depth = low + width * _share(logit), (self.travel - high) + width * _share(-logit)
-        return Equilibrium(depth, drop, self.membrane(depth)[0], self.spent)
 
 
 def _share(logit: float) -> float:

@@ -12,21 +12,25 @@ __all__ = ["Stats"]
 
 
 class Stats:
-    """Counts and CPU seconds by name; one in another counts for both."""
+    """Counts and CPU seconds by name; what is timed inside something else counts for itself alone."""
 
     def __init__(self) -> None:
         self.counts: dict[str, int] = defaultdict(int)
         self.seconds: dict[str, float] = defaultdict(float)
+        self._inside = [0.0]
 
     @contextmanager
     def timed(self, name: str) -> Iterator[None]:
-        """Count what is done inside once, and its CPU time."""
+        """Count what is done inside once, and its CPU time without that of what is timed inside it."""
         began = time.process_time()
+        self._inside.append(0.0)
         try:
             yield
         finally:
+            spent = time.process_time() - began
             self.counts[name] += 1
-            self.seconds[name] += time.process_time() - began
+            self.seconds[name] += spent - self._inside.pop()
+            self._inside[-1] += spent
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return a row for each name, the dearest first."""

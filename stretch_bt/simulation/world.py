@@ -26,6 +26,8 @@ from stretch_bt.simulation.stats import Stats
 __all__ = ["Contact", "World"]
 
 _KEPT = 8  # contacts that are kept
+_STRIDE = 0.1  # s; a membrane that remembers is taken along its path in steps that each take few iterations
+_GROWTH = 1.5  # power of its depth that the force of a membrane about grows with
 _PAST = 64  # committed states that are kept, for what is asked of a moment ago
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
@@ -48,12 +50,15 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class _Past:
-    """What the world remembers of a moment, s: the object's state, the membrane's, and where the hand was."""
+    """What the world remembers of a moment, s: the object's state, the membrane's, where the hand was, and how far
+    it was past first contact with what drop; m."""
 
     time: float
     thing: Any
     membrane: Any
     at: tuple[float, float]
+    hand: tuple[Pose, float] | None = None
+    shared: tuple[float, float] | None = None
 
 
 class World:
@@ -69,8 +74,9 @@ class World:
         self.verdicts = advise(scene)
         self.effects = switch_on(scene, self.verdicts)
         self.specimen = scene.object.specimen(self.effects)
-        self.fidelity = make_fidelity(scene, self.membrane, self.effects.of(MembraneEffect))  # type: ignore[type-abstract]
         self.stats = Stats()
+        on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
+        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
         self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
         self._known: OrderedDict[Any, Contact] = OrderedDict()
         self._skin: tuple[Any, Skin] | None = None
@@ -79,7 +85,9 @@ class World:
     def memory(self) -> float | None:
         """None without one; infinite where only the path counts; else the longest step of time, s."""
         own = self.specimen.memory
-        return math.inf if own is None and self.fidelity.remembers else own
+        if not self.fidelity.remembers:
+            return own
+        return _STRIDE if own is None else min(own, _STRIDE)
 
     @property
     def latest(self) -> float:
@@ -118,6 +126,10 @@ class World:
         if self.memory is None or time <= self._past[-1].time:
             return
         past = self._past[-1]
+        own = self.specimen.memory
+        if past.hand == (pose, stretch) and (own is None or math.isinf(own)):
+            self._past.append(replace(past, time=time))  # without a way nothing changes
+            return
         contact = self.contact(pose, stretch, time)
         with self.stats.timed("memory"):
             at = (pose.position[0], pose.position[1])
@@ -129,7 +141,8 @@ class World:
             state = past.membrane
             if contact.place is not None and self.fidelity.remembers:
                 state = self.fidelity.press(contact.place, contact.depth, state).state
-            self._past.append(_Past(time, thing, state, at))
+            shared = (contact.depth + contact.drop, contact.drop) if contact.place is not None else None
+            self._past.append(_Past(time, thing, state, at, (pose, stretch), shared))
 
     def skin(self, contact: Contact, stretch: float) -> Skin:
         """Return the shape of the membrane."""
@@ -138,6 +151,10 @@ class World:
             with self.stats.timed("shape"):
                 self._skin = ((stretch, key), self._shape(contact, stretch))
         return self._skin[1]
+
+    def standing(self, drop: float = 0.0) -> Standing:
+        """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
+        return self.specimen.standing(self._past[-1].thing, drop)
 
     def _shape(self, contact: Contact, stretch: float) -> Skin:
         if contact.place is None:
@@ -189,12 +206,14 @@ class World:
         place = self._place(standing, where, stretch)
         if law is None:
             return Equilibrium(travel, 0.0, self.fidelity.law(place, past.membrane)(where.depth)[0], 0), place
-        state, drop, spent = past.thing, math.inf, 0
+        state, drop, spent, near = past.thing, math.inf, 0, _ahead(past, where.depth)
         own = _along(law, where.upright)
         kinks, start, rest = self.specimen.kinks(state), self.specimen.drop(state), self.specimen.rest(state, dt)
         for _ in range(_PASSES):
             felt = self.fidelity.law(place, past.membrane)
-            found = couple(_lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks)
+            found = couple(
+                _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=self.fidelity.close
+            )
             spent, before, drop = spent + found.iterations, drop, found.drop
             changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
@@ -213,6 +232,13 @@ class World:
         reach = self.scene.object.reach
         borders = (self.membrane.width / 2, (self.membrane.gauge + stretch) / 2)
         return all(abs(a) <= border + reach for a, border in zip(where.at, borders, strict=True))
+
+
+def _ahead(past: _Past, travel: float) -> float | None:
+    """Return the drop, m, at a travel past first contact, as the last one known grows with the force."""
+    if past.shared is None or min(past.shared) <= 0 or travel <= 0:
+        return None
+    return past.shared[1] * (travel / past.shared[0]) ** _GROWTH
 
 
 def _lifted(felt: Law, lift: float) -> Law:

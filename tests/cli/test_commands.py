@@ -9,23 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.cli.app import app, main
+from stretch_bt.cli.app import app
 
 MOCKS = Path(__file__).parents[1] / "trees" / "mocks"
-
-
-@pytest.fixture
-def cli(tmp_path, monkeypatch, capfd):
-    """Run a command in an empty folder: (exit code, standard output, standard error)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["stretch-bt", *map(str, arguments)])
-        with pytest.raises(SystemExit) as exited:
-            main()
-        return exited.value.code or 0, *capfd.readouterr()
-
-    return call
 
 
 RUN_FIELDS = {"status", "reason", "outputs", "truth", "ticks", "task_seconds", "wall_seconds", "cpu_seconds", "record"}

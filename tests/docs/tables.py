@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "docs"
 PACKAGE = Path(stretch_bt.__file__).parent
 MARKED = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+OPTION = ["option", "default", "meaning"]
 FORMATS = ("tree", "scene", "cell", "mocks")
 
 
@@ -138,10 +139,66 @@ def readings() -> str:
 
 
 def scene() -> str:
-    """The fields of a scene file."""
-    from stretch_bt.simulation.scene import Scene
+    """The fields of a scene file, without the options of the kinds of objects and the effects."""
+    from stretch_bt.simulation.scene.file import _model
 
-    return file_table(Scene)
+    return file_table(_model(), skip=("object", "effects"))
+
+
+def kinds() -> str:
+    """The options of each kind of object, and the effects that it can have."""
+    from stretch_bt.simulation.objects.base import ObjectSpec
+    from stretch_bt.simulation.objects.registry import kinds
+
+    shared = tuple(ObjectSpec.model_fields)
+    parts = [f"#### Every object\n\n{rows(OPTION, list(fields_of(ObjectSpec, '', ('type',))))}"]
+    for name, cls in kinds().items():
+        content = list(fields_of(cls, "", shared))
+        able = ", ".join(code(effect) for effect in cls.effects)
+        doc = f"{first_paragraph(cls)} " + (f"It can have {able}." if able else "It has no effects of its own.")
+        parts.append(f"#### `type: {name}`\n\n{doc}\n" + (f"\n{rows(OPTION, content)}" if content else ""))
+    return "\n" + "\n".join(parts) + "\n"
+
+
+def effects() -> str:
+    """Each effect with its parameters and its cost."""
+    from stretch_bt.simulation.effects import registry
+
+    content = []
+    for name, cls in registry().items():
+        options = [f"{row[0]} {row[1]}: {row[2]}" for row in fields_of(cls.Parameters, "")]
+        cost = f"{cls.cost_ms:g} ms a {cls.cost_per}"
+        content.append([code(name), cls.group, first_paragraph(cls), "; ".join(options), cost])
+    return rows(["effect", "of the", "what it is", "parameters", "about"], content)
+
+
+def presets() -> str:
+    """What each camera preset adds."""
+    from stretch_bt.simulation.camera.presets import PRESETS
+
+    content = []
+    for name, chosen in PRESETS.items():
+        for effect, given in chosen.items():
+            fields = [(k, f) for k, f in type(given).model_fields.items() if getattr(given, k) is not None]
+            values = [f"{code(key)} {show_default(field, getattr(given, key))}" for key, field in fields]
+            content.append([code(name), code(effect), ", ".join(values)])
+    return rows(["camera", "effect", "with"], content)
+
+
+def scenes() -> str:
+    """The shipped scenes."""
+    from stretch_bt.simulation.scene import load_scene, scene_names
+
+    content = []
+    for name in scene_names():
+        read = load_scene(name)
+        content.append([code(name), read.object.type, code(read.fidelity), " ".join(read.doc.split())])
+    return rows(["scene", "object", "fidelity", "what it is, and what in it is assumed"], content)
+
+
+def first_paragraph(cls: Any) -> str:
+    """Return the first paragraph of a docstring on one line."""
+    return " ".join((cls.__doc__ or "").split("\n\n")[0].split())
 
 
 def cell() -> str:
@@ -158,9 +215,9 @@ def implementations() -> str:
     parts = []
     for kind, use in IMPLEMENTATIONS:
         cls = driver_class(kind, use)
-        doc = " ".join((cls.__doc__ or "").split("\n\n")[0].split())
+        doc = first_paragraph(cls)
         content = list(fields_of(cls.Options, "", ("type", "use")))
-        table = rows(["option", "default", "meaning"], content) if content else "It has no options.\n"
+        table = rows(OPTION, content) if content else "It has no options.\n"
         parts.append(f"#### {kind}, `use: {use}`\n\n{doc}\n\n{table}")
     return "\n" + "\n".join(parts) + "\n"
 
@@ -369,6 +426,10 @@ TABLES: dict[str, Callable[[], str]] = {
     "objects": objects,
     "readings": readings,
     "scene": scene,
+    "kinds": kinds,
+    "effects": effects,
+    "presets": presets,
+    "scenes": scenes,
     "cell": cell,
     "implementations": implementations,
     "codes": codes,

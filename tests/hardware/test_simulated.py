@@ -90,8 +90,17 @@ def test_a_frame_shows_the_hand_as_it_was_at_exposure(make_cell, clock):
     assert table == pytest.approx(0.2 + here, abs=1e-3)
 
 
-def test_a_press_is_seen_and_felt(make_cell, clock, advance):
-    cell = make_cell(scene="calibration_sphere")
+BALL = "format: stretch-scene/1\nobject: {type: sphere, diameter: 20 mm, rigid: true, base: 40 mm}\nfidelity: hertz\n"
+
+
+def ball(tmp_path, effects):
+    path = tmp_path / "ball.yaml"
+    path.write_text(f"{BALL}effects: {effects}\n")
+    return path
+
+
+def test_a_press_is_seen_and_felt(make_cell, clock, advance, tmp_path):
+    cell = make_cell(scene=ball(tmp_path, "{force_sensor_noise: on}"))
     arm, gripper, camera, sensor = (cell.devices[n] for n in ("arm", "gripper", "camera", "force_sensor"))
     advance(gripper.move(0.085, speed=0.1, owner="a"))
     advance(arm.move(Pose((0, 0, 0.05)), speed=0.1, owner="a"))
@@ -113,12 +122,8 @@ def test_a_press_is_seen_and_felt(make_cell, clock, advance):
 
 
 def test_repeatability_is_what_the_scene_says(clock, advance, tmp_path):
-    path = tmp_path / "scene.yaml"
-    path.write_text(
-        "format: stretch-scene/1\nobject: {type: sphere, diameter: 20 mm, rigid: true, base: 40 mm}\n"
-        "robot: {repeatability: 0.05 mm}\n"
-    )
-    cell = open_cell(load_cell("simulated"), now=clock, scene=load_scene(path))
+    scene = load_scene(ball(tmp_path, "{repeatability: {sd: 0.05 mm}}"))
+    cell = open_cell(load_cell("simulated"), now=clock, scene=scene)
     arm, errors = cell.devices["arm"], []
     for k in range(200):
         advance(arm.move(Pose((0, 0, 0.052 if k % 2 else 0.05)), speed=0.25, owner="a"))
@@ -126,3 +131,19 @@ def test_repeatability_is_what_the_scene_says(clock, advance, tmp_path):
         errors.append(cell.truth()["contact_height"] - cell.truth()["depth"] - told)
     assert np.std(errors) == pytest.approx(5e-5, rel=0.2)
     assert abs(np.mean(errors)) < 1.5e-5
+
+
+def test_what_is_told_is_as_old_as_the_scene_says(clock, tmp_path):
+    """While the hand goes down, a late force is that of where the hand was, and a late frame shows it there."""
+    late = load_scene(ball(tmp_path, "{latency: {camera: 100 ms, force: 40 ms}, force_sensor_noise: off, sag: off}"))
+    cell = open_cell(load_cell("simulated"), now=clock, scene=late)
+    twin = cell._bench.twin
+    cell.devices["arm"].move(Pose((0, 0, 0.05)), speed=0.05, owner="a")
+    clock.time = 1.4
+    felt = cell.devices["force_sensor"].wrench(0.1).value.force[2]
+    assert felt == twin.contact(1.36).force[2]
+    assert 0 < felt < twin.contact(1.4).force[2]
+    frame = cell.devices["camera"].frame(0.1).value
+    seen = frame.plane_distance - frame.depth[frame.depth > 0].min()
+    assert seen == pytest.approx(twin.contact(frame.time - 0.1).depth, abs=3e-4)
+    assert seen < twin.contact(frame.time).depth - 3e-3

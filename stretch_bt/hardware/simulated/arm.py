@@ -83,4 +83,8 @@ class SimulatedArm(ArmDriver):
     def _error(self) -> float:
         self._moves += 1
         twin = self.bench.twin
-        return sum(e.height_error(twin.random(f"{self.name} {e.name}", self._moves)) for e in twin.robot)
+        error = 0.0
+        for effect in twin.robot:
+            with twin.world.stats.timed(effect.name):
+                error += effect.height_error(twin.random(f"{self.name} {effect.name}", self._moves))
+        return error

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from stretch_bt.frames import DepthFrame, Intrinsics
@@ -15,18 +13,9 @@ from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.units import Frequency, Within
 
 if TYPE_CHECKING:
-    from stretch_bt.simulation.camera.renderer import DepthRenderer
-    from stretch_bt.simulation.effects.base import CameraEffect, Exposure
+    from stretch_bt.simulation.camera.sensor import Sensor
 
 __all__ = ["SimulatedCamera"]
-
-Image = npt.NDArray[np.float32]
-
-#: one count where nothing rounds to coarser ones, m
-_UNIT = 1e-5
-
-#: what of the table is in view beside the membrane, m
-_MARGIN = 0.008
 
 
 class _Options(Options):
@@ -44,38 +33,30 @@ class SimulatedCamera(CameraDriver):
     Options = _Options
     simulated = True
     _latest: Reading[DepthFrame] | None = None
-    _clean: tuple[Any, Image] | None = None
 
     @cached_property
     def intrinsics(self) -> Intrinsics:
         """Intrinsics of the frames, the optical axis through the centre of the membrane."""
+        from stretch_bt.simulation.camera.sensor import window
         from stretch_bt.simulation.camera.view import SR305
 
         if self.options.image == "full":
             return SR305
         geometry = self.bench.hand.geometry
-        x = SR305.fx * (geometry.width / 2 + _MARGIN) / geometry.plane_distance
-        y = SR305.fy * (geometry.gauge + self.bench.limits.stretch.max) / 2 / geometry.plane_distance
-        rows = max(int(SR305.cy - y), 0), min(int(SR305.cy + y) + 1, SR305.height)
-        columns = max(int(SR305.cx - x), 0), min(int(SR305.cx + x) + 1, SR305.width)
-        return SR305.cropped(*rows, *columns)
+        return window(geometry.width, geometry.gauge + self.bench.limits.stretch.max, geometry.plane_distance)
 
     @cached_property
-    def _effects(self) -> list[CameraEffect]:
-        from stretch_bt.simulation.effects.base import CameraEffect
+    def _sensor(self) -> Sensor:
+        from stretch_bt.simulation.camera.sensor import Sensor
 
-        return self.bench.twin.world.effects.of(CameraEffect)  # type: ignore[type-abstract]
-
-    @cached_property
-    def _renderer(self) -> DepthRenderer:
-        from stretch_bt.simulation.camera.renderer import DepthRenderer
-        from stretch_bt.simulation.camera.view import Offset
-
-        lens = self.intrinsics
-        for effect in self._effects:
-            lens = effect.lens(lens)
-        offset = Offset(**self.bench.twin.scene.hand.camera.model_dump())
-        return DepthRenderer(lens, self.bench.hand.geometry.plane_distance, offset)
+        twin = self.bench.twin
+        return Sensor(
+            twin.world,
+            self.intrinsics,
+            self.bench.hand.geometry.plane_distance,
+            self.options.rate,
+            lambda effect, number: twin.random(f"{self.name} {effect}", number),
+        )
 
     def frame(self) -> Reading[DepthFrame]:
         """Return the latest frame."""
@@ -86,14 +67,12 @@ class SimulatedCamera(CameraDriver):
 
     def _expose(self, number: int) -> Reading[DepthFrame]:
         from stretch_bt.simulation.camera.counts import counts
+        from stretch_bt.simulation.camera.sensor import Shot
 
         twin, time = self.bench.twin, number / self.options.rate
-        told = twin.hand.at(time).told
-        seen = time - twin.delay("DepthCamera")
-        exposure = self._seen(seen, number)
-        for effect in self._effects:
-            with twin.world.stats.timed(effect.name):
-                effect.expose(exposure)
+        told, seen = twin.hand.at(time).told, time - twin.delay("DepthCamera")
+        shot = Shot(time, number, twin.hand.at(seen).true, twin.stretch(seen), twin.contact(seen))
+        exposure = self._sensor.expose(shot)
         frame = DepthFrame(
             raw=counts(exposure),
             unit=exposure.unit,
@@ -106,25 +85,3 @@ class SimulatedCamera(CameraDriver):
             pose=told,
         )
         return Reading(frame, time, time, number)
-
-    def _seen(self, time: float, number: int) -> Exposure:
-        """Return what the camera would see at a time, s, without anything added; unchanged since the last frame it is kept."""
-        from stretch_bt.simulation.camera.skin import table_under
-        from stretch_bt.simulation.effects.base import Exposure
-
-        twin = self.bench.twin
-        pose, stretch = twin.hand.at(time).true, twin.stretch(time)
-        contact = twin.contact(time)
-        if self._clean is None or self._clean[0] != (pose, stretch, contact):
-            skin = twin.world.skin(contact, stretch)
-            with twin.world.stats.timed("render"):
-                self._clean = ((pose, stretch, contact), self._renderer.render(skin, table_under(pose)))
-        return Exposure(
-            self._clean[1].copy(),
-            self.intrinsics,
-            number / self.options.rate,
-            number,
-            self.options.rate,
-            lambda name, k: twin.random(f"{self.name} {name}", k),
-            _UNIT,
-        )

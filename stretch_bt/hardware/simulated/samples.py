@@ -34,6 +34,7 @@ def sample_wrench(twin: Twin, kind: str, device: str) -> Reading[Wrench]:
     wrench = twin.wrench(kind, now)
     added = np.zeros(3)
     for effect in twin.robot:
-        added = added + effect.force_error(kind, twin.random(f"{device} {effect.name}", sample_number(now)))
+        with twin.world.stats.timed(effect.name):
+            added = added + effect.force_error(kind, twin.random(f"{device} {effect.name}", sample_number(now)))
     x, y, z = (np.asarray(wrench.force) + added).tolist()
     return sample(Wrench((x, y, z)), now)

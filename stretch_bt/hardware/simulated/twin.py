@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -17,13 +16,13 @@ from stretch_bt.hardware.simulated.profile import Profile
 from stretch_bt.hardware.simulated.track import Track
 from stretch_bt.simulation.effects.base import RobotEffect
 from stretch_bt.simulation.fidelity.make import Membrane
+from stretch_bt.simulation.noise_source import noise_source
 from stretch_bt.simulation.scene import Scene
 from stretch_bt.simulation.world import Contact, World
 
 __all__ = ["Twin"]
 
 _HOME = Pose((0.0, 0.0, 0.2))
-_ALWAYS = 1 << 32  # stands for the number of what is the same in all samples of a run
 
 
 class Twin:
@@ -97,9 +96,7 @@ class Twin:
 
         A negative number stands for what is the same in all samples of a run.
         """
-        return np.random.default_rng(
-            (self.seed, zlib.crc32(source.encode()), number if number >= 0 else _ALWAYS - number)
-        )
+        return noise_source(self.seed, source, number)
 
     def _knots(self, last: float, time: float, longest: float) -> list[float]:
         """Return the moments in (last, time] at which the path turns, and with a memory of time those of its grid."""

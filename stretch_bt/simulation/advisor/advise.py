@@ -18,7 +18,8 @@ _UNITS = {"height": "m", "size": "m"}
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """Whether an effect is on; the observable on which it weighs most, how much it would change it, and from where on that
-    matters, SI; `why` says what the numbers come from, and `near` that they are within a factor of 3 of each other.
+    matters, SI; `why` says what the numbers come from, `near` that they are within a factor of 3 of each other, and `possible`
+    that the scene can have it at all.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Verdict:
     cost_ms: float
     why: str
     near: bool = False
+    possible: bool = True
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `scene explain --json` prints."""
@@ -53,7 +55,7 @@ def _verdict(effect: type[Effect], case: Case) -> Verdict:
     scene = case.scene
     refusal = effect.refusal(scene.object) or effect.not_at(scene)
     if refusal is not None:
-        return Verdict(effect.name, False, None, None, None, "", effect.cost_ms, refusal)
+        return Verdict(effect.name, False, None, None, None, "", effect.cost_ms, refusal, possible=False)
     named, size, limit, why = _weightiest(effect, case)
     choice = scene.choice(effect.name)
     if choice == "auto":

@@ -7,20 +7,12 @@ import numpy.typing as npt
 
 from stretch_bt.simulation.effects.base import Exposure
 
-__all__ = ["LEAST", "add"]
-
-#: m; noise takes no pixel behind the camera, where depth would mean that there is no value
-LEAST = np.float32(1e-6)
+__all__ = ["add"]
 
 
 def add(exposure: Exposure, noise: npt.NDArray[np.float32], sd: float, reference_depth: float | None) -> None:
-    """Add noise (h, w) of standard deviation 1, scaled in place to `sd`, m, at a depth it grows from, or at all depths."""
-    depth = exposure.depth
-    seen = depth > 0
-    if reference_depth is None:
-        noise *= np.float32(sd)
-    else:
-        noise *= np.square(depth) * np.float32(sd / reference_depth**2)
-    noise += depth
-    np.maximum(noise, LEAST, out=noise)
-    exposure.depth = np.multiply(noise, seen, out=noise)
+    """Add noise (h, w) of standard deviation 1, scaled to `sd`, m: everywhere, or at a depth with whose square it grows."""
+    from stretch_bt.simulation.camera.pixels_kernel import add as add_scaled
+
+    even, growth = (sd, 0.0) if reference_depth is None else (0.0, sd / reference_depth**2)
+    add_scaled(exposure.depth, noise, np.float32(even), np.float32(growth))

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stretch_bt.perception.correlation import area_of
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects.base import Size
 
-__all__ = ["frames_left", "noise_sizes"]
+__all__ = ["frames_left", "is_curved", "noise_sizes", "rim_slope"]
 
+_SIDE = 0.045  # m; half the width of the shipped membrane
 _HALF_RING = 4e-3  # m; so far from the rim on both sides the membrane is straight enough to tell where its bend is
+_SKIRT = 6e-3  # m; about as far a smooth error passes for a bend of the skirt
 
 
 def frames_left(memory: float, frames: int) -> float:
@@ -36,7 +37,7 @@ def noise_sizes(case: Case, sd: float, kernel: float, why: str) -> Iterator[Size
     kernel
         Pixels; the noise is white noise smoothed by a Gaussian of it, so that 4 pi kernel^2 pixels share one error.
     """
-    area, curved = area_of(kernel), case.rough.edge >= case.radius / 2
+    area, curved = _sharing(kernel), is_curved(case)
     radius = case.contact_radius if curved else case.radius
     count = math.pi * (radius / case.pixel) ** 2
     apart = math.sqrt(area / max(count, 1.0))
@@ -46,6 +47,21 @@ def noise_sizes(case: Case, sd: float, kernel: float, why: str) -> Iterator[Size
     yield from case.from_height(height, said)
     bend = math.sqrt(0.5) * sd / max(kernel * case.pixel, 1e-9) ** 2  # sd of the mean curvature of such a field
     yield Size("size", _radius(case, sd * apart, bend) if curved else _diameter(case, sd, area, bend), said)
+
+
+def _sharing(kernel: float) -> float:
+    """Return how many pixels share one error of a smooth field: the sum over the plane of exp(-d^2 / 4 kernel^2), at least 1."""
+    return max(4 * math.pi * kernel**2, 1.0)
+
+
+def is_curved(case: Case) -> bool:
+    """Tell whether the object's top is round, or a flat face within an edge."""
+    return case.rough.edge >= case.radius / 2
+
+
+def rim_slope(case: Case) -> float:
+    """Return how steep the skirt around a flat face begins, if it falls as a logarithm down to the sheet's side."""
+    return case.depth / (case.radius * math.log(max(_SIDE / case.radius, 1.5)))
 
 
 def _radius(case: Case, sd: float, bend: float) -> float:
@@ -59,7 +75,6 @@ def _radius(case: Case, sd: float, bend: float) -> float:
 
 def _diameter(case: Case, sd: float, area: float, bend: float) -> float:
     """Return the standard deviation of the diameter of a flat face, m: how far its rim's bend can be told from noise."""
-    reach = math.log(max(0.045 / case.radius, 1.5))  # of a skirt that falls as a logarithm down to the sheet's side
-    slope = case.depth / (case.radius * reach)
+    slope = rim_slope(case)
     ring = 2 * math.pi * case.radius * 2 * _HALF_RING / case.pixel**2
-    return min(4 * sd * math.sqrt(area / ring) / slope, 4 * _HALF_RING**2 * bend / slope, case.radius)
+    return min(4 * sd * math.sqrt(area / ring) / slope, 4 * _SKIRT**2 * bend / slope, case.radius)

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.simulation.camera.draws import normal
+
 __all__ = ["SmoothField"]
 
 Image = npt.NDArray[np.float32]
@@ -27,7 +29,7 @@ class SmoothField:
 
     def seeds(self, random: np.random.Generator) -> Image:
         """Draw what an image grows from: few numbers, and sums of them grow into sums of images."""
-        return random.standard_normal((self._down.shape[1], self._across.shape[1]), np.float32)
+        return normal(random, (self._down.shape[1], self._across.shape[1]))
 
     def grow(self, seeds: Image) -> Image:
         """Return the image (h, w)."""

@@ -32,9 +32,9 @@ PRESETS: dict[str, dict[str, Any]] = {
     "hard": {**_BENCH, "correlated_noise": CorrelatedNoise.Parameters.model_validate({"sd": "1 mm"})},
     # what frames of a real SR305 at 0.45 to 1 m show of it on smooth surfaces, brought to 200 mm by the square of depth
     "sr305_texture": {
-        "white_noise": WhiteNoise.Parameters.model_validate({"sd": "0.0035 mm", "reference_depth": "200 mm"}),
+        "white_noise": WhiteNoise.Parameters.model_validate({"sd": "0.002 mm", "reference_depth": "200 mm"}),
         "correlated_noise": CorrelatedNoise.Parameters.model_validate(
-            {"sd": "0.01 mm", "kernel": 1.2, "memory": 0.0, "reference_depth": "200 mm"}
+            {"sd": "0.025 mm", "kernel": 2.4, "memory": 0.0, "reference_depth": "200 mm"}
         ),
         "quantisation": Quantisation.Parameters(),
     },

@@ -10,7 +10,7 @@ from stretch_bt.compiled import kernel
 __all__ = ["look_at_profile", "look_beside"]
 
 _STEPS = 60
-_CLOSE = 1e-9  # m
+_CLOSE = 1e-8  # m; what is left after such a step is far less
 
 
 @kernel()
@@ -31,10 +31,11 @@ def meet(o: Any, dx: Any, dy: Any, dz: Any, table: Any, scale: Any, near: Any, f
     At `near` it is above the profile and at `far` on the flat sheet's plane: Newton's method between them, halving where it
     would leave them.
     """
-    d = 0.5 * (near + far)
+    x, y = o[0] + far * dx, o[1] + far * dy
+    d = max(far + rise(table, scale, math.sqrt(x * x + y * y))[0] / dz, near)
     for _ in range(_STEPS):
         x, y = o[0] + d * dx, o[1] + d * dy
-        r = math.hypot(x, y)
+        r = math.sqrt(x * x + y * y)
         z, slope = rise(table, scale, r)
         off = o[2] + d * dz - z
         if off > 0.0:
@@ -77,7 +78,8 @@ def look_at_profile(
             px, py = place[0] + far * dx, place[1] + far * dy
             near = far + top / dz
             hit = far
-            if top > 0.0 and min(math.hypot(px, py), math.hypot(place[0] + near * dx, place[1] + near * dy)) < reach:
+            nx, ny = place[0] + near * dx, place[1] + near * dy
+            if top > 0.0 and min(px * px + py * py, nx * nx + ny * ny) < reach * reach:
                 hit = meet(place, dx, dy, dz, table, scale, near, far)
             cx, cy = place[3] + place[0] + hit * dx, place[4] + place[1] + hit * dy
             if abs(cx) <= side and abs(cy) <= end:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +18,6 @@ __all__ = ["RIGHT", "SR305", "Offset", "View"]
 SR305 = Intrinsics(fx=476.0, fy=476.0, cx=320.0, cy=240.0, width=640, height=480)
 
 Array = npt.NDArray[np.float64]
-_STEPS = 20
-_MET = 1e-9  # of a unit of depth, a millionth of a pixel
 
 
 class Offset(NamedTuple):
@@ -68,10 +66,9 @@ class View:
         return seen
 
     @property
-    def rays(self) -> tuple[Array, Array]:
+    def rays(self) -> tuple[Any, Any]:
         """X and y (h, w) float64 of the points that the pixels see at unit depth, camera frame."""
-        x, y = ray_planes(self.intrinsics)
-        return x, y
+        return ray_planes(self.intrinsics)
 
     def project(self, points: Array) -> Array:
         """Return (3, ...): column, row and depth, m, of the pixel that sees each point (..., 3), m, membrane frame.
@@ -81,29 +78,10 @@ class View:
         seen = np.moveaxis(points - self.place, -1, 0).reshape(3, -1)
         across, along, depth = (self.turn @ seen).reshape(3, *points.shape[:-1])
         depth_safe = np.where(depth > 0, depth, 1.0)
-        x, y = self._bent(across / depth_safe, along / depth_safe)
+        x, y = across / depth_safe, along / depth_safe
         lens = self.intrinsics
+        if any(lens.distortion):
+            from stretch_bt.simulation.camera.lens_kernel import bend
+
+            bend(x.reshape(-1), y.reshape(-1), np.array(lens.distortion))
         return np.stack([x * lens.fx + lens.cx, y * lens.fy + lens.cy, depth])
-
-    def _bent(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Undo the lens: return what it takes to (x, y), by Newton's method with the slope of the radial part.
-
-        Where the lens folds there is nothing, and what is returned lies far outside the image.
-        """
-        k1, k2, p1, p2, k3 = self.intrinsics.distortion
-        if not any(self.intrinsics.distortion):
-            return x, y
-        u: Array = x.copy()
-        v: Array = y.copy()
-        for _ in range(_STEPS):
-            r2 = u * u + v * v
-            radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-            off_x = u * radial + 2 * p1 * u * v + p2 * (r2 + 2 * u * u) - x
-            off_y = v * radial + 2 * p2 * u * v + p1 * (r2 + 2 * v * v) - y
-            if max(np.abs(off_x).max(), np.abs(off_y).max()) < _MET:
-                return u, v
-            u -= off_x / radial
-            v -= off_y / radial
-        missed = np.hypot(off_x, off_y) > _MET
-        u[missed] = v[missed] = 1e6
-        return u, v

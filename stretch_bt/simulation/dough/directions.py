@@ -66,7 +66,7 @@ def _stencils(vectors: Array) -> tuple[npt.NDArray[np.int64], Array]:
     """Return neighbours (n, k) and weights (n, k, 3) of a quadratic fitted by least squares in each tangent plane."""
     from scipy.spatial import KDTree
 
-    neighbours = KDTree(vectors).query(vectors, NEIGHBOURS + 1)[1][:, 1:]
+    neighbours = np.asarray(KDTree(vectors).query(vectors, NEIGHBOURS + 1)[1], np.int64)[:, 1:]
     other = np.where(np.abs(vectors[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = np.cross(vectors, other)
     first /= np.linalg.norm(first, axis=1, keepdims=True)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.simulation.dough.directions import Directions, directions
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.dough.random import normals
@@ -19,6 +19,8 @@ __all__ = ["STEP", "Lump", "Path", "cube"]
 Array = npt.NDArray[np.float64]
 
 STEP = 2 * math.pi / 60  # rad of rolling; the fixed grid on which the shape changes
+_CENTRED = 20
+_FLATTEST = 0.4
 _GRID = 1e9  # of angles and newtons: what rounding makes of a path cut in other places is gone
 
 
@@ -61,7 +63,7 @@ class Lump:
     @property
     def ball(self) -> float:
         """Radius of the ball of the same volume, m."""
-        return (0.75 * self.volume / math.pi) ** (1 / 3)
+        return math.cbrt(0.75 * self.volume / math.pi)
 
     @property
     def roundness(self) -> float:
@@ -69,13 +71,21 @@ class Lump:
         return float(self.radii.std() / self.radii.mean())
 
     @cached_property
+    def rotation(self) -> Array:
+        """Rotation (3, 3) from its own axes to the world's."""
+        w, x, y, z = self.quaternion.tolist()
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+
+    @cached_property
     def upward(self) -> Array:
         """World z of the directions (n,)."""
-        from stretch_bt.simulation.dough.roll_kernel import upward
-
-        u = np.empty(len(self.radii))
-        upward(self.directions.vectors, self.quaternion.copy(), u)
-        return u
+        return np.asarray(self.directions.vectors @ self.rotation[2])
 
     @cached_property
     def extent(self) -> tuple[float, float]:
@@ -86,36 +96,23 @@ class Lump:
     @property
     def height(self) -> float:
         """From its lowest to its highest point, m, without a load."""
-        return sum(self.extent)
-
-    def resistance(self, dough: Dough, deep: float, dt: float = math.inf) -> tuple[float, float, float]:
-        """Return force, N, its derivative, N/m, and the plastic part, m, of a depth, m, pressed in a step of dt, s."""
-        from stretch_bt.simulation.dough.roll_kernel import resistance
-
-        solid = self.directions.solid_angle
-        force, slope, plastic = resistance(self.radii.copy(), self.upward, solid, deep, dt, dough.numbers())
-        return float(force), float(slope), float(plastic)
-
-    def sag(self, dough: Dough, force: float) -> float:
-        """Return how deep a force, N, that grows slowly presses it, m, at most to half its height."""
-        from stretch_bt.simulation.dough.roll_kernel import sag
-
-        if force <= 0:
-            return 0.0
-        return float(sag(self.radii.copy(), self.upward, self.directions.solid_angle, force, dough.numbers()))
+        low, high = self.extent
+        return low + high
 
     def flattened(self, plastic: float) -> Lump:
         """Return it lower by a height, m, for good: its underside is flat and its sides took the volume.
 
         Raises
         ------
-        InvalidInput
-            Nothing would be left of its height.
+        NoEquilibrium
+            It would be flatter than four tenths of the diameter of its ball, which a field of radii does not describe.
         """
         from stretch_bt.simulation.dough.roll_kernel import flatten
 
-        if not 0 <= plastic < self.height:
-            raise InvalidInput(f"a lump of {self.height:g} m can lose a height of 0 m to less than that, not {plastic}")
+        if not plastic >= 0:
+            raise InvalidInput(f"a press takes at least 0 m of the height, not {plastic}")
+        if self.height - plastic < _FLATTEST * 2 * self.ball:
+            raise NoEquilibrium(f"a press by {plastic * 1e3:.3g} mm would make a flat disc of the dough")
         radii = self.radii.copy()
         flatten(radii, self.upward, self.directions.vectors, plastic, self.volume)
         strain = self.strain + math.log(self.height / (self.height - plastic))
@@ -194,6 +191,9 @@ def cube(edge: float, count: int = 500, heading: float = 0.0) -> Lump:
     if not (math.isfinite(edge) and edge > 0):
         raise InvalidInput(f"the edge of a cube is a finite length above 0 m, not {edge}")
     found = directions(count)
-    radii = edge / 2 / np.abs(found.vectors).max(axis=1)
-    radii *= (edge**3 / (np.sum(radii**3) * found.solid_angle / 3)) ** (1 / 3)
+    middle = np.zeros(3)
+    for _ in range(_CENTRED):  # the centroid of the field of radii, not quite that of the cube, is where they begin
+        radii = ((edge / 2 - np.sign(found.vectors) * middle) / np.maximum(np.abs(found.vectors), 1e-12)).min(axis=1)
+        middle += found.solid_angle / (4 * edge**3) * radii**4 @ found.vectors
+    radii *= math.cbrt(edge**3 / (np.sum(radii**3) * found.solid_angle / 3))
     return Lump(radii, np.array([math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]), edge**3)

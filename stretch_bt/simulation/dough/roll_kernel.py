@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.compiled import kernel
+from stretch_bt.simulation.dough.law_kernel import FOUNDATION, MODULUS, RELAXATION, TENSION, YIELD, flow
 
-__all__ = ["extent", "flatten", "resistance", "roll", "sag", "upward"]
+__all__ = ["flatten", "roll"]
 
-YIELD, MODULUS, FOUNDATION, TENSION, RELAXATION, HILL, CONSISTENCY, POWER = range(8)
-PATCH, SECTION = 2.8, 1.2
 _RIM = 0.6  # of the mean radius above the plane: the ring that takes half of what the plane displaces
 _SMALLEST = 0.05  # of the mean radius: no direction gets shorter, whatever is asked
 _DEEPEST = 0.25  # of the mean radius: no step goes deeper
 _PASS = 0.02  # of the mean radius: what smoothing or one pass of a press takes away at most
+_SHARES = 10  # times that what is pressed away is given to the sides, some of which the plates cut off again
 _HALVINGS = 30
 
 
@@ -76,106 +76,6 @@ def lowest(radii: Any, u: Any, w: Any, h: Any) -> Any:
     return below[:count].copy(), weights[:count].copy()
 
 
-@kernel("float64(float64, float64, float64, float64, float64[::1])")
-def indentation(area: Any, content: Any, tall: Any, deep: Any, dough: Any) -> Any:
-    """Return the factor on the yield stress for a contact of this area, m^2, on a lump of this volume, m^3.
-
-    2.8 on a small patch (Tabor 1951) down to 1.2 on the whole section, and at least the friction hill of a disc between
-    plates, 1 + 2 m a / (3 sqrt3 h) (Avitzur 1968).
-    """
-    radius = math.sqrt(area / math.pi)
-    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
-    local = PATCH - (PATCH - SECTION) * min(radius / ball, 1.0) ** 1.5
-    hill = 1.0 + 2.0 * dough[HILL] * radius / (3.0 * math.sqrt(3.0) * (tall - deep))
-    return max(local, hill)
-
-
-@kernel("UniTuple(float64, 2)(float64[::1], float64[::1], float64, float64, float64, float64, float64, float64[::1])")
-def contact(below: Any, weights: Any, low: Any, tall: Any, content: Any, deep: Any, soft: Any, dough: Any) -> Any:
-    """Return area, m^2, and force, N, at which the lump flows once the plane is `deep` above its lowest point.
-
-    The plane passes through a body that spreads as it gets flat: all of its section, all of its volume over what is left
-    of its height.
-    """
-    deep = min(deep, 0.999 * tall)
-    star = section(below, weights, low - min(deep, 0.75 * low), soft)
-    flat = content / (tall - deep)
-    spread = min(star * tall / content, 1.0) * deep / (tall - deep)
-    area = min(star * (1.0 + spread), flat)
-    return area, indentation(area, content, tall, deep, dough) * dough[YIELD] * area
-
-
-@kernel("float64(float64, float64, float64, float64, float64, float64[::1])")
-def carried(area: Any, flow: Any, tall: Any, deep: Any, dt: Any, dough: Any) -> Any:
-    """Return the force, N, at the end of a step of dt, s, to a depth, m, by implicit return mapping.
-
-    Elastic part F / (2 E* a) and plastic part share the depth; the yield stress rises by K (plastic rate)^n (Herschel &
-    Bulkley 1926). The residual is monotone in F, so halving finds it.
-    """
-    thickening = dough[CONSISTENCY] / dough[YIELD]
-    if math.isinf(dough[MODULUS]):
-        return flow * (1.0 + thickening * (deep / (tall * dt)) ** dough[POWER])
-    stiffness = 2.0 * dough[MODULUS] * math.sqrt(area / math.pi)
-    elastic = stiffness * deep
-    if elastic <= flow or thickening <= 0.0:
-        return min(elastic, flow)
-    least, most = flow, elastic
-    for _ in range(2 * _HALVINGS):
-        force = 0.5 * (least + most)
-        rate = (deep - force / stiffness) / (tall * dt)
-        if flow * (1.0 + thickening * rate ** dough[POWER]) > force:
-            least = force
-        else:
-            most = force
-    return 0.5 * (least + most)
-
-
-@kernel("float64(float64[::1], float64[::1], float64, float64, float64, float64, float64, float64, float64[::1])")
-def answer(
-    below: Any, weights: Any, low: Any, tall: Any, content: Any, deep: Any, soft: Any, dt: Any, dough: Any
-) -> Any:
-    """Return the force, N, on the plane `deep` above the lowest point at the end of a step of dt, s."""
-    if deep <= 0.0:
-        return 0.0
-    area, flow = contact(below, weights, low, tall, content, deep, soft, dough)
-    return carried(area, flow, tall, deep, dt, dough)
-
-
-@kernel("UniTuple(float64, 3)(float64[::1], float64[::1], float64, float64, float64, float64[::1])")
-def resistance(radii: Any, u: Any, w: Any, deep: Any, dt: Any, dough: Any) -> Any:
-    """Return force, N, its derivative, N/m, and the plastic part of a depth, m, pressed in a step of dt, s."""
-    content = volume(radii, w)
-    low, high = extent(radii, u)
-    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
-    below, weights = lowest(radii, u, w, 0.2 * low)
-    soft, tall, nudge = ball * w / (2.0 * math.pi), low + high, 1e-6 * ball
-    force = answer(below, weights, low, tall, content, deep, soft, dt, dough)
-    more = answer(below, weights, low, tall, content, deep + nudge, soft, dt, dough)
-    plastic = 0.0
-    if deep > 0.0:
-        area, _ = contact(below, weights, low, tall, content, deep, soft, dough)
-        if area > 0.0:
-            plastic = max(deep - force / (2.0 * dough[MODULUS] * math.sqrt(area / math.pi)), 0.0)
-    return force, (more - force) / nudge, plastic
-
-
-@kernel("float64(float64[::1], float64[::1], float64, float64, float64[::1])")
-def sag(radii: Any, u: Any, w: Any, force: Any, dough: Any) -> Any:
-    """Return how deep a slowly growing force, N, presses the lump, m; at most to half its height."""
-    content = volume(radii, w)
-    low, high = extent(radii, u)
-    soft = (0.75 * content / math.pi) ** (1.0 / 3.0) * w / (2.0 * math.pi)
-    below, weights = lowest(radii, u, w, 0.2 * low)
-    least, most = 0.0, 0.5 * (low + high)
-    for _ in range(2 * _HALVINGS):
-        deep = 0.5 * (least + most)
-        if answer(below, weights, low, low + high, content, deep, soft, math.inf, dough) < force:
-            least = deep
-        else:
-            most = deep
-    return most
-
-
 @kernel("UniTuple(float64, 2)(float64[::1], float64[::1], float64, float64, float64, float64, float64, float64[::1])")
 def sink(radii: Any, u: Any, w: Any, content: Any, low: Any, tall: Any, force: Any, dough: Any) -> Any:
     """Return how deep the lump sinks on a plane under a force, N, and the plastic part of that, m; a quarter radius at most."""
@@ -185,11 +85,11 @@ def sink(radii: Any, u: Any, w: Any, content: Any, low: Any, tall: Any, force: A
     below, weights = lowest(radii, u, w, low - most)
     for _ in range(_HALVINGS):
         deep = 0.5 * (least + most)
-        if contact(below, weights, low, tall, content, deep, soft, dough)[1] < force:
+        if flow(section(below, weights, low - deep, soft), content, tall, deep, dough)[1] < force:
             least = deep
         else:
             most = deep
-    area = contact(below, weights, low, tall, content, most, soft, dough)[0]
+    area = flow(section(below, weights, low - most, soft), content, tall, most, dough)[0]
     if area <= 0.0:
         return 0.0, 0.0
     return most, max(most - force / (2.0 * dough[MODULUS] * math.sqrt(area / math.pi)), 0.0)
@@ -257,9 +157,9 @@ def smooth(radii: Any, u: Any, neighbours: Any, weights: Any, line: Any, ball: A
             radii[i] -= min(step, _PASS * ball)
 
 
-@kernel("void(float64[::1], float64[:,::1], float64, float64)")
-def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
-    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume."""
+@kernel("UniTuple(float64, 3)(float64[::1], float64[:,::1], float64, float64)")
+def centroid(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
+    """Return the centroid, m, in the axes of the directions (n, 3)."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(len(radii)):
         fourth = radii[i] ** 4
@@ -267,9 +167,16 @@ def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
         y += fourth * vectors[i, 1]
         z += fourth * vectors[i, 2]
     scale = 0.25 * w / content
+    return scale * x, scale * y, scale * z
+
+
+@kernel("void(float64[::1], float64[:,::1], float64, float64)")
+def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
+    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume."""
+    x, y, z = centroid(radii, vectors, w, content)
     ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
     for i in range(len(radii)):
-        moved = scale * (x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2])
+        moved = x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2]
         radii[i] = max(radii[i] - moved, _SMALLEST * ball)
     factor = (content / volume(radii, w)) ** (1.0 / 3.0)
     for i in range(len(radii)):
@@ -293,12 +200,14 @@ def ring(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> Non
             radii[i] += 0.5 * lost / area
 
 
-@kernel("void(float64[::1], float64[::1], float64)")
-def cut(radii: Any, u: Any, plane: Any) -> None:
-    """Move the points under a plane at -plane onto it."""
+@kernel("void(float64[::1], float64[::1], float64, float64)")
+def cut(radii: Any, u: Any, below: Any, above: Any) -> None:
+    """Move the points under a plane at -below, or over one at `above`, onto it."""
     for i in range(len(u)):
-        if -radii[i] * u[i] > plane:
-            radii[i] = plane / -u[i]
+        if -radii[i] * u[i] > below:
+            radii[i] = below / -u[i]
+        elif radii[i] * u[i] > above:
+            radii[i] = above / u[i]
 
 
 @kernel("void(float64[::1], float64, float64, float64)")
@@ -349,7 +258,7 @@ def roll(
             deep, plastic = sink(radii, u, w, content, low, low + high, forces[step, 1], dough)
             heights[step] -= deep
             line = waterline(radii, u, w, high, forces[step, 0], dough[FOUNDATION])
-            cut(radii, u, low - plastic)
+            cut(radii, u, low - plastic, math.inf)
             if dough[TENSION] > 0.0 and forces[step, 0] > 0.0:
                 smooth(radii, u, neighbours, weights, line, ball, dough)
             ring(radii, u, w, content, low - plastic, ball)
@@ -366,13 +275,30 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
     passes = int(plastic / (_PASS * ball)) + 1
     low, high = extent(radii, u)
     aim = low + high - plastic
-    for k in range(passes):
+    for k in range(passes + 1):  # the last one mends the height, and leaves the centroid
         low, high = extent(radii, u)
-        cut(radii, u, max(low - (low + high - aim) / (passes - k), _SMALLEST * ball))
-        for _ in range(3):
+        plane = max(low - (low + high - aim) / max(passes - k, 1), _SMALLEST * ball)
+        for _ in range(_SHARES):
+            cut(radii, u, plane, high)
             lost, area = content - volume(radii, w), 0.0
             for i in range(len(u)):
                 area += radii[i] ** 2 * w * (1.0 - u[i] * u[i]) ** 2
             for i in range(len(u)):
                 radii[i] += lost / area * (1.0 - u[i] * u[i]) ** 2
+        cut(radii, u, plane, high)
+        if k == passes:
+            break
+        sunk = 0.0
+        for i in range(len(u)):
+            sunk += 0.25 * w / content * radii[i] ** 4 * u[i]
+        level = np.empty(len(u))
+        for i in range(len(u)):
+            z = radii[i] * u[i]
+            level[i] = -plane - sunk if z < 1e-9 * ball - plane else (high - sunk if z > high - 1e-9 * ball else 0.0)
         centre(radii, vectors, w, content)
+        for i in range(len(u)):
+            if level[i] * u[i] > 0.0:  # what is flat stays flat
+                radii[i] = level[i] / u[i]
+    scale = (content / volume(radii, w)) ** (1.0 / 3.0)
+    for i in range(len(u)):
+        radii[i] *= scale

@@ -47,7 +47,7 @@ class CorrelatedNoise(CameraEffect):
 
     name = "correlated_noise"
     order = 40
-    cost_ms = 0.6
+    cost_ms = 0.45
     cost_per = "frame"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 

@@ -44,6 +44,7 @@ class Drift(CameraEffect):
 
     def expose(self, exposure: Exposure) -> None:
         """Add it."""
+        from stretch_bt.simulation.camera.added import add
+
         sign = 1.0 if exposure.random(self.name, -1).random() < 0.5 else -1.0
-        exposure.depth += np.float32(sign * self.parameters.rate * exposure.time) * (exposure.depth > 0)
-        np.maximum(exposure.depth, 0, out=exposure.depth)
+        add(exposure, np.ones(exposure.depth.shape, np.float32), sign * self.parameters.rate * exposure.time, None)

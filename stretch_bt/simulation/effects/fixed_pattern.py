@@ -31,7 +31,7 @@ class FixedPattern(CameraEffect):
 
     name = "fixed_pattern"
     order = 30
-    cost_ms = 0.1
+    cost_ms = 0.05
     cost_per = "frame"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
@@ -64,7 +64,7 @@ class FixedPattern(CameraEffect):
         if run != self._pattern_of:
             field = SmoothField(exposure.depth.shape, self.parameters.kernel)
             self._pattern, self._pattern_of = field.grow(field.seeds(random)), run
-        add(exposure, self._pattern.copy(), self.parameters.sd, None)
+        add(exposure, self._pattern, self.parameters.sd, None)
 
 
 def _bend(case: Case, parameters: Parameters) -> float:

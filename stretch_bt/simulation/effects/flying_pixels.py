@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from stretch_bt.simulation.advisor.case import Case
@@ -15,8 +13,6 @@ from stretch_bt.simulation.effects.base import CameraEffect, Exposure, Size
 from stretch_bt.units import Length, Within
 
 __all__ = ["FlyingPixels"]
-
-_BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
 class Parameters(base.Parameters):
@@ -37,7 +33,7 @@ class FlyingPixels(CameraEffect):
 
     name = "flying_pixels"
     order = 20
-    cost_ms = 0.3
+    cost_ms = 0.06
     cost_per = "frame"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
@@ -51,25 +47,10 @@ class FlyingPixels(CameraEffect):
 
     def expose(self, exposure: Exposure) -> None:
         """Let some fly."""
-        if self.parameters.share == 0:
-            return
-        random = exposure.random(self.name)
-        drawn = random.random(exposure.depth.shape, np.float32).reshape(-1)
-        maybe = np.flatnonzero(drawn < np.float32(self.parameters.share))
-        far = random.uniform(self.parameters.least, max(self.parameters.most, self.parameters.least), len(maybe))
-        step = _step(exposure.depth, maybe)
-        flies = np.abs(step) > self.parameters.step
-        moved = np.sign(step) * np.minimum(far, np.abs(step))
-        exposure.depth.reshape(-1)[maybe[flies]] += moved[flies].astype(np.float32)
+        from stretch_bt.simulation.camera.draws import places
+        from stretch_bt.simulation.camera.pixels_kernel import fly
 
-
-def _step(depth: npt.NDArray[np.float32], places: npt.NDArray[np.intp]) -> Any:
-    """Return the largest step, m, from pixels (n,), numbered row by row, to a neighbour that has a value as they have."""
-    height, width = depth.shape
-    v, u = np.divmod(places, width)
-    here, largest = depth[v, u], np.zeros(len(places), np.float32)
-    for down, right in _BESIDE:
-        there = depth[np.clip(v + down, 0, height - 1), np.clip(u + right, 0, width - 1)]
-        step = np.where((here > 0) & (there > 0), there - here, 0)
-        largest = np.where(np.abs(step) > np.abs(largest), step, largest)
-    return largest
+        given, random = self.parameters, exposure.random(self.name)
+        maybe = places(random, exposure.depth.size, given.share)
+        far = random.uniform(given.least, max(given.most, given.least), len(maybe))
+        fly(exposure.depth, maybe, far, given.step)

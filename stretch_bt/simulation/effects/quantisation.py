@@ -33,21 +33,24 @@ class Quantisation(CameraEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what is left of rounding: as of white noise where noise or a slope dithers it, else all of it.
+        """Yield what is left of rounding: a fixed error where nothing dithers it, else as of white noise.
 
-        Gaussian noise of standard deviation s leaves a bias of at most unit / pi exp(-2 (pi s / unit)^2) (Widrow and Kollar,
-        Quantization Noise, 2008).
+        Gaussian noise of standard deviation s leaves exp(-2 (pi s / unit)^2) of the fixed error (Widrow and Kollar,
+        Quantization Noise, 2008). On a curved top that error comes in rings, the innermost of radius sqrt(radius unit).
         """
-        from stretch_bt.simulation.camera.averaging import noise_sizes
+        from stretch_bt.simulation.camera.averaging import is_curved, noise_sizes, rim_slope
 
-        unit = parameters.unit
-        rounding, noise = unit / math.sqrt(12), _dither(case)
-        flat = case.rough.edge < case.radius / 2 or case.depth < unit
-        bias = unit / math.pi * math.exp(-2 * (math.pi * noise / unit) ** 2) / math.sqrt(2) if flat else 0.0
-        why = f"a count of {unit * 1e3:.3g} mm, {noise * 1e3:.2g} mm of noise dithers it"
-        yield from noise_sizes(case, rounding / math.sqrt(case.frames), 0.0, why)
-        if bias > 0:
-            yield from case.from_height(bias, f"{why} on a flat face")
+        unit, noise = parameters.unit, _dither(case)
+        rounding, fixed = unit / math.sqrt(12), math.exp(-2 * (math.pi * noise / unit) ** 2)
+        why = f"a count of {unit * 1e3:.3g} mm, of which {noise * 1e3:.2g} mm of noise leave {fixed:.0%}"
+        level = rounding * fixed  # of a flat face as a whole
+        rings = level * min(math.sqrt(case.radius * unit) / case.contact_radius, 1.0)
+        white = rounding * math.sqrt(fixed**2 + (1 - fixed**2) / case.frames)
+        for size in noise_sizes(case, white, 0.0, why):
+            if size.observable == "size":
+                yield Size("size", max(size.value, 0.0 if is_curved(case) else 2 * level / rim_slope(case)), why)
+            if size.observable == "height":
+                yield from case.from_height(max(size.value, rings if is_curved(case) else level), why)
 
     def expose(self, exposure: Exposure) -> None:
         """Make its count that of the frame."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
 from pydantic import Field
 
 from stretch_bt.simulation.advisor.case import Case
@@ -33,7 +32,7 @@ class WhiteNoise(CameraEffect):
 
     name = "white_noise"
     order = 50
-    cost_ms = 0.9
+    cost_ms = 0.3
     cost_per = "frame"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
@@ -49,6 +48,7 @@ class WhiteNoise(CameraEffect):
         """Add it."""
         if self.parameters.sd > 0:
             from stretch_bt.simulation.camera.added import add
+            from stretch_bt.simulation.camera.draws import normal
 
-            noise = exposure.random(self.name).standard_normal(exposure.depth.shape, np.float32)
+            noise = normal(exposure.random(self.name), exposure.depth.shape)
             add(exposure, noise, self.parameters.sd, self.parameters.reference_depth)

@@ -16,6 +16,7 @@ from stretch_bt.simulation.fidelity.curve import Curve
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.objects.response import Law
+from stretch_bt.simulation.stats import Stats
 
 __all__ = ["AxisymmetricFidelity"]
 
@@ -26,10 +27,18 @@ class AxisymmetricFidelity:
     """A sphere in the middle of a round membrane; where on the sheet it stands moves the shape and not the force."""
 
     remembers = False
+    close = 1e-10
 
     def __init__(
-        self, width: float, gauge: float, thickness: float, shear_modulus: float, mount_prestretch: float
+        self,
+        width: float,
+        gauge: float,
+        thickness: float,
+        shear_modulus: float,
+        mount_prestretch: float,
+        stats: Stats | None = None,
     ) -> None:
+        self.stats = stats or Stats()
         self.width, self.gauge, self.thickness = width, gauge, thickness
         self.material, self.mount_prestretch = NeoHookean(shear_modulus), mount_prestretch
         self._curves: dict[Any, Curve] = {}
@@ -75,7 +84,8 @@ class AxisymmetricFidelity:
             narrow = self.width * (self.gauge / length) ** 0.5
             clamp = math.sqrt(length * narrow / math.pi)
             sheet = CircularMembrane(clamp, self.thickness, self.material, (length / self.gauge) ** 0.25)
-            self._pressed[key] = sheet.press(radius, depth)
+            with self.stats.timed("solve"):
+                self._pressed[key] = sheet.press(radius, depth)
         return self._pressed[key]
 
     def _grid(self, place: Place, solved: AxisymmetricPress) -> Skin:

@@ -55,6 +55,8 @@ class Fidelity(Protocol):
 
     #: whether a press depends on those before it
     remembers: bool
+    #: how well its forces are known, as a part of them: no better need they agree with those of the object
+    close: float
 
     def law(self, place: Place, state: Any) -> Law:
         """Return the force, N, along z, and its slope, N/m, by depth, m.

@@ -29,6 +29,7 @@ class HertzFidelity:
     """
 
     remembers = False
+    close = 1e-10
 
     def __init__(self, width: float, gauge: float, model: CalibratedHertz | None = None) -> None:
         chosen = ForceModel.default() if model is None else model

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Fidelity
 from stretch_bt.simulation.scene import Scene
+from stretch_bt.simulation.stats import Stats
 
 __all__ = ["Membrane", "make_fidelity"]
 
@@ -21,20 +22,20 @@ class Membrane:
     thickness: float = 0.002
 
 
-def make_fidelity(scene: Scene, membrane: Membrane, effects: Iterable[MembraneEffect]) -> Fidelity:
-    """Return what the scene's `fidelity` names."""
-    hand = scene.hand
-    size = (membrane.width, membrane.gauge)
+def make_fidelity(scene: Scene, membrane: Membrane, effects: Iterable[MembraneEffect], stats: Stats) -> Fidelity:
+    """Return what the scene's `fidelity` names; what it solves is counted in `stats`."""
+    sizes = (membrane.width, membrane.gauge)
+    made_of = (*sizes, membrane.thickness, scene.hand.shear_modulus, scene.hand.mount_prestretch)
     match scene.fidelity:
         case "hertz":
             from stretch_bt.simulation.fidelity.hertz import HertzFidelity
 
-            return HertzFidelity(*size)
+            return HertzFidelity(*sizes)
         case "axisymmetric":
             from stretch_bt.simulation.fidelity.axisymmetric import AxisymmetricFidelity
 
-            return AxisymmetricFidelity(*size, membrane.thickness, hand.shear_modulus, hand.mount_prestretch)
+            return AxisymmetricFidelity(*made_of, stats=stats)
         case "sheet":
             from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 
-            return SheetFidelity(*size, membrane.thickness, hand.shear_modulus, hand.mount_prestretch, effects)
+            return SheetFidelity(*made_of, effects, stats=stats)

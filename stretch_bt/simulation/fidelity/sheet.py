@@ -19,6 +19,7 @@ from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.objects.response import Law
+from stretch_bt.simulation.stats import Stats
 
 if TYPE_CHECKING:  # numba comes along with it
     from stretch_bt.simulation.membrane.sheet.result import Load, Shape, SheetPress
@@ -26,7 +27,9 @@ if TYPE_CHECKING:  # numba comes along with it
 __all__ = ["SheetFidelity"]
 
 PITCH = 0.7e-3  # m of the unstretched sheet between points of its shape
+_FELT, _KNOWN = 1e-4, 1e-10  # of a force that is solved each time, and of one on a smooth curve
 _KEPT = 24  # places whose presses are kept
+_LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
 
 
@@ -42,22 +45,25 @@ class SheetFidelity:
         mount_prestretch: float,
         effects: Iterable[MembraneEffect] = (),
         settings: Settings | None = None,
+        stats: Stats | None = None,
     ) -> None:
+        self.stats = stats or Stats()
         on = Effects()
         for effect in effects:
             on = effect.on_sheet(on)
         self.sheet = Sheet(gauge, width, thickness, NeoHookean(shear_modulus), mount_prestretch, on)
         self.settings = settings or Settings.within(0.01)
         self.remembers = on.mullins is not None or on.friction > 0
+        self.close = _FELT if self.remembers else _KNOWN
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
-        self._last: OrderedDict[Place, SheetPress] = OrderedDict()
+        self._last: OrderedDict[Place, tuple[Any, SheetPress]] = OrderedDict()
         self.resting = lru_cache(maxsize=_KEPT)(self._resting)
-        self.solves = 0
+        self._hang = lru_cache(maxsize=_KEPT)(self._hang_at)
 
     def law(self, place: Place, state: Any) -> Law:
         """Return the force between solved depths, or of a solve at each depth where the membrane remembers."""
         if self.remembers:
-            return lambda depth: self._felt(place, depth, state)
+            return self._felt(place, state)
         return self._curve(place)
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
@@ -73,8 +79,9 @@ class SheetFidelity:
 
     def lift(self, stretch: float) -> float:
         """Return how far the membrane hangs, m."""
-        if not self.sheet.effects.sag:
-            return 0.0
+        return self._hang(stretch) if self.sheet.effects.sag else 0.0
+
+    def _hang_at(self, stretch: float) -> float:
         return max(0.0, -float(self.resting(stretch).points(3, 3)[1, 1, 2]))
 
     def free(self, stretch: float) -> Skin:
@@ -86,11 +93,22 @@ class SheetFidelity:
 
         return hang(self.sheet, stretch)
 
-    def _felt(self, place: Place, depth: float, state: Any) -> tuple[float, float]:
-        if depth + self.lift(place.stretch) <= 0:
-            return 0.0, 0.0
-        force = float(self._solve(place, depth, state).force[2])
-        return force, _RISE * force / (depth + self.lift(place.stretch))
+    def _felt(self, place: Place, state: Any) -> Law:
+        """Return a law that solves at each depth; its slope is that of a power law first, then that between solves."""
+        solved: list[tuple[float, float]] = []
+
+        def law(depth: float) -> tuple[float, float]:
+            travel = depth + self.lift(place.stretch)
+            if travel <= 0:
+                return 0.0, 0.0
+            force = float(self._solve(place, depth, state).force[2])
+            nearest = min(solved, key=lambda s: abs(s[0] - travel), default=(travel, force))
+            solved.append((travel, force))
+            if abs(nearest[0] - travel) < _LEAST:
+                return force, _RISE * force / travel
+            return force, (force - nearest[1]) / (travel - nearest[0])
+
+        return law
 
     def _curve(self, place: Place) -> Curve:
         if place not in self._curves:
@@ -103,13 +121,16 @@ class SheetFidelity:
         from stretch_bt.simulation.membrane.sheet.solver import solve
 
         load = self._load(place, depth)
-        start = state if self.remembers else self._last.get(place)
-        if start is not None and not self.remembers and start.load == load:
-            return start
-        self.solves += 1
-        solved = solve(self.sheet, load, self.settings, start)
-        if not self.remembers:
-            _keep(self._last, place, solved)
+        known = state if self.remembers else None
+        before, last = self._last.get(place, (None, None))
+        if last is not None and before is known and last.load == load:
+            return last
+        start = known if self.remembers else last
+        if start is not None and self.sheet.effects.friction > 0 and start.load.indenter != load.indenter:
+            start = None  # friction remembers how one body slid; an object that has changed its shape is met anew
+        with self.stats.timed("solve"):
+            solved = solve(self.sheet, load, self.settings, start)
+        _keep(self._last, place, (known, solved))
         return solved
 
     def _load(self, place: Place, depth: float) -> Load:

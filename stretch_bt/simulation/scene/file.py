@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, PrivateAttr, Tag, create_model
 
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SceneError
 from stretch_bt.simulation.camera.presets import PRESETS
@@ -81,32 +81,37 @@ class Scene(BaseModel):
 @lru_cache(maxsize=1)
 def _model() -> type[Scene]:
     """Return the model of scene files with every kind of object and effect that there is."""
-    effects = create_model(
+    described = {name: field.description for name, field in Scene.model_fields.items()}
+    chosen: dict[str, Any] = {
+        name: (_choice(effect), Field(default="auto", description=_first(effect)))
+        for name, effect in registry().items()
+    }
+    effects: Any = create_model(
         "Effects",
         __config__=ConfigDict(extra="forbid", strict=True, frozen=True),
         __doc__="Effects by name: `auto`, `on`, `off`, or parameters, which switch it on.",
-        **{
-            name: (_choice(effect), Field(default="auto", description=_first(effect)))
-            for name, effect in registry().items()
-        },
+        **chosen,
     )
-    objects = Annotated[Union[tuple(kinds().values())], Field(discriminator="type")]  # type: ignore[valid-type]  # noqa: UP007
-    return create_model(
-        "Scene",
-        __base__=Scene,
-        __doc__="A scene file.",
-        object=(objects, ...),
-        effects=(
-            Literal[_WORDS] | effects,
-            Field(default="auto", description=Scene.model_fields["effects"].description),
-        ),  # type: ignore[valid-type]
-        camera=(Literal[tuple(PRESETS)], Field(default="bench", description=Scene.model_fields["camera"].description)),  # type: ignore[valid-type]
-    )
+    union: Any = Union[tuple(kinds().values())]  # noqa: UP007
+    fields: dict[str, Any] = {
+        "object": (Annotated[union, Field(discriminator="type")], ...),
+        "effects": (_word_or(Literal[_WORDS], effects), Field(default="auto", description=described["effects"])),
+        "camera": (Literal[tuple(PRESETS)], Field(default="bench", description=described["camera"])),
+    }
+    return create_model("Scene", __base__=Scene, __doc__="A scene file.", **fields)
 
 
 def _choice(effect: type[Effect]) -> Any:
     words = Literal["auto", "on", "off"]
-    return words | effect.Parameters if effect.Parameters.model_fields else words
+    return _word_or(words, effect.Parameters) if effect.Parameters.model_fields else words
+
+
+def _word_or(words: Any, mapping: type[BaseModel]) -> Any:
+    """Return the type of what is one of some words or a mapping; a mistake in one is told without the other."""
+    return Annotated[
+        Annotated[words, Tag("word")] | Annotated[mapping, Tag("mapping")],
+        Discriminator(lambda given: "word" if isinstance(given, str) else "mapping"),
+    ]
 
 
 def _first(effect: type[Effect]) -> str:

@@ -1,0 +1,1 @@
+"""What a scene simulates, and what it looks like."""

@@ -1,0 +1,83 @@
+"""A depth camera over a world: what it sees, and what its effects make of that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.frames import Intrinsics, Pose
+from stretch_bt.simulation.camera.renderer import DepthRenderer
+from stretch_bt.simulation.camera.skin import Skin, table_under
+from stretch_bt.simulation.camera.view import SR305, Offset
+from stretch_bt.simulation.effects.base import CameraEffect, Exposure
+from stretch_bt.simulation.world import Contact, World
+
+__all__ = ["Sensor", "Shot", "window"]
+
+Image = npt.NDArray[np.float32]
+
+_UNIT = 1e-5  # one count, m, where nothing rounds to coarser ones
+_MARGIN = 0.008  # what of the table is in view beside the membrane, m
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """When a frame is exposed, s, its number, and how the hand and what it presses then stand; `stretch` in m."""
+
+    time: float
+    number: int
+    pose: Pose
+    stretch: float
+    contact: Contact
+
+
+class Sensor:
+    """Turns a world into exposures; `lens` is what the camera tells of itself, `plane_distance`, m, where the membrane is thought
+    to be, `rate`, Hz, that of the frames, and `random(name, number)` the noise source of an effect for a frame.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        lens: Intrinsics,
+        plane_distance: float,
+        rate: float,
+        random: Callable[[str, int], np.random.Generator],
+    ) -> None:
+        self.world, self.lens, self.rate, self.random = world, lens, rate, random
+        self.effects = world.effects.of(CameraEffect)  # type: ignore[type-abstract]
+        true = lens
+        for effect in self.effects:
+            true = effect.lens(true)
+        self._renderer = DepthRenderer(true, plane_distance, Offset(**world.scene.hand.camera.model_dump()))
+        self._clean: tuple[Skin, Pose, Image] | None = None
+
+    def expose(self, shot: Shot) -> Exposure:
+        """Return a frame on its way to counts, with every effect that is on."""
+        exposure = Exposure(
+            self.clean(shot).copy(), self.lens, shot.number / self.rate, shot.number, self.rate, self.random, _UNIT
+        )
+        for effect in self.effects:
+            with self.world.stats.timed(effect.name):
+                effect.expose(exposure)
+        return exposure
+
+    def clean(self, shot: Shot) -> Image:
+        """Return (h, w) float32, m, what would be seen without any effect; unchanged since the last frame it is kept."""
+        skin = self.world.skin(shot.contact, shot.stretch)
+        if self._clean is None or self._clean[0] is not skin or self._clean[1] != shot.pose:
+            with self.world.stats.timed("render"):
+                self._clean = (skin, shot.pose, self._renderer.render(skin, table_under(shot.pose)))
+        return self._clean[2]
+
+
+def window(width: float, length: float, plane_distance: float) -> Intrinsics:
+    """Return the intrinsics of the part of the image that shows a membrane of `width` by `length`, m, and a margin beside it."""
+    x = SR305.fx * (width / 2 + _MARGIN) / plane_distance
+    y = SR305.fy * length / 2 / plane_distance
+    rows = max(int(SR305.cy - y), 0), min(int(SR305.cy + y) + 1, SR305.height)
+    columns = max(int(SR305.cx - x), 0), min(int(SR305.cx + x) + 1, SR305.width)
+    return SR305.cropped(*rows, *columns)

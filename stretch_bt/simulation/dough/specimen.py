@@ -1,0 +1,166 @@
+"""A lump of dough in a run: how it gives way under the hand, and what rolling and pressing leave of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.dough.disc import cracked, outline
+from stretch_bt.simulation.dough.lump import Lump, cube
+from stretch_bt.simulation.dough.material import Dough
+from stretch_bt.simulation.dough.resistance import Resistance
+from stretch_bt.simulation.effects.active import Active
+from stretch_bt.simulation.objects.base import Moved, Specimen, Standing
+from stretch_bt.simulation.objects.response import Law
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.indenters.base import Indenter
+    from stretch_bt.simulation.objects.dough import DoughObject
+
+__all__ = ["DoughSpecimen", "DoughState"]
+
+_KEPT = 16
+_SHORTEST = 1e-3  # s; the rate of a step that takes no time is that of one this long
+_LONGEST = 0.1  # s of a step of a dough whose force depends on the rate
+_STIFF = 100.0  # times as stiff is a dough that does not spring back: its force still begins at 0
+_BARELY = 1e-9  # m of plastic press that leave the shape as it is
+_PART = 0.25  # of the rate at which a lump turns is its plastic strain rate: a strain of 0.1 over 0.4 rad
+
+
+@dataclass(frozen=True, slots=True)
+class DoughState:
+    """The lump and the seed of its chances; `fresh` until it was first rolled or pressed for good."""
+
+    lump: Lump
+    seed: int = 0
+    fresh: bool = True
+
+
+class DoughSpecimen(Specimen):
+    """A lump that is pressed flat where it stands and rolls where the hand goes across.
+
+    The drop counts from where its top stands now, under its own weight. Without plasticity it is rigid and rolls as it
+    is; without springback it does not come back. How a path is cut into pieces does not matter while it rolls, and the
+    path alone does, not time, unless its yield stress depends on the rate.
+    """
+
+    spec: DoughObject
+
+    def __init__(self, spec: DoughObject, effects: Active) -> None:
+        super().__init__(spec, None)
+        self.dough = self._dough(spec, effects) if "plasticity" in effects else None
+        self.spin = _number(effects, "spin_noise", "sd", 0.0)
+        self.tack = _number(effects, "tack", "pull", 0.0)
+        self.cracks = effects.get("edge_cracks")
+        self._top = lru_cache(maxsize=_KEPT)(self._find_top)
+        self._felt = lru_cache(maxsize=_KEPT)(self._make_felt)
+        self._body = lru_cache(maxsize=_KEPT)(self._make_body)
+
+    @property
+    def memory(self) -> float:
+        """Infinite, as its path matters; a step of time where its force depends on the rate."""
+        return _LONGEST if self.dough is not None and self.dough.thickening > 0 else math.inf
+
+    def start(self, seed: int = 0) -> DoughState:
+        """Return the cube as it was cut, and the seed of what happens to it by chance."""
+        return DoughState(cube(self.spec.edge, self.spec.directions, self.spec.heading), seed)
+
+    def law(self, state: DoughState, dt: float) -> Law | None:
+        """Return the force on its top, N, less what it weighs, by how far it is pressed down in a step of `dt`, s."""
+        if self.dough is None:
+            return None
+        felt, step = self._felt(state.lump), max(dt, _SHORTEST)
+        return lambda drop: self._pulled(*felt.force(drop, step))
+
+    def pull(self, state: DoughState) -> float:
+        """Return the force, N, with which it holds the hand that lifts off it."""
+        return self.tack
+
+    def standing(self, state: DoughState, drop: float) -> Standing:
+        """Return its upper side where it rolled to, or the cube as it was cut."""
+        spec, lump = self.spec, state.lump
+        top = self._top(lump)
+        if drop >= top - spec.base:
+            raise NoEquilibrium(f"a drop of {drop * 1e3:.3g} mm would press the dough flat")
+        body = spec.body() if state.fresh else self._body(lump)
+        x, y = spec.position.x + lump.x, spec.position.y + lump.y
+        return Standing(body, x, y, spec.heading if state.fresh else 0.0, top - drop)
+
+    def after(self, state: DoughState, moved: Moved) -> DoughState:
+        """Return it rolled where the hand went across while it pressed, else pressed as far as it gave way for good."""
+        push = -moved.force[2]
+        if push <= 0.0:
+            return state
+        if moved.across != (0.0, 0.0):
+            return self._rolled(state, moved, push)
+        if self.dough is None or moved.drop <= 0:
+            return state
+        lump = state.lump
+        plastic = self._felt(lump).plastic(moved.drop, max(moved.dt, _SHORTEST))
+        if plastic < _BARELY:
+            return state
+        return replace(state, lump=lump.flattened(plastic), fresh=False)
+
+    def known(self, state: DoughState, drop: float) -> dict[str, float]:
+        """Return the radius, m, of the ball of its volume, its roundness, and the circularity of its pressed outline."""
+        from stretch_bt.perception import circularity
+
+        lump = state.lump
+        height = lump.height - min(drop, 0.9 * lump.height)
+        found = outline(lump, height)
+        if self.cracks is not None:
+            parameters: Any = self.cracks.parameters
+            part = parameters.roughness * min(lump.strain, 1.0)
+            found = cracked(found, part, parameters.correlation, state.seed)
+        return {"radius": lump.ball, "roundness": lump.roundness, "circularity": float(circularity(found))}
+
+    def _rolled(self, state: DoughState, moved: Moved, push: float) -> DoughState:
+        turned = math.hypot(*moved.across) / (2 * state.lump.ball)
+        lump, _ = state.lump.rolled(
+            moved.across,
+            push,
+            self.dough,
+            weight=self.spec.weight,
+            spin=self.spin,
+            seed=state.seed,
+            rate=_PART * turned / max(moved.dt, _SHORTEST) if self.memory < math.inf else 0.0,
+        )
+        return replace(state, lump=lump, fresh=False)
+
+    def _pulled(self, force: float, slope: float) -> tuple[float, float]:
+        """Return a force, N, and its slope less the pull of the tack, which grows with the first contact."""
+        if self.tack <= 0:
+            return force, slope
+        away = math.exp(-force / self.tack)
+        return force - self.tack * (1 - away), slope * (1 - away)
+
+    def _find_top(self, lump: Lump) -> float:
+        return self.spec.base + lump.height - (0.0 if self.dough is None else self._felt(lump).sunk)
+
+    def _make_felt(self, lump: Lump) -> Resistance:
+        assert self.dough is not None
+        return Resistance(lump, self.dough, self.spec.weight)
+
+    def _make_body(self, lump: Lump) -> Indenter:
+        from stretch_bt.simulation.dough.surface import upper_side
+
+        return upper_side(lump)
+
+    @staticmethod
+    def _dough(spec: DoughObject, effects: Active) -> Dough:
+        return Dough(
+            spec.yield_stress,
+            spec.modulus * (1.0 if "springback" in effects else _STIFF),
+            _number(effects, "dough_viscosity", "thickening", 0.0),
+            _number(effects, "dough_viscosity", "power", 1.0),
+            tension=spec.smoothing,
+        )
+
+
+def _number(effects: Active, effect: str, name: str, off: float) -> float:
+    """Return a parameter of an effect, or what stands for it being off."""
+    found = effects.get(effect)
+    return off if found is None else float(getattr(found.parameters, name))
