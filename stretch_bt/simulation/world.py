@@ -68,7 +68,7 @@ class World:
     matter; else `advance` takes it from moment to moment, and what is asked in between changes nothing.
     """
 
-    def __init__(self, scene: Scene, membrane: Membrane | None = None) -> None:
+    def __init__(self, scene: Scene, membrane: Membrane | None = None, seed: int = 0) -> None:
         self.scene = scene
         self.membrane = membrane or Membrane()
         self.verdicts = advise(scene)
@@ -77,7 +77,7 @@ class World:
         self.stats = Stats()
         on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
         self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
-        self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(), None, (0.0, 0.0))], maxlen=_PAST)
+        self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(seed), None, (0.0, 0.0))], maxlen=_PAST)
         self._known: OrderedDict[Any, Contact] = OrderedDict()
         self._skin: tuple[Any, Skin] | None = None
 
@@ -126,8 +126,7 @@ class World:
         if self.memory is None or time <= self._past[-1].time:
             return
         past = self._past[-1]
-        own = self.specimen.memory
-        if past.hand == (pose, stretch) and (own is None or math.isinf(own)):
+        if past.hand == (pose, stretch) and self.specimen.timeless:
             self._past.append(replace(past, time=time))  # without a way nothing changes
             return
         contact = self.contact(pose, stretch, time)
@@ -190,42 +189,49 @@ class World:
         nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0))
         if where.depth + lift <= 0 or not self._covers(where, stretch):
             return nothing
-        found, place = self._shared(past, standing, where, stretch, dt, lift)
+        found, standing = self._shared(past, standing, where, stretch, dt, lift)
         if found.force <= 0:
             return replace(nothing, drop=found.drop)
         depth = found.depth - lift
-        force = _world(self.fidelity.force(place, depth, past.membrane), pose)
+        felt = self._felt(standing, where, stretch)
+        force = _world(self.fidelity.force(felt, depth, past.membrane), pose)
+        place = self._place(standing, where, stretch)
         return Contact(depth, found.drop, force, place, past.membrane, found.iterations)
 
     def _shared(
         self, past: _Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float
-    ) -> tuple[Equilibrium, Place]:
+    ) -> tuple[Equilibrium, Standing]:
         """Return how the travel is shared; a body that changes its shape with its drop is met as it is at the drop found."""
         law = self.specimen.law(past.thing, dt)
         travel = where.depth + lift
-        place = self._place(standing, where, stretch)
+        felt = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
         if law is None:
-            return Equilibrium(travel, 0.0, self.fidelity.law(place, past.membrane)(where.depth)[0], 0), place
+            return Equilibrium(travel, 0.0, felt(where.depth)[0], 0), standing
         state, drop, spent, near = past.thing, math.inf, 0, _ahead(past, where.depth)
-        own = _along(law, where.upright)
+        own, close = _along(law, where.upright), self.fidelity.close
         kinks, start, rest = self.specimen.kinks(state), self.specimen.drop(state), self.specimen.rest(state, dt)
         for _ in range(_PASSES):
-            felt = self.fidelity.law(place, past.membrane)
             found = couple(
-                _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=self.fidelity.close
+                _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=close, near=near
             )
             spent, before, drop = spent + found.iterations, drop, found.drop
             changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
-                return found._replace(iterations=spent), place
+                return found._replace(iterations=spent), changed
             standing = changed
-            place = self._place(standing, where, stretch)
+            felt = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
         raise NoEquilibrium("membrane and object do not agree on the object's shape")
 
     def _place(self, standing: Standing, where: Seat, stretch: float) -> Place:
-        spec = self.scene.object
         form = self.specimen.form(standing)
-        return Place(standing.body, form, where.at, where.heading, where.tilt, spec.reach, stretch)
+        return Place(standing.body, form, where.at, where.heading, where.tilt, self.scene.object.reach, stretch)
+
+    def _felt(self, standing: Standing, where: Seat, stretch: float) -> Place:
+        """Return the place at which a force is felt: that of a simpler body, if there is one, in the middle of the membrane."""
+        place = self._place(standing, where, stretch)
+        if standing.felt is None or place.tilt != (0.0, 0.0):
+            return place
+        return replace(place, body=standing.felt, at=(0.0, 0.0), heading=0.0)
 
     def _covers(self, where: Seat, stretch: float) -> bool:
         """Tell whether the object stands under the membrane, at least in part."""

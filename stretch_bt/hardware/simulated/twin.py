@@ -33,7 +33,7 @@ class Twin:
         self.geometry = geometry
         self.now = now
         self.seed = seed if scene.seed is None else scene.seed
-        self.world = World(scene, Membrane(geometry.gauge, geometry.width, geometry.thickness))
+        self.world = World(scene, Membrane(geometry.gauge, geometry.width, geometry.thickness), self.seed)
         self.robot = self.world.effects.of(RobotEffect)  # type: ignore[type-abstract]
         self.hand: Track[Placed] = Track(Placed(_HOME, _HOME))
         self.fingers: Track[float] = Track(geometry.rest_opening)

@@ -67,7 +67,8 @@ class Rough:
 class Standing:
     """What the membrane meets: a body whose axis stands at (x, y), turned by `heading`, its highest point at `top`; m, rad.
 
-    There is no body where only a closed form can stand in for it.
+    There is no body where only a closed form can stand in for it. A `felt` body is a simpler one with nearly the same force,
+    which stands in for it where its force is felt and its shape is not seen.
     """
 
     body: Indenter | Several | None
@@ -75,6 +76,7 @@ class Standing:
     y: float
     heading: float
     top: float
+    felt: Indenter | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,8 +171,13 @@ class Specimen:
         """None where its answer depends on where the hand is alone; else as that of its response."""
         return None if self.response is None else self.response.memory
 
-    def start(self) -> Any:
-        """Return its state at the begin."""
+    @property
+    def timeless(self) -> bool:
+        """Whether nothing changes while the hand stands still."""
+        return self.memory is None or math.isinf(self.memory)
+
+    def start(self, seed: int = 0) -> Any:
+        """Return its state at the begin; `seed` is that of what happens to it by chance."""
         return None if self.response is None else self.response.start()
 
     def law(self, state: Any, dt: float) -> Law | None:
