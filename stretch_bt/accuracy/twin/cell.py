@@ -47,9 +47,7 @@ class Bench:
         for _ in range(count):
             self.time += _PERIOD
             shot = self.devices["camera"].frame(1.0).value
-            frames.append(
-                mask_membrane(shot, gauge=geometry.gauge, width=geometry.width, stretch=shot.stretch or 0.0)
-            )
+            frames.append(mask_membrane(shot, gauge=geometry.gauge, width=geometry.width, stretch=shot.stretch or 0.0))
         return average_frames(frames)
 
     def force(self, count: int) -> float:

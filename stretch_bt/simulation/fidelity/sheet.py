@@ -31,6 +31,7 @@ _FELT, _KNOWN = 1e-4, 1e-10  # of a force that is solved each time, and of one o
 _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
+_GRAZE = 2e-5  # m of travel; a touch that is lighter has no mesh fine enough, and the shape of this one
 
 
 class SheetFidelity:
@@ -74,7 +75,7 @@ class SheetFidelity:
     def force(self, place: Place, depth: float, state: Any) -> Array:
         """Return the force, off centre or tilted with a part across."""
         if self.remembers:
-            return self._solve(place, depth, state).force
+            return self._solve(place, depth, state).force * self._share(place, depth)
         return self._curve(place).force(depth)
 
     def lift(self, stretch: float) -> float:
@@ -101,7 +102,7 @@ class SheetFidelity:
             travel = depth + self.lift(place.stretch)
             if travel <= 0:
                 return 0.0, 0.0
-            force = float(self._solve(place, depth, state).force[2])
+            force = float(self._solve(place, depth, state).force[2]) * self._share(place, depth)
             nearest = min(solved, key=lambda s: abs(s[0] - travel), default=(travel, force))
             solved.append((travel, force))
             if abs(nearest[0] - travel) < _LEAST:
@@ -109,6 +110,10 @@ class SheetFidelity:
             return force, (force - nearest[1]) / (travel - nearest[0])
 
         return law
+
+    def _share(self, place: Place, depth: float) -> float:
+        """Return the part of the force of the shallowest press that is solved which one at this depth has."""
+        return min((depth + self.lift(place.stretch)) / _GRAZE, 1.0) ** _RISE
 
     def _curve(self, place: Place) -> Curve:
         if place not in self._curves:
@@ -141,8 +146,8 @@ class SheetFidelity:
             raise NoEquilibrium(
                 "an object wider than the membrane meets the fingers; only hertz fidelity has an answer"
             )
-        body = turn(place.body, place.heading)
-        return Load(body, place.stretch, depth, place.at, place.tilt, self.lift(place.stretch))
+        body, lift = turn(place.body, place.heading), self.lift(place.stretch)
+        return Load(body, place.stretch, max(depth, _GRAZE - lift), place.at, place.tilt, lift)
 
 
 def _keep(kept: OrderedDict[Any, Any], key: Any, value: Any) -> None:

@@ -63,4 +63,7 @@ def color_bar(panel: Drawing, low: float, high: float, what: str) -> None:
     image = np.repeat(shades(np.linspace(0, 1, 64), 0, 1)[None], 2, axis=0)
     panel.add(Picture(x, y, width, 9, image))
     panel.line([(x, y), (x + width, y), (x + width, y + 9), (x, y + 9), (x, y)], FAINT, 0.5)
-    panel.add(Text(x - 6, y + 9, f"{low * 1e3:.3g}", "end"), Text(x + width + 6, y + 9, f"{high * 1e3:.3g} mm {what}"))
+    panel.add(
+        Text(x - 6, y + 9, f"{low * 1e3:.3g}" if abs(low) > 1e-5 else "0", "end"),
+        Text(x + width + 6, y + 9, f"{high * 1e3:.3g} mm {what}"),
+    )

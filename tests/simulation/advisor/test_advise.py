@@ -60,9 +60,7 @@ def test_sizes_are_finite_and_in_the_unit_of_their_tolerance(scene, effect):
 @pairs
 def test_a_name_switches_on_and_off_whatever_the_size(scene, effect):
     for word, on in (("on", True), ("off", False)):
-        chosen = SCENES[scene].with_(
-            effects=type("Effects", (), dict.fromkeys(registry(), "auto") | {effect: word})
-        )
+        chosen = SCENES[scene].with_(effects=type("Effects", (), dict.fromkeys(registry(), "auto") | {effect: word}))
         found = verdict(chosen, effect)
         assert found.on is on
         assert f"the scene says {word}" in found.why

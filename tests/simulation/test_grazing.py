@@ -1,0 +1,25 @@
+"""A touch as light as rounding makes it has an equilibrium, with a force that goes to nothing."""
+
+import pytest
+
+from stretch_bt.simulation.effects.friction import Friction
+from stretch_bt.simulation.fidelity.base import Place
+from stretch_bt.simulation.fidelity.sheet import SheetFidelity
+from stretch_bt.simulation.membrane.indenters.cone import Cone
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+
+SHEET = (0.090, 0.100, 0.002, 72.5e3, 13.3e-3)
+
+
+@pytest.mark.parametrize("body", [Sphere(0.020), Cone(0.7854, 0.0005)], ids=["sphere", "cone"])
+@pytest.mark.parametrize("effects", [(), (Friction(Friction.Parameters()),)], ids=["plain", "friction"])
+def test_a_grazing_touch(body, effects):
+    sheet = SheetFidelity(*SHEET, effects)
+    place = Place(body, None, (0.0, 0.0), 0.0, (0.0, 0.0), 0.01, 0.0)
+    forces = [float(sheet.force(place, depth, None)[2]) for depth in (1e-18, 1e-9, 1e-6, 2e-5, 1e-4)]
+    assert forces == sorted(forces)
+    assert forces[0] >= 0.0
+    assert forces[0] < 1e-15
+    assert forces[-1] > 0
+    top = sheet.press(place, 1e-18, None).skin.points[..., 2].max()
+    assert top == pytest.approx(0.0, abs=3e-5)
