@@ -19,6 +19,7 @@ from stretch_bt.simulation.world import Contact, World
 
 __all__ = ["Moment", "Stage", "act"]
 
+_CLEAR = 1e-4  # m above first touch, where the way down begins
 _SPEED = 0.005  # m/s, where a scene says that the hand stands still
 
 
@@ -84,12 +85,13 @@ def act(scene: Scene, stage: Stage) -> Moment:
 
 def _press(world: World, touch: Pose, pressed: Pose, stretch: float) -> float:
     """Take what has a memory along the way down, and return when the hand arrives, s."""
-    way = touch.height - pressed.height
+    above = touch.moved(z=_CLEAR)
+    way = above.height - pressed.height
     duration = way / (world.scene.conditions.speed or _SPEED)
     longest = world.memory
     steps = math.ceil(duration / longest) if longest is not None and math.isfinite(longest) else 1
     for k in range(steps + 1):
-        world.advance(touch.moved(z=-way * k / steps), stretch, duration * k / steps)
+        world.advance(above.moved(z=-way * k / steps), stretch, duration * k / steps)
     return duration
 
 
