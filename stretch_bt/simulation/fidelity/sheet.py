@@ -113,7 +113,8 @@ class SheetFidelity:
 
     def _share(self, place: Place, depth: float) -> float:
         """Return the part of the force of the shallowest press that is solved which one at this depth has."""
-        return min((depth + self.lift(place.stretch)) / _GRAZE, 1.0) ** _RISE
+        share: float = min((depth + self.lift(place.stretch)) / _GRAZE, 1.0) ** _RISE
+        return share
 
     def _curve(self, place: Place) -> Curve:
         if place not in self._curves:
