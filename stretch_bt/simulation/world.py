@@ -168,13 +168,13 @@ class World:
         contact = self.contact(pose, stretch, time)
         top = self.specimen.standing(self._before(time).thing, 0.0).top
         return {
+            **self.specimen.known(self._before(time).thing, contact.drop),
             "force": math.hypot(*contact.force),
             "deflection": contact.drop,
             "stretch": stretch,
             "depth": contact.depth,
             "height": top - contact.drop,
             "contact_height": self.scene.object.top,
-            **self.specimen.known(self._before(time).thing, contact.drop),
         }
 
     def _before(self, time: float) -> _Past:
@@ -244,7 +244,7 @@ def _ahead(past: _Past, travel: float) -> float | None:
     """Return the drop, m, at a travel past first contact, as the last one known grows with the force."""
     if past.shared is None or min(past.shared) <= 0 or travel <= 0:
         return None
-    return past.shared[1] * (travel / past.shared[0]) ** _GROWTH
+    return past.shared[1] * math.pow(travel / past.shared[0], _GROWTH)
 
 
 def _lifted(felt: Law, lift: float) -> Law:

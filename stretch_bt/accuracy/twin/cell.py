@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.hardware.cell import Cell, open_cell
@@ -23,7 +25,7 @@ class Bench:
         self.time = 0.0
         self.scene = scene
         self.cell: Cell = open_cell(load_cell("simulated"), now=lambda: self.time, seed=seed, scene=scene)
-        self.devices = self.cell.devices
+        self.devices: dict[str, Any] = dict(self.cell.devices)
 
     def stretch(self, stretch: float) -> None:
         """Stretch the membrane, m."""
@@ -56,4 +58,4 @@ class Bench:
         for _ in range(count):
             self.time += 1e-3
             found.append(self.devices["force_sensor"].wrench(1.0).value.force[2])
-        return sum(found) / count
+        return float(sum(found) / count)

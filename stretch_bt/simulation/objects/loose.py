@@ -52,7 +52,7 @@ class SlidingSpecimen(Specimen):
         own = self.plain.memory
         return float("inf") if own is None else own
 
-    def start(self) -> Slid:
+    def start(self, seed: int = 0) -> Slid:
         """Return it where the scene has it."""
         place = self.spec.position
         return Slid((place.x, place.y), (0.0, 0.0), self.plain.start())

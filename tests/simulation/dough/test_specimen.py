@@ -66,9 +66,9 @@ def test_without_springback_all_of_a_press_stays():
     assert tops[1] == pytest.approx(0.023, abs=1.5e-4)
 
 
-def test_only_a_dough_whose_force_depends_on_the_rate_asks_for_steps_of_time():
-    assert specimen(*USUAL).memory == np.inf
-    assert specimen(*USUAL, "dough_viscosity").memory == pytest.approx(0.1)
+def test_only_a_dough_whose_force_depends_on_the_rate_changes_while_the_hand_stands():
+    assert specimen(*USUAL).timeless
+    assert not specimen(*USUAL, "dough_viscosity").timeless
     thing = specimen(*USUAL, "dough_viscosity")
     slow, fast = (thing.law(thing.start(), dt)(3e-3)[0] for dt in (100.0, 0.01))
     assert fast > 1.2 * slow

@@ -1,0 +1,107 @@
+"""What each effect is worth in each shipped scene, and what the advisor's choice costs.
+
+    python -m benchmarks.twin judge [SCENE ...]     switch each effect over: does the mean result change by the tolerance?
+    python -m benchmarks.twin table [SCENE ...]     results and CPU time: auto, everything on, nothing on, the least that does
+
+Ten paired seeds; runs with friction, which cost ten times as much and hardly depend on the seed, get three. Outcomes are kept in
+the file that --keep names, so that a long run can be taken up again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+from stretch_bt.accuracy.twin.judge import Judged, Priced, judge, price
+from stretch_bt.accuracy.twin.ledger import Ledger, Runs
+from stretch_bt.simulation.scene import scene_names
+
+SEEDS = range(10)
+DEAR = {"friction": 3, "mullins": 3}
+
+
+def main() -> None:
+    """Print what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=("judge", "table"))
+    parser.add_argument("scenes", nargs="*", metavar="SCENE")
+    parser.add_argument("--keep", type=Path)
+    parser.add_argument("--seeds", type=int, default=len(SEEDS))
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    ledger, scenes = Ledger(asked.keep, asked.workers), asked.scenes or scene_names()
+    if asked.what == "judge":
+        print_judgements(scenes, ledger, asked.seeds)
+    else:
+        print_prices(scenes, ledger, asked.seeds)
+
+
+def print_judgements(scenes: list[str], ledger: Ledger, seeds: int) -> None:
+    """Print, for each scene, how many choices hold, and those that do not with their numbers."""
+    every: list[Judged] = []
+    for name in scenes:
+        found = judge(name, ledger, SEEDS[:seeds], DEAR)
+        every += found
+        right = sum(j.right for j in found)
+        print(
+            f"{name}: {right} of {len(found)} choices hold by the mean, {sum(j.right_each for j in found)} by each run"
+        )
+        for j in found:
+            if j.verdict.on or not (j.right and j.right_each):
+                print(f"  {_line(j)}", flush=True)
+    for label, right in (("mean", sum(j.right for j in every)), ("each run", sum(j.right_each for j in every))):
+        print(f"all scenes, by {label}: {right} of {len(every)} choices hold, {100 * right / max(len(every), 1):.1f} %")
+
+
+def _line(j: Judged) -> str:
+    verdict = j.verdict
+    estimate = "no estimate"
+    if verdict.estimate is not None and verdict.threshold:
+        estimate = f"estimate {verdict.estimate / verdict.threshold:.3g} of {verdict.observable}"
+    flag = "" if j.right else "  <- not by the mean"
+    return (
+        f"{verdict.name:20s} {'on' if verdict.on else 'off':3s} {estimate:32s} mean {j.mean:8.3g} rms {j.rms:8.3g} "
+        f"(tolerances, {j.seeds} seeds){flag}{'' if j.right_each else '  <- not by each run'}"
+    )
+
+
+def print_prices(scenes: list[str], ledger: Ledger, seeds: int) -> None:
+    """Print results and CPU time of each scene with each set of effects."""
+    for name in scenes:
+        found = price(name, ledger, SEEDS[:seeds], SEEDS[: min(seeds, 3)])
+        least, auto = found.runs["least"].cpu_seconds, found.runs["auto"].cpu_seconds
+        full = found.runs["everything"].cpu_seconds
+        print(f"{name}: auto costs {auto / least:.2f} of the least, everything {full / auto:.1f} times auto")
+        for label, runs in found.runs.items():
+            print(
+                f"  {label:10s} {runs.cpu_seconds:7.2f} s  {_results(found, runs):60s} {', '.join(found.sets[label]) or '-'}",
+                flush=True,
+            )
+
+
+def _results(found: Priced, runs: Runs) -> str:
+    if runs.failed == len(runs.outcomes):
+        return f"fails: {runs.outcomes[0].reason[:50]}"
+    units = {
+        "height": (1e3, "mm"),
+        "size": (1e3, "mm"),
+        "force": (1.0, "N"),
+        "stiffness": (1e-3, "N/mm"),
+        "roundness": (100.0, "%"),
+    }
+    parts = []
+    for observable in found.tolerance:
+        mean = runs.mean(observable)
+        scale, unit = units[observable]
+        parts.append(
+            f"{observable} {math.nan if mean is None else mean * scale:.3f} {unit}"
+            if mean is not None
+            else f"no {observable}"
+        )
+    failed = f", {runs.failed} of {len(runs.outcomes)} fail" if runs.failed else ""
+    return "; ".join(parts) + failed
+
+
+if __name__ == "__main__":
+    main()

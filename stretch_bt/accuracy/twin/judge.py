@@ -1,0 +1,115 @@
+"""Whether the advisor chose well, and what its choice costs beside everything and beside the least that would do."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from stretch_bt.accuracy.twin.ledger import Ledger, Runs
+from stretch_bt.simulation.advisor.advise import Verdict, advise
+from stretch_bt.simulation.scene import Scene, load_scene
+
+__all__ = ["Judged", "Priced", "change", "judge", "price"]
+
+_RELATIVE = ("force", "stiffness")
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """An effect of a scene, switched over: by how much that changes the mean of the runs, and the rms of what it changes in each,
+    over the tolerance; 1 and more matters. Infinite where runs fail with it that did not without, or the other way round.
+    """
+
+    scene: str
+    verdict: Verdict
+    mean: float
+    rms: float
+    seeds: int
+
+    @property
+    def right(self) -> bool:
+        """Whether the advisor's choice holds by the change of the mean."""
+        return (self.mean > 1) is self.verdict.on
+
+    @property
+    def right_each(self) -> bool:
+        """Whether it holds by what changes in each run."""
+        return (self.rms > 1) is self.verdict.on
+
+
+@dataclass(frozen=True, slots=True)
+class Priced:
+    """A scene with what the advisor switched on, with everything, with nothing, and with the least that does."""
+
+    scene: str
+    tolerance: Mapping[str, float]
+    sets: Mapping[str, tuple[str, ...]]
+    runs: Mapping[str, Runs]
+
+
+def judge(name: str, ledger: Ledger, seeds: Sequence[int], dear: Mapping[str, int]) -> list[Judged]:
+    """Return a judgement on each effect that a scene can have; `dear` names effects that are run on fewer seeds."""
+    scene, on, every = _chosen(name)
+    found = []
+    for verdict in (v for v in advise(scene) if v.possible):
+        few = seeds[: dear.get(verdict.name, len(seeds))]
+        other = on ^ {verdict.name}
+        base, switched = ledger.several(name, [on, other], every, few)
+        found.append(Judged(name, verdict, *change(scene, base, switched), len(few)))
+    return found
+
+
+def price(name: str, ledger: Ledger, seeds: Sequence[int], few: Sequence[int]) -> Priced:
+    """Return what a scene costs; the least is found by taking away first what the advisor left out, then one effect at a time.
+
+    `few` are the seeds of the runs with everything on, which are dear.
+    """
+    scene, on, every = _chosen(name)
+    full = ledger.runs(name, every, every, few)
+    least = set(on) if _agree(scene, full, ledger.runs(name, on, every, seeds)) else set(every)
+    costs = {v.name: v.cost_ms for v in advise(scene)}
+    for effect in sorted(least, key=lambda e: -costs[e]):
+        if _agree(scene, full, ledger.runs(name, least - {effect}, every, seeds)):
+            least -= {effect}
+    sets = {"auto": on, "everything": set(every), "nothing": set(), "least": least}
+    runs = {
+        label: full if label == "everything" else ledger.runs(name, chosen, every, seeds)
+        for label, chosen in sets.items()
+    }
+    return Priced(name, scene.tolerance.named(), {label: tuple(sorted(s)) for label, s in sets.items()}, runs)
+
+
+def change(scene: Scene, base: Runs, other: Runs) -> tuple[float, float]:
+    """Return by how much the mean of an observable changes, and the rms of its change in each run, over the tolerance.
+
+    Of the observables of the tolerance, the one that changes most counts.
+    """
+    if bool(base.failed) != bool(other.failed):
+        return math.inf, math.inf
+    if base.failed:
+        return 0.0, 0.0
+    worst = (0.0, 0.0)
+    for observable, tolerance in scene.tolerance.named().items():
+        before, after = base.mean(observable), other.mean(observable)
+        if (before is None) != (after is None):
+            return math.inf, math.inf
+        if before is None or after is None:
+            continue
+        scale = tolerance * (abs(before) if observable in _RELATIVE else 1.0)
+        each = other.paired(base, observable)
+        rms = math.sqrt(statistics.fmean(d * d for d in each)) / scale if each else math.inf
+        worst = max(worst[0], abs(after - before) / scale), max(worst[1], rms)
+    return worst
+
+
+def _agree(scene: Scene, full: Runs, runs: Runs) -> bool:
+    return change(scene, full, runs)[0] <= 1
+
+
+def _chosen(name: str) -> tuple[Scene, set[str], list[str]]:
+    """Return a scene, the effects that the advisor switches on, and all that it can have."""
+    scene = load_scene(name)
+    possible = [v for v in advise(scene) if v.possible]
+    return scene, {v.name for v in possible if v.on}, [v.name for v in possible]
