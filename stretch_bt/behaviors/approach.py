@@ -26,6 +26,9 @@ class Approach(MotionBehavior):
 
     The reading at a first touch is low already, because a soft object has given way by then; the height that this node
     writes, and from which `press` counts, is that of the undeformed top.
+
+    Up to the touch every frame shows the free membrane, whose shape is known. What they show beside it is the static error
+    of the camera; here and in `capture` and `average_frames` it is then taken off all later frames of the run.
     """
 
     arm: Uses[Arm]
@@ -37,6 +40,7 @@ class Approach(MotionBehavior):
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
     average: In[int] = port(8, min=1, max=64, doc="frames to average at each")
+    learn_pattern: In[bool] = port(True, doc="take the camera's static error off later frames")
     contact_height: Out[Length]  # world height of the undeformed top
 
     #: frames in a row that must show contact
@@ -50,6 +54,8 @@ class Approach(MotionBehavior):
         self.context.hand.contact_height = None
         self.detector = perception.ContactDetector(false_alarms=FALSE_ALARMS)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.free = perception.FreeView()
+        self.source.learn(None)
         self.frames: list[DepthFrame] = []
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
         self.steps = 0
@@ -70,8 +76,10 @@ class Approach(MotionBehavior):
         frame = self.source.next()
         if frame is not None:
             self.detector.update(frame)
+            self.free.add(frame)
             self.frames.append(frame)
         if len(self.frames) >= self.QUIET:
+            self.free.settle()
             self.motion = self.start()
             self.phase = self._descend
         return Status.RUNNING
@@ -81,8 +89,11 @@ class Approach(MotionBehavior):
         frame = self.source.next()
         if frame is not None:
             self.alarms = self.alarms + 1 if self.detector.update(frame) else 0
+            self.free.add(frame)
         if self.alarms >= self.ALARMS:
             self._halt()
+            if self.learn_pattern:
+                self.source.learn(self.free.pattern(self.context.hand.geometry.gauge))
             self._look()
             return Status.RUNNING
         return self._moving(NoContact(f"nothing was met within {self.max_travel * 1e3:.0f} mm"))
@@ -122,7 +133,7 @@ class Approach(MotionBehavior):
             self.frames.append(frame)
         if len(self.frames) < self.average:
             return Status.RUNNING
-        self._measure(perception.average_frames(self.frames))
+        self._measure(self.source.corrected(perception.average_frames(self.frames)))
         if len(self.felt) >= self.readings:
             return self._conclude()
         if self.steps >= 2 * self.readings:

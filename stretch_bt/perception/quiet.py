@@ -20,6 +20,7 @@ LEAST = 5  # frames without contact from which a level can be had
 DELAY = 15  # frames after which one counts as without contact
 SUSPECT = 0.01  # probability below which a frame may be the begin of a press, and nothing is learned
 SPATIAL = 20.0  # degrees of freedom that the spread over one image is worth: it is of other places, not of other times
+LEAST_RISE = 5e-5  # m above the mean; below it a sensor that warms up drifts in the time that is remembered
 LONGEST = 0.95  # correlation from frame to frame, at most
 OF_MAXIMUM = math.pi / math.sqrt(6.0)  # standard deviation of Gumbel's law in units of its scale
 
@@ -83,7 +84,8 @@ class Quiet:
         own = float(values.var(ddof=1))
         pooled = (SPATIAL * spatial**2 + (count - 1.0) * own) / (SPATIAL + count - 1.0)
         freedom = SPATIAL + count - 1.0
-        return float(values.mean() + _quantile(probability, freedom, count) * math.sqrt(max(pooled, own)))
+        above = _quantile(probability, freedom, count) * math.sqrt(max(pooled, own))
+        return float(values.mean()) + max(above, LEAST_RISE)
 
     @property
     def _shared(self) -> float:
