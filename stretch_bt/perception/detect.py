@@ -7,11 +7,12 @@ import math
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.quiet import Quiet
-from stretch_bt.perception.reference import Reference, smoothed_rise
+from stretch_bt.perception.reference import Reference, coarse_rise
 from stretch_bt.perception.types import FloatArray
 
 __all__ = ["ContactDetector"]
 
+FINE = 2.5  # bins that a kernel keeps
 RESIDUE = 0.1  # share of the deepest press that soft material may keep for a while after release
 
 
@@ -46,7 +47,8 @@ class ContactDetector:
         self._reference = Reference(reference)
         self._kernel = kernel
         self._false_alarms = false_alarms
-        self._quiet = Quiet(memory, kernel)
+        self._step = max(1, int(kernel / FINE))
+        self._quiet = Quiet(memory, kernel / self._step)
         self._residue = 0.0
         self._deepest = 0.0
         self.in_contact = False
@@ -73,7 +75,7 @@ class ContactDetector:
         if not self._reference.complete:
             self._reference.learn(depth)
             return False
-        mean, trusted = smoothed_rise(*self._reference.rise(depth), self._kernel)
+        mean, trusted = coarse_rise(*self._reference.rise(depth), self._kernel, self._step)
         self.statistic = float(mean[trusted].max())
         if self.in_contact:
             self._hold()

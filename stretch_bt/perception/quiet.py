@@ -37,8 +37,8 @@ class Quiet:
     ----------
     memory : int
         How many of the latest frames count.
-    kernel : float, pixels
-        Standard deviation of the Gaussian that smoothed the rise.
+    kernel : float, bins
+        Standard deviation of the Gaussian that smoothed the rise, in bins of its image.
     """
 
     def __init__(self, memory: int, kernel: float) -> None:
