@@ -8,6 +8,7 @@ from typing import ClassVar
 from stretch_bt import model, perception
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._readings import Reading, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
@@ -56,8 +57,10 @@ class Approach(MotionBehavior):
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.free = perception.FreeView()
         self.source.learn(None)
+        readings_of(self.context).clear()
         self.frames: list[DepthFrame] = []
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
+        self.read: list[Reading] = []
         self.steps = 0
         self.alarms = 0
         self.phase: Callable[[], Status] = self._rest
@@ -154,7 +157,9 @@ class Approach(MotionBehavior):
         except NoAnswer:
             return
         if top.value > 0:
-            self.felt.append((top.value, top.value + (frame.hand_height or 0.0), top.sd))
+            height = top.value + (frame.hand_height or 0.0)
+            self.felt.append((top.value, height, top.sd))
+            self.read.append(Reading(frame.stretch or 0.0, top.value, height, top.sd))
 
     def _conclude(self) -> Status:
         depths, heights, sds = zip(*self.felt, strict=True)
@@ -162,5 +167,6 @@ class Approach(MotionBehavior):
         self.context.hand.contact_height = height.value
         self.context.hand.contact_height_sd = height.sd
         self.contact_height = height
+        readings_of(self.context).extend(self.read)
         self.reason = ""
         return Status.SUCCESS
