@@ -51,7 +51,7 @@ class FrameSource:
 
     def learn(self, pattern: Pattern | None) -> None:
         """Correct later frames of this camera in this run by its static error; None ends that."""
-        self.context.memory[(Pattern, id(self.camera))] = pattern
+        self.context.memory[(Pattern, id(self.camera))] = self.context.memory[Pattern] = pattern
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:
         geometry = self.context.hand.geometry

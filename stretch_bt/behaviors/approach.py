@@ -40,7 +40,7 @@ class Approach(MotionBehavior):
     max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this")
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
-    average: In[int] = port(8, min=1, max=64, doc="frames to average at each")
+    average: In[int] = port(24, min=1, max=64, doc="frames to average at each")
     learn_pattern: In[bool] = port(True, doc="take the camera's static error off later frames")
     contact_height: Out[Length]  # world height of the undeformed top
 

@@ -18,6 +18,7 @@ POWER = (
     0.8,
     0.2,
 )  # of force by which a drop grows, and its standard deviation: 1 for a spring, 0.63 for filled balloons
+MODEL = 0.03  # of a drop, by which the ratio of forces at different stretches and depths is off
 POWERS = np.linspace(0.3, 1.3, 101)
 
 
@@ -35,7 +36,8 @@ def fit_yielding(forces: npt.ArrayLike, heights: npt.ArrayLike, sds: npt.ArrayLi
     """Fit height = top - drop (force / last force)^power to readings, and return what it says of the last one.
 
     The top at no force is never read, and every reading is noisy; the curve draws on all of them. The power is held by
-    what objects do, 0.8 +- 0.2. Standard deviations are those of weighted least squares, times the root of the reduced chi
+    what objects do, 0.8 +- 0.2, and forces count as known to 3 %.
+    Standard deviations are those of weighted least squares, times the root of the reduced chi
     squared where the readings scatter more than theirs allow.
 
     Parameters
@@ -54,6 +56,9 @@ def fit_yielding(forces: npt.ArrayLike, heights: npt.ArrayLike, sds: npt.ArrayLi
     _check(force, height, sd)
     share = force / force[-1]
     level = float(np.average(height, weights=sd**-2))
+    # How far the curve goes at each reading says by how much the forces' own error moves it.
+    _, q = _at_power(POWER[0], share, height - level, sd)
+    sd = np.hypot(sd, MODEL * q[1] * share ** POWER[0])
     costs = [_at_power(p, share, height - level, sd)[0] for p in POWERS]
     cost, q = _at_power(float(POWERS[int(np.argmin(costs))]), share, height - level, sd)
     covariance = _covariance(q, share, sd) * max(1.0, cost / max(force.size - 2, 1))

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from stretch_bt.perception.outlines.roundness import circularity as circularity
     from stretch_bt.perception.pattern import FreeView as FreeView
     from stretch_bt.perception.pattern import Pattern as Pattern
+    from stretch_bt.perception.pattern import with_left_over as with_left_over
     from stretch_bt.perception.pattern import without_pattern as without_pattern
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
@@ -124,6 +125,7 @@ _MODULES = {
     "top_of_points": "height",
     "track_height": "height",
     "view_rays": "deprojection",
+    "with_left_over": "pattern",
     "without_pattern": "pattern",
 }
 __all__ = [
@@ -183,6 +185,7 @@ __all__ = [
     "top_of_points",
     "track_height",
     "view_rays",
+    "with_left_over",
     "without_pattern",
 ]
 

@@ -13,10 +13,10 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.average import FINER
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.smooth import smooth
-from stretch_bt.perception.types import MaskArray
+from stretch_bt.perception.types import Contact, MaskArray
 from stretch_bt.units import Length
 
-__all__ = ["FreeView", "Pattern", "without_pattern"]
+__all__ = ["FreeView", "Pattern", "with_left_over", "without_pattern"]
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.float32]
@@ -32,10 +32,12 @@ PART = 0.7  # of its standard deviation that a static error adds to a hang that 
 class Pattern:
     """Static error of a camera's depth, `error` (h, w) float32, m, 0 where unknown.
 
-    `hang`, m, is how far the membrane hung in its middle while it was learned, by what could be told; that is no error.
+    `left`, m, is about the standard deviation of what it misses. `hang`, m, is how far the membrane hung in its middle while
+    it was learned, by what could be told; that is no error.
     """
 
     error: Image
+    left: Length
     hang: Length
 
 
@@ -93,11 +95,15 @@ class FreeView:
         if frame is None or frame.plane_distance is None or not self.count or not known.any():
             return None
         depth = self._total / np.maximum(self._seen, 1) * frame.unit
-        error, cover = smooth((depth - frame.plane_distance).astype(np.float32), known.astype(np.float32), KERNEL)
+        deeper, weight = (depth - frame.plane_distance).astype(np.float32), known.astype(np.float32)
+        once, cover = smooth(deeper, weight, KERNEL)
+        # What a mean misses of a bent surface, the mean of what is left shows (Tukey's twicing).
+        again, _ = smooth(deeper - once, weight, KERNEL)
+        error, left = once + again, float(np.sqrt(np.mean(again[known] ** 2)))
         along = ray_table(frame.intrinsics)[..., 1] * frame.plane_distance
         shape = np.maximum(1.0 - (2.0 * along / (gauge + (frame.stretch or 0.0))) ** 2, 0.0).astype(np.float32)
         hang = _hang(error, shape, known)
-        return Pattern(np.where(cover > 1e-3, error - np.float32(hang) * shape, np.float32(0)), hang)
+        return Pattern(np.where(cover > 1e-3, error - np.float32(hang) * shape, np.float32(0)), left, hang)
 
 
 def _hang(error: Image, shape: Image, known: MaskArray) -> float:
@@ -107,6 +113,12 @@ def _hang(error: Image, shape: Image, known: MaskArray) -> float:
     variance = PART**2 * float(np.mean((e - fitted * b) ** 2))
     expected, sd = HANG
     return max((fitted * sd**2 + expected * variance) / (sd**2 + variance), 0.0)
+
+
+def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
+    """Return a contact that counts what a pattern missed among the noise: an error that the whole contact may share."""
+    shared = (pattern.left / max(contact.noise, 1e-9)) ** 2 * len(contact.points)
+    return replace(contact, noise_area=contact.noise_area + shared)
 
 
 def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
