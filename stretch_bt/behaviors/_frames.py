@@ -8,6 +8,7 @@ from stretch_bt import perception
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.context import Context
 
 __all__ = ["MAX_AGE", "FrameSource"]
@@ -42,6 +43,15 @@ class FrameSource:
             return None
         self.context.memory[key] = reading.sequence
         return self._placed(reading.value)
+
+    def corrected(self, frame: DepthFrame) -> DepthFrame:
+        """Return a frame, or a mean of frames, without the static error of the camera, where one was learned."""
+        pattern = self.context.memory.get((Pattern, id(self.camera)))
+        return frame if pattern is None else perception.without_pattern(frame, pattern)
+
+    def learn(self, pattern: Pattern | None) -> None:
+        """Correct later frames of this camera in this run by its static error; None ends that."""
+        self.context.memory[(Pattern, id(self.camera))] = self.context.memory[Pattern] = pattern
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:
         geometry = self.context.hand.geometry

@@ -8,6 +8,7 @@ from typing import ClassVar
 from stretch_bt import model, perception
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._readings import Reading, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
@@ -26,6 +27,9 @@ class Approach(MotionBehavior):
 
     The reading at a first touch is low already, because a soft object has given way by then; the height that this node
     writes, and from which `press` counts, is that of the undeformed top.
+
+    Up to the touch every frame shows the free membrane, whose shape is known. What they show beside it is the static error
+    of the camera; here and in `capture` and `average_frames` it is then taken off all later frames of the run.
     """
 
     arm: Uses[Arm]
@@ -36,7 +40,8 @@ class Approach(MotionBehavior):
     max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this")
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
-    average: In[int] = port(8, min=1, max=64, doc="frames to average at each")
+    average: In[int] = port(24, min=1, max=64, doc="frames to average at each")
+    learn_pattern: In[bool] = port(True, doc="take the camera's static error off later frames")
     contact_height: Out[Length]  # world height of the undeformed top
 
     #: frames in a row that must show contact
@@ -50,8 +55,12 @@ class Approach(MotionBehavior):
         self.context.hand.contact_height = None
         self.detector = perception.ContactDetector(false_alarms=FALSE_ALARMS)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.free = perception.FreeView()
+        self.source.learn(None)
+        readings_of(self.context).clear()
         self.frames: list[DepthFrame] = []
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
+        self.read: list[Reading] = []
         self.steps = 0
         self.alarms = 0
         self.phase: Callable[[], Status] = self._rest
@@ -70,8 +79,10 @@ class Approach(MotionBehavior):
         frame = self.source.next()
         if frame is not None:
             self.detector.update(frame)
+            self.free.add(frame)
             self.frames.append(frame)
         if len(self.frames) >= self.QUIET:
+            self.free.settle()
             self.motion = self.start()
             self.phase = self._descend
         return Status.RUNNING
@@ -81,8 +92,11 @@ class Approach(MotionBehavior):
         frame = self.source.next()
         if frame is not None:
             self.alarms = self.alarms + 1 if self.detector.update(frame) else 0
+            self.free.add(frame)
         if self.alarms >= self.ALARMS:
             self._halt()
+            if self.learn_pattern:
+                self.source.learn(self.free.pattern(self.context.hand.geometry.gauge))
             self._look()
             return Status.RUNNING
         return self._moving(NoContact(f"nothing was met within {self.max_travel * 1e3:.0f} mm"))
@@ -122,7 +136,7 @@ class Approach(MotionBehavior):
             self.frames.append(frame)
         if len(self.frames) < self.average:
             return Status.RUNNING
-        self._measure(perception.average_frames(self.frames))
+        self._measure(self.source.corrected(perception.average_frames(self.frames)))
         if len(self.felt) >= self.readings:
             return self._conclude()
         if self.steps >= 2 * self.readings:
@@ -143,7 +157,9 @@ class Approach(MotionBehavior):
         except NoAnswer:
             return
         if top.value > 0:
-            self.felt.append((top.value, top.value + (frame.hand_height or 0.0), top.sd))
+            height = top.value + (frame.hand_height or 0.0)
+            self.felt.append((top.value, height, top.sd))
+            self.read.append(Reading(frame.stretch or 0.0, top.value, height, top.sd))
 
     def _conclude(self) -> Status:
         depths, heights, sds = zip(*self.felt, strict=True)
@@ -151,5 +167,6 @@ class Approach(MotionBehavior):
         self.context.hand.contact_height = height.value
         self.context.hand.contact_height_sd = height.sd
         self.contact_height = height
+        readings_of(self.context).extend(self.read)
         self.reason = ""
         return Status.SUCCESS

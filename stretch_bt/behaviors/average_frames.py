@@ -31,5 +31,5 @@ class AverageFrames(Behavior):
             self.frames.append(frame)
         if len(self.frames) < self.count:
             return Status.RUNNING
-        self.frame = perception.average_frames(self.frames)
+        self.frame = self.source.corrected(perception.average_frames(self.frames))
         return Status.SUCCESS

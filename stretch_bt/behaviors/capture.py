@@ -26,5 +26,5 @@ class Capture(Behavior):
         frame = self.source.next()
         if frame is None:
             return Status.RUNNING
-        self.frame = frame
+        self.frame = self.source.corrected(frame)
         return Status.SUCCESS

@@ -21,5 +21,7 @@ class SegmentContact(Behavior):
 
     def update(self) -> Status:
         """Segment."""
-        self.contact = perception.find_contact(self.frame, rule=self.rule)
+        contact = perception.find_contact(self.frame, rule=self.rule)
+        pattern = self.context.memory.get(perception.Pattern)
+        self.contact = contact if pattern is None else perception.with_left_over(contact, pattern)
         return Status.SUCCESS

@@ -13,13 +13,17 @@ if TYPE_CHECKING:
     from stretch_bt.model.hertz import hertz_force as hertz_force
     from stretch_bt.model.indentation import next_indentation as next_indentation
     from stretch_bt.model.stiffness import estimate_stiffness as estimate_stiffness
+    from stretch_bt.model.yielding import Yielding as Yielding
+    from stretch_bt.model.yielding import fit_yielding as fit_yielding
     from stretch_bt.model.zero_force import undeformed_height as undeformed_height
 
 _HOMES = {
     "CalibratedHertz": "calibrated",
     "ForceModel": "force_model",
     "StretchState": "calibrated",
+    "Yielding": "yielding",
     "estimate_stiffness": "stiffness",
+    "fit_yielding": "yielding",
     "hertz_depth": "hertz",
     "hertz_force": "hertz",
     "next_indentation": "indentation",

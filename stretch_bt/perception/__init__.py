@@ -38,6 +38,10 @@ if TYPE_CHECKING:
     from stretch_bt.perception.outlines.outline import outline_of as outline_of
     from stretch_bt.perception.outlines.roundness import Roundness as Roundness
     from stretch_bt.perception.outlines.roundness import circularity as circularity
+    from stretch_bt.perception.pattern import FreeView as FreeView
+    from stretch_bt.perception.pattern import Pattern as Pattern
+    from stretch_bt.perception.pattern import with_left_over as with_left_over
+    from stretch_bt.perception.pattern import without_pattern as without_pattern
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
@@ -76,8 +80,10 @@ _MODULES = {
     "Diameters": "size.result",
     "Dimensions": "clouds.dimensions",
     "FrameNoise": "noise",
+    "FreeView": "pattern",
     "HeightTracker": "tracker",
     "Outline": "outlines.outline",
+    "Pattern": "pattern",
     "PixelNoise": "noise",
     "Plane": "types",
     "Roundness": "outlines.roundness",
@@ -119,6 +125,8 @@ _MODULES = {
     "top_of_points": "height",
     "track_height": "height",
     "view_rays": "deprojection",
+    "with_left_over": "pattern",
+    "without_pattern": "pattern",
 }
 __all__ = [
     "Candidate",
@@ -132,8 +140,10 @@ __all__ = [
     "Diameters",
     "Dimensions",
     "FrameNoise",
+    "FreeView",
     "HeightTracker",
     "Outline",
+    "Pattern",
     "PixelNoise",
     "Plane",
     "Roundness",
@@ -175,6 +185,8 @@ __all__ = [
     "top_of_points",
     "track_height",
     "view_rays",
+    "with_left_over",
+    "without_pattern",
 ]
 
 

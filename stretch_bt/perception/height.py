@@ -19,6 +19,8 @@ __all__ = ["top_of_points", "track_height"]
 Array = npt.NDArray[np.float64]
 
 RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim leaves alone
+HIGH = 0.1  # share of the points that are the highest
+AROUND = 1.5  # radii of those within which a top is sought
 REACH = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
 
 
@@ -85,6 +87,8 @@ def _best(cloud: Array, places: Places) -> Estimate:
     reach = RIM * radius
     near, kept = _disc(cloud, places, away, reach)
     top = Top(near, kept, middle, even=False)
+    if not top.is_curved:
+        top, reach = _of_highest(cloud, places, top, reach)
     if top.is_curved:
         within = min(reach, max(REACH / top.curvature, 0.3 * radius))
         middle = top.vertex(radius)
@@ -94,6 +98,23 @@ def _best(cloud: Array, places: Places) -> Estimate:
     if top.is_curved:
         return top.estimate(radius)
     return _faint(Top(near, kept, middle, even=True), near[2], kept, radius)
+
+
+def _of_highest(cloud: Array, places: Places, top: Top, reach: float) -> tuple[Top, float]:
+    """Return the top about the highest points, and its reach, where it is clearly curved and much smaller; else as given.
+
+    Where part of the skirt was taken for contact, the middle of all points lies beside the top. On a flat face the highest
+    points lie anywhere.
+    """
+    high = cloud[:, cloud[2] > quantile(cloud[2], 1.0 - HIGH)]
+    if high.shape[1] < 12:
+        return top, reach
+    middle = np.array([quantile(high[0]), quantile(high[1])])
+    within = AROUND * math.sqrt(2.0 * quantile(_away(high, middle)))
+    if within > 0.7 * reach:
+        return top, reach
+    other = Top(*_disc(cloud, places, _away(cloud, middle), within), middle, even=False)
+    return (other, within) if other.is_curved else (top, reach)
 
 
 def _faint(top: Top, z: Array, places: Places, radius: float) -> Estimate:

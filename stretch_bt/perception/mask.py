@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.frames import DepthFrame
+from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception.deprojection import ray_table
 
 __all__ = ["mask_membrane"]
@@ -30,8 +33,14 @@ def mask_membrane(frame: DepthFrame, *, gauge: float, width: float, stretch: flo
         raise InvalidInput("a box mask needs a frame with plane_distance, the distance to the flat membrane")
     if not (gauge > 0 and width > 0 and gauge + stretch > 0):
         raise InvalidInput(f"gauge, width and length must be positive, got {gauge}, {width} and {gauge + stretch} m")
-    rays = ray_table(frame.intrinsics) * frame.plane_distance
     half_length = 0.5 * (gauge + stretch) - MARGIN
-    half_width = 0.5 * width / np.sqrt((gauge + stretch) / gauge) - MARGIN
-    inside = (np.abs(rays[..., 0]) <= half_width) & (np.abs(rays[..., 1]) <= half_length)
-    return replace(frame, raw=np.where(inside, frame.raw, 0).astype(np.uint16))
+    half_width = 0.5 * width / math.sqrt((gauge + stretch) / gauge) - MARGIN
+    inside = _box(frame.intrinsics, half_length / frame.plane_distance, half_width / frame.plane_distance)
+    return replace(frame, raw=frame.raw * inside)
+
+
+@lru_cache(maxsize=8)
+def _box(intrinsics: Intrinsics, half_length: float, half_width: float) -> npt.NDArray[np.bool_]:
+    """Return which pixels look into a box, its half sides at unit depth."""
+    rays = ray_table(intrinsics)
+    return np.asarray((np.abs(rays[..., 0]) <= half_width) & (np.abs(rays[..., 1]) <= half_length))

@@ -27,6 +27,9 @@ CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still mo
 ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
 FAR = 1e3  # lateral sizes beyond which a step is that of a nearly singular matrix
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
+EXPLAINED = (
+    2.0  # times the variance of a mean that noise known from elsewhere leaves, within which it explains residuals
+)
 PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
 
 
@@ -52,7 +55,7 @@ class Settled(Generic[S]):
     """A fitted surface, the covariance (p, p) of its parameters, and the residuals (n,) with their scale.
 
     `area` is the number of points that share one error; the covariance counts it in. `agreeing` is how many points are
-    no outliers.
+    no outliers. `explained` says that noise which is known to be there explains what neighbours share.
     """
 
     surface: S
@@ -61,10 +64,11 @@ class Settled(Generic[S]):
     scale: float
     area: float
     agreeing: float
+    explained: bool
 
     def check(self, name: str) -> None:
         """Refuse a fit whose errors are too alike to tell from the residuals how large they are."""
-        if self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
+        if not self.explained and self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
             alike = f"{self.area:.0f} points" if self.area < self.agreeing else "most points"
             raise IllConditioned(
                 f"what is left of the depth after the {name} is alike over {alike}: among {self.agreeing:.0f} points that"
@@ -170,10 +174,11 @@ def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals
     inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
     variance = inliers.spread(residuals, weights, p) * min(area, total)
     known = sight.floor**2 * sight.alike
+    explained = sight.alike > 1.0 and variance < EXPLAINED * known
     if variance < known:  # what the residuals share is less than the noise that is known to be there
         variance, area = known, 1.0
     area = max(area, sight.alike)
-    return Settled(surface, inverse * variance, residuals, inliers.scale, area, total)
+    return Settled(surface, inverse * variance, residuals, inliers.scale, area, total, explained)
 
 
 def _area(sight: Sight, residuals: Array, inside: npt.NDArray[np.bool_], p: int) -> float:

@@ -1,0 +1,137 @@
+"""The static error of a depth camera, pixel by pixel, learned from frames of the free membrane."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.average import FINER
+from stretch_bt.perception.deprojection import ray_table
+from stretch_bt.perception.smooth import smooth
+from stretch_bt.perception.types import Contact, MaskArray
+from stretch_bt.units import Length
+
+__all__ = ["FreeView", "Pattern", "with_left_over", "without_pattern"]
+
+Array = npt.NDArray[np.float64]
+Image = npt.NDArray[np.float32]
+
+KERNEL = 6.0  # pixels; a static error is smoother than that, and noise that frames did not average out is not
+DELAY = 15  # latest frames that are left out, as a press may have begun in them
+SEEN = 0.5  # share of the frames in which a pixel must be valid
+HANG = (3e-4, 3e-4)  # m; what a silicone membrane hangs by in its middle, and the standard deviation of that
+PART = 0.7  # of its standard deviation that a static error adds to a hang that is fitted to it
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Static error of a camera's depth, `error` (h, w) float32, m, 0 where unknown.
+
+    `left`, m, is about the standard deviation of what it misses. `hang`, m, is how far the membrane hung in its middle while
+    it was learned, by what could be told; that is no error.
+    """
+
+    error: Image
+    left: Length
+    hang: Length
+
+
+class FreeView:
+    """Mean of frames of the free membrane, from which the static error of the camera follows.
+
+    A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp. What is
+    left of the mean beside the plane and that parabola is the camera's. How far it hangs cannot be told from a static error
+    of the same shape; the estimate is that of least squares, drawn to what such membranes do, 0.3 +- 0.3 mm, by as much
+    as what is left over makes it uncertain. Under a press a membrane no longer hangs, so that its hang must not be taken
+    off with the error.
+    """
+
+    def __init__(self) -> None:
+        self._latest: deque[DepthFrame] = deque()
+        self._first: DepthFrame | None = None
+        self._total: npt.NDArray[np.uint32] = np.zeros((0, 0), dtype=np.uint32)
+        self._seen: npt.NDArray[np.uint32] = np.zeros((0, 0), dtype=np.uint32)
+        self.count = 0
+
+    def add(self, frame: DepthFrame) -> None:
+        """Take a frame; it counts once fifteen more have come.
+
+        Raises
+        ------
+        InvalidInput
+            The frames differ in unit or intrinsics.
+        """
+        first = self._first = self._first or frame
+        if frame.unit != first.unit or frame.intrinsics != first.intrinsics:
+            raise InvalidInput("a free view needs frames of one camera: their unit or intrinsics differ")
+        self._latest.append(frame)
+        if len(self._latest) > DELAY:
+            self._count(self._latest.popleft())
+
+    def settle(self) -> None:
+        """Count the latest frames as well: they are known to be of the free membrane."""
+        while self._latest:
+            self._count(self._latest.popleft())
+
+    def _count(self, frame: DepthFrame) -> None:
+        if not self.count:
+            self._total = np.zeros(frame.raw.shape, dtype=np.uint32)
+            self._seen = np.zeros(frame.raw.shape, dtype=np.uint32)
+        self._total += frame.raw
+        self._seen += frame.raw > 0
+        self.count += 1
+
+    def pattern(self, gauge: float) -> Pattern | None:
+        """Return the static error that the frames so far show, for a membrane `gauge` metres long at rest.
+
+        None where no frame counts yet, or they do not say how far the flat membrane is or show nothing.
+        """
+        frame, known = self._first, self._seen > SEEN * self.count
+        if frame is None or frame.plane_distance is None or not self.count or not known.any():
+            return None
+        depth = self._total / np.maximum(self._seen, 1) * frame.unit
+        deeper, weight = (depth - frame.plane_distance).astype(np.float32), known.astype(np.float32)
+        once, cover = smooth(deeper, weight, KERNEL)
+        # What a mean misses of a bent surface, the mean of what is left shows (Tukey's twicing).
+        again, _ = smooth(deeper - once, weight, KERNEL)
+        error, left = once + again, float(np.sqrt(np.mean(again[known] ** 2)))
+        along = ray_table(frame.intrinsics)[..., 1] * frame.plane_distance
+        shape = np.maximum(1.0 - (2.0 * along / (gauge + (frame.stretch or 0.0))) ** 2, 0.0).astype(np.float32)
+        hang = _hang(error, shape, known)
+        return Pattern(np.where(cover > 1e-3, error - np.float32(hang) * shape, np.float32(0)), left, hang)
+
+
+def _hang(error: Image, shape: Image, known: MaskArray) -> float:
+    """Return by how much a membrane hangs that seems to lie deeper by `error`, m, than flat."""
+    e, b = error[known].astype(np.float64), shape[known].astype(np.float64)
+    fitted = float(e @ b) / max(float(b @ b), 1e-12)
+    variance = PART**2 * float(np.mean((e - fitted * b) ** 2))
+    expected, sd = HANG
+    return max((fitted * sd**2 + expected * variance) / (sd**2 + variance), 0.0)
+
+
+def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
+    """Return a contact that counts what a pattern missed among the noise: an error that the whole contact may share."""
+    shared = (pattern.left / max(contact.noise, 1e-9)) ** 2 * len(contact.points)
+    return replace(contact, noise_area=contact.noise_area + shared)
+
+
+def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
+    """Return a frame without the static error of its camera, as a frame of a finer unit.
+
+    Raises
+    ------
+    InvalidInput
+        The frame is of another shape than the pattern.
+    """
+    if frame.raw.shape != pattern.error.shape:
+        raise InvalidInput(f"the pattern is of images of shape {pattern.error.shape}, got {frame.raw.shape}")
+    finer = FINER if FINER * int(frame.raw.max()) + FINER <= np.iinfo(np.uint16).max else 1
+    counts = np.rint(finer * (frame.raw - pattern.error / np.float32(frame.unit)))
+    raw = np.where(frame.raw > 0, counts.clip(0, np.iinfo(np.uint16).max), 0).astype(np.uint16)
+    return replace(frame, raw=raw, unit=frame.unit / finer)
