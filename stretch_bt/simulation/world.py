@@ -51,7 +51,8 @@ class Contact:
 @dataclass(frozen=True, slots=True)
 class _Past:
     """What the world remembers of a moment, s: the object's state, the membrane's, where the hand was, and how far
-    it was past first contact with what drop; m."""
+    it was past first contact with what drop; m.
+    """
 
     time: float
     thing: Any

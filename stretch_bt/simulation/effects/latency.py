@@ -14,6 +14,8 @@ from stretch_bt.units import Time, Within
 
 __all__ = ["Latency"]
 
+_RATE = 30.0  # frames a second: those exposed before the hand has stopped are seen after it
+
 
 class Parameters(base.Parameters):
     """How old, s, by device."""
@@ -33,11 +35,12 @@ class Latency(RobotEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield how far the hand moves in that time while it is read."""
-        moved = case.scene.conditions.speed * parameters.camera
-        yield from case.from_height(
-            moved, f"{case.scene.conditions.speed * 1e3:.3g} mm/s for {parameters.camera * 1e3:.3g} ms"
-        )
+        """Yield how far the hand moves in that time, as far as frames of it are averaged; across, a height hardly changes."""
+        speed, late = case.scene.conditions.speed, parameters.camera
+        moved = 0.0 if case.scene.conditions.travel > 0 else speed * late
+        moving = min(late * _RATE / (2 * case.frames), 1.0) if case.scene.conditions.hold > 0 else 1.0
+        why = f"{speed * 1e3:.3g} mm/s for {late * 1e3:.3g} ms, in {moving:.2g} of what is averaged"
+        yield from case.from_height(moved * moving, why)
 
     def delay(self, device: str) -> float:
         """Return how old a reading is, s."""

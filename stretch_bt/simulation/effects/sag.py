@@ -25,10 +25,13 @@ class Sag(MembraneEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield the sag of a membrane under tension, w W^2 / 8 T across the shorter span, and its share of the depth."""
+        """Yield the sag of a membrane under tension, w L^2 / 8 T, as far as a press leaves of it, and its share of the depth.
+
+        Where the membrane is held up by what it touches it no longer hangs.
+        """
         sag = case.sag
-        why = f"weight over tension, {case.tension:.3g} N/m"
-        yield Size("height", sag, why)
+        why = f"hangs by {sag * 1e3:.2g} mm at a tension of {case.tension:.3g} N/m"
+        yield Size("height", max(sag - case.depth, 0.0), why)
         yield Size("force", 1.5 * sag / case.depth, why)
 
     def on_sheet(self, effects: SheetEffects) -> SheetEffects:

@@ -154,7 +154,7 @@ class ObjectSpec(_Model):
     def specimen(self, effects: Active) -> Specimen:
         """Return it as it is at the begin of a run, with the effects that are on."""
         response: Response | None = None
-        for effect in effects.of(ObjectEffect):
+        for effect in effects.of(ObjectEffect):  # type: ignore[type-abstract]
             response = effect.respond(response, self)
         return Specimen(self, response)
 
