@@ -49,7 +49,7 @@ def test_no_depth_is_no_force():
 @pytest.mark.parametrize(
     ("ask", "kind", "said"),
     [
-        (lambda m: m.predict(0.050, 0.0, 0.01), InvalidInput, "radius 50 mm .* 2.5 mm to 40 mm"),
+        (lambda m: m.predict(0.070, 0.0, 0.01), InvalidInput, "radius 70 mm .* 2.5 mm to 60 mm"),
         (lambda m: m.predict(0.010, 0.1, 0.01), InvalidInput, "stretch 100 mm .* 0 mm to 80 mm"),
         (lambda m: m.predict(0.010, 0.0, 0.04), InvalidInput, "depth 40 mm .* 0 mm to 30 mm"),
         (lambda m: m.predict(math.nan, 0.0, 0.01), InvalidInput, "radius"),

@@ -50,10 +50,10 @@ class Priced:
 
 
 def judge(name: str, ledger: Ledger, seeds: Sequence[int], dear: Mapping[str, int]) -> list[Judged]:
-    """Return a judgement on each effect that a scene can have; `dear` names effects that are run on fewer seeds."""
+    """Return a judgement on each effect that a scene leaves to the advisor; `dear` names effects that are run on fewer seeds."""
     scene, on, every = _chosen(name)
     found = []
-    for verdict in (v for v in advise(scene) if v.possible):
+    for verdict in (v for v in advise(scene) if v.possible and scene.choice(v.name) == "auto"):
         few = seeds[: dear.get(verdict.name, len(seeds))]
         other = on ^ {verdict.name}
         base, switched = ledger.several(name, [on, other], every, few)

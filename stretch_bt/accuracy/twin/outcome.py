@@ -29,10 +29,11 @@ class Outcome:
 
 
 def with_effects(name: str, choices: Mapping[str, str]) -> str:
-    """Return the text of a shipped scene with these effects, `on` or `off`, by name."""
+    """Return the text of a shipped scene with these effects, `on` or `off`, by name, in the place of its own."""
     path = files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml"
+    told, _, _ = path.read_text("utf-8").partition("\neffects:")  # its last section
     listed = ", ".join(f"{effect}: {word}" for effect, word in choices.items())
-    return f"{path.read_text('utf-8')}\neffects: {{{listed}}}\n"
+    return f"{told}\neffects: {{{listed}}}\n"
 
 
 def outcome(text: str, seed: int) -> Outcome:

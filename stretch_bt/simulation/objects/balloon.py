@@ -216,11 +216,13 @@ class BalloonSpecimen(Specimen):
         return Standing(body, place.x, place.y, spec.heading, spec.top - drop)
 
     def known(self, state: Any, drop: float) -> dict[str, float]:
-        """Return its undeformed radius, m, and force over drop, N/m, settled and on first loading, at its drop.
+        """Return the radius of its top, m, and force over drop, N/m, settled and on first loading, at its drop.
 
         Without a drop that at 1.5 mm.
         """
         known = super().known(state, drop)
+        if self.flattens:
+            known["radius"] = self.balloon.flattened(drop).diameter / 2
         if self.response is not None:
             at = drop if drop > 0 else SECANT_DROP
             known["stiffness"] = self.response.law(self.response.start(), _SETTLED)(at)[0] / at
