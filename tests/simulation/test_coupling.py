@@ -104,7 +104,9 @@ def test_the_first_equilibrium_on_the_way_is_reached_and_a_jump_is_told():
 
 def test_two_springs_in_series_and_what_stays_down():
     spring = power(300.0, 1.0)
-    assert couple(spring, LinearResponse(900.0).law(None, 0.0), TRAVEL).force == pytest.approx(TRAVEL / (1 / 300 + 1 / 900))
+    assert couple(spring, LinearResponse(900.0).law(None, 0.0), TRAVEL).force == pytest.approx(
+        TRAVEL / (1 / 300 + 1 / 900)
+    )
     dented = couple(spring, lambda u: (900 * max(u - 0.004, 0.0), 900.0), TRAVEL, rest=0.004)
     assert dented.force == pytest.approx((TRAVEL - 0.004) / (1 / 300 + 1 / 900))
     assert couple(spring, spring, 0.003, rest=0.004) == (0.0, 0.003, 0.0, 0, False)
