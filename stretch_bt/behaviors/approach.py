@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import ClassVar
 
@@ -18,6 +19,7 @@ from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
+EXACT = 1e-7  # m; no height is known better
 FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
 
 
@@ -56,6 +58,7 @@ class Approach(MotionBehavior):
         self.detector = perception.ContactDetector(false_alarms=FALSE_ALARMS)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.free = perception.FreeView()
+        self.pattern: perception.Pattern | None = None
         self.source.learn(None)
         readings_of(self.context).clear()
         self.frames: list[DepthFrame] = []
@@ -96,7 +99,8 @@ class Approach(MotionBehavior):
         if self.alarms >= self.ALARMS:
             self._halt()
             if self.learn_pattern:
-                self.source.learn(self.free.pattern(self.context.hand.geometry.gauge))
+                self.pattern = self.free.pattern(self.context.hand.geometry.gauge)
+                self.source.learn(self.pattern)
             self._look()
             return Status.RUNNING
         return self._moving(NoContact(f"nothing was met within {self.max_travel * 1e3:.0f} mm"))
@@ -158,12 +162,14 @@ class Approach(MotionBehavior):
             return
         if top.value > 0:
             height = top.value + (frame.hand_height or 0.0)
-            self.felt.append((top.value, height, top.sd))
-            self.read.append(Reading(frame.stretch or 0.0, top.value, height, top.sd))
+            sd = max(top.sd, EXACT)
+            self.felt.append((top.value, height, sd))
+            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd))
 
     def _conclude(self) -> Status:
         depths, heights, sds = zip(*self.felt, strict=True)
-        height: Estimate = model.undeformed_height(depths, heights, sds)
+        found: Estimate = model.undeformed_height(depths, heights, sds)
+        height = Estimate(found.value, math.hypot(found.sd, self.pattern.hang_sd if self.pattern else 0.0))
         self.context.hand.contact_height = height.value
         self.context.hand.contact_height_sd = height.sd
         self.contact_height = height

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, replace
 
@@ -14,7 +15,7 @@ from stretch_bt.perception.average import FINER
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import Contact, MaskArray
-from stretch_bt.units import Length
+from stretch_bt.units import Length, Speed, Time
 
 __all__ = ["FreeView", "Pattern", "with_left_over", "without_pattern"]
 
@@ -23,6 +24,8 @@ Image = npt.NDArray[np.float32]
 
 KERNEL = 6.0  # pixels; a static error is smoother than that, and noise that frames did not average out is not
 DELAY = 15  # latest frames that are left out, as a press may have begun in them
+DRIFT = 4e-6  # m/s; standard deviation of how fast depth drifts over cameras: a quarter of a millimetre a minute
+LEAST_MEANS = 30  # frames from which a drift can be told
 SEEN = 0.5  # share of the frames in which a pixel must be valid
 HANG = (3e-4, 3e-4)  # m; what a silicone membrane hangs by in its middle, and the standard deviation of that
 PART = 0.7  # of its standard deviation that a static error adds to a hang that is fitted to it
@@ -33,12 +36,16 @@ class Pattern:
     """Static error of a camera's depth, `error` (h, w) float32, m, 0 where unknown.
 
     `left`, m, is about the standard deviation of what it misses. `hang`, m, is how far the membrane hung in its middle while
-    it was learned, by what could be told; that is no error.
+    it was learned, by what could be told; that is no error. `hang_sd`, m, is its standard deviation, and that of heights of
+    the world. `rate`, m/s, is how fast depth grew as the camera warmed, and `time`, s, the device's time that `error` is of.
     """
 
     error: Image
     left: Length
     hang: Length
+    hang_sd: Length
+    rate: Speed
+    time: Time
 
 
 class FreeView:
@@ -48,7 +55,7 @@ class FreeView:
     left of the mean beside the plane and that parabola is the camera's. How far it hangs cannot be told from a static error
     of the same shape; the estimate is that of least squares, drawn to what such membranes do, 0.3 +- 0.3 mm, by as much
     as what is left over makes it uncertain. Under a press a membrane no longer hangs, so that its hang must not be taken
-    off with the error.
+    off with the error. How the mean depth of the view changes from frame to frame tells how fast the camera drifts.
     """
 
     def __init__(self) -> None:
@@ -56,6 +63,7 @@ class FreeView:
         self._first: DepthFrame | None = None
         self._total: npt.NDArray[np.uint32] = np.zeros((0, 0), dtype=np.uint32)
         self._seen: npt.NDArray[np.uint32] = np.zeros((0, 0), dtype=np.uint32)
+        self._means: list[tuple[float, float]] = []  # time, s, and mean depth, m
         self.count = 0
 
     def add(self, frame: DepthFrame) -> None:
@@ -85,6 +93,9 @@ class FreeView:
         self._total += frame.raw
         self._seen += frame.raw > 0
         self.count += 1
+        seen = int(np.count_nonzero(frame.raw))
+        if seen:
+            self._means.append((frame.time, float(frame.raw.sum(dtype=np.uint64)) / seen * frame.unit))
 
     def pattern(self, gauge: float) -> Pattern | None:
         """Return the static error that the frames so far show, for a membrane `gauge` metres long at rest.
@@ -102,17 +113,38 @@ class FreeView:
         error, left = once + again, float(np.sqrt(np.mean(again[known] ** 2)))
         along = ray_table(frame.intrinsics)[..., 1] * frame.plane_distance
         shape = np.maximum(1.0 - (2.0 * along / (gauge + (frame.stretch or 0.0))) ** 2, 0.0).astype(np.float32)
-        hang = _hang(error, shape, known)
-        return Pattern(np.where(cover > 1e-3, error - np.float32(hang) * shape, np.float32(0)), left, hang)
+        hang, hang_sd = _hang(error, shape, known)
+        rate, time = _drift(np.array(self._means))
+        return Pattern(
+            np.where(cover > 1e-3, error - np.float32(hang) * shape, np.float32(0)), left, hang, hang_sd, rate, time
+        )
 
 
-def _hang(error: Image, shape: Image, known: MaskArray) -> float:
-    """Return by how much a membrane hangs that seems to lie deeper by `error`, m, than flat."""
+def _hang(error: Image, shape: Image, known: MaskArray) -> tuple[float, float]:
+    """Return by how much a membrane hangs, and the standard deviation of that, m, that seems to lie deeper by `error`, m, than flat."""
     e, b = error[known].astype(np.float64), shape[known].astype(np.float64)
     fitted = float(e @ b) / max(float(b @ b), 1e-12)
     variance = PART**2 * float(np.mean((e - fitted * b) ** 2))
     expected, sd = HANG
-    return max((fitted * sd**2 + expected * variance) / (sd**2 + variance), 0.0)
+    both = variance * sd**2 / (sd**2 + variance)
+    return max((fitted * sd**2 + expected * variance) / (sd**2 + variance), 0.0), math.sqrt(both)
+
+
+def _drift(means: Array) -> tuple[float, float]:
+    """Return how fast depth grows, m/s, by the slope of its mean (time, depth) (n, 2), and the middle of the times.
+
+    The slope is drawn to 0 by as much as it is uncertain against what cameras do; successive means share noise.
+    """
+    time, depth = means[:, 0] - means[:, 0].mean(), means[:, 1] - means[:, 1].mean()
+    spread = float(time @ time)
+    if len(means) < LEAST_MEANS or spread == 0.0:
+        return 0.0, float(means[:, 0].mean())
+    slope = float(time @ depth) / spread
+    left = depth - slope * time
+    power = float(left @ left)
+    shared = float(np.clip(left[1:] @ left[:-1] / power, 0.0, 0.95)) if power > 0.0 else 0.0
+    variance = power / (len(means) - 2) * (1.0 + shared) / (1.0 - shared) / spread
+    return slope * DRIFT**2 / (DRIFT**2 + variance), float(means[:, 0].mean())
 
 
 def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
@@ -122,7 +154,7 @@ def with_left_over(contact: Contact, pattern: Pattern) -> Contact:
 
 
 def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
-    """Return a frame without the static error of its camera, as a frame of a finer unit.
+    """Return a frame without the static error of its camera and what it has drifted since, as a frame of a finer unit.
 
     Raises
     ------
@@ -132,6 +164,7 @@ def without_pattern(frame: DepthFrame, pattern: Pattern) -> DepthFrame:
     if frame.raw.shape != pattern.error.shape:
         raise InvalidInput(f"the pattern is of images of shape {pattern.error.shape}, got {frame.raw.shape}")
     finer = FINER if FINER * int(frame.raw.max()) + FINER <= np.iinfo(np.uint16).max else 1
-    counts = np.rint(finer * (frame.raw - pattern.error / np.float32(frame.unit)))
+    error = pattern.error + np.float32(pattern.rate * (frame.time - pattern.time))
+    counts = np.rint(finer * (frame.raw - error / np.float32(frame.unit)))
     raw = np.where(frame.raw > 0, counts.clip(0, np.iinfo(np.uint16).max), 0).astype(np.uint16)
     return replace(frame, raw=raw, unit=frame.unit / finer)

@@ -7,6 +7,7 @@ from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import Intrinsics
 from stretch_bt.perception import ContactDetector, HeightTracker, load_depth_stack
 from stretch_bt.perception.reference import Reference
+from stretch_bt.perception.smooth import smooth
 
 SIZE = (120, 160)
 
@@ -120,3 +121,39 @@ def test_frames_without_a_valid_pixel_have_no_answer(make):
     follower.update(np.full((30, 40), 0.2))
     with pytest.raises(NoContact):
         follower.update(np.zeros((30, 40)))
+
+
+def correlated(kernel, memory, count, seed, sd=0.3e-3):
+    """Yield noise (h, w), m, that neighbours share over `kernel` pixels and frames from one to the next."""
+    rng, weight, last = np.random.default_rng(seed), np.ones(SIZE, np.float32), None
+    for _ in range(count):
+        fresh = rng.standard_normal(SIZE).astype(np.float32)
+        if kernel:
+            fresh = smooth(fresh, weight, kernel)[0] * (2.0 * np.sqrt(np.pi) * kernel)
+        last = fresh if last is None else memory * last + np.sqrt(1.0 - memory**2) * fresh
+        yield sd * last
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.6, 0.8])
+@pytest.mark.parametrize("kernel", [0.0, 3.0, 8.0])
+def test_false_alarms_keep_their_rate_where_noise_is_shared(kernel, memory):
+    alarms = 0
+    for seed in range(3):
+        detector, was = ContactDetector(false_alarms=1e-2), False
+        for noise in correlated(kernel, memory, 150, seed):
+            called = detector.update(0.2 + noise)
+            alarms, was = alarms + (called and not was), called
+    assert alarms <= 3 * 1e-2 * 450
+
+
+@pytest.mark.parametrize("step", [0.03e-3, 0.1e-3, 0.33e-3])
+@pytest.mark.parametrize(("kernel", "most"), [(0.0, 0.4e-3), (3.0, 2e-3), (6.0, 4e-3)])
+def test_a_press_that_begins_slowly_is_seen_at_once(kernel, most, step):
+    v, u = np.mgrid[: SIZE[0], : SIZE[1]]
+    bump = np.exp(-((u - 80) ** 2 + (v - 60) ** 2) / (2 * 15.0**2))
+    detector = ContactDetector(false_alarms=1e-6)
+    for number, noise in enumerate(correlated(kernel, 0.6, 400, 9)):
+        rise = max(number - 40, 0) * step
+        if detector.update(0.2 + noise - rise * bump):
+            break
+    assert 0.0 < rise < most + 2 * step

@@ -27,9 +27,7 @@ CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still mo
 ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
 FAR = 1e3  # lateral sizes beyond which a step is that of a nearly singular matrix
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
-EXPLAINED = (
-    2.0  # times the variance of a mean that noise known from elsewhere leaves, within which it explains residuals
-)
+EXPLAINED = 2.0  # times its variance, up to which noise that is known from elsewhere explains residuals
 PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
 
 
@@ -172,10 +170,13 @@ def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals
         raise IllConditioned(f"no {name} agrees with more than {p} of the points")
     area = _area(sight, residuals, inside, p)
     inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
-    variance = inliers.spread(residuals, weights, p) * min(area, total)
-    known = sight.floor**2 * sight.alike
-    explained = sight.alike > 1.0 and variance < EXPLAINED * known
-    if variance < known:  # what the residuals share is less than the noise that is known to be there
+    spread = inliers.spread(residuals, weights, p)
+    variance, known = spread * min(area, total), sight.floor**2 * sight.alike
+    # A few errors tell their size well enough, but not over how many points each is alike; the rest of the frame does.
+    explained = sight.alike > 1.0 and spread < EXPLAINED * sight.floor**2
+    if explained:
+        variance, area = max(spread, sight.floor**2) * sight.alike, 1.0
+    elif variance < known:  # what the residuals share is less than the noise that is known to be there
         variance, area = known, 1.0
     area = max(area, sight.alike)
     return Settled(surface, inverse * variance, residuals, inliers.scale, area, total, explained)

@@ -139,7 +139,9 @@ def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:
     c, p1, p2, k = settled.surface.q
     sd = settled.sd(3)
     # On few points of great noise the tangent at the best curvature promises more than the points can tell.
-    check_curvature(k, max(sd, abs(k) / _gain_on_plane(settled, sight)), alike=settled.area > 1.0)
+    check_curvature(
+        k, max(sd, abs(k) / _gain_on_plane(settled, sight)), alike=settled.area > 1.0 and not settled.explained
+    )
     _check_silhouette(settled, sight)
     d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
     d3 = d0**3
