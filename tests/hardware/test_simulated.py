@@ -135,7 +135,9 @@ def test_repeatability_is_what_the_scene_says(clock, advance, tmp_path):
 
 def test_what_is_told_is_as_old_as_the_scene_says(clock, tmp_path):
     """While the hand goes down, a late force is that of where the hand was, and a late frame shows it there."""
-    late = load_scene(ball(tmp_path, "{latency: {camera: 100 ms, force: 40 ms}, force_sensor_noise: off, fixed_pattern: off}"))
+    late = load_scene(
+        ball(tmp_path, "{latency: {camera: 100 ms, force: 40 ms}, force_sensor_noise: off, fixed_pattern: off}")
+    )
     cell = open_cell(load_cell("simulated"), now=clock, scene=late)
     twin = cell._bench.twin
     cell.devices["arm"].move(Pose((0, 0, 0.05)), speed=0.05, owner="a")

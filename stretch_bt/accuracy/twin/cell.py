@@ -14,7 +14,7 @@ from stretch_bt.simulation.scene import Scene
 
 __all__ = ["Bench"]
 
-_STEP = 0.02  # s between looks at a motion
+_STEP = 0.5  # s between looks at a motion, which cost a solve each
 _PERIOD = 1 / 30  # s between frames
 
 

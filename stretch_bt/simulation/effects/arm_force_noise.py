@@ -34,8 +34,8 @@ class ArmForceNoise(RobotEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what it does to a force that is read once."""
-        yield Size("force", parameters.sd / max(case.force, 1e-9), f"{parameters.sd:.2g} N of {case.force:.2g} N")
+        """Yield nothing: what the arm feels stops a motion, and is no result."""
+        return ()
 
     def force_error(self, device: str, random: np.random.Generator) -> npt.NDArray[np.float64]:
         """Return one error of the arm."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar
 
@@ -15,6 +16,8 @@ from stretch_bt.simulation.effects.base import RobotEffect, Size
 from stretch_bt.units import Force, Within
 
 __all__ = ["ForceSensorNoise"]
+
+_READINGS = 20  # a fiftieth of a second at 1 kHz
 
 
 class Parameters(base.Parameters):
@@ -34,8 +37,9 @@ class ForceSensorNoise(RobotEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield what it does to a force that is read once."""
-        yield Size("force", parameters.sd / max(case.force, 1e-9), f"{parameters.sd:.2g} N of {case.force:.2g} N")
+        """Yield what is left of it in the mean of some readings."""
+        left = parameters.sd / math.sqrt(_READINGS) / max(case.force, 1e-9)
+        yield Size("force", left, f"{parameters.sd:.2g} N of {case.force:.2g} N, over {_READINGS} readings")
 
     def force_error(self, device: str, random: np.random.Generator) -> npt.NDArray[np.float64]:
         """Return one error of the force sensor."""

@@ -38,11 +38,9 @@ class Friction(MembraneEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield the measured excess of the force, 1.9 % at a coefficient of 0.5 and a depth of half the radius."""
-        part = 0.038 * min(parameters.coefficient, 1.0) * min(case.depth / case.radius, 1.0) ** 1.7 / 0.5**1.7
-        yield from case.from_force(
-            part, f"coefficient {parameters.coefficient:g}, depth over radius {case.depth / case.radius:.2g}"
-        )
+        """Yield the measured excess of the force: 1.9 % at a coefficient of 0.5, 3.7 % where nothing slides."""
+        part = min(0.038 * parameters.coefficient, 0.037)
+        yield from case.from_force(part, f"a coefficient of {parameters.coefficient:g}")
 
     def on_sheet(self, effects: SheetEffects) -> SheetEffects:
         """Return the sheet's effects with it."""

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Softening"]
 
+_SOFTENING = 0.05
+
 
 class Softening(MembraneEffect):
     """The membrane is softer where it has been stretched further before (Mullins)."""
@@ -25,9 +27,10 @@ class Softening(MembraneEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield the softening after first loading, at most 5 % once the membrane has been cycled."""
-        part = 0.05 * min((case.depth / 0.010) ** 2, 1.0) if case.scene.conditions.presses > 1 else 0.0
-        yield from case.from_force(part, f"{case.scene.conditions.presses} presses of the same place")
+        """Yield the softening where presses deepen evenly: 5 % at most in a membrane that has been cycled, over their number."""
+        presses = case.scene.conditions.presses
+        part = _SOFTENING / presses if presses > 1 else 0.0
+        yield from case.from_force(part, f"{presses} presses, each deeper than the one before")
 
     def on_sheet(self, effects: SheetEffects) -> SheetEffects:
         """Return the sheet's effects with it."""

@@ -119,7 +119,7 @@ class Conditions(_Model):
     speed: Annotated[Speed, Within(0.0, 1.0, "Speed")] = Field(default=0.005, description="of the hand when it is read")
     frames: _Frequent = Field(default=8, description="averaged at each press")
     travel: Annotated[Length, Within(0.0, 100.0, "Length")] = Field(default=0.0, description="across, in contact")
-    presses: _Frequent = Field(default=1, description="of the same place")
+    presses: _Frequent = Field(default=1, description="of the same place, each deeper than the one before")
 
 
 #: what `effects: auto` goes by in a scene that says nothing
