@@ -16,7 +16,9 @@ import json
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +37,7 @@ HEAD = (
 )
 
 
-def palpated(fidelity: str, stiffness: float, seed: int, folder: Path) -> dict[str, object]:
+def palpated(fidelity: str, stiffness: float, seed: int, folder: Path) -> dict[str, Any]:
     """Return the result of one run, as `run --json` prints it."""
     scene = folder / "scene.yaml"
     scene.write_text(SCENE.format(fidelity=fidelity, stiffness=stiffness), encoding="utf-8")
@@ -44,26 +46,24 @@ def palpated(fidelity: str, stiffness: float, seed: int, folder: Path) -> dict[s
     done = subprocess.run(
         [*command, "--seed", str(seed), "--out", str(out)], capture_output=True, text=True, check=False
     )
-    result: dict[str, object] = json.loads(done.stdout)
+    result: dict[str, Any] = json.loads(done.stdout)
     return result
 
 
-def row(fidelity: str, name: str, results: list[dict]) -> str:
+def row(fidelity: str, name: str, results: list[dict[str, Any]]) -> str:
     """Return a line of the table."""
     good = [r for r in results if r["status"] == "SUCCESS"]
     head = f"{fidelity:8} {name:8} {len(good):3}/{len(results):<2}"
     if not good:
         return head
-    value, sd, drop, force, size = (
-        np.array([pick(r) for r in good])
-        for pick in (
-            lambda r: r["outputs"]["stiffness"]["value"] / BALLOONS[name] - 1.0,
-            lambda r: r["outputs"]["stiffness"]["sd"] / BALLOONS[name],
-            lambda r: r["outputs"]["deflection"]["value"] - r["truth"]["deflection"]["value"],
-            lambda r: r["outputs"]["force"]["value"] / r["truth"]["force"]["value"] - 1.0,
-            lambda r: r["outputs"]["radius"]["value"] - 30.0,
-        )
+    picks: tuple[Callable[[dict[str, Any]], float], ...] = (
+        lambda r: r["outputs"]["stiffness"]["value"] / BALLOONS[name] - 1.0,
+        lambda r: r["outputs"]["stiffness"]["sd"] / BALLOONS[name],
+        lambda r: r["outputs"]["deflection"]["value"] - r["truth"]["deflection"]["value"],
+        lambda r: r["outputs"]["force"]["value"] / r["truth"]["force"]["value"] - 1.0,
+        lambda r: r["outputs"]["radius"]["value"] - 30.0,
     )
+    value, sd, drop, force, size = (np.array([pick(r) for r in good]) for pick in picks)
     cpu = [r["cpu_seconds"] for r in good]
     presses = np.mean([r["outputs"]["presses"]["value"] for r in good])
     return (
