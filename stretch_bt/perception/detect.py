@@ -49,6 +49,7 @@ class ContactDetector:
         self._false_alarms = false_alarms
         self._step = max(1, int(kernel / FINE))
         self._quiet = Quiet(memory, kernel / self._step)
+        self._box = self._reference.box
         self._residue = 0.0
         self._deepest = 0.0
         self.in_contact = False
@@ -74,8 +75,9 @@ class ContactDetector:
         """
         if not self._reference.complete:
             self._reference.learn(depth)
+            self._box = self._reference.box
             return False
-        mean, trusted = coarse_rise(*self._reference.rise(depth), self._kernel, self._step)
+        mean, trusted = coarse_rise(*self._reference.rise(depth, self._box), self._kernel, self._step)
         self.statistic = float(mean[trusted].max())
         if self.in_contact:
             self._hold()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from statistics import NormalDist
 
 import numpy as np
 import numpy.typing as npt
@@ -114,10 +115,13 @@ class Quiet:
 def _quantile(probability: float, freedom: float, count: float) -> float:
     """Return how many standard deviations above the mean of `count` values a further one exceeds with a probability.
 
-    Maxima of many places follow Gumbel's law; a deviation known with some degrees of freedom is Student's.
+    Maxima of many places follow Gumbel's law; a deviation known with some degrees of freedom, at least 20, is Student's
+    (Abramowitz and Stegun, Handbook of Mathematical Functions, 26.7.5).
     """
-    from scipy.special import ndtri, stdtrit
-
     gumbel = -(math.log(-math.log1p(-probability)) + np.euler_gamma) * math.sqrt(6.0) / math.pi
-    widened = float(stdtrit(freedom, 1.0 - probability)) / float(ndtri(1.0 - probability))
+    z = NormalDist().inv_cdf(1.0 - probability)
+    s = z * z
+    first, second = (s + 1.0) / 4.0, ((5.0 * s + 16.0) * s + 3.0) / 96.0
+    third = (((3.0 * s + 19.0) * s + 17.0) * s - 15.0) / 384.0
+    widened = 1.0 + ((third / freedom + second) / freedom + first) / freedom
     return gumbel * widened * math.sqrt(1.0 + 1.0 / count)

@@ -11,12 +11,15 @@ from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clean import median
 from stretch_bt.perception.deprojection import depth_of
+from stretch_bt.perception.regions import valid_box
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["Reference", "coarse_rise", "smoothed_rise"]
 
 Image = npt.NDArray[np.float32]
+
+Window = tuple[slice, slice]
 
 SEEN = 0.8  # share of the reference frames in which a pixel must be valid
 COVER = 0.75  # share of the kernel that must see valid pixels
@@ -51,30 +54,38 @@ class Reference:
         self.learned += 1
         self._mean = None
 
-    def _image(self, depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
-        image, valid = depth_of(depth)
-        if self.learned and image.shape != self._sum.shape:
-            raise InvalidInput(f"the reference is of images of shape {self._sum.shape}, got {image.shape}")
-        return image, valid
+    def _image(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[FloatArray, MaskArray]:
+        whole = depth.raw if isinstance(depth, DepthFrame) else np.asarray(depth)
+        if self.learned and whole.shape != self._sum.shape:
+            raise InvalidInput(f"the reference is of images of shape {self._sum.shape}, got {whole.shape}")
+        if isinstance(depth, DepthFrame):
+            return depth_of(depth.raw[window] * np.float32(depth.unit))
+        return depth_of(np.asarray(depth)[window])
 
-    def rise(self, depth: FloatArray | DepthFrame) -> tuple[Image, MaskArray]:
+    @property
+    def box(self) -> Window:
+        """Rows and columns that hold all that the reference knows."""
+        known = self._seen >= SEEN * max(self.learned, 1)
+        return valid_box(known) if known.any() else np.s_[:, :]
+
+    def rise(self, depth: FloatArray | DepthFrame, window: Window = np.s_[:, :]) -> tuple[Image, MaskArray]:
         """Return how far each pixel is nearer than the reference (h, w), m, and where both are valid.
 
-        Single flying pixels are replaced by the median around them.
+        `window` is the rows and columns to return, by default all. Single flying pixels are replaced by the median around them.
 
         Raises
         ------
         NoContact
             No pixel is valid in both.
         """
-        image, valid = self._image(depth)
+        image, valid = self._image(depth, window)
         if self._mean is None:
             self._mean = (self._sum / np.maximum(self._seen, 1)).astype(np.float32)
             self._known = self._seen >= SEEN * max(self.learned, 1)
-        known = valid & self._known
+        known = valid & self._known[window]
         if not known.any():
             raise NoContact("the frame shares no valid pixel with the reference")
-        rise = np.where(known, self._mean - image, 0.0).astype(np.float32)
+        rise = np.where(known, self._mean[window] - image, 0.0).astype(np.float32)
         return np.where(known, median(rise, known), np.float32(0)), known
 
 

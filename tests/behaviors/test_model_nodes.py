@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.behaviors._readings import Reading, readings_of
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
@@ -82,3 +83,48 @@ def test_stiffness_is_the_force_over_what_was_lost() -> None:
     node, stiffness = run("estimate_stiffness", force=1.5, deflection=0.0015, force_sd=0.03, deflection_sd=0.00003)
     assert (node.status, stiffness.value) == (Status.SUCCESS, pytest.approx(1000.0))
     assert stiffness.sd == pytest.approx(1000 * (0.02**2 + 0.02**2) ** 0.5, rel=1e-6)
+
+
+def followed(readings: list[tuple[float, float, float]], approached: bool) -> Behavior:
+    """Return `track_drop` after it ran at each reading (membrane depth, height, sd), m, with or without an approach."""
+    info = lookup("track_drop")
+    assert info is not None
+    node = info.cls("main/track_drop")
+    node.context = RunContext()
+    if approached:
+        readings_of(node.context).append(Reading(0.0, 0.002, 0.0598, 2e-5))
+    for depth, height, sd in readings:
+        inputs = {
+            "radius": 0.03,
+            "stretch": 0.0,
+            "depth": depth,
+            "height": height,
+            "height_sd": sd,
+            "contact_height": 0.06,
+        }
+        for port in info.of(Role.INPUT):
+            node.wiring[port.name] = partial(inputs.get, port.name, port.default)
+        for _ in node.tick():
+            pass
+    return node
+
+
+def test_a_drop_is_read_off_all_presses_together() -> None:
+    # A spring under a force that grows as depth^1.5: 0.2 mm at 2 mm of depth.
+    noise = [3e-5, -6e-5, 5e-5, -2e-5, 4e-5, -8e-5]
+    exact = [0.06 - 0.2e-3 * (d / 2.0) ** 1.5 for d in range(3, 9)]
+    readings = [(d * 1e-3, h + e, 5e-5) for d, h, e in zip(range(3, 9), exact, noise, strict=True)]
+    node = followed(readings, approached=True)
+    assert node.status is Status.SUCCESS
+    drop, settled = node.sinks["drop"], node.sinks["settled"]
+    assert drop.value == pytest.approx(1.6e-3, abs=0.1e-3)
+    assert drop.sd is not None
+    assert drop.sd < 0.15e-3
+    assert abs(settled.value - exact[-1]) < abs(noise[-1]), "the curve evens out the noise of the last reading"
+
+
+def test_without_an_approach_a_drop_is_counted_from_the_contact_height() -> None:
+    node = followed([(0.008, 0.0584, 5e-5)], approached=False)
+    assert node.sinks["drop"].value == pytest.approx(1.6e-3)
+    assert node.sinks["drop"].sd == pytest.approx(5e-5)
+    assert node.sinks["top"].value == 0.06

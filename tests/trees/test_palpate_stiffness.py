@@ -36,3 +36,23 @@ def test_the_hand_is_clear_of_the_object_however_the_approach_ends(run):
     result = run("palpate_stiffness", scene="seeds_balloon", watch=stop_while_feeling)
     assert result.status == "INTERRUPTED"
     assert runners[0].cell.truth()["force"] == 0.0
+
+
+NOISY = """format: stretch-scene/1
+object: {type: sphere, diameter: 60 mm, stiffness: 0.9 N/mm}
+fidelity: hertz
+tolerance: {stiffness: 5 %, height: 0.3 mm}
+effects: {white_noise: on, correlated_noise: on, fixed_pattern: on, drift: on, quantisation: on, dropout: on, flying_pixels: on}
+"""
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_all_noise_of_the_bench_camera_is_borne(run, tmp_path, seed):
+    scene = tmp_path / "noisy.yaml"
+    scene.write_text(NOISY, encoding="utf-8")
+    result = run("palpate_stiffness", scene=scene, seed=seed)
+    assert result.status == "SUCCESS", result.reason
+    stiffness, radius = result.outputs["stiffness"], result.outputs["radius"]
+    assert abs(stiffness["value"] - 0.9) < 3 * stiffness["sd"] < 0.3
+    assert abs(radius["value"] - 30.0) < 3 * radius["sd"] < 9.0
+    assert result.outputs["deflection"]["value"] >= 1.5

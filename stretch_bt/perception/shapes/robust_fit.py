@@ -27,7 +27,7 @@ CLOSE = 0.03  # of the standard deviation of a mean: what an answer may still mo
 ROUNDING = 100.0  # units of the resolution up to which residuals are those of the arithmetic
 FAR = 1e3  # lateral sizes beyond which a step is that of a nearly singular matrix
 SINGULAR = 1e-11  # least eigenvalue of equilibrated normal equations
-EXPLAINED = 2.0  # times its variance, up to which noise that is known from elsewhere explains residuals
+EXPLAINED = 4.0  # times its variance, up to which noise that is known from elsewhere explains residuals
 PATCHES = 3.0  # independent errors that each parameter needs, so that the error of a fit can be told from its residuals
 
 
