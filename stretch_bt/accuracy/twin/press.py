@@ -1,22 +1,32 @@
-"""One press of what a scene holds, measured as the paper's reconstruction and characterisation do."""
+"""One press of what a scene holds: the height and the width of what stands out of the membrane, and the force."""
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+import numpy.typing as npt
+
 from stretch_bt.accuracy.twin.cell import Bench
-from stretch_bt.errors import NoAnswer
+from stretch_bt.errors import NoContact
 from stretch_bt.frames import DepthFrame, Pose
-from stretch_bt.perception import deproject, diameters, find_contact, to_membrane, track_height
+from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.simulation.scene import Scene
 
-__all__ = ["height_of", "press_once"]
+__all__ = ["highest", "press_once"]
 
 _CLEAR = 0.004  # m above the top where a press begins
 _SPEED = 0.005  # m/s
 _READINGS = 20
+_TOP = 0.002  # m round the middle that counts as the top
+_BAND = 0.003  # m to either side of the line along which the width is taken
+_BIN = 0.0005  # m
+
+Points = npt.NDArray[np.float64]
 
 
 def press_once(scene: Scene, seed: int) -> dict[str, float]:
-    """Return the height of the top, m, the mean width of the contact, m, and the force, N, of a press."""
+    """Return the height of the top, m, the width at half of it, m, and the force, N, of a press."""
     bench, use = Bench(scene, seed), scene.conditions
     place = scene.object.position
     above = Pose((place.x, place.y, scene.object.top + _CLEAR))
@@ -25,19 +35,46 @@ def press_once(scene: Scene, seed: int) -> dict[str, float]:
     bench.go(above.at_height(scene.object.top - use.depth), _SPEED)
     bench.time += use.hold / 2
     frame = bench.frame(use.frames)
-    found = {"height": height_of(frame), "force": bench.force(_READINGS)}
-    try:
-        contact = find_contact(frame)
-        points, _ = deproject(frame)
-        widths = diameters(to_membrane(points, frame.plane_distance or 0.0), contact.labels)
-    except NoAnswer:
-        return found
-    return {**found, "size": (float(widths.i) + float(widths.j)) / 2}
+    points = _points(frame)
+    top = _mean(points[np.hypot(points[:, 0], points[:, 1]) < _TOP, 2])
+    found = {"height": top + (frame.hand_height or 0.0), "size": _width(points, top / 2)}
+    return {**found, "force": bench.force(_READINGS)}
 
 
-def height_of(frame: DepthFrame) -> float:
-    """Return the world height of the top, m."""
-    contact = find_contact(frame)
+def highest(frame: DepthFrame) -> float:
+    """Return the world height, m, of the highest place of a size of 2 mm."""
+    points = _points(frame)
+    cells = np.round(points[:, :2] / _TOP).astype(int)
+    _, which, counts = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    means = np.bincount(which.ravel(), points[:, 2]) / counts
+    return float(means[counts > counts.max() / 2].max()) + (frame.hand_height or 0.0)
+
+
+def _points(frame: DepthFrame) -> Points:
     points, valid = deproject(frame)
-    top = track_height(to_membrane(points, frame.plane_distance or 0.0), valid, contact.labels)
-    return float(top) + (frame.hand_height or 0.0)
+    seen: Points = to_membrane(points, frame.plane_distance or 0.0)[valid]
+    return seen
+
+
+def _width(points: Points, level: float) -> float:
+    """Return how far apart along x the places lie, m, where the surface comes up through a level and goes down again."""
+    line = points[np.abs(points[:, 1]) < _BAND]
+    place = np.round(line[:, 0] / _BIN).astype(int)
+    known, which, counts = np.unique(place, return_inverse=True, return_counts=True)
+    profile = np.bincount(which, line[:, 2]) / counts
+    above = np.flatnonzero(profile > level)
+    if len(above) == 0 or above[0] == 0 or above[-1] == len(profile) - 1:
+        return math.nan
+    return float(_crossing(known, profile, above[-1], level) - _crossing(known, profile, above[0] - 1, level)) * _BIN
+
+
+def _crossing(known: npt.NDArray[np.int64], profile: Points, left: int, level: float) -> float:
+    """Return where a profile passes a level between a place and the next one."""
+    part = (level - profile[left]) / (profile[left + 1] - profile[left])
+    return float(known[left] + part * (known[left + 1] - known[left]))
+
+
+def _mean(values: Points) -> float:
+    if len(values) == 0:
+        raise NoContact("no pixel shows the top")
+    return float(values.mean())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from stretch_bt.accuracy.twin.cell import Bench
-from stretch_bt.accuracy.twin.press import height_of
+from stretch_bt.accuracy.twin.press import highest
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.scene import Scene
 
@@ -30,6 +30,6 @@ def roll_once(scene: Scene, seed: int) -> dict[str, float]:
         angles = [2 * math.pi * k / _STEPS for k in range(1, _STEPS + 1)]
         path = [low.moved(_LONG * math.sin(a), 2 * _WIDE * math.sin(a) * math.cos(a)) for a in angles]
         bench.wait(bench.devices["arm"].follow(path, speed=_SPEED, owner="bench"))
-    found = {"height": height_of(bench.frame(use.frames))}
+    found = {"height": highest(bench.frame(use.frames))}
     bench.go(start, 0.02)
     return {**found, "roundness": bench.cell.truth()["roundness"]}
