@@ -52,7 +52,7 @@ def highest(frame: DepthFrame) -> float:
 
 def _points(frame: DepthFrame) -> Points:
     points, valid = deproject(frame)
-    seen: Points = to_membrane(points, frame.plane_distance or 0.0)[valid]
+    seen: Points = np.asarray(to_membrane(points, frame.plane_distance or 0.0)[valid], dtype=np.float64)
     return seen
 
 
