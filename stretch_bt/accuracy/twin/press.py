@@ -1,4 +1,4 @@
-"""One press of what a scene holds: the height and the width of what stands out of the membrane, and the force."""
+"""One press of what a scene holds: the height and the length of what stands out of the membrane, and the force."""
 
 from __future__ import annotations
 
@@ -19,14 +19,18 @@ _CLEAR = 0.004  # m above the top where a press begins
 _SPEED = 0.005  # m/s
 _READINGS = 20
 _TOP = 0.002  # m round the middle that counts as the top
-_BAND = 0.003  # m to either side of the line along which the width is taken
+_BAND = 0.003  # m to either side of the line along which the length is taken
 _BIN = 0.0005  # m
+_HIGH = 0.8  # of the height of the top
 
 Points = npt.NDArray[np.float64]
 
 
 def press_once(scene: Scene, seed: int) -> dict[str, float]:
-    """Return the height of the top, m, the width at half of it, m, and the force, N, of a press."""
+    """Return the height of the top, m, the length at four fifths of it, m, and the force, N, of a press.
+
+    The length is along y, towards the clamps: on the other axis the free sides of the sheet rise as well.
+    """
     bench, use = Bench(scene, seed), scene.conditions
     place = scene.object.position
     above = Pose((place.x, place.y, scene.object.top + _CLEAR))
@@ -37,7 +41,7 @@ def press_once(scene: Scene, seed: int) -> dict[str, float]:
     frame = bench.frame(use.frames)
     points = _points(frame)
     top = _mean(points[np.hypot(points[:, 0], points[:, 1]) < _TOP, 2])
-    found = {"height": top + (frame.hand_height or 0.0), "size": _width(points, top / 2)}
+    found = {"height": top + (frame.hand_height or 0.0), "size": _length(points, _HIGH * top)}
     return {**found, "force": bench.force(_READINGS)}
 
 
@@ -56,10 +60,10 @@ def _points(frame: DepthFrame) -> Points:
     return seen
 
 
-def _width(points: Points, level: float) -> float:
-    """Return how far apart along x the places lie, m, where the surface comes up through a level and goes down again."""
-    line = points[np.abs(points[:, 1]) < _BAND]
-    place = np.round(line[:, 0] / _BIN).astype(int)
+def _length(points: Points, level: float) -> float:
+    """Return how far apart along y the places lie, m, where the surface comes up through a level and goes down again."""
+    line = points[np.abs(points[:, 0]) < _BAND]
+    place = np.round(line[:, 1] / _BIN).astype(int)
     known, which, counts = np.unique(place, return_inverse=True, return_counts=True)
     profile = np.bincount(which, line[:, 2]) / counts
     above = np.flatnonzero(profile > level)
