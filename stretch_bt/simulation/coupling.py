@@ -14,6 +14,7 @@ __all__ = ["Equilibrium", "couple"]
 
 BUDGET = 60
 _CLOSE = 1e-10  # of the logarithm of the ratio of forces, and of the bracket of drops
+_HALVINGS = 20
 _LEVEL = 1e-14  # of a logit
 _FAR = 200.0  # logit of the share that the object takes
 _LONG = 0.2  # of the depth
@@ -111,8 +112,30 @@ class _Series:
             # at the last end the membrane is free, at the first one the object
             if self._held(piece, ends, high) if grows else self._let_go(piece, ends, low):
                 return self.between(low, high)._replace(jumped=jumped)
-            jumped = jumped or self.thing((low + high) / 2)[1] < 0
+            falls = self.thing((low + high) / 2)[1] < 0
+            dip = self._dip(low, high) if falls and grows else None
+            if dip is not None:
+                return self.between(low, dip)._replace(jumped=jumped)
+            jumped = jumped or falls
         raise NoEquilibrium("membrane and object in series: no equilibrium within the travel")
+
+    def _dip(self, low: float, high: float) -> float | None:
+        """Return a drop on a falling piece at which the object holds for a while, though at neither end, None without one.
+
+        The pull is convex there: its rate is brought to nothing by bisection, until the pull is below 0 or cannot be.
+        """
+        for _ in range(_HALVINGS):
+            drop = (low + high) / 2
+            (pressed, steep), (held, stiff) = self.membrane(self.travel - drop), self.thing(drop)
+            self.spent += 1
+            pull, rate = pressed - held, -steep - stiff
+            if pull <= 0:
+                return drop
+            least = pull - abs(rate) * (high - low) / 2
+            if least > 0:
+                return None
+            low, high = (drop, high) if rate < 0 else (low, drop)
+        return None
 
     def _held(self, piece: tuple[float, float], ends: Sequence[float], drop: float) -> bool:
         return piece[1] == ends[-1] or self.pull(drop) <= 0
@@ -140,7 +163,8 @@ class _Series:
             slope = -lever * (steep / pressed + stiff / held) if pressed > 0 and held > 0 else 0.0
             step = -residual / slope if slope < 0 and math.isfinite(residual) else math.inf
             settled = abs(residual) < self.close or abs(step) * lever <= self.close * min(depth, drop)
-            if settled or right - left < _LEVEL * max(abs(left), 1.0):  # the object's force jumps, or has an end
+            narrow = (right - left) * lever <= self.close * min(depth, drop)  # as where a solver's force is not smooth
+            if settled or narrow or right - left < _LEVEL * max(abs(left), 1.0):  # or where the object's force jumps
                 return Equilibrium(depth, drop, pressed, self.spent)
             logit = self._next(logit, step, left, right, slow=abs(residual) > _SHRINK * before)
             before = abs(residual)

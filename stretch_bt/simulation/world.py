@@ -28,7 +28,7 @@ __all__ = ["Contact", "World"]
 _KEPT = 8  # contacts that are kept
 _STRIDE = 0.1  # s; a membrane that remembers is taken along its path in steps that each take few iterations
 _GROWTH = 1.5  # power of its depth that the force of a membrane about grows with
-_PAST = 64  # committed states that are kept, for what is asked of a moment ago
+_AGE = 2.5  # s for which the memory is kept, for what is asked of a moment ago
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
 
@@ -78,9 +78,9 @@ class World:
         self.stats = Stats()
         on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
         self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
-        self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(seed), None, (0.0, 0.0))], maxlen=_PAST)
+        self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(seed), None, (0.0, 0.0))])
         self._known: OrderedDict[Any, Contact] = OrderedDict()
-        self._skin: tuple[Any, Skin] | None = None
+        self._skin: tuple[Any, Any, Skin] | None = None
 
     @property
     def memory(self) -> float | None:
@@ -122,15 +122,20 @@ class World:
         Raises
         ------
         NoEquilibrium
-            There is none there; the memory stays as it was.
+            There is none there; the memory goes on from that moment as it was.
         """
         if self.memory is None or time <= self._past[-1].time:
             return
         past = self._past[-1]
         if past.hand == (pose, stretch) and self.specimen.timeless:
-            self._past.append(replace(past, time=time))  # without a way nothing changes
+            self._remember(replace(past, time=time))  # without a way nothing changes
             return
-        contact = self.contact(pose, stretch, time)
+        try:
+            contact = self.contact(pose, stretch, time)
+        except NoEquilibrium:
+            at = (pose.position[0], pose.position[1])
+            self._remember(replace(past, time=time, at=at, hand=(pose, stretch), shared=None))
+            raise
         with self.stats.timed("memory"):
             at = (pose.position[0], pose.position[1])
             across = (at[0] - past.at[0], at[1] - past.at[1]) if math.isfinite(past.time) else (0.0, 0.0)
@@ -138,19 +143,25 @@ class World:
             x, y, z = contact.force
             moved = Moved(contact.drop, (-x, -y, -z), across, dt, contact.depth)
             thing = self.specimen.after(past.thing, moved)
-            state = past.membrane
+            state = self.fidelity.released(past.membrane)
             if contact.place is not None and self.fidelity.remembers:
-                state = self.fidelity.press(contact.place, contact.depth, state).state
+                state = self.fidelity.press(contact.place, contact.depth, past.membrane).state
             shared = (contact.depth + contact.drop, contact.drop) if contact.place is not None else None
-            self._past.append(_Past(time, thing, state, at, (pose, stretch), shared))
+            self._remember(_Past(time, thing, state, at, (pose, stretch), shared))
+
+    def _remember(self, past: _Past) -> None:
+        """Keep a moment, and those before it that may still be asked for."""
+        self._past.append(past)
+        while len(self._past) > 1 and self._past[1].time < past.time - _AGE:
+            self._past.popleft()
 
     def skin(self, contact: Contact, stretch: float) -> Skin:
         """Return the shape of the membrane."""
-        key = None if contact.place is None else (contact.place, contact.depth, id(contact.remembered))
-        if self._skin is None or self._skin[0] != (stretch, key):
+        key = stretch, contact.place, contact.depth
+        if self._skin is None or self._skin[0] != key or self._skin[1] is not contact.remembered:
             with self.stats.timed("shape"):
-                self._skin = ((stretch, key), self._shape(contact, stretch))
-        return self._skin[1]
+                self._skin = (key, contact.remembered, self._shape(contact, stretch))
+        return self._skin[2]
 
     def standing(self, drop: float = 0.0) -> Standing:
         """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
@@ -187,7 +198,7 @@ class World:
         standing = self.specimen.standing(state, 0.0)
         where = seat(standing, pose)
         lift = self.fidelity.lift(stretch)
-        nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0))
+        nothing = Contact(0.0, self.specimen.rest(state, dt), (0.0, 0.0, 0.0))
         if where.depth + lift <= 0 or not self._covers(where, stretch):
             return nothing
         found, standing = self._shared(past, standing, where, stretch, dt, lift)
@@ -210,22 +221,25 @@ class World:
             return Equilibrium(travel, 0.0, felt(where.depth)[0], 0), standing
         state, drop, spent, near = past.thing, math.inf, 0, _ahead(past, where.depth)
         own, close = _along(law, where.upright), self.fidelity.close
-        kinks, start, rest = self.specimen.kinks(state), self.specimen.drop(state), self.specimen.rest(state, dt)
+        upright = where.upright  # the part of a way along the hand's axis that is a drop
+        kinks = [kink / upright for kink in self.specimen.kinks(state)]
+        start, rest = self.specimen.drop(state) / upright, self.specimen.rest(state, dt) / upright
         for _ in range(_PASSES):
             found = couple(
                 _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=close, near=near
             )
-            spent, before, drop = spent + found.iterations, drop, found.drop
+            spent, before, drop = spent + found.iterations, drop, found.drop * upright
             changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
-                return found._replace(iterations=spent), changed
+                return found._replace(iterations=spent, drop=drop), changed
             standing = changed
             felt = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
         raise NoEquilibrium("membrane and object do not agree on the object's shape")
 
     def _place(self, standing: Standing, where: Seat, stretch: float) -> Place:
         form = self.specimen.form(standing)
-        return Place(standing.body, form, where.at, where.heading, where.tilt, self.scene.object.reach, stretch)
+        reach = self.scene.object.reach
+        return Place(standing.body, form, where.at, where.heading, where.tilt, reach, stretch, standing.varies)
 
     def _felt(self, standing: Standing, where: Seat, stretch: float) -> Place:
         """Return the place at which a force is felt: that of a simpler body, if there is one, in the middle of the membrane."""
@@ -237,7 +251,8 @@ class World:
     def _covers(self, where: Seat, stretch: float) -> bool:
         """Tell whether the object stands under the membrane, at least in part."""
         reach = self.scene.object.reach
-        borders = (self.membrane.width / 2, (self.membrane.gauge + stretch) / 2)
+        length = self.membrane.gauge + self.scene.hand.mount_prestretch + stretch
+        borders = (self.membrane.width / 2, length / 2)
         return all(abs(a) <= border + reach for a, border in zip(where.at, borders, strict=True))
 
 

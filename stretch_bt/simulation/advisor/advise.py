@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from stretch_bt.simulation.advisor.case import Case
@@ -41,7 +42,17 @@ class Verdict:
 def advise(scene: Scene) -> list[Verdict]:
     """Return a verdict on every effect: what the scene says, and where it says `auto` what the tolerance asks for."""
     case = Case(scene, scene.object.rough())
-    return [_verdict(effect, case) for effect in registry().values()]
+    found = {name: _verdict(effect, case) for name, effect in registry().items()}
+    return [_with_what_it_needs(verdict, found, scene) for verdict in found.values()]
+
+
+def _with_what_it_needs(verdict: Verdict, others: Mapping[str, Verdict], scene: Scene) -> Verdict:
+    """Return a verdict that says so, and by itself is off, where an effect changes nothing as another one is off."""
+    needed = registry()[verdict.name].needs
+    if needed is None or not verdict.on or others[needed].on:
+        return verdict
+    told = f"{verdict.why}; without {needed} it changes nothing"
+    return replace(verdict, why=told, on=scene.choice(verdict.name) != "auto")
 
 
 def switch_on(scene: Scene, verdicts: list[Verdict] | None = None) -> Active:

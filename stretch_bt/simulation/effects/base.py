@@ -71,6 +71,8 @@ class Effect(ABC):
     cost_ms: ClassVar[float]
     cost_per: ClassVar[str]
     Parameters: ClassVar[type[Parameters]] = Parameters
+    #: the effect without which it changes nothing
+    needs: ClassVar[str | None] = None
 
     def __init__(self, parameters: Any) -> None:
         self.parameters = parameters

@@ -31,6 +31,7 @@ class DoughViscosity(ObjectEffect):
     """The dough flows at a higher stress when it is deformed fast."""
 
     name = "dough_viscosity"
+    needs = "plasticity"
     order = 12
     cost_ms = 0.1
     cost_per = "step"

@@ -21,6 +21,7 @@ class Flattening(FillEffect):
     """The top of a balloon flattens under the hand."""
 
     name = "flattening"
+    needs = "compliance"
     order = 5
     cost_ms = 40.0
     cost_per = "solve"

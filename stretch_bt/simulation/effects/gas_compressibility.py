@@ -20,6 +20,7 @@ class GasCompressibility(FillEffect):
     """The gas in a balloon is squeezed by the push, where a liquid keeps its volume."""
 
     name = "gas_compressibility"
+    needs = "compliance"
     order = 1
     cost_ms = 0.02
     cost_per = "solve"

@@ -19,6 +19,7 @@ class GranularHysteresis(FillEffect):
     """Grains settle under the push: they unload stiffer, and a part of the drop stays."""
 
     name = "granular_hysteresis"
+    needs = "compliance"
     order = 3
     cost_ms = 0.02
     cost_per = "solve"

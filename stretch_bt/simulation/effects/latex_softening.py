@@ -30,6 +30,7 @@ class LatexSoftening(FillEffect):
     """The latex of a balloon is softer up to where it has been pressed before."""
 
     name = "latex_softening"
+    needs = "compliance"
     order = 2
     cost_ms = 0.02
     cost_per = "solve"
@@ -39,7 +40,7 @@ class LatexSoftening(FillEffect):
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
         """Yield share / presses: of presses that deepen evenly the last is that part short of the one before it, or nothing."""
         spec, presses = case.scene.object, case.scene.conditions.presses
-        if not isinstance(spec, BalloonObject) or spec.pressure == 0 or presses == 1:
+        if not isinstance(spec, BalloonObject) or spec.tabulated is None or presses == 1:
             return
         carried = spec.skin(SECANT_DROP)[0] / spec.law(SECANT_DROP)[0]
         part = parameters.share * carried / presses

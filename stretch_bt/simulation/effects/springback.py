@@ -14,6 +14,7 @@ class Springback(ObjectEffect):
     """A part of a press comes back when the hand lifts; without it, all of it stays."""
 
     name = "springback"
+    needs = "plasticity"
     order = 11
     cost_ms = 0.0
     cost_per = "step"

@@ -16,17 +16,18 @@ __all__ = ["Tack"]
 
 
 class Parameters(base.Parameters):
-    """The pull with which it holds a hand that lifts off, N."""
+    """The pull of what sticks, N."""
 
     pull: Annotated[Force, Within(0.0, 5.0, "Force")] = Field(
-        default=0.1, description="that holds a hand that lifts off; 0.05 to 0.2 N is an assumption"
+        default=0.1, description="by which the force of a press is lessened at most; 0.05 to 0.2 N is an assumption"
     )
 
 
 class Tack(ObjectEffect):
-    """The dough sticks to the hand: its pull is taken off the force of a press, and holds a hand that lifts."""
+    """The dough sticks to the hand: it lessens the force of a light press; the pull on a hand that lifts is not felt."""
 
     name = "tack"
+    needs = "plasticity"
     order = 13
     cost_ms = 0.001
     cost_per = "solve"

@@ -19,6 +19,7 @@ class Viscosity(FillEffect):
     """A gel resists a fast push, and lets go with time."""
 
     name = "viscosity"
+    needs = "compliance"
     order = 4
     cost_ms = 0.05
     cost_per = "step"

@@ -62,13 +62,16 @@ class AxisymmetricFidelity:
         """Return the force, which has no part across."""
         return np.array([0.0, 0.0, self.law(place, state)(depth)[0]])
 
+    def released(self, state: Any) -> None:
+        """Return None: it remembers nothing."""
+
     def lift(self, stretch: float) -> float:
         """Return 0: the membrane has no weight."""
         return 0.0
 
     def free(self, stretch: float) -> Skin:
         """Return a flat membrane."""
-        return Profile(None, (0.0, 0.0), self.width, self.gauge + stretch)
+        return Profile(None, (0.0, 0.0), self.width, self.gauge + self.mount_prestretch + stretch)
 
     def _radius(self, place: Place) -> float:
         if place.tilt != (0.0, 0.0):

@@ -29,7 +29,8 @@ class Place:
     """What stands where in the membrane frame: a body and its closed form, if there is one; lengths in m, angles in rad.
 
     Its axis is at `at`, turned by `heading` about z and then by `tilt` about x and y; `reach` is how far from it the body
-    goes. The depth, from the flat membrane to its highest point, is asked for separately.
+    goes; `varies` tells that the body changes a little from press to press. The depth, from the flat membrane to its highest
+    point, is asked for separately.
     """
 
     body: Indenter | Several | None
@@ -39,6 +40,7 @@ class Place:
     tilt: tuple[float, float]
     reach: float
     stretch: float
+    varies: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +76,10 @@ class Fidelity(Protocol):
 
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
         """Return the membrane at a depth, m; `state` is that of an earlier press, or None."""
+        ...
+
+    def released(self, state: Any) -> Any:
+        """Return what the membrane remembers of a press once it no longer touches."""
         ...
 
     def lift(self, stretch: float) -> float:

@@ -59,6 +59,9 @@ class HertzFidelity:
         """Return the force, which has no part across."""
         return np.array([0.0, 0.0, self.law(place, state)(depth)[0]])
 
+    def released(self, state: Any) -> None:
+        """Return None: it remembers nothing."""
+
     def lift(self, stretch: float) -> float:
         """Return 0: the membrane has no weight."""
         return 0.0

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import Impossible, NoEquilibrium
 from stretch_bt.simulation.camera.skin import Grid, Skin
 from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
+from stretch_bt.simulation.fidelity.between import Between
 from stretch_bt.simulation.fidelity.curve import Curve
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -27,7 +30,8 @@ if TYPE_CHECKING:  # numba comes along with it
 __all__ = ["SheetFidelity"]
 
 PITCH = 0.7e-3  # m of the unstretched sheet between points of its shape
-_FELT, _KNOWN = 1e-4, 1e-10  # of a force that is solved each time, and of one on a smooth curve
+_FELT, _KNOWN = 1e-5, 1e-10  # of a force that is solved each time, and of one on a smooth curve
+_LOOSE = Settings.within(0.01)
 _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
@@ -53,7 +57,7 @@ class SheetFidelity:
         for effect in effects:
             on = effect.on_sheet(on)
         self.sheet = Sheet(gauge, width, thickness, NeoHookean(shear_modulus), mount_prestretch, on)
-        self.settings = settings or Settings.within(0.01)
+        self.settings = settings or Settings()  # exact, so that a force does not depend on what was solved before
         self.remembers = on.mullins is not None or on.friction > 0
         self.close = _FELT if self.remembers else _KNOWN
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
@@ -77,6 +81,10 @@ class SheetFidelity:
         if self.remembers:
             return self._solve(place, depth, state).force * self._share(place, depth)
         return self._curve(place).force(depth)
+
+    def released(self, state: Any) -> Any:
+        """Return the softening alone; without contact nothing slides on, so that friction begins anew."""
+        return state if self.sheet.effects.mullins is not None else None
 
     def lift(self, stretch: float) -> float:
         """Return how far the membrane hangs, m."""
@@ -116,7 +124,13 @@ class SheetFidelity:
         share: float = min((depth + self.lift(place.stretch)) / _GRAZE, 1.0) ** _RISE
         return share
 
-    def _curve(self, place: Place) -> Curve:
+    def _curve(self, place: Place) -> Curve | Between:
+        """Return the force of a body; of a ball whose radius varies, that between balls of fixed radii."""
+        if place.varies and isinstance(place.body, Sphere):
+            return Between(place.body, lambda ball: self._fixed(replace(place, body=ball, varies=False)))
+        return self._fixed(place)
+
+    def _fixed(self, place: Place) -> Curve:
         if place not in self._curves:
             made = Curve(lambda depth: self._solve(place, depth, None).force, self.lift(place.stretch))
             _keep(self._curves, place, made)
@@ -135,7 +149,12 @@ class SheetFidelity:
         if start is not None and self.sheet.effects.friction > 0 and start.load.indenter != load.indenter:
             start = None  # friction remembers how one body slid; an object that has changed its shape is met anew
         with self.stats.timed("solve"):
-            solved = solve(self.sheet, load, self.settings, start)
+            try:
+                solved = solve(self.sheet, load, self.settings, start)
+            except Impossible:
+                raise
+            except NoEquilibrium:  # a grazing tip is too light for forces to balance exactly
+                solved = solve(self.sheet, load, _LOOSE, start)
         _keep(self._last, place, (known, solved))
         return solved
 

@@ -27,7 +27,6 @@ __all__ = ["SECANT_DROP", "BalloonObject", "BalloonSpecimen"]
 SECANT_DROP = 1.5e-3
 _SLACK = 1.0  # Pa, below which the skin is taken for slack
 _SETTLED = 1e6  # s
-_STEP = 1 / 30  # of its radius
 #: modulus of the hand times radius over pressure, at least, and softness of a gas, at most, for which the table is meant
 _FIRMEST, _SOFTEST = 0.7, 0.2
 _WIDEST = 1.5  # of its radius, that a flattened top is taken for
@@ -96,14 +95,10 @@ class BalloonObject(ObjectSpec):
         return self.flattened(0.0)
 
     def flattened(self, drop: float) -> Sphere:
-        """Return the sphere that its top resembles, as far as the hand touches it, after a drop, m.
-
-        Its radius comes in steps, so that presses which differ little meet the same body and share what is solved for it.
-        """
+        """Return the sphere that its top resembles, as far as the hand touches it, after a drop, m."""
         from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
-        steps = round((self.top_radius(drop) / self.radius - 1) / _STEP)
-        return Sphere(self.diameter * (1 + steps * _STEP))
+        return Sphere(2 * self.top_radius(drop))
 
     def top_radius(self, drop: float) -> float:
         """Return the radius of the flattened top after a drop, m.
@@ -213,7 +208,7 @@ class BalloonSpecimen(Specimen):
                 f"a drop of {drop * 1e3:.3g} mm is past {spec.limit * 1e3:.3g} mm, where the hand reaches the rim of the cup"
             )
         place, body = spec.position, spec.flattened(drop) if self.flattens else spec.body()
-        return Standing(body, place.x, place.y, spec.heading, spec.top - drop)
+        return Standing(body, place.x, place.y, spec.heading, spec.top - drop, varies=self.flattens)
 
     def known(self, state: Any, drop: float) -> dict[str, float]:
         """Return the radius of its top, m, and force over drop, N/m, settled and on first loading, at its drop.

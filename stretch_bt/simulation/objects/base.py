@@ -68,7 +68,7 @@ class Standing:
     """What the membrane meets: a body whose axis stands at (x, y), turned by `heading`, its highest point at `top`; m, rad.
 
     There is no body where only a closed form can stand in for it. A `felt` body is a simpler one with nearly the same force,
-    which stands in for it where its force is felt and its shape is not seen.
+    which stands in for it where its force is felt and its shape is not seen; `varies` tells that the body changes with the drop.
     """
 
     body: Indenter | Several | None
@@ -77,6 +77,7 @@ class Standing:
     heading: float
     top: float
     felt: Indenter | None = None
+    varies: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.objects.base import HertzForm, Rough
 from stretch_bt.simulation.objects.solid import SolidSpec
 from stretch_bt.units import Length, Within
@@ -23,6 +24,12 @@ class CylinderObject(SolidSpec):
     diameter: Annotated[Length, Within(0.005, 0.080, "Length")]
     height: Annotated[Length, Within(0.001, 0.5, "Length")]
     rim: Annotated[Length, Within(0.0001, 0.040, "Length")] = Field(default=0.001, description="radius of its edge")
+
+    @model_validator(mode="after")
+    def _rim_fits(self) -> CylinderObject:
+        if self.rim > self.diameter / 2:
+            raise InvalidInput("the radius of its edge is at most half the diameter; write a smaller 'rim'")
+        return self
 
     @property
     def top(self) -> float:

@@ -69,9 +69,10 @@ class SeveralObjects(ObjectSpec):
         from stretch_bt.simulation.membrane.indenters.turned import turn
 
         parts: list[Part] = []
+        highest = max(float(thing.top) for thing in self.objects)
         for thing in self.objects:
             # the y of bodies is that of the membrane frame, which is reversed against the world's
-            body, below = turn(thing.body(), -thing.heading), self.top - self.base - thing.top
+            body, below = turn(thing.body(), -thing.heading), highest - thing.top
             at = (thing.position.x, -thing.position.y)
             inner = body.parts if isinstance(body, Several) else (Part(body, (0.0, 0.0)),)
             parts += [Part(p.indenter, (at[0] + p.at[0], at[1] + p.at[1]), below + p.below) for p in inner]

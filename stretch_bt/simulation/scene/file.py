@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -208,17 +209,32 @@ def _check_words(source: Map) -> None:
             )
 
 
-def _impossible(scene: Scene, source: Map) -> list[Diagnostic]:
-    """Return an error for each effect that is switched on by name and that the object cannot have."""
+def _impossible(scene: Scene, source: Map) -> Iterator[Diagnostic]:
+    """Yield an error for what the object, the fidelity and the support of a scene cannot have together."""
     given = source.get("effects")
-    found = []
     for key, _ in given if isinstance(given, Map) else ():
         effect = registry()[key.text]
-        reason = effect.refusal(scene.object)
+        reason = effect.refusal(scene.object) or effect.not_at(scene)
         if scene.choice(key.text) not in ("auto", "off") and reason is not None:
-            able = ", ".join(
-                name for name, e in registry().items() if e.group == "object" and e.refusal(scene.object) is None
-            )
-            hint = f"of the object's own effects it can have {able}" if able else "it has no effects of its own"
-            found.append(key.mark.error("effect-impossible", f"effects.{key.text}: {reason}", hint))
-    return found
+            yield key.mark.error("effect-impossible", f"effects.{key.text}: {reason}", _able(scene, effect))
+    fidelity, support = source.get("fidelity"), source.get("support")
+    if fidelity is not None and not _stands_in(scene):
+        message = f"fidelity: nothing stands in for a {scene.object.type} at {scene.fidelity} fidelity"
+        yield fidelity.mark.error("value", message, "write sheet" if scene.object.body() is not None else "write hertz")
+    if isinstance(scene.support, Cup) and scene.support.rim >= scene.object.top and isinstance(support, Map):
+        message = "support.rim: the rim of the cup is as high as the object's top, so that the hand does not reach it"
+        yield support.mark.error("value", message, "raise the object's base, or lower the rim")
+
+
+def _stands_in(scene: Scene) -> bool:
+    form = scene.object.hertz
+    if scene.fidelity == "sheet":
+        return scene.object.body() is not None
+    return form is not None and (scene.fidelity == "hertz" or form.kind == "sphere")
+
+
+def _able(scene: Scene, effect: type[Effect]) -> str:
+    if effect.group != "object":
+        return "write fidelity: sheet, or leave it out"
+    able = [name for name, e in registry().items() if e.group == "object" and e.refusal(scene.object) is None]
+    return f"of the object's own effects it can have {', '.join(able)}" if able else "it has no effects of its own"

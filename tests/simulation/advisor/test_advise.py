@@ -70,13 +70,16 @@ def test_a_name_switches_on_and_off_whatever_the_size(scene, effect):
 @pairs
 def test_auto_goes_by_each_tolerance(scene, effect):
     """Whatever an effect changes: it is on when that is more than is tolerated, and near the threshold there is a warning."""
+    needed = registry()[effect].needs
+    choices = dict.fromkeys(registry(), "auto") | ({needed: "on"} if needed else {})
+    left = SCENES[scene].with_(effects=type("Effects", (), choices))
     for observable in UNITS:
-        size = verdict(tolerating(SCENES[scene], observable, 1e-9), effect).estimate
+        size = verdict(tolerating(left, observable, 1e-9), effect).estimate
         if not size:
-            assert not verdict(tolerating(SCENES[scene], observable, 1e-9), effect).on
+            assert not verdict(tolerating(left, observable, 1e-9), effect).on
             continue
         for part, on, near in ((0.99, True, True), (1.01, False, True), (0.32, True, False), (3.1, False, False)):
-            found = verdict(tolerating(SCENES[scene], observable, part * size), effect)
+            found = verdict(tolerating(left, observable, part * size), effect)
             assert (found.observable, found.estimate) == (observable, pytest.approx(size))
             assert (found.on, found.near) == (on, near)
 
