@@ -221,14 +221,14 @@ class World:
             return Equilibrium(travel, 0.0, felt(where.depth)[0], 0), standing
         state, drop, spent, near = past.thing, math.inf, 0, _ahead(past, where.depth)
         own, close = _along(law, where.upright), self.fidelity.close
-        upright = where.upright  # the part of a way along the hand's axis that is a drop
-        kinks = [kink / upright for kink in self.specimen.kinks(state)]
-        start, rest = self.specimen.drop(state) / upright, self.specimen.rest(state, dt) / upright
+        upright = where.upright  # the part of a drop that is a way along the hand's axis
+        kinks = [kink * upright for kink in self.specimen.kinks(state)]
+        start, rest = self.specimen.drop(state) * upright, self.specimen.rest(state, dt) * upright
         for _ in range(_PASSES):
             found = couple(
                 _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=close, near=near
             )
-            spent, before, drop = spent + found.iterations, drop, found.drop * upright
+            spent, before, drop = spent + found.iterations, drop, found.drop / upright
             changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
                 return found._replace(iterations=spent, drop=drop), changed

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.simulation.coupling import couple
+from stretch_bt.simulation.objects.buckling import BucklingResponse
 from stretch_bt.simulation.objects.response import LinearResponse
 from stretch_bt.simulation.solve import find_root
 
@@ -100,6 +101,17 @@ def test_the_first_equilibrium_on_the_way_is_reached_and_a_jump_is_told():
     back = couple(membrane, law, 0.0058, kinks=kinks, start=past.drop)
     assert not back.jumped
     assert back.drop > kinks[1]
+
+
+def test_an_equilibrium_within_a_falling_piece_is_not_passed():
+    """At neither end of the fall the object holds, but on the way it does: scanned in small steps, the first one is found."""
+    membrane, travel = power(1471.0), 6.785e-3
+    object_ = BucklingResponse(430.0, 0.584, 0.4, 0.890, 3.905e-3)
+    law = object_.law(object_.start(), 0.0)
+    found = couple(membrane, law, travel, kinks=object_.kinks(object_.start()))
+    drops = [travel * k / 20000 for k in range(1, 20000)]
+    first = next(d for d in drops if membrane(travel - d)[0] <= law(d)[0])
+    assert found.drop == pytest.approx(first, abs=travel / 10000)
 
 
 def test_two_springs_in_series_and_what_stays_down():

@@ -8,7 +8,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.model import ForceModel, hertz_force
 from stretch_bt.simulation.objects.response import Response
 from stretch_bt.simulation.objects.sphere import SphereObject
-from stretch_bt.simulation.scene import parse_scene
+from stretch_bt.simulation.scene import load_scene, parse_scene
 from stretch_bt.simulation.world import World
 
 TOP = 0.060
@@ -178,3 +178,68 @@ def test_what_has_a_memory_is_taken_from_moment_to_moment(soft):
     assert again.force[2] < first.force[2]
     assert world.contact(down, 0.0, 0.5).drop == pytest.approx(first.drop)  # a moment ago nothing had been pressed
     assert world.contact(down, 0.0, 3.0) is again
+
+
+def test_a_soft_object_drops_straight_down_under_a_tilted_hand():
+    world = World(scene(fidelity="sheet", effects="none"))
+    pose = Pose((0, 0, TOP - 0.006), (0.3, 0, 0))
+    assert world.contact(pose, 0.03).drop == 0.0  # rigid, as nothing is on
+    soft = World(scene(fidelity="sheet", effects="{sag: off, bending: off}"))
+    found = soft.contact(pose, 0.03)
+    assert found.drop == pytest.approx(found.force[2] / 900, rel=0.02)
+    assert found.drop > 5e-4
+
+
+def test_a_turned_object_off_centre_is_met_alike_by_a_hand_that_is_hardly_tilted():
+    prism = scene(
+        "rigid: true", "type: prism, length: 40 mm, width: 25 mm, height: 30 mm, heading: 30 deg", "sheet", "none"
+    )
+    world, at = World(prism), (0.006, -0.009, prism.object.top - 0.006)
+    for yaw in (0.0, 0.7):
+        flat = world.contact(Pose(at, (0, 0, yaw)), 0.02)
+        tilted = world.contact(Pose(at, tuple(v + e for v, e in zip((0, 0, yaw), (2e-4, 1e-4, 0), strict=True))), 0.02)
+        assert tilted.place.heading == pytest.approx(flat.place.heading, abs=1e-3)
+        assert tilted.place.at == pytest.approx(flat.place.at, abs=2e-5)
+        assert tilted.force == pytest.approx(flat.force, abs=0.02 * flat.force[2])
+
+
+def test_a_lump_of_dough_rolls_where_the_hand_goes():
+    """Pressed and moved across, it comes along by half of the way and loses its corners."""
+    world = World(load_scene("dough_cube").with_(fidelity="hertz"))
+    top = world.scene.object.top
+    world.advance(Pose((0, 0, top + 0.01)), 0.06, 0.0)
+    low = top - 0.004
+    world.advance(Pose((0, 0, low)), 0.06, 1.0)
+    for k in range(1, 41):
+        world.advance(Pose((0.002 * k, 0, low)), 0.06, 1.0 + 0.1 * k)
+    assert world.standing().x == pytest.approx(0.040, rel=0.2)
+    assert world.truth(Pose((0.08, 0, low)), 0.06, 5.0)["roundness"] < 0.95 * 0.125
+
+
+def test_a_moment_without_an_answer_is_told_once(soft):
+    ball = soft.scene.object
+    world = World(soft.scene.with_(object=DentedBall.model_construct(**dict(ball))))
+    up, down = Pose((0, 0, TOP + 0.01)), Pose((0, 0, TOP - 0.010))
+    world.advance(up, 0.0, 0.0)
+    world.advance(down, 0.0, 1.0)
+    with pytest.raises(NoEquilibrium, match="tilted"):
+        world.advance(Pose((0, 0, TOP - 0.01), (0.1, 0, 0)), 0.0, 2.0)
+    world.advance(up, 0.0, 3.0)
+    assert world.latest == 3.0
+    assert world.contact(down, 0.0, 4.0).drop > soft.contact(down, 0.0).drop
+
+
+def test_friction_begins_anew_after_the_hand_has_lifted():
+    rubbed = World(
+        scene("rigid: true", "type: sphere, diameter: 20 mm, base: 30 mm", "sheet", "{friction: on, sag: off}")
+    )
+    top = rubbed.scene.object.top
+    fresh = World(rubbed.scene)
+    rubbed.advance(Pose((0, 0, top + 0.002)), 0.02, 0.0)
+    rubbed.advance(Pose((0, 0, top - 0.004)), 0.02, 1.0)
+    rubbed.advance(Pose((0, 0, top + 0.002)), 0.02, 2.0)
+    aside = Pose((0.008, 0, top + 0.002))
+    rubbed.advance(aside, 0.02, 3.0)
+    fresh.advance(aside, 0.02, 3.0)
+    press = Pose((0.008, 0, top - 0.003))
+    assert rubbed.contact(press, 0.02, 4.0).force == pytest.approx(fresh.contact(press, 0.02, 4.0).force, rel=1e-3)
