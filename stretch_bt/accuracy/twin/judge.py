@@ -84,23 +84,19 @@ def price(name: str, ledger: Ledger, seeds: Sequence[int], few: Sequence[int]) -
 def change(scene: Scene, base: Runs, other: Runs) -> tuple[float, float]:
     """Return by how much the mean of an observable changes, and the rms of its change in each run, over the tolerance.
 
-    Of the observables of the tolerance, the one that changes most counts.
+    Of the observables of the tolerance, the one that changes most counts. Runs are compared seed by seed; where more than a
+    third of them have an observable with one set of effects and not with the other, the change is infinite, and so it is
+    where none can be compared.
     """
-    if bool(base.failed) != bool(other.failed):
-        return math.inf, math.inf
-    if base.failed:
-        return 0.0, 0.0
     worst = (0.0, 0.0)
     for observable, tolerance in scene.tolerance.named().items():
-        before, after = base.mean(observable), other.mean(observable)
-        if (before is None) != (after is None):
-            return math.inf, math.inf
-        if before is None or after is None:
-            continue
-        scale = tolerance * (abs(before) if observable in _RELATIVE else 1.0)
         each = other.paired(base, observable)
-        rms = math.sqrt(statistics.fmean(d * d for d in each)) / scale if each else math.inf
-        worst = max(worst[0], abs(after - before) / scale), max(worst[1], rms)
+        alone = other.unpaired(base, observable)
+        if not each or alone > (len(each) + alone) / 3:
+            return math.inf, math.inf
+        scale = tolerance * (abs(base.mean(observable) or 0.0) if observable in _RELATIVE else 1.0)
+        rms = math.sqrt(statistics.fmean(d * d for d in each)) / scale
+        worst = max(worst[0], abs(statistics.fmean(each)) / scale), max(worst[1], rms)
     return worst
 
 

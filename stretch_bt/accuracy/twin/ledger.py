@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import statistics
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,7 +13,7 @@ from stretch_bt.accuracy.twin.outcome import Outcome, outcome, with_effects
 
 __all__ = ["Ledger", "Runs"]
 
-Key = tuple[str, tuple[str, ...], int]
+Key = tuple[str, str, tuple[str, ...], int]
 
 
 class Runs:
@@ -45,6 +46,11 @@ class Runs:
             if observable in a.values and observable in b.values
         ]
 
+    def unpaired(self, other: Runs, observable: str) -> int:
+        """Return for how many seeds one of the two has an observable and the other has not."""
+        pairs = zip(self.outcomes, other.outcomes, strict=False)
+        return sum((observable in a.values) is not (observable in b.values) for a, b in pairs)
+
 
 class Ledger:
     """Works out outcomes on two processes and keeps them in a file of JSON lines, None for memory only."""
@@ -54,7 +60,7 @@ class Ledger:
         self.known: dict[Key, Outcome] = {}
         for line in path.read_text("utf-8").splitlines() if path is not None and path.exists() else ():
             found = json.loads(line)
-            self.known[found["scene"], tuple(found["on"]), found["seed"]] = Outcome(
+            self.known[found["scene"], found["text"], tuple(found["on"]), found["seed"]] = Outcome(
                 found["values"], found["cpu_seconds"], found["reason"]
             )
 
@@ -67,26 +73,37 @@ class Ledger:
     ) -> list[Runs]:
         """Return the outcomes with each of several sets of effects on."""
         wanted, everything, numbers = [tuple(sorted(on)) for on in sets], sorted(every), list(seeds)
-        missing = [
-            (scene, on, seed) for on in dict.fromkeys(wanted) for seed in numbers if (scene, on, seed) not in self.known
-        ]
-        for key, found in self._work_out(missing, everything):
+        text = _digest(with_effects(scene, {}))
+        keys = [(scene, text, on, seed) for on in dict.fromkeys(wanted) for seed in numbers]
+        for key, found in self._work_out([key for key in keys if key not in self.known], everything):
             self.known[key] = found
             self._write(key, found)
-        return [Runs([self.known[scene, on, seed] for seed in numbers]) for on in wanted]
+        return [Runs([self.known[scene, text, on, seed] for seed in numbers]) for on in wanted]
 
     def _work_out(self, keys: Sequence[Key], every: Sequence[str]) -> Iterator[tuple[Key, Outcome]]:
-        texts = [with_effects(scene, {e: "on" if e in on else "off" for e in every}) for scene, on, _ in keys]
+        texts = [with_effects(key[0], {e: "on" if e in key[2] else "off" for e in every}) for key in keys]
         if len(keys) < 2 or self.workers < 2:
-            yield from ((key, outcome(text, key[2])) for key, text in zip(keys, texts, strict=True))
+            yield from ((key, outcome(text, key[3])) for key, text in zip(keys, texts, strict=True))
             return
         with ProcessPoolExecutor(self.workers) as pool:
-            yield from zip(keys, pool.map(outcome, texts, [seed for _, _, seed in keys]), strict=True)
+            yield from zip(keys, pool.map(outcome, texts, [key[3] for key in keys]), strict=True)
 
     def _write(self, key: Key, found: Outcome) -> None:
         if self.path is None:
             return
-        scene, on, seed = key
-        row = {"scene": scene, "on": on, "seed": seed, "values": dict(found.values), "cpu_seconds": found.cpu_seconds}
+        scene, text, on, seed = key
+        row = {
+            "scene": scene,
+            "text": text,
+            "on": on,
+            "seed": seed,
+            "values": dict(found.values),
+            "cpu_seconds": found.cpu_seconds,
+        }
         with self.path.open("a", encoding="utf-8") as file:
             file.write(json.dumps({**row, "reason": found.reason}) + "\n")
+
+
+def _digest(text: str) -> str:
+    """Return a few letters that stand for the text of a scene, so that no outcome outlives a change of it."""
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
