@@ -5,6 +5,7 @@ import math
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import Reading, readings_of
+from stretch_bt.errors import IllConditioned
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
@@ -54,4 +55,6 @@ class TrackDrop(ModelBehavior):
         with within_range():
             forces = [model.predict(radius, r.stretch, max(r.depth, 0.0))[0] for r in readings]
         least = max(LEAST_FORCE * forces[-1], 1e-6)
+        if forces[-1] <= least:
+            raise IllConditioned("the hand is not past the undeformed top, so that this press says nothing of a drop")
         return [(f, r.height, max(r.sd, 1e-6)) for f, r in zip(forces, readings, strict=True) if f > least]
