@@ -69,7 +69,7 @@ def test_explain_says_sizes_and_what_is_close(cli, scene):
     assert code == 0
     rows = {line.split()[0]: line.split() for line in out.splitlines() if line}
     assert rows["repeatability"][1:8] == ["off", "height", "0.03", "mm", "0.2", "mm", "0.02"]
-    assert rows["latency"][1:4] == ["on", "height", "0.25"]
+    assert rows["latency"][1:4] == ["on", "height", "0.0234"]
     assert "a sphere has no: " in out
     close = [line for line in out.splitlines() if line.startswith("warning: ")]
     assert any("fixed_pattern is on by a narrow margin: height 0.5 mm against 0.2 mm" in line for line in close)

@@ -13,7 +13,6 @@ from stretch_bt.simulation.membrane.indenters.polyhedron import Polyhedron
 __all__ = ["load_mesh"]
 
 
-@lru_cache(maxsize=8)
 def load_mesh(path: Path, unit: float, edge: float) -> Polyhedron:
     """Return the body in a file, z up, its edges rounded; its highest corner at z = 0 and its middle at (0, 0).
 
@@ -35,6 +34,14 @@ def load_mesh(path: Path, unit: float, edge: float) -> Polyhedron:
     InvalidInput
         The file cannot be read, holds no closed surface, or is thinner somewhere than two roundings.
     """
+    if not path.is_file():
+        raise InvalidInput(f"there is no file {path}")
+    return _loaded(path, path.stat().st_mtime_ns, unit, edge)
+
+
+@lru_cache(maxsize=8)
+def _loaded(path: Path, changed: int, unit: float, edge: float) -> Polyhedron:
+    """Return the body in a file as it was when it last changed."""
     vertices, triangles = _read(path)
     if len(triangles) == 0:
         raise InvalidInput(f"{path} holds no triangles")
@@ -53,8 +60,6 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
         import trimesh
     except ImportError:
         raise MissingExtra("mesh files need trimesh: pip install 'stretch-bt[mesh]'") from None
-    if not path.is_file():
-        raise InvalidInput(f"there is no file {path}")
     try:
         mesh = trimesh.load_mesh(path)
     except Exception as error:  # each format fails in its own way
