@@ -8,41 +8,20 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.compiled import kernel
+from stretch_bt.perception.arrays_kernel import ranked
 
 __all__ = ["settle_angle"]
 
 
 @kernel()
-def middle_of(values: Any, n: Any) -> Any:
-    """Return the upper median of the first n values, which change their order (Hoare's algorithm 65, 1961)."""
-    low, high, at = 0, n - 1, n // 2
-    while low < high:
-        pivot, i, j = values[at], low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while pivot < values[j]:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if j < at:
-            low = i
-        if at < i:
-            high = j
-    return values[at]
-
-
-@kernel()
 def scale_of(size: Any, factor: Any, cut: Any) -> Any:
     """Return what `robust.scale_of` does, of absolute residuals (n,), which change their order, and one parameter."""
-    first, inside = factor * middle_of(size, size.size), 0
+    first, inside = factor * ranked(size, size.size // 2), 0
     for n in range(size.size):
         if size[n] <= cut * first:
             size[n], size[inside] = size[inside], size[n]
             inside += 1
-    return factor * middle_of(size, inside) * math.sqrt(inside / max(inside - 1, 1))
+    return factor * ranked(size[:inside], inside // 2) * math.sqrt(inside / max(inside - 1, 1))
 
 
 @kernel("UniTuple(float64,2)(float64[::1],float64[::1],float64[::1],float64,float64,float64,int64)")

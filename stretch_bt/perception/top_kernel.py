@@ -8,33 +8,9 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.compiled import kernel
+from stretch_bt.perception.arrays_kernel import solve_in_place
 
 __all__ = ["m_sd", "settle"]
-
-
-@kernel()
-def solve_in_place(normal: Any, right: Any) -> Any:
-    """Turn the right side (k,) into the solution, by Cholesky's decomposition; False where there is none."""
-    k = right.size
-    for i in range(k):
-        for j in range(i + 1):
-            total = normal[i, j]
-            for m in range(j):
-                total -= normal[i, m] * normal[j, m]
-            if i > j:
-                normal[i, j] = total / normal[j, j]
-            elif total > 1e-12 * normal[i, i]:
-                normal[i, i] = math.sqrt(total)
-            else:
-                return False
-        for m in range(i):
-            right[i] -= normal[i, m] * right[m]
-        right[i] /= normal[i, i]
-    for i in range(k - 1, -1, -1):
-        for m in range(i + 1, k):
-            right[i] -= normal[m, i] * right[m]
-        right[i] /= normal[i, i]
-    return True
 
 
 @kernel("boolean(float64[:,::1],float64[::1],float64[::1],float64,float64,int64)")

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from stretch_bt.accuracy.membrane.cases import Case
 from stretch_bt.accuracy.membrane.errors import Reference
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.press import WIDTH, press
-from stretch_bt.simulation.membrane.sheet.spline import Array
 from stretch_bt.simulation.membrane.surface import pressed_surface
 from stretch_bt.simulation.objects.base import HertzForm
 
@@ -43,17 +40,7 @@ def _hertz(case: Case, right: Reference) -> tuple[dict[str, float], float]:
 def _axisymmetric(case: Case, right: Reference) -> tuple[dict[str, float], float]:
     solved = press(case.indenter, case.stretch, case.depth, solver="axisymmetric")
     assert isinstance(solved.detail, AxisymmetricPress)
-    return right.errors(solved, _smooth(solved.detail.profile)), solved.seconds
-
-
-def _smooth(profile: Array) -> Callable[[Array], Array]:
-    """Return the height over distance between the few places of a profile, 0 beyond its clamp."""
-    from scipy.interpolate import PchipInterpolator
-
-    distance, first = np.unique(profile[:, 0], return_index=True)
-    distance, height = np.append(0.0, distance), np.append(profile[0, 1], profile[first, 1])
-    curve = PchipInterpolator(distance, height)
-    return lambda r: np.where(r < distance[-1], curve(np.minimum(r, distance[-1])), 0.0)
+    return right.errors(solved, solved.detail.height), solved.seconds
 
 
 STAND_INS = {"hertz": StandIn((Sphere, Cylinder), _hertz), "axisymmetric": StandIn((Sphere,), _axisymmetric)}

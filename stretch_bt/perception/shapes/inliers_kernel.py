@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.compiled import kernel
+from stretch_bt.perception.arrays_kernel import ranked, solve_in_place
 
 __all__ = ["bulk", "fill_weights", "first_mixture", "next_mixture", "normal_step", "settle_line"]
 
@@ -15,32 +16,8 @@ TUKEY = 4.685  # 95 % efficiency on Gaussian noise
 MAD_TO_SD = 1.4826
 NEAR = 10.0  # standard deviations within which outliers could be taken for noise
 MOST_OUTLIERS = 0.5  # share beyond which outliers could as well be the surface
-SMALLEST = 1e-12  # pivot of equilibrated normal equations
 L1_STEPS, STEPS = 5, 9
 _MIXTURE = "UniTuple(float64,3)(float64[::1],"
-
-
-@kernel("float64(float64[::1],int64)")
-def ranked(values: Any, rank: Any) -> Any:
-    """Return the value of a rank, and put the smaller ones before it (Hoare, Find, Communications of the ACM, 1961)."""
-    low, high = 0, values.size - 1
-    while low < high:
-        pivot = values[rank]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while pivot < values[j]:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if j < rank:
-            low = i
-        if rank < i:
-            high = j
-    return values[rank]
 
 
 @kernel("float64(float64[::1],int64)")
@@ -122,25 +99,12 @@ def normal_step(jacobian: Any, weights: Any, residuals: Any, step: Any) -> Any:
     scale = np.empty(p)
     for i in range(p):
         scale[i] = 1.0 / math.sqrt(max(matrix[i, i], 1e-300))
-    for i in range(p):  # Cholesky's decomposition, and the forward half of the solution
+    for i in range(p):  # equilibrated, so that the smallest pivot means the same for all units
         step[i] *= scale[i]
         for j in range(i + 1):
-            total = matrix[i, j] * scale[i] * scale[j]
-            for k in range(j):
-                total -= matrix[i, k] * matrix[j, k]
-            if i > j:
-                matrix[i, j] = total / matrix[j, j]
-            elif total > SMALLEST:
-                matrix[i, i] = math.sqrt(total)
-            else:
-                return False
-        for k in range(i):
-            step[i] -= matrix[i, k] * step[k]
-        step[i] /= matrix[i, i]
-    for i in range(p - 1, -1, -1):
-        for k in range(i + 1, p):
-            step[i] -= matrix[k, i] * step[k]
-        step[i] /= matrix[i, i]
+            matrix[i, j] = matrix[i, j] * scale[i] * scale[j]
+    if not solve_in_place(matrix, step):
+        return False
     for i in range(p):
         step[i] *= scale[i]
     return True

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.camera.skin import Grid, Profile, Skin
@@ -71,7 +68,10 @@ class AxisymmetricFidelity:
 
     def free(self, stretch: float) -> Skin:
         """Return a flat membrane."""
-        return Profile(None, (0.0, 0.0), self.width, self.gauge + self.mount_prestretch + stretch)
+        return Profile(None, (0.0, 0.0), self.width, self._length(stretch))
+
+    def _length(self, stretch: float) -> float:
+        return self.gauge + self.mount_prestretch + stretch
 
     def _radius(self, place: Place) -> float:
         if place.tilt != (0.0, 0.0):
@@ -83,30 +83,18 @@ class AxisymmetricFidelity:
     def _solve(self, radius: float, stretch: float, depth: float) -> AxisymmetricPress:
         key = (radius, stretch, depth)
         if key not in self._pressed:
-            length = self.gauge + self.mount_prestretch + stretch
-            narrow = self.width * (self.gauge / length) ** 0.5
-            clamp = math.sqrt(length * narrow / math.pi)
-            sheet = CircularMembrane(clamp, self.thickness, self.material, (length / self.gauge) ** 0.25)
+            sizes = self.width, self.gauge, self._length(stretch), self.thickness
+            sheet = CircularMembrane.in_place_of(*sizes, self.material)
             with self.stats.timed("solve"):
                 self._pressed[key] = sheet.press(radius, depth)
         return self._pressed[key]
 
     def _grid(self, place: Place, solved: AxisymmetricPress) -> Skin:
         """Return the profile around the object on the rectangle of the sheet, which its border holds flat."""
-        length = self.gauge + self.mount_prestretch + place.stretch
+        length = self._length(place.stretch)
         x = np.linspace(-self.width / 2, self.width / 2, _GRID)
         y = np.linspace(-length / 2, length / 2, _GRID)
         points = np.stack([*np.meshgrid(x, y), np.zeros((_GRID, _GRID))], axis=-1)
         away = np.hypot(points[..., 0] - place.at[0], points[..., 1] - place.at[1])
-        points[..., 2] = _height(solved)(away)
+        points[..., 2] = solved.height(away)
         return Grid(points)
-
-
-def _height(solved: AxisymmetricPress) -> Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]:
-    """Return the height over distance between the few places of a profile, 0 beyond its clamp."""
-    from scipy.interpolate import PchipInterpolator
-
-    distance, first = np.unique(solved.profile[:, 0], return_index=True)
-    distance, height = np.append(0.0, distance), np.append(solved.profile[0, 1], solved.profile[first, 1])
-    curve = PchipInterpolator(distance, height)
-    return lambda r: np.where(r < distance[-1], curve(np.minimum(r, distance[-1])), 0.0)

@@ -46,6 +46,15 @@ class AxisymmetricPress:
     iterations: int
     seconds: float
 
+    def height(self, distance: Array) -> Array:
+        """Return the height, m, at distances from the axis, m, between the few places of the profile; 0 beyond the clamp."""
+        from scipy.interpolate import PchipInterpolator
+
+        known, first = np.unique(self.profile[:, 0], return_index=True)
+        known, height = np.append(0.0, known), np.append(self.profile[0, 1], self.profile[first, 1])
+        within = PchipInterpolator(known, height)(np.minimum(distance, known[-1]))
+        return np.where(distance < known[-1], within, 0.0)
+
 
 class _Shot(NamedTuple):
     """Where a shot ends: radius, depth and energy at the clamp, force, and contact angle; lengths over the clamp's."""
@@ -74,6 +83,18 @@ class CircularMembrane:
                 raise InvalidInput(f"the {name} of a circular membrane must be a finite number above 0, not {value!r}")
         if self.prestretch < 1:
             raise InvalidInput(f"the prestretch must be at least 1, not {self.prestretch!r}")
+
+    @classmethod
+    def in_place_of(
+        cls, width: float, gauge: float, length: float, thickness: float, material: Material
+    ) -> CircularMembrane:
+        """Return the round membrane that stands in for a sheet pulled to a length, m: of its deformed area, and stretched evenly.
+
+        `width` and `gauge`, m, are those of the unstressed sheet, `length` that between its clamps. The sheet narrows as a
+        strip would, and the even stretch changes an area by as much.
+        """
+        narrow = width * (gauge / length) ** 0.5
+        return cls(math.sqrt(length * narrow / math.pi), thickness, material, (length / gauge) ** 0.25)
 
     def press(self, sphere_radius: float, depth: float) -> AxisymmetricPress:
         """Return the equilibrium under a frictionless rigid sphere pressed `depth`, m, past the flat membrane.

@@ -202,10 +202,7 @@ def _axisymmetric(request: _Request) -> PressResult:
     if not isinstance(body, Sphere):
         raise InvalidInput("the axisymmetric solver takes a sphere only")
     length = sheet.gauge + sheet.mount_prestretch + request.stretch
-    # a round membrane of the same deformed area, stretched in both directions by the same area ratio
-    narrow = sheet.width * (sheet.gauge / length) ** 0.5
-    clamp = math.sqrt(length * narrow / math.pi)
-    round_sheet = CircularMembrane(clamp, sheet.thickness, sheet.material, (length / sheet.gauge) ** 0.25)
+    round_sheet = CircularMembrane.in_place_of(sheet.width, sheet.gauge, length, sheet.thickness, sheet.material)
     solved = round_sheet.press(body.diameter / 2, request.depth)
     radius = solved.contact_radius
     area = 2 * math.pi * (body.diameter / 2) ** 2 * (1 - math.cos(solved.contact_angle))
