@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.round_wire import RoundWire
 
 __all__ = ["Ring"]
 
 
 @dataclass(frozen=True, slots=True)
-class Ring(Solid):
+class Ring(RoundWire):
     """A torus around z of a wire of `diameter`; `across` is the diameter of the circle that its axis makes, m."""
 
     diameter: float
@@ -24,16 +25,6 @@ class Ring(Solid):
         positive("the diameter of a ring", self.across)
         if self.across <= self.diameter:
             raise InvalidInput("a ring must be wider than its wire is thick, or it has no hole")
-
-    @property
-    def feature(self) -> float:
-        """Radius of the wire, m."""
-        return self.diameter / 2
-
-    @property
-    def bulk(self) -> float:
-        """Thickness of the wire, m."""
-        return self.diameter
 
     @property
     def peak(self) -> tuple[float, float]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.round_wire import RoundWire
 
 __all__ = ["Wire", "along"]
 
 
 @dataclass(frozen=True, slots=True)
-class Wire(Solid):
+class Wire(RoundWire):
     """A wire of `diameter` and `length` with round ends, m, lying flat at `heading`, rad, from x."""
 
     diameter: float
@@ -21,16 +22,6 @@ class Wire(Solid):
     def __post_init__(self) -> None:
         positive("the diameter of a wire", self.diameter)
         positive("the length of a wire", self.length)
-
-    @property
-    def feature(self) -> float:
-        """Its radius, m."""
-        return self.diameter / 2
-
-    @property
-    def bulk(self) -> float:
-        """Its diameter, m."""
-        return self.diameter
 
     def crest(self, rotation: Array) -> tuple[float, float]:
         """Return half the length along x and along y, m."""

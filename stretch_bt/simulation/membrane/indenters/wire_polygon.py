@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Zone, empty_gap, positive, spacing
+from stretch_bt.simulation.membrane.indenters.round_wire import RoundWire
 
 __all__ = ["WirePolygon"]
 
 
 @dataclass(frozen=True, slots=True)
-class WirePolygon(Solid):
+class WirePolygon(RoundWire):
     """A wire of `diameter` along a regular polygon with `count` sides of length `side`, m; its first corner lies on y.
 
     `bend` is the radius at which the middle of the wire goes round the corners, m.
@@ -48,16 +49,6 @@ class WirePolygon(Solid):
         turns = math.pi / 2 + 2 * math.pi * np.arange(self.count) / self.count
         out = (self._inside - self.bend) / math.cos(math.pi / self.count)
         return out * np.column_stack([np.cos(turns), np.sin(turns)])
-
-    @property
-    def feature(self) -> float:
-        """Radius of the wire, m."""
-        return self.diameter / 2
-
-    @property
-    def bulk(self) -> float:
-        """Thickness of the wire, m."""
-        return self.diameter
 
     @property
     def peak(self) -> tuple[float, float]:
