@@ -8,7 +8,7 @@ from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
-SHEET = (0.090, 0.100, 0.002, 72.5e3, 13.3e-3)
+SHEET = (0.090, 0.100, 0.002, 68.4e3, 11.9e-3)
 
 
 @pytest.mark.parametrize("body", [Sphere(0.020), Cone(0.7854, 0.0005)], ids=["sphere", "cone"])

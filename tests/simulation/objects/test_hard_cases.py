@@ -11,7 +11,7 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.press import press
 from stretch_bt.simulation.scene import load_scene, parse_scene
 
-HAND = {"shear_modulus": 72.5e3, "mount_prestretch": 13.3e-3}
+HAND = {"shear_modulus": 68.4e3, "mount_prestretch": 11.9e-3}
 POST = "{type: box, length: 0.3 mm, width: 0.3 mm, height: 20 mm, edge: 0.1 mm, rigid: true}"
 WIDE = "{type: box, length: 120 mm, width: 150 mm, height: 20 mm, rigid: true}"
 BROAD = "{type: box, length: 120 mm, width: 40 mm, height: 20 mm, rigid: true}"
