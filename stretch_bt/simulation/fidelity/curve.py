@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -16,71 +16,79 @@ Array = npt.NDArray[np.float64]
 
 _STEP = 1e-3  # m between solved presses, finer where the press is shallow
 _SHALLOW = (0.0625e-3, 0.125e-3, 0.25e-3, 0.5e-3)
-_POWER = 1.5  # the force over this power of the depth varies slowly
+_POWER = 1.5  # of the travel, that the force of the shallowest presses grows with
 
 
 class Curve:
     """The force of presses that differ in depth alone, by cubics through the four nearest solved ones.
 
-    What is interpolated is force / (depth + lift)^1.5, which varies slowly; `lift`, m, is how far above the plane the membrane
-    already touches. Presses are solved when a depth near them is asked for. Against presses solved at the depth itself the force
-    is within 0.1 % from 1 mm on (`benchmarks/twin_curve.py`).
+    What is interpolated is the logarithm of the force against that of how far the membrane is past first touch, `lift`, m, above
+    the plane: under a ball, an edge or a tip the force is nearly a power of it, each its own. Presses are solved when a depth near
+    them is asked for. `python -m benchmarks.twin_curve` prints the error and what it costs.
     """
 
     def __init__(self, solve: Callable[[float], Array], lift: float = 0.0) -> None:
         self._solve = solve
         self.lift = lift
-        self._values: dict[float, Array] = {}
+        self._forces: dict[float, Array] = {}
+        self._too_deep = math.inf
 
     def __call__(self, depth: float) -> tuple[float, float]:
         """Return force along z, N, and slope, N/m, at a depth, m; both are 0 where nothing touches."""
         travel = depth + self.lift
         if travel <= 0:
             return 0.0, 0.0
-        level, slope = self._level(travel)
-        root = math.sqrt(travel)
-        return float(level[2] * travel * root), float(slope[2] * travel * root + _POWER * level[2] * root)
+        knots = self._knots(travel)
+        forces = [float(self._force(k)[2]) for k in knots]
+        if travel < knots[0]:
+            force = forces[0] * (travel / knots[0]) ** _POWER
+            return force, _POWER * force / travel
+        if min(forces) <= 0:  # some pass the object by
+            right = next(i for i, k in enumerate(knots) if k >= travel) or 1
+            return _lagrange(knots[right - 1 : right + 1], forces[right - 1 : right + 1], travel)
+        level, power = _lagrange([math.log(k) for k in knots], [math.log(f) for f in forces], math.log(travel))
+        force = math.exp(level)
+        return force, power * force / travel
 
     def force(self, depth: float) -> Array:
         """Return the force (3,), N, at a depth, m."""
+        upright = self(depth)[0]
+        if upright <= 0:
+            return np.zeros(3)
         travel = depth + self.lift
-        return np.zeros(3) if travel <= 0 else np.asarray(self._level(travel)[0] * travel**_POWER)
-
-    def _level(self, travel: float) -> tuple[Array, Array]:
-        """Return force / travel^1.5 (3,) and its slope."""
-        knots = self._knots(travel)
-        if travel < knots[0]:
-            return self._value(knots[0]), np.zeros(3)
-        return _lagrange(knots, [self._value(k) for k in knots], travel)
+        knots = [k for k in self._knots(travel) if self._force(k)[2] > 0]
+        places, at = [math.log(k) for k in knots], math.log(max(travel, knots[0]))
+        leaning = [_lagrange(places, [self._force(k)[i] / self._force(k)[2] for k in knots], at)[0] for i in (0, 1)]
+        return np.array([*leaning, 1.0]) * upright
 
     def _knots(self, travel: float) -> list[float]:
         """Return four travels around this one, or this one and shallower ones where the membrane cannot be pressed deeper."""
         right = next((i for i, k in enumerate(_SHALLOW) if k >= travel), len(_SHALLOW) + math.ceil(travel / _STEP) - 1)
         first = max(right - 2, 0)
-        knots = [_knot(i) for i in range(first, first + 4)]
-        while knots[-1] > travel:
+        knots = [k for k in map(_knot, range(first, first + 4)) if k < self._too_deep]
+        while knots and knots[-1] > travel:
             try:
-                self._value(knots[-1])
+                self._force(knots[-1])
             except NoEquilibrium:
-                knots.pop()
+                self._too_deep = knots.pop()
             else:
                 return knots
-        self._value(travel)
+        self._force(travel)
         return [_knot(i) for i in range(max(first - 1, 0), right)] + [travel]
 
-    def _value(self, travel: float) -> Array:
-        if travel not in self._values:
-            self._values[travel] = self._solve(travel - self.lift) / travel**_POWER
-        return self._values[travel]
+    def _force(self, travel: float) -> Array:
+        if travel not in self._forces:
+            self._forces[travel] = self._solve(travel - self.lift)
+        return self._forces[travel]
 
 
 def _knot(index: int) -> float:
     return _SHALLOW[index] if index < len(_SHALLOW) else (index - len(_SHALLOW) + 1) * _STEP
 
 
-def _lagrange(places: list[float], values: list[Array], at: float) -> tuple[Array, Array]:
+def _lagrange(places: Sequence[float], values: Sequence[float], at: float) -> tuple[float, float]:
     """Return value and derivative of the polynomial through the points."""
-    value, slope = np.zeros(3), np.zeros(3)
+    value, slope = 0.0, 0.0
     for i, (place, height) in enumerate(zip(places, values, strict=True)):
         others = [p for k, p in enumerate(places) if k != i]
         scale = height / math.prod(place - p for p in others)
