@@ -2,7 +2,10 @@
 
 import pytest
 
+from stretch_bt.simulation.effects.bending import Bending
 from stretch_bt.simulation.effects.friction import Friction
+from stretch_bt.simulation.effects.mullins import Softening
+from stretch_bt.simulation.effects.sag import Sag
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 from stretch_bt.simulation.membrane.indenters.cone import Cone
@@ -23,3 +26,13 @@ def test_a_grazing_touch(body, effects):
     assert forces[-1] > 0
     top = sheet.press(place, 1e-18, None).skin.points[..., 2].max()
     assert top == pytest.approx(0.0, abs=3e-5)
+
+
+def test_a_tip_that_a_hanging_membrane_just_meets():
+    # bent, softened and hanging, its energy is rounded by more than a light touch changes it
+    effects = [kind(kind.Parameters()) for kind in (Bending, Softening, Sag)]
+    sheet = SheetFidelity(*SHEET, effects)
+    place = Place(Cone(0.7854, 0.0005), None, (0.0, 0.0), 0.0, (0.0, 0.0), 0.01, 0.0)
+    forces = [float(sheet.force(place, travel - sheet.lift(0.0), None)[2]) for travel in (8e-5, 5e-4)]
+    assert forces == sorted(forces)
+    assert forces[0] > 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -36,6 +37,7 @@ _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
 _GRAZE = 2e-5  # m of travel; a touch that is lighter has no mesh fine enough, and the shape of this one
+_LIGHT = 2e-4  # m of travel up to which a press that cannot be solved has the shape of one twice as deep
 
 
 class SheetFidelity:
@@ -78,9 +80,7 @@ class SheetFidelity:
 
     def force(self, place: Place, depth: float, state: Any) -> Array:
         """Return the force, off centre or tilted with a part across."""
-        if self.remembers:
-            return self._solve(place, depth, state).force * self._share(place, depth)
-        return self._curve(place).force(depth)
+        return self._solved_force(place, depth, state) if self.remembers else self._curve(place).force(depth)
 
     def released(self, state: Any) -> Any:
         """Return the softening alone; without contact nothing slides on, so that friction begins anew."""
@@ -110,7 +110,7 @@ class SheetFidelity:
             travel = depth + self.lift(place.stretch)
             if travel <= 0:
                 return 0.0, 0.0
-            force = float(self._solve(place, depth, state).force[2]) * self._share(place, depth)
+            force = float(self._solved_force(place, depth, state)[2])
             nearest = min(solved, key=lambda s: abs(s[0] - travel), default=(travel, force))
             solved.append((travel, force))
             if abs(nearest[0] - travel) < _LEAST:
@@ -119,10 +119,11 @@ class SheetFidelity:
 
         return law
 
-    def _share(self, place: Place, depth: float) -> float:
-        """Return the part of the force of the shallowest press that is solved which one at this depth has."""
-        share: float = min((depth + self.lift(place.stretch)) / _GRAZE, 1.0) ** _RISE
-        return share
+    def _solved_force(self, place: Place, depth: float, state: Any) -> Array:
+        """Return the force (3,), N, of a solve; where it is too light for one, its part of that of the shallowest press that is."""
+        solved = self._solve(place, depth, state)
+        share: float = min((depth + self.lift(place.stretch)) / solved.load.travel, 1.0) ** _RISE
+        return np.asarray(solved.force * share)
 
     def _curve(self, place: Place) -> Curve | Between:
         """Return the force of a body; of a ball whose radius varies, that between balls of fixed radii."""
@@ -132,14 +133,12 @@ class SheetFidelity:
 
     def _fixed(self, place: Place) -> Curve:
         if place not in self._curves:
-            made = Curve(lambda depth: self._solve(place, depth, None).force, self.lift(place.stretch))
+            made = Curve(lambda depth: self._solved_force(place, depth, None), self.lift(place.stretch))
             _keep(self._curves, place, made)
         return self._curves[place]
 
     def _solve(self, place: Place, depth: float, state: Any) -> SheetPress:
         """Solve from what the membrane remembers, else from the last press at the same place, else from flat."""
-        from stretch_bt.simulation.membrane.sheet.solver import solve
-
         load = self._load(place, depth)
         known = state if self.remembers else None
         before, last = self._last.get(place, (None, None))
@@ -149,14 +148,24 @@ class SheetFidelity:
         if start is not None and self.sheet.effects.friction > 0 and start.load.indenter != load.indenter:
             start = None  # friction remembers how one body slid; an object that has changed its shape is met anew
         with self.stats.timed("solve"):
-            try:
-                solved = solve(self.sheet, load, self.settings, start)
-            except Impossible:
-                raise
-            except NoEquilibrium:  # a grazing tip is too light for forces to balance exactly
-                solved = solve(self.sheet, load, _LOOSE, start)
+            solved = self._balanced(load, start)
         _keep(self._last, place, (known, solved))
         return solved
+
+    def _balanced(self, load: Load, start: SheetPress | None) -> SheetPress:
+        """Return a press; a touch that is too light to be told from the rounding of energies gives way to a deeper one."""
+        from stretch_bt.simulation.membrane.sheet.solver import solve
+
+        try:
+            return solve(self.sheet, load, self.settings, start)
+        except Impossible:
+            raise
+        except NoEquilibrium as failure:
+            with suppress(NoEquilibrium):  # looser where forces cannot balance exactly
+                return solve(self.sheet, load, _LOOSE, start)
+            if load.travel > _LIGHT:
+                raise failure from None
+        return self._balanced(replace(load, depth=load.depth + load.travel), start)
 
     def _load(self, place: Place, depth: float) -> Load:
         from stretch_bt.simulation.membrane.indenters.turned import turn
