@@ -54,7 +54,7 @@ class FreeView:
     A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp. What is
     left of the mean beside the plane and that parabola is the camera's. How far it hangs cannot be told from a static error
     of the same shape; the estimate is that of least squares, drawn to what such membranes do, 0.3 +- 0.3 mm, by as much
-    as what is left over makes it uncertain. Under a press a membrane no longer hangs, so that its hang must not be taken
+    as what is left over makes it uncertain, unless it hangs by far more. Under a press a membrane no longer hangs, so that its hang must not be taken
     off with the error. How the mean depth of the view changes from frame to frame tells how fast the camera drifts.
     """
 
@@ -126,8 +126,10 @@ def _hang(error: Image, shape: Image, known: MaskArray) -> tuple[float, float]:
     fitted = float(e @ b) / max(float(b @ b), 1e-12)
     variance = PART**2 * float(np.mean((e - fitted * b) ** 2))
     expected, sd = HANG
-    both = variance * sd**2 / (sd**2 + variance)
-    return max((fitted * sd**2 + expected * variance) / (sd**2 + variance), 0.0), math.sqrt(both)
+    # one that hangs by far more is no such membrane, and is believed as it is seen
+    prior = max(sd**2, max(fitted - expected, 0.0) ** 2 - variance)
+    hang = max((fitted * prior + expected * variance) / (prior + variance), 0.0)
+    return hang, math.sqrt(variance * prior / (prior + variance))
 
 
 def _drift(means: Array) -> tuple[float, float]:

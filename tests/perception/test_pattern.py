@@ -51,6 +51,14 @@ def test_a_pattern_is_taken_off_and_what_the_membrane_hangs_is_not():
     assert np.abs(left).max() < 0.6 * UNIT
 
 
+@pytest.mark.parametrize("hang", [1.5e-3, 4e-3])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_loose_membrane_that_hangs_far_is_believed(hang, seed):
+    found = learned(uneven(0.5e-3, 20.0, np.random.default_rng(seed)), hang=hang, count=40).pattern(GAUGE)
+    assert abs(found.hang - hang) < 3 * found.hang_sd
+    assert found.hang_sd < 0.4e-3
+
+
 def test_a_flat_membrane_before_a_perfect_camera_shows_no_pattern():
     found = learned(np.zeros((220, 200))).pattern(GAUGE)
     assert found.hang < 0.01e-3
