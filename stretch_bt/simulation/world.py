@@ -130,14 +130,13 @@ class World:
         if past.hand == (pose, stretch) and self.specimen.timeless:
             self._remember(replace(past, time=time))  # without a way nothing changes
             return
+        at = (pose.position[0], pose.position[1])
         try:
             contact = self.contact(pose, stretch, time)
         except NoEquilibrium:
-            at = (pose.position[0], pose.position[1])
             self._remember(replace(past, time=time, at=at, hand=(pose, stretch), shared=None))
             raise
         with self.stats.timed("memory"):
-            at = (pose.position[0], pose.position[1])
             across = (at[0] - past.at[0], at[1] - past.at[1]) if math.isfinite(past.time) else (0.0, 0.0)
             dt = time - past.time if math.isfinite(past.time) else 0.0
             x, y, z = contact.force

@@ -126,6 +126,9 @@ def _variants(node: dict[str, Any], definitions: dict[str, Any]) -> list[dict[st
 
 
 def _children(node: dict[str, Any], step: str | int, definitions: dict[str, Any]) -> list[dict[str, Any]]:
+    tagged = node.get("discriminator", {}).get("mapping", {}).get(str(step))
+    if tagged is not None:
+        return [{"$ref": tagged}]
     found: list[dict[str, Any]] = []
     for variant in _variants(node, definitions):
         properties = variant.get("properties", {})

@@ -80,10 +80,6 @@ class DoughSpecimen(Specimen):
         felt, step = self._felt(state.lump), max(dt, _SHORTEST)
         return lambda drop: self._pulled(*felt.force(drop, step))
 
-    def pull(self, state: DoughState) -> float:
-        """Return the force, N, with which it holds the hand that lifts off it."""
-        return self.tack
-
     def standing(self, state: DoughState, drop: float) -> Standing:
         """Return its upper side where it rolled to, or the cube as it was cut."""
         spec, lump = self.spec, state.lump

@@ -143,13 +143,14 @@ class ObjectSpec(_Model):
         return {}
 
     def located(self, folder: Path) -> ObjectSpec:
-        """Return it with the files it names found from a folder, that of its scene file.
+        """Return it with the files it names found from a folder, that of its scene file, once its shape has been made.
 
         Raises
         ------
         InvalidInput
-            A file cannot be read, or holds no answer.
+            Its sizes make no shape; a file cannot be read, or holds none.
         """
+        self.body()
         return self
 
     def specimen(self, effects: Active) -> Specimen:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.solid import SolidSpec
 from stretch_bt.units import Length, Within
@@ -27,6 +28,12 @@ class BoxObject(SolidSpec):
     edge: Annotated[Length, Within(0.00005, 0.05, "Length")] = Field(
         default=0.001, description="radius of its edges, at most half its shorter side"
     )
+
+    @model_validator(mode="after")
+    def _round(self) -> BoxObject:
+        if "edge" in self.model_fields_set and self.edge > min(self.length, self.width) / 2:
+            raise InvalidInput("its edges are rounder than half its shorter side; write a smaller edge")
+        return self
 
     @property
     def top(self) -> float:

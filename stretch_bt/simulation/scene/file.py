@@ -174,14 +174,15 @@ def _made(source: Map, path: Path) -> Scene:
 
 
 def _located(scene: Scene, source: Map, path: Path) -> Scene:
-    """Return the scene with the files that its object names found next to its own."""
+    """Return the scene with the files that its object names found next to its own, and its shape made once."""
     try:
         return scene.with_(object=scene.object.located(path.parent))
     except InvalidInput as error:
         given = source.get("object") or source
-        raise FileError(
-            [given.mark.error("value", f"object: {error}", "write a file that holds one closed surface")]
-        ) from None
+        named = given.get("file") if isinstance(given, Map) else None
+        message, _, hint = str(error).partition("; ")
+        hint = hint or ("write a file that holds one closed surface" if named else "write sizes that go together")
+        raise FileError([(named or given).mark.error("value", f"object: {message}", hint)]) from None
 
 
 def _check_words(source: Map) -> None:
