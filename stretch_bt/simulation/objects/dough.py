@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.effects.active import Active
 from stretch_bt.simulation.objects.base import HertzForm, ObjectSpec, Rough
 from stretch_bt.units import Length, Mass, Pressure, Stiffness, Within
@@ -47,6 +48,15 @@ class DoughObject(ObjectSpec):
         default=20.0, description="tension of the membrane that smooths it where it is sharp"
     )
     directions: int = Field(default=500, ge=100, le=8000, description="in which its radius is known")
+
+    @model_validator(mode="after")
+    def _stands(self) -> DoughObject:
+        pressure = self.weight / self.edge**2
+        if pressure > self.yield_stress:
+            raise InvalidInput(
+                f"it would spread under its own weight, which is {pressure:.3g} Pa on its foot; write a larger yield_stress"
+            )
+        return self
 
     @property
     def top(self) -> float:
