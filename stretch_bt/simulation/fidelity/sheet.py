@@ -17,7 +17,7 @@ from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.fidelity.between import Between
 from stretch_bt.simulation.fidelity.curve import Curve
-from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere, goes_on_as
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -84,7 +84,7 @@ class SheetFidelity:
 
     def released(self, state: Any) -> Any:
         """Return the softening alone; without contact nothing slides on, so that friction begins anew."""
-        return state if self.sheet.effects.mullins is not None else None
+        return state.let_go() if state is not None and self.sheet.effects.mullins is not None else None
 
     def lift(self, stretch: float) -> float:
         """Return how far the membrane hangs, m."""
@@ -145,8 +145,8 @@ class SheetFidelity:
         if last is not None and before is known and last.load == load:
             return last
         start = known if self.remembers else last
-        if start is not None and self.sheet.effects.friction > 0 and start.load.indenter != load.indenter:
-            start = None  # friction remembers how one body slid; an object that has changed its shape is met anew
+        if start is not None and not goes_on_as(start.load.indenter, load.indenter):
+            start = start.let_go()  # friction remembers how one body slid
         with self.stats.timed("solve"):
             solved = self._balanced(load, start)
         _keep(self._last, place, (known, solved))

@@ -8,7 +8,7 @@ from stretch_bt.simulation import press
 from stretch_bt.simulation.membrane.indenters.placed import place
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
-from stretch_bt.simulation.membrane.sheet.effects import Effects
+from stretch_bt.simulation.membrane.sheet.effects import Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.friction import LaggedFriction, remember
 from stretch_bt.simulation.membrane.sheet.increments import increments
 from stretch_bt.simulation.membrane.sheet.problem import Contact, Problem
@@ -190,3 +190,26 @@ def test_a_path_goes_on_from_the_same_sheet_and_indenter():
         press(**ROUND, effects=has_friction, start=free)
     with pytest.raises(InvalidInput, match="same indenter"):
         press(**ROUND | {"indenter": "cone:45deg"}, effects=has_friction, start=press(**ROUND, effects=has_friction))
+
+
+def test_a_press_that_let_go_leaves_its_softening_and_not_its_slide():
+    both = {"effects": Effects(friction=0.3, mullins=Mullins()), "stretch": 0.01, "settings": Settings(coarsen=2.0)}
+    deep = press("sphere:20mm", depth=0.012, **both).detail
+    assert deep.memory.frictions
+    loose = deep.let_go()
+    assert loose.let_go() is loose
+    for body in ("sphere:20mm", "sphere:22mm"):
+        new = press(body, depth=0.006, **both)
+        again = press(body, depth=0.006, start=loose, **both)
+        assert again.force < 0.99 * new.force
+    with pytest.raises(InvalidInput, match="let_go"):
+        press("cone:45deg", depth=0.006, start=deep, **both)
+
+
+def test_friction_goes_on_under_a_ball_that_flattens():
+    first = rubbed(0.3, at=(-0.005, 0.0))
+    same, flatter = (
+        rubbed(0.3, indenter=f"sphere:{d}mm", at=(0.0, 0.0), start=first).detail.friction for d in (20, 20.4)
+    )
+    assert same[0] != 0.0
+    np.testing.assert_allclose(flatter, same, atol=0.05 * np.linalg.norm(same))

@@ -26,7 +26,12 @@ class Placed:
     @property
     def top(self) -> float:
         """Height of its highest point, m."""
-        return float(self.origin[2]) + self.indenter.top(self.rotation)
+        return float(self.origin[2]) + self.rise
+
+    @property
+    def rise(self) -> float:
+        """How far its highest point is above its origin, m."""
+        return self.indenter.top(self.rotation)
 
     def gap(self, points: Array) -> Gap:
         """Return distance, normal and curvature at points (n, 3), m, membrane frame."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
 
-__all__ = ["Sphere"]
+__all__ = ["Sphere", "goes_on_as"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,3 +40,8 @@ class Sphere(Solid):
         size = spacing(self.diameter / 2, gauge)
         zone = [Zone(-3 * size, 3 * size, size)]
         return zone, zone
+
+
+def goes_on_as(before: object, now: object) -> bool:
+    """Tell whether a body has become another one under the sheet: it is the same, or both are balls."""
+    return before == now or (isinstance(before, Sphere) and isinstance(now, Sphere))

@@ -33,7 +33,7 @@ def assemble(layout: Layout, mesh: Mesh, offsets: Sequence[float] = (), past: Sh
     for contact, offset in zip(contacts, offsets, strict=False):
         contact.offset = offset
     problem = _with_effects(Problem(mesh, layout.sheet.law(), contacts, layout.unit), layout.sheet, past)
-    if layout.sheet.effects.friction and past is not None:
+    if layout.sheet.effects.friction and past is not None and past.memory.frictions:
         from stretch_bt.simulation.membrane.sheet import friction_state
 
         friction_state.resume(problem, past, layout.sheet.effects.friction)

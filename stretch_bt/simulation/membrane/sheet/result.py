@@ -152,6 +152,10 @@ class SheetPress:
         pulls = [g.force(c.body) for g, c in zip(self.memory.frictions, self.contacts, strict=False)]
         return np.asarray(np.sum([np.zeros(3), *pulls], axis=0) * self.sheet.force_unit)
 
+    def let_go(self) -> SheetPress:
+        """Return it as what the sheet remembers of it once nothing touches: its softening, not how it slid."""
+        return replace(self, memory=replace(self.memory, frictions=())) if self.memory.frictions else self
+
     def region(self) -> Region:
         """Return where the sheet touches, all bodies together."""
         parts = [_touched(self.shape, contact) for contact in self.contacts]

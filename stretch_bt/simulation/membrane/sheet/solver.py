@@ -9,6 +9,7 @@ import numpy as np
 
 from stretch_bt.errors import Impossible, InvalidInput, NoEquilibrium
 from stretch_bt.simulation.membrane.indenters import distance_kernel  # noqa: F401  compiled before the clock starts
+from stretch_bt.simulation.membrane.indenters.sphere import goes_on_as
 from stretch_bt.simulation.membrane.sheet.assemble import assemble, flat_problem
 from stretch_bt.simulation.membrane.sheet.check import check, check_reach, measure
 from stretch_bt.simulation.membrane.sheet.clamps import check_clamps
@@ -69,12 +70,18 @@ def _attempts(work: _Work, start: SheetPress | None) -> SheetPress:
 
 
 def _with_friction(sheet: Sheet, load: Load, settings: Settings, start: SheetPress | None) -> SheetPress:
-    """Return the end of a path of presses, which friction remembers; each of them has the whole budget."""
+    """Return the end of a path of presses, which friction remembers; each of them has the whole budget.
+
+    From a press that has let go, or none, the path begins at first contact.
+    """
     from stretch_bt.simulation.membrane.sheet import friction_state  # noqa: F401  compiled before the clock starts
 
-    if start is not None and start.load.indenter != load.indenter:
-        raise InvalidInput("friction goes on from a press by the same indenter only")
-    path, here = _Path(sheet, settings), start
+    here = start if start is not None and start.memory.frictions else None
+    if here is not None and not goes_on_as(here.load.indenter, load.indenter):
+        raise InvalidInput(
+            "friction goes on from a press by the same indenter, or by a ball of another size; start from its 'let_go()'"
+        )
+    path = _Path(sheet, settings, start)
     for target in increments(here.load if here else None, load, sheet.unit):
         try:
             here = path.to(target, here)
@@ -99,15 +106,15 @@ class _Account:
 
 
 class _Path(_Account):
-    """A press on its way."""
+    """A press on its way; `past` is the press that softening remembers at its begin."""
 
-    def __init__(self, sheet: Sheet, settings: Settings) -> None:
+    def __init__(self, sheet: Sheet, settings: Settings, past: SheetPress | None) -> None:
         super().__init__()
-        self.sheet, self.settings = sheet, settings
+        self.sheet, self.settings, self.past = sheet, settings, past
 
     def to(self, load: Load, here: SheetPress | None, halvings: int = _HALVINGS) -> SheetPress:
         """Return the press at a load after one before it, by way of their middle where that is too far."""
-        work = _Work(self.sheet, load, self.settings, here)
+        work = _Work(self.sheet, load, self.settings, here or self.past)
         check_clamps(self.sheet, work.layout.bodies, work.layout.span)
         try:
             return work.warm(here) if here is not None else work.cold()
