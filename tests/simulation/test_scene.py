@@ -131,34 +131,6 @@ def test_the_good_scene_is_read_in_si(tmp_path):
     assert (scene.support.rim, scene.hand.shear_modulus, scene.tolerance.force) == pytest.approx((0.02, 60e3, 0.03))
 
 
-SHAPES = [
-    (
-        "{type: box, length: 1 cm, width: 2 cm, height: 1 cm, edge: 6 mm}",
-        "box",
-        "half its shorter side",
-        "smaller edge",
-    ),
-    ("{type: prism, length: 8 mm, width: 4 cm, height: 3 cm, edge: 5 mm}", "type", "two fillets", "smaller edge"),
-    ("{type: half_cylinder, length: 5 mm, diameter: 2 cm, edge: 5 mm}", "type", "edge fillet", "that go together"),
-    ("{type: dough, yield_stress: 300 Pa}", "dough", "its own weight, which is 307 Pa", "larger yield_stress"),
-    ("{type: mesh, file: nowhere.stl}", "nowhere", "there is no file", "one closed surface"),
-    ("{type: pyramid, side: 2 cm, width: 1 cm, height: 1 cm}", "side", "unknown key 'side'", "edge, heading, height"),
-]
-
-
-@pytest.mark.parametrize(("given", "at", "said", "hint"), SHAPES)
-def test_sizes_that_make_no_shape_are_refused_before_a_run(tmp_path, given, at, said, hint):
-    path, line = tmp_path / "scene.yaml", f"object: {given if 'dough' in given else given[:-1] + ', rigid: true}'}"
-    path.write_text(f"format: stretch-scene/1\n{line}\n")
-    with pytest.raises(SceneError) as caught:
-        load_scene(path)
-    found = caught.value.diagnostics[0]
-    column = 9 if at in ("box", "dough", "type") else line.index(at) + 1
-    assert (found.line, found.column) == (2, column)
-    assert said in found.message
-    assert hint in found.hint
-
-
 @pytest.mark.parametrize(
     ("name", "said", "hint"), [("water_ballon", "no shipped scene", "water_balloon"), ("no.yaml", "no such file", "")]
 )

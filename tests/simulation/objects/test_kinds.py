@@ -90,7 +90,12 @@ def test_the_table_names_every_kind_of_solid(kind):
         ("{type: bridge, length: 40 mm, width: 30 mm, height: 20 mm, span: 38 mm, rigid: true}", 9, "smaller span"),
         ("{type: wire_circle, diameter: 4 mm}", 9, "no hole"),
         ("{type: wire_triangle, side: 10 mm}", 9, "no hole"),
-        ("{type: mesh, file: none.stl, rigid: true}", 9, "no file"),
+        ("{type: mesh, file: none.stl, rigid: true}", 28, "no file"),
+        ("{type: box, length: 1 cm, width: 2 cm, height: 1 cm, edge: 6 mm, rigid: true}", 9, "half its shorter side"),
+        ("{type: prism, length: 8 mm, width: 4 cm, height: 3 cm, edge: 5 mm, rigid: true}", 9, "two fillets"),
+        ("{type: half_cylinder, length: 5 mm, diameter: 2 cm, edge: 5 mm, rigid: true}", 9, "edge fillet"),
+        ("{type: dough, yield_stress: 300 Pa}", 9, "its own weight, which is 307 Pa"),
+        ("{type: pyramid, side: 2 cm, width: 1 cm, height: 1 cm, rigid: true}", 25, "known here: base, edge, heading"),
         ("{type: several, objects: [{type: cube}, {type: box}]}", 35, "each object has a type"),
         (
             "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}, {type: sphere, diameter: 9, rigid: true}]}",
