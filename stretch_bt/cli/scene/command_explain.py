@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["command"]
 
 _LENGTHS = ("height", "size")
+_LEAST = 1e-3  # mm or per cent; below that a size is as good as none
 _WIDE = 130
 
 
@@ -118,4 +119,5 @@ def _close(verdict: Verdict) -> str:
 
 def quantity(observable: str, value: float) -> str:
     """Return a value of an observable, SI, in the unit that people use: mm, or per cent."""
-    return f"{value * 1e3:.3g} mm" if observable in _LENGTHS else f"{value * 100:.3g} %"
+    number, unit = (value * 1e3, "mm") if observable in _LENGTHS else (value * 100, "%")
+    return f"< {_LEAST:g} {unit}" if 0 < number < _LEAST else f"{number:.3g} {unit}"

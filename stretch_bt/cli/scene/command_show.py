@@ -24,9 +24,16 @@ def command(
     read = load_scene(scene)
     path = out or Path(f"{read.name}.svg")
     moment = save_scene(read, path, _stage())
+    reached, wanted = read.object.top - moment.pose.height, read.conditions.depth
     if moment.refusal:
-        typer.secho(f"warning: nothing is pressed: {moment.refusal}", fg=typer.colors.YELLOW, err=True)
+        _warn(f"nothing is pressed: {moment.refusal}")
+    elif reached < wanted:
+        _warn(f"the hand stands on the table: pressed {reached * 1e3:.3g} mm of {wanted * 1e3:.3g} mm")
     typer.echo(str(path))
+
+
+def _warn(text: str) -> None:
+    typer.secho(f"warning: {text}", fg=typer.colors.YELLOW, err=True)
 
 
 def _stage() -> Stage:
