@@ -51,7 +51,7 @@ class Contact:
 @dataclass(frozen=True, slots=True)
 class _Past:
     """What the world remembers of a moment, s: the object's state, the membrane's, where the hand was, and how far
-    it was past first contact with what drop; m.
+    it was past first contact with what drop; m. `number` is that of the change that led to it.
     """
 
     time: float
@@ -60,6 +60,7 @@ class _Past:
     at: tuple[float, float]
     hand: tuple[Pose, float] | None = None
     shared: tuple[float, float] | None = None
+    number: int = 0
 
 
 class World:
@@ -96,7 +97,7 @@ class World:
         return self._past[-1].time
 
     def contact(self, pose: Pose, stretch: float, time: float = 0.0) -> Contact:
-        """Return how membrane and object stand; solved once for each new pose and stretch, and moment where there is a memory.
+        """Return how membrane and object stand; solved once for each new pose and stretch after a change, and moment where time counts.
 
         Raises
         ------
@@ -105,7 +106,7 @@ class World:
             before stays.
         """
         past = self._before(time)
-        key = (pose, stretch, None if self.memory is None else (past.time, time))
+        key = (pose, stretch, past.number, None if self.specimen.timeless else (past.time, time))
         if key in self._known:
             self._known.move_to_end(key)
             return self._known[key]
@@ -134,7 +135,7 @@ class World:
         try:
             contact = self.contact(pose, stretch, time)
         except NoEquilibrium:
-            self._remember(replace(past, time=time, at=at, hand=(pose, stretch), shared=None))
+            self._remember(replace(past, time=time, at=at, hand=(pose, stretch), shared=None, number=past.number + 1))
             raise
         with self.stats.timed("memory"):
             across = (at[0] - past.at[0], at[1] - past.at[1]) if math.isfinite(past.time) else (0.0, 0.0)
@@ -146,7 +147,7 @@ class World:
             if contact.place is not None and self.fidelity.remembers:
                 state = self.fidelity.press(contact.place, contact.depth, past.membrane).state
             shared = (contact.depth + contact.drop, contact.drop) if contact.place is not None else None
-            self._remember(_Past(time, thing, state, at, (pose, stretch), shared))
+            self._remember(_Past(time, thing, state, at, (pose, stretch), shared, past.number + 1))
 
     def _remember(self, past: _Past) -> None:
         """Keep a moment, and those before it that may still be asked for."""
