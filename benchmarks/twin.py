@@ -28,13 +28,16 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
     parser.add_argument("--keep", type=Path)
     parser.add_argument("--seeds", type=int, default=len(SEEDS))
+    parser.add_argument(
+        "--everything-seeds", type=int, default=3, help="of the runs with everything on, which are dear"
+    )
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
     ledger, scenes = Ledger(asked.keep, asked.workers), asked.scenes or scene_names()
     if asked.what == "judge":
         print_judgements(scenes, ledger, asked.seeds)
     else:
-        print_prices(scenes, ledger, asked.seeds)
+        print_prices(scenes, ledger, asked.seeds, asked.everything_seeds)
 
 
 def print_judgements(scenes: list[str], ledger: Ledger, seeds: int) -> None:
@@ -66,10 +69,10 @@ def _line(j: Judged) -> str:
     )
 
 
-def print_prices(scenes: list[str], ledger: Ledger, seeds: int) -> None:
+def print_prices(scenes: list[str], ledger: Ledger, seeds: int, few: int) -> None:
     """Print results and CPU time of each scene with each set of effects."""
     for name in scenes:
-        found = price(name, ledger, SEEDS[:seeds], SEEDS[: min(seeds, 3)])
+        found = price(name, ledger, SEEDS[:seeds], SEEDS[: min(seeds, few)])
         least, auto = found.runs["least"].cpu_seconds, found.runs["auto"].cpu_seconds
         full = found.runs["everything"].cpu_seconds
         print(f"{name}: auto costs {auto / least:.2f} of the least, everything {full / auto:.1f} times auto")
