@@ -14,7 +14,16 @@ from stretch_bt.units import Length, Within
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder
 
-__all__ = ["HalfCylinderObject"]
+__all__ = ["HalfCylinderObject", "crest"]
+
+
+def crest(length: float, diameter: float) -> float:
+    """Return the radius, m, of the disc that lifts a membrane as a pressed crest does.
+
+    The crest meets it in about an ellipse of half the length and a quarter of the diameter, whose logarithmic capacity is the mean of
+    its half axes (Polya and Szego, Isoperimetric Inequalities in Mathematical Physics, 1951).
+    """
+    return (length / 2 + diameter / 4) / 2
 
 
 class HalfCylinderObject(SolidSpec):
@@ -44,8 +53,8 @@ class HalfCylinderObject(SolidSpec):
         return HalfCylinder(self.diameter, self.length, self.edge)
 
     def rough(self) -> Rough:
-        """Return its radius, its stiffness and the length of its crest."""
-        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=self.length / 4)
+        """Return its radius, its stiffness and the disc that its crest is like."""
+        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=crest(self.length, self.diameter))
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and radius, m, and its stiffness, N/m."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from stretch_bt.simulation.objects.half_cylinder import crest
 from stretch_bt.simulation.objects.paper import PaperSpec, Walls
 from stretch_bt.simulation.objects.roof import RoofResponse
 from stretch_bt.units import Length, Within
@@ -45,8 +46,8 @@ class PaperHalfCylinder(PaperSpec):
 
     @property
     def face(self) -> float:
-        """A quarter of its crest, m."""
-        return self.length / 4
+        """Radius of the disc that its crest is like, m."""
+        return crest(self.length, self.diameter)
 
     @property
     def area(self) -> float:
