@@ -144,3 +144,19 @@ def test_newton_is_kept_in_the_bracket():
     assert find_root(
         lambda x: (math.atan(0.3 - x), -1 / (1 + (0.3 - x) ** 2)), -100.0, 90.0, 90.0, ""
     ).x == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("low_force", [0.0, 0.3])
+def test_a_solver_whose_force_jumps_where_forces_agree_is_met_there(low_force):
+    def thing(drop):
+        return low_force + 300.0 * drop, 300.0
+
+    smooth = couple(power(100.0, 1.2), thing, TRAVEL)
+
+    def rough(depth):
+        force, slope = power(100.0, 1.2)(depth)
+        return force * (1 + math.copysign(1e-3, depth - smooth.depth)), slope
+
+    found = couple(rough, thing, TRAVEL, kinks=(1e-9,), close=1e-5)
+    assert found.drop == pytest.approx(smooth.drop, abs=1e-5 * TRAVEL)
+    assert found.iterations < 30
