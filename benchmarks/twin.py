@@ -13,7 +13,7 @@ import argparse
 import math
 from pathlib import Path
 
-from stretch_bt.accuracy.twin.judge import Judged, Priced, judge, price
+from stretch_bt.accuracy.twin.judge import Judged, Priced, judge, matters, price
 from stretch_bt.accuracy.twin.ledger import Ledger, Runs
 from stretch_bt.simulation.scene import scene_names
 
@@ -59,9 +59,9 @@ def print_judgements(scenes: list[str], ledger: Ledger, seeds: int) -> None:
 
 def _line(j: Judged) -> str:
     verdict = j.verdict
-    estimate = "no estimate"
-    if verdict.estimate is not None and verdict.threshold:
-        estimate = f"estimate {verdict.estimate / verdict.threshold:.3g} of {verdict.observable}"
+    estimate = (
+        f"estimate {matters(verdict):.3g} of {verdict.observable}" if verdict.estimate is not None else "no estimate"
+    )
     flag = "" if j.right else "  <- not by the mean"
     return (
         f"{verdict.name:20s} {'on' if verdict.on else 'off':3s} {estimate:32s} mean {j.mean:8.3g} rms {j.rms:8.3g} "

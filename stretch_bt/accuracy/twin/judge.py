@@ -11,7 +11,7 @@ from stretch_bt.accuracy.twin.ledger import Ledger, Runs
 from stretch_bt.simulation.advisor.advise import Verdict, advise
 from stretch_bt.simulation.scene import Scene, load_scene
 
-__all__ = ["Judged", "Priced", "change", "judge", "price"]
+__all__ = ["Judged", "Priced", "change", "judge", "matters", "price"]
 
 _RELATIVE = ("force", "stiffness")
 
@@ -62,13 +62,16 @@ def judge(name: str, ledger: Ledger, seeds: Sequence[int], dear: Mapping[str, in
 
 
 def price(name: str, ledger: Ledger, seeds: Sequence[int], few: Sequence[int]) -> Priced:
-    """Return what a scene costs; the least is found by taking away first what the advisor left out, then one effect at a time.
+    """Return what a scene costs; the least is found by taking away one effect after the other, the dearest first.
 
+    It begins with what the advisor switched on, if that agrees with everything on, else with as much more as it takes, the largest first.
     `few` are the seeds of the runs with everything on, which are dear.
     """
     scene, on, every = _chosen(name)
     full = ledger.runs(name, every, every, few)
-    least = set(on) if _agree(scene, full, ledger.runs(name, on, every, seeds)) else set(every)
+    least, left_out = set(on), sorted((v for v in advise(scene) if v.name in set(every) - on), key=matters)
+    while left_out and not _agree(scene, full, ledger.runs(name, least, every, seeds)):
+        least.add(left_out.pop().name)
     costs = {v.name: v.cost_ms for v in advise(scene)}
     for effect in sorted(least, key=lambda e: -costs[e]):
         if _agree(scene, full, ledger.runs(name, least - {effect}, every, seeds)):
@@ -102,6 +105,11 @@ def change(scene: Scene, base: Runs, other: Runs) -> tuple[float, float]:
 
 def _agree(scene: Scene, full: Runs, runs: Runs) -> bool:
     return change(scene, full, runs)[0] <= 1
+
+
+def matters(verdict: Verdict) -> float:
+    """Return the estimate of an effect over its threshold, 0 without one."""
+    return verdict.estimate / verdict.threshold if verdict.estimate is not None and verdict.threshold else 0.0
 
 
 def _chosen(name: str) -> tuple[Scene, set[str], list[str]]:
