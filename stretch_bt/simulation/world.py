@@ -37,13 +37,15 @@ _PASSES = 30
 class Contact:
     """How membrane and object stand: lengths in m; `depth` and `drop` are 0 while they do not touch.
 
-    `force` (3,), N, is that of the object on the hand, world axes; `remembered` is what the membrane knew before.
+    `force` (3,), N, is that of the object on the hand, world axes, solved at `felt`, and its shape is that at `place`;
+    `remembered` is what the membrane knew before.
     """
 
     depth: float
     drop: float
     force: tuple[float, float, float]
     place: Place | None = None
+    felt: Place | None = None
     remembered: Any = None
     iterations: int = 0
 
@@ -144,8 +146,8 @@ class World:
             moved = Moved(contact.drop, (-x, -y, -z), across, dt, contact.depth)
             thing = self.specimen.after(past.thing, moved)
             state = self.fidelity.released(past.membrane)
-            if contact.place is not None and self.fidelity.remembers:
-                state = self.fidelity.press(contact.place, contact.depth, past.membrane).state
+            if contact.felt is not None and self.fidelity.remembers:
+                state = self.fidelity.press(contact.felt, contact.depth, past.membrane).state
             shared = (contact.depth + contact.drop, contact.drop) if contact.place is not None else None
             self._remember(_Past(time, thing, state, at, (pose, stretch), shared, past.number + 1))
 
@@ -208,7 +210,7 @@ class World:
         felt = self._felt(standing, where, stretch)
         force = _world(self.fidelity.force(felt, depth, past.membrane), pose)
         place = self._place(standing, where, stretch)
-        return Contact(depth, found.drop, force, place, past.membrane, found.iterations)
+        return Contact(depth, found.drop, force, place, felt, past.membrane, found.iterations)
 
     def _shared(
         self, past: _Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float
