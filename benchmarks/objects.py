@@ -29,13 +29,13 @@ from stretch_bt.simulation.membrane.press import PressResult, press
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.objects.paper import PaperSpec
 from stretch_bt.simulation.scene import load_scene
+from stretch_bt.simulation.scene.sections import MOUNT_PRESTRETCH, SHEAR_MODULUS
 
 SOLIDS = ("wooden_cube", "wooden_prism", "wooden_half_cylinder", "wooden_bridge", "glass_snowman")
 FLIMSY = ("paper_cube", "paper_half_cylinder", "paper_pyramid", "wire_circle", "wire_triangle")
 SCENES = (*SOLIDS, *FLIMSY, "calibration_sphere", "calibration_cylinder", "calibration_cone")
 DEPTHS = (0.002, 0.005, 0.010, 0.015)
 POSES = ((0.0, (0.0, 0.0)), (0.5, (0.010, 0.010)), (1.57, (-0.010, 0.015)))
-MODULUS, PRESTRETCH = 68.4e3, 11.9e-3
 SHARE = 0.25  # of the force, over a paper roof
 
 
@@ -44,7 +44,9 @@ def on_hand(
 ) -> PressResult:
     """Return a press of the default hand at stretch 0."""
     settings = Settings(coarsen=coarsen)
-    return press(body, 0.0, depth, at=at, shear_modulus=MODULUS, mount_prestretch=PRESTRETCH, settings=settings)
+    return press(
+        body, 0.0, depth, at=at, shear_modulus=SHEAR_MODULUS, mount_prestretch=MOUNT_PRESTRETCH, settings=settings
+    )
 
 
 def bodies() -> None:

@@ -54,8 +54,9 @@ class FreeView:
     A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp. What is
     left of the mean beside the plane and that parabola is the camera's. How far it hangs cannot be told from a static error
     of the same shape; the estimate is that of least squares, drawn to what such membranes do, 0.3 +- 0.3 mm, by as much
-    as what is left over makes it uncertain, unless it hangs by far more. Under a press a membrane no longer hangs, so that its hang must not be taken
-    off with the error. How the mean depth of the view changes from frame to frame tells how fast the camera drifts.
+    as what is left over makes it uncertain, unless it hangs by far more. Under a press a membrane no longer hangs, so that its
+    hang must not be taken off with the error. How the mean depth of the view changes from frame to frame tells how fast the
+    camera drifts.
     """
 
     def __init__(self) -> None:

@@ -21,6 +21,8 @@ def scale_of(size: Any, factor: Any, cut: Any) -> Any:
         if size[n] <= cut * first:
             size[n], size[inside] = size[inside], size[n]
             inside += 1
+    if inside == 0:
+        return math.nan
     return factor * ranked(size[:inside], inside // 2) * math.sqrt(inside / max(inside - 1, 1))
 
 

@@ -182,7 +182,8 @@ class _Series:
             self.spent += 1
             low, high = (drop, high) if pressed > held else (low, drop)
             step = (pressed - held) / (steep + stiff) if steep + stiff > 0 else math.inf
-            if abs(step) <= least or high - low <= least:  # the latter where a solver's force is not smooth
+            # the bracket closes where a solver's force jumps, and at once where the object holds harder than it is pressed
+            if abs(step) <= least or high - low <= least:
                 return Equilibrium(depth, drop, pressed, self.spent)
             if abs(step) > _LONG * depth and pressed > 0 and held > 0:
                 power = (steep / pressed + stiff / held) * depth

@@ -169,6 +169,14 @@ class World:
         """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
         return self.specimen.standing(self._past[-1].thing, drop)
 
+    def lift(self, pose: Pose, stretch: float) -> float:
+        """Return how far the membrane hangs where it meets the object, m, by the latest memory."""
+        standing = self.standing()
+        return self._lift(standing, seat(standing, pose), stretch)
+
+    def _lift(self, standing: Standing, where: Seat, stretch: float) -> float:
+        return self.fidelity.lift(self._felt(standing, where, stretch))
+
     def _shape(self, contact: Contact, stretch: float) -> Skin:
         if contact.place is None:
             return self.fidelity.free(stretch)
@@ -199,7 +207,7 @@ class World:
         state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
         standing = self.specimen.standing(state, 0.0)
         where = seat(standing, pose)
-        lift = self.fidelity.lift(stretch)
+        lift = self._lift(standing, where, stretch)
         nothing = Contact(0.0, self.specimen.rest(state, dt), (0.0, 0.0, 0.0))
         if where.depth + lift <= 0 or not self._covers(where, stretch):
             return nothing

@@ -160,3 +160,9 @@ def test_a_solver_whose_force_jumps_where_forces_agree_is_met_there(low_force):
     found = couple(rough, thing, TRAVEL, kinks=(1e-9,), close=1e-5)
     assert found.drop == pytest.approx(smooth.drop, abs=1e-5 * TRAVEL)
     assert found.iterations < 30
+
+
+def test_what_holds_harder_than_it_is_pressed_stays_as_it_is():
+    found = couple(power(100.0), lambda drop: (5.0 + 300.0 * drop, 300.0), TRAVEL, kinks=(1e-9,), rest=1e-3)
+    assert found.drop == pytest.approx(1e-3)
+    assert found.force == pytest.approx(power(100.0)(TRAVEL - 1e-3)[0])

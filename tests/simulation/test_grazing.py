@@ -1,5 +1,6 @@
 """A touch as light as rounding makes it has an equilibrium, with a force that goes to nothing."""
 
+import numpy as np
 import pytest
 
 from stretch_bt.simulation.effects.bending import Bending
@@ -10,8 +11,9 @@ from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.scene.sections import MOUNT_PRESTRETCH, SHEAR_MODULUS
 
-SHEET = (0.090, 0.100, 0.002, 68.4e3, 11.9e-3)
+SHEET = (0.090, 0.100, 0.002, SHEAR_MODULUS, MOUNT_PRESTRETCH)
 
 
 @pytest.mark.parametrize("body", [Sphere(0.020), Cone(0.7854, 0.0005)], ids=["sphere", "cone"])
@@ -33,6 +35,21 @@ def test_a_tip_that_a_hanging_membrane_just_meets():
     effects = [kind(kind.Parameters()) for kind in (Bending, Softening, Sag)]
     sheet = SheetFidelity(*SHEET, effects)
     place = Place(Cone(0.7854, 0.0005), None, (0.0, 0.0), 0.0, (0.0, 0.0), 0.01, 0.0)
-    forces = [float(sheet.force(place, travel - sheet.lift(0.0), None)[2]) for travel in (8e-5, 5e-4)]
+    travels = (8e-5, 1.2e-4, 1.6e-4, 5e-4)
+    forces = [float(sheet.force(place, travel - sheet.lift(place), None)[2]) for travel in travels]
     assert forces == sorted(forces)
     assert forces[0] > 0
+
+
+def test_off_its_middle_a_hanging_membrane_is_touched_where_it_hangs():
+    sheet = SheetFidelity(*SHEET, [Sag(None)])
+    places = [Place(Sphere(0.020), None, (0.0, y), 0.0, (0.0, 0.0), 0.01, 0.0) for y in (0.0, 0.020, 0.035)]
+    lifts = [sheet.lift(place) for place in places]
+    assert lifts[0] > lifts[1] > lifts[2] > 0
+    free = sheet.free(0.0).points
+    for place, lift in zip(places, lifts, strict=True):
+        near = np.hypot(*(free[..., :2] - place.at).T).T.argmin()
+        assert lift == pytest.approx(-free[..., 2].ravel()[near], abs=1e-5)
+        forces = [sheet.law(place, None)(travel - lift)[0] for travel in (1e-5, 1e-4, 2e-4, 3e-4, 5e-4, 1e-3)]
+        assert forces == sorted(forces)
+        assert forces[0] > 0

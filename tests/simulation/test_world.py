@@ -128,9 +128,34 @@ def test_the_sheet_takes_a_tilted_hand():
     assert across == pytest.approx(-math.tan(0.1), rel=0.3)
 
 
+@pytest.mark.parametrize("given", ["rigid: true", "stiffness: 0.9 N/mm"])
+def test_while_the_hand_stands_what_remembers_its_path_alone_is_solved_once(given):
+    world = World(scene(given, fidelity="sheet", effects="{mullins: on, sag: off}"))
+    for time, height in ((0.0, TOP + 0.001), (0.5, TOP - 0.003), (0.6, TOP - 0.003), (0.7, TOP - 0.003)):
+        world.advance(Pose((0, 0, height)), 0.02, time)
+    known = world.contact(Pose((0, 0, TOP - 0.003)), 0.02, 0.75)
+    before = world.stats.counts["contact"]
+    assert all(world.contact(Pose((0, 0, TOP - 0.003)), 0.02, t) is known for t in (0.76, 0.8, 0.9))
+    assert world.stats.counts["contact"] == before
+    world.advance(Pose((0, 0, TOP - 0.004)), 0.02, 1.0)
+    world.advance(Pose((0, 0, TOP - 0.003)), 0.02, 1.2)
+    after = world.contact(Pose((0, 0, TOP - 0.003)), 0.02, 1.3)
+    assert after.force[2] < known.force[2]
+
+
+def test_what_changes_with_time_is_solved_at_each_moment():
+    world = World(load_scene("pudding_balloon"))
+    top, at = world.scene.object.top, world.scene.conditions.stretch
+    for time, height in ((0.0, top + 0.001), (0.5, top - 0.006)):
+        world.advance(Pose((0, 0, height)), at, time)
+    forces = [world.contact(Pose((0, 0, top - 0.006)), at, t).force[2] for t in (0.6, 1.0, 2.0)]
+    assert forces == sorted(forces, reverse=True)
+    assert forces[0] > forces[2]
+
+
 def test_sag_touches_before_the_plane_does():
     hanging, flat = (World(scene("rigid: true", fidelity="sheet", effects=f"{{sag: {w}}}")) for w in ("on", "off"))
-    lift = hanging.fidelity.lift(0.0)
+    lift = hanging.lift(Pose((0, 0, TOP)), 0.0)
     assert 2e-4 < lift < 1e-3
     above = Pose((0, 0, TOP + lift / 2))
     assert flat.contact(above, 0.0).force == (0.0, 0.0, 0.0)

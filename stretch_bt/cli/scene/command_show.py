@@ -27,7 +27,7 @@ def command(
     reached, wanted = read.object.top - moment.pose.height, read.conditions.depth
     if moment.refusal:
         _warn(f"nothing is pressed: {moment.refusal}")
-    elif reached < wanted:
+    elif wanted > read.object.top:
         _warn(f"the hand stands on the table: pressed {reached * 1e3:.3g} mm of {wanted * 1e3:.3g} mm")
     typer.echo(str(path))
 

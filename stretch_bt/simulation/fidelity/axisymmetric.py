@@ -62,7 +62,7 @@ class AxisymmetricFidelity:
     def released(self, state: Any) -> None:
         """Return None: it remembers nothing."""
 
-    def lift(self, stretch: float) -> float:
+    def lift(self, place: Place) -> float:
         """Return 0: the membrane has no weight."""
         return 0.0
 

@@ -82,8 +82,8 @@ class Fidelity(Protocol):
         """Return what the membrane remembers of a press once it no longer touches."""
         ...
 
-    def lift(self, stretch: float) -> float:
-        """Return how far the free membrane hangs below its plane, m: at minus that depth it touches first."""
+    def lift(self, place: Place) -> float:
+        """Return how far the free membrane hangs below its plane at a place, m: at minus that depth it touches first."""
         ...
 
     def free(self, stretch: float) -> Skin:

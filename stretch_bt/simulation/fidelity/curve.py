@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 
 _STEP = 1e-3  # m between solved presses, finer where the press is shallow
 _SHALLOW = (0.0625e-3, 0.125e-3, 0.25e-3, 0.5e-3)
-_POWER = 1.5  # of the travel, that the force of the shallowest presses grows with
+_POWER = 1.5  # of the travel, that the force of the shallowest presses grows with where they do not tell
 
 
 class Curve:
@@ -31,6 +31,7 @@ class Curve:
         self._solve = solve
         self.lift = lift
         self._forces: dict[float, Array] = {}
+        self._last: tuple[float, Array] | None = None
         self._too_deep = math.inf
 
     def __call__(self, depth: float) -> tuple[float, float]:
@@ -41,8 +42,10 @@ class Curve:
         knots = self._knots(travel)
         forces = [float(self._force(k)[2]) for k in knots]
         if travel < knots[0]:
-            force = forces[0] * (travel / knots[0]) ** _POWER
-            return force, _POWER * force / travel
+            rises = len(knots) > 1 and 0 < forces[0] < forces[1]
+            power = math.log(forces[1] / forces[0]) / math.log(knots[1] / knots[0]) if rises else _POWER
+            force = forces[0] * (travel / knots[0]) ** power
+            return force, power * force / travel
         if min(forces) <= 0:  # some pass the object by
             right = next(i for i, k in enumerate(knots) if k >= travel) or 1
             return _lagrange(knots[right - 1 : right + 1], forces[right - 1 : right + 1], travel)
@@ -63,7 +66,7 @@ class Curve:
 
     def _knots(self, travel: float) -> list[float]:
         """Return four travels around this one, or this one and shallower ones where the membrane cannot be pressed deeper."""
-        right = next((i for i, k in enumerate(_SHALLOW) if k >= travel), len(_SHALLOW) + math.ceil(travel / _STEP) - 1)
+        right = _index(travel)
         first = max(right - 2, 0)
         knots = [k for k in map(_knot, range(first, first + 4)) if k < self._too_deep]
         while knots and knots[-1] > travel:
@@ -73,13 +76,21 @@ class Curve:
                 self._too_deep = knots.pop()
             else:
                 return knots
-        self._force(travel)
-        return [_knot(i) for i in range(max(first - 1, 0), right)] + [travel]
+        return [k for k in map(_knot, range(max(first - 1, 0), right)) if k < self._too_deep] + [travel]
 
     def _force(self, travel: float) -> Array:
-        if travel not in self._forces:
-            self._forces[travel] = self._solve(travel - self.lift)
-        return self._forces[travel]
+        if travel in self._forces:
+            return self._forces[travel]
+        if self._last is None or self._last[0] != travel:
+            self._last = travel, self._solve(travel - self.lift)
+        if travel == _knot(_index(travel)):
+            self._forces[travel] = self._last[1]
+        return self._last[1]
+
+
+def _index(travel: float) -> int:
+    """Return the number of the first solved press that is as deep."""
+    return next((i for i, k in enumerate(_SHALLOW) if k >= travel), len(_SHALLOW) + math.ceil(travel / _STEP) - 1)
 
 
 def _knot(index: int) -> float:

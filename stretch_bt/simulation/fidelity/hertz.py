@@ -62,7 +62,7 @@ class HertzFidelity:
     def released(self, state: Any) -> None:
         """Return None: it remembers nothing."""
 
-    def lift(self, stretch: float) -> float:
+    def lift(self, place: Place) -> float:
         """Return 0: the membrane has no weight."""
         return 0.0
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,8 @@ from stretch_bt.simulation.objects.response import Law
 from stretch_bt.simulation.stats import Stats
 
 if TYPE_CHECKING:  # numba comes along with it
+    from scipy.interpolate import RegularGridInterpolator
+
     from stretch_bt.simulation.membrane.sheet.result import Load, Shape, SheetPress
 
 __all__ = ["SheetFidelity"]
@@ -37,7 +39,10 @@ _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
 _GRAZE = 2e-5  # m of travel; a touch that is lighter has no mesh fine enough, and the shape of this one
-_LIGHT = 2e-4  # m of travel up to which a press that cannot be solved has the shape of one twice as deep
+_LIGHT = 2e-4  # m of travel up to which one twice as deep stands in for a press that cannot be solved
+_SAME = 1e-9  # of the travel
+_ALONG, _ACROSS = 41, 9  # places at which it is known how far the membrane hangs
+_WAYS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
 
 class SheetFidelity:
@@ -63,9 +68,10 @@ class SheetFidelity:
         self.remembers = on.mullins is not None or on.friction > 0
         self.close = _FELT if self.remembers else _KNOWN
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
-        self._last: OrderedDict[Place, tuple[Any, SheetPress]] = OrderedDict()
+        self._last: OrderedDict[Place, tuple[Any, Load, SheetPress]] = OrderedDict()
         self.resting = lru_cache(maxsize=_KEPT)(self._resting)
         self._hang = lru_cache(maxsize=_KEPT)(self._hang_at)
+        self._lift = lru_cache(maxsize=_KEPT)(self._lift_at)
 
     def law(self, place: Place, state: Any) -> Law:
         """Return the force between solved depths, or of a solve at each depth where the membrane remembers."""
@@ -76,7 +82,8 @@ class SheetFidelity:
     def press(self, place: Place, depth: float, state: Any) -> Pressed:
         """Return the solved shape."""
         solved = self._solve(place, depth, state)
-        return Pressed(_grid(solved.shape), solved if self.remembers else None)
+        reached = solved.load == self._load(place, depth)  # a deeper one that stands in for it was not
+        return Pressed(_grid(solved.shape), (solved if reached else state) if self.remembers else None)
 
     def force(self, place: Place, depth: float, state: Any) -> Array:
         """Return the force, off centre or tilted with a part across."""
@@ -86,12 +93,22 @@ class SheetFidelity:
         """Return the softening alone; without contact nothing slides on, so that friction begins anew."""
         return state.let_go() if state is not None and self.sheet.effects.mullins is not None else None
 
-    def lift(self, stretch: float) -> float:
-        """Return how far the membrane hangs, m."""
-        return self._hang(stretch) if self.sheet.effects.sag else 0.0
+    def lift(self, place: Place) -> float:
+        """Return how far the membrane hangs, m, over the top of a body, or over that part of it where it hangs most."""
+        return self._lift(place) if self.sheet.effects.sag and place.body is not None else 0.0
 
-    def _hang_at(self, stretch: float) -> float:
-        return max(0.0, -float(self.resting(stretch).points(3, 3)[1, 1, 2]))
+    def _lift_at(self, place: Place) -> float:
+        tops, length = _tops(place), self.sheet.span(place.stretch) * self.sheet.unit
+        hang = self._hang(place.stretch)((tops[:, 1] / length, tops[:, 0] / self.sheet.width))
+        return max(0.0, float((hang - tops[:, 2]).max()))
+
+    def _hang_at(self, stretch: float) -> RegularGridInterpolator:
+        """Return how far it hangs, m, by the place along it and across it, each from -1/2 to 1/2; 0 beyond."""
+        from scipy.interpolate import RegularGridInterpolator
+
+        down = -self.resting(stretch).points(_ACROSS, _ALONG)[..., 2]
+        grid = np.linspace(-0.5, 0.5, _ALONG), np.linspace(-0.5, 0.5, _ACROSS)
+        return RegularGridInterpolator(grid, down, bounds_error=False, fill_value=0.0)
 
     def free(self, stretch: float) -> Skin:
         """Return the membrane as it hangs, flat when it has no weight, narrower in its middle when stretched."""
@@ -107,7 +124,7 @@ class SheetFidelity:
         solved: list[tuple[float, float]] = []
 
         def law(depth: float) -> tuple[float, float]:
-            travel = depth + self.lift(place.stretch)
+            travel = depth + self.lift(place)
             if travel <= 0:
                 return 0.0, 0.0
             force = float(self._solved_force(place, depth, state)[2])
@@ -120,10 +137,15 @@ class SheetFidelity:
         return law
 
     def _solved_force(self, place: Place, depth: float, state: Any) -> Array:
-        """Return the force (3,), N, of a solve; where it is too light for one, its part of that of the shallowest press that is."""
+        """Return the force (3,), N, of a solve; where it is too light for one, by the power law through two that are not."""
         solved = self._solve(place, depth, state)
-        share: float = min((depth + self.lift(place.stretch)) / solved.load.travel, 1.0) ** _RISE
-        return np.asarray(solved.force * share)
+        part = (depth + self.lift(place)) / solved.load.travel
+        if part >= 1 - _SAME:
+            return solved.force
+        deeper = self._solve(place, depth + (2 - part) * solved.load.travel, state)
+        forces = max(float(solved.force[2]), 0.0), float(deeper.force[2])
+        power = math.log2(forces[1] / forces[0]) if 0 < forces[0] < forces[1] else _RISE
+        return np.asarray(solved.force * part ** max(power, 1.0))
 
     def _curve(self, place: Place) -> Curve | Between:
         """Return the force of a body; of a ball whose radius varies, that between balls of fixed radii."""
@@ -133,7 +155,7 @@ class SheetFidelity:
 
     def _fixed(self, place: Place) -> Curve:
         if place not in self._curves:
-            made = Curve(lambda depth: self._solved_force(place, depth, None), self.lift(place.stretch))
+            made = Curve(lambda depth: self._solved_force(place, depth, None), self.lift(place))
             _keep(self._curves, place, made)
         return self._curves[place]
 
@@ -141,30 +163,32 @@ class SheetFidelity:
         """Solve from what the membrane remembers, else from the last press at the same place, else from flat."""
         load = self._load(place, depth)
         known = state if self.remembers else None
-        before, last = self._last.get(place, (None, None))
-        if last is not None and before is known and last.load == load:
+        before, asked, last = self._last.get(place, (None, None, None))
+        if last is not None and before is known and asked == load:
             return last
         start = known if self.remembers else last
         if start is not None and not goes_on_as(start.load.indenter, load.indenter):
             start = start.let_go()  # friction remembers how one body slid
         with self.stats.timed("solve"):
             solved = self._balanced(load, start)
-        _keep(self._last, place, (known, solved))
+        _keep(self._last, place, (known, load, solved))
         return solved
 
     def _balanced(self, load: Load, start: SheetPress | None) -> SheetPress:
         """Return a press; a touch that is too light to be told from the rounding of energies gives way to a deeper one."""
         from stretch_bt.simulation.membrane.sheet.solver import solve
 
-        try:
-            return solve(self.sheet, load, self.settings, start)
-        except Impossible:
-            raise
-        except NoEquilibrium as failure:
-            with suppress(NoEquilibrium):  # looser where forces cannot balance exactly
-                return solve(self.sheet, load, _LOOSE, start)
-            if load.travel > _LIGHT:
-                raise failure from None
+        failure: NoEquilibrium | None = None
+        for settings in (self.settings, _LOOSE):  # the latter where forces cannot balance exactly
+            try:
+                return solve(self.sheet, load, settings, start)
+            except Impossible:
+                raise
+            except NoEquilibrium as error:
+                failure = failure or error
+        assert failure is not None
+        if load.travel > _LIGHT:
+            raise failure
         return self._balanced(replace(load, depth=load.depth + load.travel), start)
 
     def _load(self, place: Place, depth: float) -> Load:
@@ -175,8 +199,22 @@ class SheetFidelity:
             raise NoEquilibrium(
                 "an object wider than the membrane meets the fingers; only hertz fidelity has an answer"
             )
-        body, lift = turn(place.body, place.heading), self.lift(place.stretch)
+        body, lift = turn(place.body, place.heading), self.lift(place)
         return Load(body, place.stretch, max(depth, _GRAZE - lift), place.at, place.tilt, lift)
+
+
+def _tops(place: Place) -> Array:
+    """Return (n, 3) float, m: where the tops of a body are, the ends of flat ones too, and how far below the highest."""
+    from stretch_bt.simulation.membrane.indenters.several import Part, Several
+    from stretch_bt.simulation.membrane.indenters.turned import turn
+
+    assert place.body is not None
+    body = turn(place.body, place.heading)
+    found = []
+    for part in body.parts if isinstance(body, Several) else (Part(body, (0.0, 0.0)),):
+        middle = np.add(np.add(place.at, part.at), part.indenter.peak)
+        found += [(*(middle + part.indenter.flat * np.array(way)), part.below) for way in _WAYS]
+    return np.array(found)
 
 
 def _keep(kept: OrderedDict[Any, Any], key: Any, value: Any) -> None:

@@ -68,7 +68,7 @@ def act(scene: Scene, stage: Stage) -> Moment:
     nothing = Contact(0.0, 0.0, (0.0, 0.0, 0.0))
     flat: Skin = Profile(None, (0.0, 0.0), stage.membrane.width, stage.membrane.gauge + stretch)
     try:
-        free, touch = world.fidelity.free(stretch), over.moved(z=world.fidelity.lift(stretch))
+        free, touch = world.fidelity.free(stretch), over.moved(z=world.lift(over, stretch))
     except NoEquilibrium as error:
         return Moment(world, over, flat, over, nothing, flat, None, error.reason)
     try:

@@ -181,7 +181,7 @@ def _located(scene: Scene, source: Map, path: Path) -> Scene:
         given = source.get("object") or source
         named = given.get("file") if isinstance(given, Map) else None
         message, _, hint = str(error).partition("; ")
-        hint = hint or ("write a file that holds one closed surface" if named else "write sizes that go together")
+        hint = hint or "write sizes, or a file, that make one closed surface"
         raise FileError([(named or given).mark.error("value", f"object: {message}", hint)]) from None
 
 

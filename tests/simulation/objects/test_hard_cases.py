@@ -10,8 +10,9 @@ from stretch_bt.simulation.membrane.indenters.shapes import arch
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.press import press
 from stretch_bt.simulation.scene import load_scene, parse_scene
+from stretch_bt.simulation.scene.sections import MOUNT_PRESTRETCH, SHEAR_MODULUS
 
-HAND = {"shear_modulus": 68.4e3, "mount_prestretch": 11.9e-3}
+HAND = {"shear_modulus": SHEAR_MODULUS, "mount_prestretch": MOUNT_PRESTRETCH}
 POST = "{type: box, length: 0.3 mm, width: 0.3 mm, height: 20 mm, edge: 0.1 mm, rigid: true}"
 WIDE = "{type: box, length: 120 mm, width: 150 mm, height: 20 mm, rigid: true}"
 BROAD = "{type: box, length: 120 mm, width: 40 mm, height: 20 mm, rigid: true}"

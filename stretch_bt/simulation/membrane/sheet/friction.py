@@ -75,13 +75,14 @@ class LaggedFriction:
     ) -> LaggedFriction:
         """Return friction that goes on from a memory at `places` (NY, NX, 3), sheet units, on the body where it was.
 
-        A body that has changed its shape since is taken for the same below its highest point.
+        A ball of another size is taken for the same below its highest point.
         """
         held, limit = memory.pressure > 0, coefficient * memory.pressure
         stiffness = _STIFF * contact.stiffness
         local = (places * unit - old.origin) @ old.rotation + memory.traction * (unit / stiffness)
         anchor = local @ contact.body.rotation.T + contact.body.origin
-        anchor[..., 2] += contact.body.rise - old.rise
+        if contact.body.indenter != old.indenter:
+            anchor[..., 2] += contact.body.rise - old.rise
         normal = _normals(contact.body, anchor, held)
         return cls(coefficient, stiffness, anchor / unit, normal, limit, held, _elements(limit))
 
