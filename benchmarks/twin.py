@@ -75,10 +75,13 @@ def print_prices(scenes: list[str], ledger: Ledger, seeds: int, few: int) -> Non
         found = price(name, ledger, SEEDS[:seeds], SEEDS[: min(seeds, few)])
         least, auto = found.runs["least"].cpu_seconds, found.runs["auto"].cpu_seconds
         full = found.runs["everything"].cpu_seconds
-        print(f"{name}: auto costs {auto / least:.2f} of the least, everything {full / auto:.1f} times auto")
+        print(
+            f"{name}: auto costs {auto / least:.2f} of the least, everything {full / auto:.1f} times auto; "
+            f"apart: from everything on, in tolerances, mean of {found.pairs} paired runs"
+        )
         for label, runs in found.runs.items():
             print(
-                f"  {label:10s} {runs.cpu_seconds:7.2f} s  {_results(found, runs):60s} {', '.join(found.sets[label]) or '-'}",
+                f"  {label:10s} {runs.cpu_seconds:7.2f} s  apart {found.apart[label]:5.2f}  {_results(found, runs):60s} {', '.join(found.sets[label]) or '-'}",
                 flush=True,
             )
 

@@ -41,12 +41,17 @@ class Judged:
 
 @dataclass(frozen=True, slots=True)
 class Priced:
-    """A scene with what the advisor switched on, with everything, with nothing, and with the least that does."""
+    """A scene with what the advisor switched on, with everything, with nothing, and with the least that does.
+
+    `apart` is by how much the mean result differs from that with everything on, over the tolerance, in `pairs` paired runs.
+    """
 
     scene: str
     tolerance: Mapping[str, float]
     sets: Mapping[str, tuple[str, ...]]
     runs: Mapping[str, Runs]
+    apart: Mapping[str, float]
+    pairs: int
 
 
 def judge(name: str, ledger: Ledger, seeds: Sequence[int], dear: Mapping[str, int]) -> list[Judged]:
@@ -81,7 +86,9 @@ def price(name: str, ledger: Ledger, seeds: Sequence[int], few: Sequence[int]) -
         label: full if label == "everything" else ledger.runs(name, chosen, every, seeds)
         for label, chosen in sets.items()
     }
-    return Priced(name, scene.tolerance.named(), {label: tuple(sorted(s)) for label, s in sets.items()}, runs)
+    apart = {label: change(scene, full, other)[0] for label, other in runs.items()}
+    told = {label: tuple(sorted(s)) for label, s in sets.items()}
+    return Priced(name, scene.tolerance.named(), told, runs, apart, len(few))
 
 
 def change(scene: Scene, base: Runs, other: Runs) -> tuple[float, float]:
