@@ -80,8 +80,9 @@ def print_prices(scenes: list[str], ledger: Ledger, seeds: int, few: int) -> Non
             f"apart: from everything on, in tolerances, mean of {found.pairs} paired runs"
         )
         for label, runs in found.runs.items():
+            on = ", ".join(found.sets[label]) or "-"
             print(
-                f"  {label:10s} {runs.cpu_seconds:7.2f} s  apart {found.apart[label]:5.2f}  {_results(found, runs):60s} {', '.join(found.sets[label]) or '-'}",
+                f"  {label:10s} {runs.cpu_seconds:7.2f} s  apart {found.apart[label]:5.2f}  {_results(found, runs):60s} {on}",
                 flush=True,
             )
 
