@@ -45,6 +45,13 @@ def _explain(model: type, root: Value, error: Any) -> Diagnostic:
         return mark.error("key-unknown", f"unknown key {key!r}", hint)
     if kind == "missing":
         return value.mark.error("key-missing", f"{where} is missing", f"add '{error['loc'][-1]}: ...'")
+    if kind == "too_short":
+        least, given = error["ctx"]["min_length"], error["ctx"]["actual_length"]
+        return value.mark.error("value", f"{where} takes {least} or more entries, not {given}", "add what is missing")
+    if kind == "model_attributes_type" and isinstance(value, Scalar):
+        return value.mark.error(
+            "value", f"{where} takes a mapping, not {value.text!r}", f"write '{{type: {value.text}}}'"
+        )
     wanted = next((what for start, what in _WANTED.items() if kind.startswith(start)), None)
     if wanted is not None:
         given = repr(value.text) if isinstance(value, Scalar) else "this"
@@ -64,7 +71,6 @@ _WANTED = {
     "dict": ("a mapping", "{name: value}"),
     "list": ("a list", "[value]"),
     "tuple": ("a list", "[value]"),
-    "too_short": ("at least one entry", "{name: value}"),
 }
 
 

@@ -41,10 +41,10 @@ CASES = {
         (0.01, 0.3),
     ),
     "wider than the membrane": (
-        "object: {type: plane, height: 40 mm, rigid: true}\n",
+        "object: {type: box, length: 200 mm, width: 200 mm, height: 40 mm, rigid: true}\n",
         (0.0, 0.038),
         0.0,
-        "meets the fingers",
+        "clamp",
     ),
     "wider than the membrane, in closed form": (
         "object: {type: plane, height: 40 mm, rigid: true}\nfidelity: hertz\n",

@@ -40,7 +40,7 @@ class Curve:
         if travel <= 0:
             return 0.0, 0.0
         knots = self._knots(travel)
-        forces = [float(self._force(k)[2]) for k in knots]
+        forces = [float(self._force(k)[2]) for k in reversed(knots)][::-1]  # each from the next deeper one
         if travel < knots[0]:
             rises = len(knots) > 1 and 0 < forces[0] < forces[1]
             power = math.log(forces[1] / forces[0]) / math.log(knots[1] / knots[0]) if rises else _POWER

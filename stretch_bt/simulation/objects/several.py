@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -41,7 +42,7 @@ class SeveralObjects(ObjectSpec):
     @model_validator(mode="after")
     def _rigid_bodies(self) -> SeveralObjects:
         for thing in self.objects:
-            if thing.compliance() is not None:
+            if thing.compliance() is not None or math.isfinite(thing.rough().stiffness):
                 raise InvalidInput("objects that stand side by side are rigid; write 'rigid: true' for each of them")
             if thing.type == "plane":
                 raise InvalidInput(

@@ -219,9 +219,11 @@ def _impossible(scene: Scene, source: Map) -> Iterator[Diagnostic]:
         if scene.choice(key.text) not in ("auto", "off") and reason is not None:
             yield key.mark.error("effect-impossible", f"effects.{key.text}: {reason}", _able(scene, effect))
     fidelity, support = source.get("fidelity"), source.get("support")
-    if fidelity is not None and not _stands_in(scene):
+    if not _stands_in(scene):
         message = f"fidelity: nothing stands in for a {scene.object.type} at {scene.fidelity} fidelity"
-        yield fidelity.mark.error("value", message, "write sheet" if scene.object.body() is not None else "write hertz")
+        known = "sheet" if scene.object.body() is not None else "hertz"
+        place = fidelity or source.get("object") or source
+        yield place.mark.error("value", message, f"write 'fidelity: {known}'")
     if isinstance(scene.support, Cup) and scene.support.rim >= scene.object.top and isinstance(support, Map):
         message = "support.rim: the rim of the cup is as high as the object's top, so that the hand does not reach it"
         yield support.mark.error("value", message, "raise the object's base, or lower the rim")

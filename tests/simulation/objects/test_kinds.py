@@ -77,7 +77,7 @@ def test_the_advisor_has_a_finite_size_for_every_effect_it_can_have(text):
 )
 def test_the_table_names_every_kind_of_solid(kind):
     if kind == "plane":
-        assert made("{type: plane, height: 20 mm, rigid: true}").body() is None
+        assert made("{type: plane, height: 20 mm, rigid: true}\nfidelity: hertz").body() is None
     else:
         assert any(f"{{type: {kind}," in text for text in OBJECTS)
 
@@ -96,6 +96,10 @@ def test_the_table_names_every_kind_of_solid(kind):
         ("{type: half_cylinder, length: 5 mm, diameter: 2 cm, edge: 5 mm, rigid: true}", 9, "edge fillet"),
         ("{type: dough, yield_stress: 300 Pa}", 9, "its own weight, which is 307 Pa"),
         ("{type: pyramid, side: 2 cm, width: 1 cm, height: 1 cm, rigid: true}", 25, "known here: base, edge, heading"),
+        ("{type: plane, height: 20 mm, rigid: true}", 9, "nothing stands in for a plane at sheet"),
+        ("{type: several, objects: [{type: dough}, {type: dough}]}", 9, "side by side are rigid"),
+        ("{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}]}", 34, "takes 2 or more entries, not 1"),
+        ("{type: balloon, diameter: 60 mm, pressure: 1 kPa, fill: water}", 65, "write '{type: water}'"),
         ("{type: several, objects: [{type: cube}, {type: box}]}", 35, "each object has a type"),
         (
             "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}, {type: sphere, diameter: 9, rigid: true}]}",

@@ -27,7 +27,7 @@ class HalfCylinder(Solid):
             positive(f"the {name} of a half-cylinder", value)
         if self.edge >= min(self.diameter, self.length) / 2:
             raise InvalidInput(
-                f"the edge fillet of a half-cylinder must be below half its diameter and length, not {self.edge:g} m"
+                f"the edge fillet of a half-cylinder must be below half its diameter and length, not {self.edge * 1e3:g} mm; write a smaller edge"
             )
 
     @property

@@ -35,7 +35,7 @@ def load_mesh(path: Path, unit: float, edge: float) -> Polyhedron:
         The file cannot be read, holds no closed surface, or is thinner somewhere than two roundings.
     """
     if not path.is_file():
-        raise InvalidInput(f"there is no file {path}")
+        raise InvalidInput(f"there is no file {path}; write its path as seen from the scene")
     return _loaded(path, path.stat().st_mtime_ns, unit, edge)
 
 
