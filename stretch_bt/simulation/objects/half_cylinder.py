@@ -20,10 +20,10 @@ __all__ = ["HalfCylinderObject", "crest"]
 def crest(length: float, diameter: float) -> float:
     """Return the radius, m, of the disc that lifts a membrane as a pressed crest does.
 
-    The crest meets it in about an ellipse of half the length and a quarter of the diameter, whose logarithmic capacity is the mean of
-    its half axes (Polya and Szego, Isoperimetric Inequalities in Mathematical Physics, 1951).
+    The crest meets it in about an ellipse, of half the length and out to where the flank is at 45 degrees, whose logarithmic capacity is
+    the mean of its half axes (Polya and Szego, Isoperimetric Inequalities in Mathematical Physics, 1951).
     """
-    return (length / 2 + diameter / 4) / 2
+    return (length / 2 + math.sqrt(0.5) * diameter / 2) / 2
 
 
 class HalfCylinderObject(SolidSpec):
