@@ -98,7 +98,11 @@ def test_the_table_names_every_kind_of_solid(kind):
         ("{type: pyramid, side: 2 cm, width: 1 cm, height: 1 cm, rigid: true}", 25, "known here: base, edge, heading"),
         ("{type: plane, height: 20 mm, rigid: true}", 9, "nothing stands in for a plane at sheet"),
         ("{type: several, objects: [{type: dough}, {type: dough}]}", 9, "side by side are rigid"),
-        ("{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}]}", 34, "takes 2 or more entries, not 1"),
+        (
+            "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}]}",
+            34,
+            "takes 2 or more entries, not 1",
+        ),
         ("{type: balloon, diameter: 60 mm, pressure: 1 kPa, fill: water}", 65, "write '{type: water}'"),
         ("{type: several, objects: [{type: cube}, {type: box}]}", 35, "each object has a type"),
         (
