@@ -47,7 +47,8 @@ def _explain(model: type, root: Value, error: Any) -> Diagnostic:
         return value.mark.error("key-missing", f"{where} is missing", f"add '{error['loc'][-1]}: ...'")
     if kind == "too_short":
         least, given = error["ctx"]["min_length"], error["ctx"]["actual_length"]
-        return value.mark.error("value", f"{where} takes {least} or more entries, not {given}", "add what is missing")
+        entries = "at least one entry" if least == 1 else f"at least {least} entries"
+        return value.mark.error("value", f"{where} takes {entries}, not {given}", f"write {entries}")
     if kind == "model_attributes_type" and isinstance(value, Scalar):
         return value.mark.error(
             "value", f"{where} takes a mapping, not {value.text!r}", f"write '{{type: {value.text}}}'"

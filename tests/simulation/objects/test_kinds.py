@@ -101,7 +101,7 @@ def test_the_table_names_every_kind_of_solid(kind):
         (
             "{type: several, objects: [{type: sphere, diameter: 9 mm, rigid: true}]}",
             34,
-            "takes 2 or more entries, not 1",
+            "takes at least 2 entries, not 1",
         ),
         ("{type: balloon, diameter: 60 mm, pressure: 1 kPa, fill: water}", 65, "write '{type: water}'"),
         ("{type: several, objects: [{type: cube}, {type: box}]}", 35, "each object has a type"),
