@@ -17,7 +17,9 @@ from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.fidelity.between import Between
 from stretch_bt.simulation.fidelity.curve import Curve
+from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere, goes_on_as
+from stretch_bt.simulation.membrane.indenters.turned import turn
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -192,7 +194,6 @@ class SheetFidelity:
         return self._balanced(replace(load, depth=load.depth + load.travel), start)
 
     def _load(self, place: Place, depth: float) -> Load:
-        from stretch_bt.simulation.membrane.indenters.turned import turn
         from stretch_bt.simulation.membrane.sheet.result import Load
 
         if place.body is None:
@@ -205,9 +206,6 @@ class SheetFidelity:
 
 def _tops(place: Place) -> Array:
     """Return (n, 3) float, m: where the tops of a body are, the ends of flat ones too, and how far below the highest."""
-    from stretch_bt.simulation.membrane.indenters.several import Part, Several
-    from stretch_bt.simulation.membrane.indenters.turned import turn
-
     assert place.body is not None
     body = turn(place.body, place.heading)
     found = []
