@@ -29,6 +29,7 @@ _KEPT = 8  # contacts that are kept
 _STRIDE = 0.1  # s; a membrane that remembers is taken along its path in steps that each take few iterations
 _GROWTH = 1.5  # power of its depth that the force of a membrane about grows with
 _AGE = 2.5  # s for which the memory is kept, for what is asked of a moment ago
+_CREEP = 4e-6  # m; a shape that changes by itself is drawn in steps of this, far below what a camera tells apart
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
 
@@ -158,12 +159,18 @@ class World:
             self._past.popleft()
 
     def skin(self, contact: Contact, stretch: float) -> Skin:
-        """Return the shape of the membrane."""
-        key = stretch, contact.place, contact.depth
+        """Return the shape of the membrane; while an object creeps under it, that within 2 um of its depth."""
+        depth = contact.depth if self._still else round(contact.depth / _CREEP) * _CREEP
+        key = stretch, contact.place, depth
         if self._skin is None or self._skin[0] != key or self._skin[1] is not contact.remembered:
             with self.stats.timed("shape"):
-                self._skin = (key, contact.remembered, self._shape(contact, stretch))
+                self._skin = (key, contact.remembered, self._shape(replace(contact, depth=depth), stretch))
         return self._skin[2]
+
+    @property
+    def _still(self) -> bool:
+        """Whether shapes change by motion alone, or each is solved for its force anyway."""
+        return self.specimen.timeless or self.fidelity.remembers
 
     def standing(self, drop: float = 0.0) -> Standing:
         """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""

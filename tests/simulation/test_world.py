@@ -1,11 +1,14 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.model import ForceModel, hertz_force
+from stretch_bt.simulation.camera.renderer import DepthRenderer
+from stretch_bt.simulation.camera.view import SR305
 from stretch_bt.simulation.objects.response import Response
 from stretch_bt.simulation.objects.sphere import SphereObject
 from stretch_bt.simulation.scene import load_scene, parse_scene
@@ -151,6 +154,24 @@ def test_what_changes_with_time_is_solved_at_each_moment():
     forces = [world.contact(Pose((0, 0, top - 0.006)), at, t).force[2] for t in (0.6, 1.0, 2.0)]
     assert forces == sorted(forces, reverse=True)
     assert forces[0] > forces[2]
+
+
+@pytest.mark.parametrize("fidelity", ["hertz", "sheet"])
+def test_under_an_object_that_creeps_the_shape_keeps_up_with_it(fidelity):
+    world = World(load_scene("pudding_balloon").model_copy(update={"fidelity": fidelity}))
+    low, at = Pose((0, 0, world.scene.object.top - 0.006)), world.scene.conditions.stretch
+    skins, depths = {}, []
+    for time in np.arange(0.0, 1.0, 1 / 30):
+        world.advance(low, at, time)
+        contact = world.contact(low, at, time)
+        skin = world.skin(contact, at)
+        skins[id(skin)] = skin
+        depths.append(contact.depth)
+        solved = world.fidelity.press(contact.place, contact.depth, None).skin
+        shown, true = (DepthRenderer(SR305, 0.2).render(seen) for seen in (skin, solved))
+        assert np.abs(shown - true)[(shown > 0) & (true > 0)].max() < 2.5e-6
+    assert np.ptp(depths) > 2e-5
+    assert 2 < len(skins) < len(depths) / 2
 
 
 def test_sag_touches_before_the_plane_does():

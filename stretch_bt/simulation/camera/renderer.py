@@ -31,22 +31,32 @@ class DepthRenderer:
     def __init__(self, intrinsics: Intrinsics, plane_distance: float, offset: Offset = RIGHT) -> None:
         self.view = View(intrinsics, plane_distance, offset)
         self._work: npt.NDArray[np.float64] = np.empty((5, 0, 0))
+        self._seen: tuple[Skin, Image, bool] | None = None
 
     def render(self, skin: Skin, table: Plane | None = None) -> Image:
         """Return the depth (h, w) float32, m, of a membrane and of the table, or of nothing, behind it.
+
+        A membrane that was the last one rendered is not rendered again, only the table.
 
         Raises
         ------
         InvalidInput
             The skin is no surface.
         """
-        image: Image = np.zeros((self.view.intrinsics.height, self.view.intrinsics.width), np.float32)
-        if image.size == 0:
-            return image
-        seen = self._grid(skin, image) if isinstance(skin, Grid) else self._profile(skin, image)
-        if seen and table is not None:
+        if self._seen is None or self._seen[0] is not skin:
+            self._seen = (skin, *self._membrane(skin))
+        _, alone, sees = self._seen
+        image = alone.copy()
+        if sees and table is not None:
             self._beside(skin, table, image)
         return image
+
+    def _membrane(self, skin: Skin) -> tuple[Image, bool]:
+        """Return the depth of the membrane alone, and whether the camera sees anything."""
+        image: Image = np.zeros((self.view.intrinsics.height, self.view.intrinsics.width), np.float32)
+        if image.size == 0:
+            return image, False
+        return image, self._grid(skin, image) if isinstance(skin, Grid) else self._profile(skin, image)
 
     def _grid(self, skin: Grid, image: Image) -> bool:
         from stretch_bt.simulation.camera.fold_kernel import look_through

@@ -92,6 +92,14 @@ def test_the_table_shows_beside_the_sheet_and_the_fingers_hide_its_ends():
     assert np.ptp(waist) == pytest.approx(0.081 / DISTANCE * SR305.fx, abs=2)
 
 
+def test_a_renderer_keeps_nothing_of_the_view_before():
+    wide, narrow = grid(bump), grid(bump, width=0.06)
+    used = DepthRenderer(SR305, DISTANCE)
+    for skin, below in ((wide, 0.03), (wide, 0.05), (wide, None), (narrow, 0.05), (wide, 0.03)):
+        table = None if below is None else Plane((0.0, 0.0, 1.0), -below)
+        assert np.array_equal(used.render(skin, table), DepthRenderer(SR305, DISTANCE).render(skin, table))
+
+
 @pytest.mark.parametrize("rotation", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, -0.15, 0.3)])
 def test_the_table_under_a_tilted_hand_is_the_worlds_floor(rotation):
     hand = Pose((0.3, -0.1, 0.05), rotation)
