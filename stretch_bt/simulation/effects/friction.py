@@ -32,8 +32,8 @@ class Friction(MembraneEffect):
 
     name = "friction"
     order = 4
-    cost_ms = 500.0
-    cost_per = "solve"
+    cost_ms = 50.0
+    cost_per = "reading"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod

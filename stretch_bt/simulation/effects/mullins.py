@@ -22,8 +22,8 @@ class Softening(MembraneEffect):
 
     name = "mullins"
     order = 3
-    cost_ms = 1.5
-    cost_per = "solve"
+    cost_ms = 20.0
+    cost_per = "reading"
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
