@@ -18,6 +18,7 @@ from stretch_bt.simulation.effects.sag import Sag
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 from stretch_bt.simulation.membrane.indenters.parse import parse_indenter
+from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.result import Load, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.solver import solve
@@ -54,7 +55,7 @@ def compare(
 ) -> tuple[np.ndarray, float, int]:
     """Return the error of each force by the curve, as a part of it, the cost of all, and for how many depths there is no solve."""
     indenter = parse_indenter(body)
-    fidelity = SheetFidelity(0.09, 0.1, 0.002, SHEAR_MODULUS, MOUNT_PRESTRETCH, effects)
+    fidelity = SheetFidelity(0.09, 0.1, 0.002, NeoHookean(SHEAR_MODULUS), MOUNT_PRESTRETCH, effects)
     place = Place(indenter, None, at, 0.0, UPRIGHT, REACH, stretch)
     law, hang, press, solved = fidelity.law(place, None), fidelity.lift(place), None, []
     began = time.process_time()

@@ -11,9 +11,10 @@ from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.scene.sections import MOUNT_PRESTRETCH, SHEAR_MODULUS
 
-SHEET = (0.090, 0.100, 0.002, SHEAR_MODULUS, MOUNT_PRESTRETCH)
+SHEET = (0.090, 0.100, 0.002, NeoHookean(SHEAR_MODULUS), MOUNT_PRESTRETCH)
 
 
 @pytest.mark.parametrize("body", [Sphere(0.020), Cone(0.7854, 0.0005)], ids=["sphere", "cone"])

@@ -4,17 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import Field
 
 from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.effects import base
 from stretch_bt.simulation.effects.base import MembraneEffect, Size
+from stretch_bt.units import Within
 
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
 
 __all__ = ["Softening"]
 
-_SOFTENING = 0.05
+_CYCLED = 0.5  # of the first softening, that comes back until the next task
+
+
+class Parameters(base.Parameters):
+    """How much softer it becomes."""
+
+    share: Annotated[float, Within(0.001, 0.9)] = Field(
+        default=0.1,
+        description="part of its stress that it loses where it has been stretched much further; 0.05 to 0.15 is usual",
+    )
 
 
 class Softening(MembraneEffect):
@@ -24,16 +37,17 @@ class Softening(MembraneEffect):
     order = 3
     cost_ms = 20.0
     cost_per = "reading"
+    Parameters: ClassVar[type[base.Parameters]] = Parameters
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:
-        """Yield the softening where presses deepen evenly: 5 % at most in a membrane that has been cycled, over their number."""
+        """Yield the softening where presses deepen evenly: half of the first one in a membrane that has been cycled, over their number."""
         presses = case.scene.conditions.presses
-        part = _SOFTENING / presses if presses > 1 else 0.0
+        part = _CYCLED * parameters.share / presses if presses > 1 else 0.0
         yield from case.from_force(part, f"{presses} presses, each deeper than the one before")
 
     def on_sheet(self, effects: SheetEffects) -> SheetEffects:
         """Return the sheet's effects with it."""
         from stretch_bt.simulation.membrane.sheet.effects import Mullins
 
-        return replace(effects, mullins=Mullins())
+        return replace(effects, mullins=Mullins(r=1 / self.parameters.share))

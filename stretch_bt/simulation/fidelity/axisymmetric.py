@@ -11,7 +11,7 @@ from stretch_bt.simulation.camera.skin import Grid, Profile, Skin
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed
 from stretch_bt.simulation.fidelity.curve import Curve
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
-from stretch_bt.simulation.membrane.materials import NeoHookean
+from stretch_bt.simulation.membrane.materials import Material
 from stretch_bt.simulation.objects.response import Law
 from stretch_bt.simulation.stats import Stats
 
@@ -31,13 +31,13 @@ class AxisymmetricFidelity:
         width: float,
         gauge: float,
         thickness: float,
-        shear_modulus: float,
+        material: Material,
         mount_prestretch: float,
         stats: Stats | None = None,
     ) -> None:
         self.stats = stats or Stats()
         self.width, self.gauge, self.thickness = width, gauge, thickness
-        self.material, self.mount_prestretch = NeoHookean(shear_modulus), mount_prestretch
+        self.material, self.mount_prestretch = material, mount_prestretch
         self._curves: dict[Any, Curve] = {}
         self._pressed: dict[Any, AxisymmetricPress] = {}
 

@@ -25,7 +25,7 @@ class Membrane:
 def make_fidelity(scene: Scene, membrane: Membrane, effects: Iterable[MembraneEffect], stats: Stats) -> Fidelity:
     """Return what the scene's `fidelity` names; what it solves is counted in `stats`."""
     sizes = (membrane.width, membrane.gauge)
-    made_of = (*sizes, membrane.thickness, scene.hand.shear_modulus, scene.hand.mount_prestretch)
+    made_of = (*sizes, membrane.thickness)
     match scene.fidelity:
         case "hertz":
             from stretch_bt.simulation.fidelity.hertz import HertzFidelity
@@ -34,8 +34,8 @@ def make_fidelity(scene: Scene, membrane: Membrane, effects: Iterable[MembraneEf
         case "axisymmetric":
             from stretch_bt.simulation.fidelity.axisymmetric import AxisymmetricFidelity
 
-            return AxisymmetricFidelity(*made_of, stats=stats)
+            return AxisymmetricFidelity(*made_of, scene.hand.material(), scene.hand.mount_prestretch, stats=stats)
         case "sheet":
             from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 
-            return SheetFidelity(*made_of, effects, stats=stats)
+            return SheetFidelity(*made_of, scene.hand.material(), scene.hand.mount_prestretch, effects, stats=stats)

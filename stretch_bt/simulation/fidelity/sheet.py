@@ -20,7 +20,7 @@ from stretch_bt.simulation.fidelity.curve import Curve
 from stretch_bt.simulation.membrane.indenters.several import Part, Several
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere, goes_on_as
 from stretch_bt.simulation.membrane.indenters.turned import turn
-from stretch_bt.simulation.membrane.materials import NeoHookean
+from stretch_bt.simulation.membrane.materials import Material
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.settings import Settings
@@ -55,7 +55,7 @@ class SheetFidelity:
         width: float,
         gauge: float,
         thickness: float,
-        shear_modulus: float,
+        material: Material,
         mount_prestretch: float,
         effects: Iterable[MembraneEffect] = (),
         settings: Settings | None = None,
@@ -65,7 +65,7 @@ class SheetFidelity:
         on = Effects()
         for effect in effects:
             on = effect.on_sheet(on)
-        self.sheet = Sheet(gauge, width, thickness, NeoHookean(shear_modulus), mount_prestretch, on)
+        self.sheet = Sheet(gauge, width, thickness, material, mount_prestretch, on)
         self.settings = settings or Settings()  # exact, so that a force does not depend on what was solved before
         self.remembers = on.mullins is not None or on.friction > 0
         self.close = _FELT if self.remembers else _KNOWN

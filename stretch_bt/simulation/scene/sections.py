@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.units import Angle, Length, Pressure, Speed, Time, Within
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.membrane.materials import Material
 
 __all__ = ["CameraPose", "Conditions", "Cup", "Hand", "Table", "Tolerance"]
 
@@ -65,12 +68,23 @@ class Hand(_Model):
     """The hand as it really is; its size is that of the cell file."""
 
     shear_modulus: Annotated[Pressure, Within(1e3, 1e7, "Pressure")] = Field(
-        default=SHEAR_MODULUS, description="of the membrane, neo-Hookean"
+        default=SHEAR_MODULUS, description="of the membrane"
+    )
+    second_invariant: Annotated[float, Within(0.0, 1.0)] = Field(
+        default=0.0, description="share of the second invariant in Mooney and Rivlin's energy; neo-Hookean without"
     )
     mount_prestretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(
         default=MOUNT_PRESTRETCH, description="by how much the mounts stretch the membrane at stretch 0"
     )
     camera: CameraPose = CameraPose()
+
+    def material(self) -> Material:
+        """Return what the membrane is made of."""
+        from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
+
+        if self.second_invariant == 0:
+            return NeoHookean(self.shear_modulus)
+        return MooneyRivlin(self.shear_modulus, self.second_invariant)
 
 
 class Table(_Model):
