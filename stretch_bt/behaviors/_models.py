@@ -8,15 +8,13 @@ from typing import ClassVar
 
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
+from stretch_bt.model.force_model import PAPER, SHIPPED, shipped
 from stretch_bt.tree.ports import Behavior, In
 from stretch_bt.units import Estimate
 
-__all__ = ["PAPER", "ModelBehavior", "inverted", "within_range"]
+__all__ = ["ModelBehavior", "inverted", "within_range"]
 
 STEP = 1e-5  # m, over which the slope of a force is taken: far below any length of a press
-
-#: the shipped calibration of the paper's model
-PAPER = "paper"
 
 
 class ModelBehavior(Behavior):
@@ -24,7 +22,7 @@ class ModelBehavior(Behavior):
 
     kind = "model"
     instant: ClassVar[bool] = True
-    model: In[str] = PAPER  # 'paper' for the shipped calibration, or the path of a calibration file
+    model: In[str] = PAPER  # 'paper', 'membrane' or 'sheet' for a shipped one, or the path of a calibration file
 
     def prepare(self) -> None:
         """Load the model when its name is known already."""
@@ -37,7 +35,7 @@ class ModelBehavior(Behavior):
         """Return the shipped model, or the one that a calibration file holds; each is read once a run."""
         name, memory = self.model, self.context.memory
         if (ForceModel, name) not in memory:
-            memory[ForceModel, name] = ForceModel.default() if name == PAPER else ForceModel.load(name)
+            memory[ForceModel, name] = shipped(name) if name in SHIPPED else ForceModel.load(name)
         model: ForceModel = memory[ForceModel, name]
         return model
 

@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stretch_bt.model.calibrated import CalibratedHertz as CalibratedHertz
     from stretch_bt.model.calibrated import StretchState as StretchState
+    from stretch_bt.model.calibration import Calibration as Calibration
+    from stretch_bt.model.calibration import calibrate as calibrate
+    from stretch_bt.model.elastic_sphere import object_modulus as object_modulus
     from stretch_bt.model.force_model import ForceModel as ForceModel
     from stretch_bt.model.hertz import hertz_depth as hertz_depth
     from stretch_bt.model.hertz import hertz_force as hertz_force
     from stretch_bt.model.indentation import next_indentation as next_indentation
+    from stretch_bt.model.measurements import Measurements as Measurements
+    from stretch_bt.model.membrane import MembraneModel as MembraneModel
     from stretch_bt.model.stiffness import estimate_stiffness as estimate_stiffness
     from stretch_bt.model.yielding import Yielding as Yielding
     from stretch_bt.model.yielding import fit_yielding as fit_yielding
@@ -19,14 +24,19 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "CalibratedHertz": "calibrated",
+    "Calibration": "calibration",
     "ForceModel": "force_model",
+    "Measurements": "measurements",
+    "MembraneModel": "membrane",
     "StretchState": "calibrated",
     "Yielding": "yielding",
+    "calibrate": "calibration",
     "estimate_stiffness": "stiffness",
     "fit_yielding": "yielding",
     "hertz_depth": "hertz",
     "hertz_force": "hertz",
     "next_indentation": "indentation",
+    "object_modulus": "elastic_sphere",
     "undeformed_height": "zero_force",
 }
 __all__ = [  # noqa: PLE0604

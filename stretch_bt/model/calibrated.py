@@ -12,12 +12,11 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.force_model import ForceModel, Range, require_force
-from stretch_bt.model.hertz import hertz_depth, hertz_force
 from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["CalibratedHertz", "StretchState"]
 
-_POISSON = 0.5
+_STIFF = 4 / 3 / (1 - 0.5**2)  # of a sphere on an incompressible half-space, as `hertz_force` has it
 _LENGTH = KINDS["Length"]
 
 
@@ -75,10 +74,20 @@ class CalibratedHertz(ForceModel):
         levels = np.array([math.log1p(state.stretch / self.log_scale) for state in self.states])
         return np.linalg.pinv(np.column_stack([np.ones_like(levels), levels]))
 
+    @cached_property
+    def _columns(self) -> npt.NDArray[np.float64]:
+        """(6, states) float: floor, amplitude and decay, and their variances."""
+        names = ("floor", "amplitude", "decay")
+        sds = [[getattr(state, f"{name}_sd") ** 2 for state in self.states] for name in names]
+        return np.array([[getattr(state, name) for state in self.states] for name in names] + sds)
+
     def _logarithm(self, diameter: float) -> tuple[float, float, npt.NDArray[np.float64]]:
-        moduli = np.array([state.modulus(diameter) for state in self.states])
-        p, q = self._fit @ moduli[:, 0]
-        return float(p), float(q), moduli[:, 1]
+        """Return p and q at a diameter, m, and the variance of each state's modulus, as `StretchState.modulus` has them."""
+        floor, amplitude, decay, floor_var, amplitude_var, decay_var = self._columns
+        falling = np.exp(-diameter / decay)
+        slope = amplitude * falling * diameter / decay**2
+        p, q = (self._fit @ (floor + amplitude * falling)).tolist()
+        return p, q, floor_var + falling**2 * amplitude_var + slope**2 * decay_var
 
     def modulus(self, radius: float, stretch: float) -> tuple[float, float]:
         """Return the effective modulus, Pa, that a sphere of this radius meets, and its standard deviation."""
@@ -92,14 +101,14 @@ class CalibratedHertz(ForceModel):
         """Return the force, N, and its standard deviation."""
         self.range.check(depth=depth)
         modulus, sd = self.modulus(radius, stretch)
-        force: float = hertz_force("sphere", depth, modulus, radius=radius, poisson=_POISSON)
+        force = _STIFF * modulus * math.sqrt(depth**3 * radius)
         return force, force * math.hypot(self.relative_sd, sd / modulus)
 
     def depth_for(self, radius: float, stretch: float, force: float) -> float:
         """Return the depth, m, at which the force, N, is this one."""
         require_force(force)
         modulus, _ = self.modulus(radius, stretch)
-        depth: float = hertz_depth("sphere", force, modulus, radius=radius, poisson=_POISSON)
+        depth: float = (force / (_STIFF * modulus * math.sqrt(radius))) ** (2 / 3)
         deepest = self.range.depth[1]
         if depth > deepest * (1 + 1e-12):
             raise NoEquilibrium(
@@ -115,7 +124,7 @@ class CalibratedHertz(ForceModel):
         if depth == 0:
             raise NoEquilibrium("no stretch gives a force at depth 0")
         p, q, _ = self._logarithm(2 * radius)
-        wanted = force / hertz_force("sphere", depth, 1.0, radius=radius, poisson=_POISSON)
+        wanted = force / (_STIFF * math.sqrt(depth**3 * radius))
         least, most = self.range.stretch
         ends = sorted(p + q * math.log1p(x / self.log_scale) for x in (least, most))
         if q == 0 or not ends[0] * (1 - 1e-12) <= wanted <= ends[1] * (1 + 1e-12):

@@ -14,10 +14,22 @@ from typing import Any, ClassVar
 from stretch_bt.errors import InvalidInput
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["FORMAT", "ForceModel", "Range"]
+__all__ = ["FORMAT", "PAPER", "SHIPPED", "ForceModel", "Range", "model_of_kind", "require_force", "shipped"]
 
 FORMAT = "stretch-calibration/1"
-_KINDS = {"calibrated_hertz": "stretch_bt.model.calibrated:CalibratedHertz"}
+_KINDS = {
+    "calibrated_hertz": "stretch_bt.model.calibrated:CalibratedHertz",
+    "membrane": "stretch_bt.model.membrane:MembraneModel",
+    "sheet": "stretch_bt.simulation.sheet_model:SheetModel",
+}
+#: the shipped calibration of the paper's model
+PAPER = "paper"
+#: shipped models by name: the file, and the kind to read it as
+SHIPPED = {
+    PAPER: ("default_calibration", "calibrated_hertz"),
+    "membrane": ("default_membrane", "membrane"),
+    "sheet": ("default_membrane", "sheet"),
+}
 _LENGTH = KINDS["Length"]
 
 
@@ -47,6 +59,7 @@ class ForceModel(ABC):
 
     kind: ClassVar[str]
     range: Range
+    relative_sd: float
     provenance: dict[str, Any]
 
     @abstractmethod
@@ -93,19 +106,39 @@ class ForceModel(ABC):
 
     @staticmethod
     def default() -> ForceModel:
-        """Return the shipped calibration: an assumption fitted to two figures of the paper, not a measurement."""
-        return _decode(files("stretch_bt.model").joinpath("data/default_calibration.json").read_text("utf-8"))
+        """Return the shipped calibration of the paper's model: an assumption fitted to two figures of the paper, not a measurement."""
+        return shipped(PAPER)
 
 
-def _decode(text: str) -> ForceModel:
+def shipped(name: str) -> ForceModel:
+    """Return a shipped model: `paper`, or that of the twin's own hand, `membrane` by the table and `sheet` by solving.
+
+    Raises
+    ------
+    InvalidInput
+        There is no such model.
+    """
+    if name not in SHIPPED:
+        raise InvalidInput(f"no shipped model {name!r}; name one of {', '.join(SHIPPED)}, or a calibration file")
+    file, kind = SHIPPED[name]
+    return _decode(files("stretch_bt.model").joinpath(f"data/{file}.json").read_text("utf-8"), kind)
+
+
+def _decode(text: str, kind: str | None = None) -> ForceModel:
+    """Return the model of a text, as the kind that is named or that it names itself."""
     fields = json.loads(text)
     if not isinstance(fields, dict) or fields.get("format") != FORMAT:
         raise ValueError(f"its format is not {FORMAT!r}")
     if fields.get("kind") not in _KINDS:
         raise ValueError(f"its kind {fields.get('kind')!r} is not one of {', '.join(_KINDS)}")
-    module, _, name = _KINDS[fields["kind"]].partition(":")
-    cls: type[ForceModel] = getattr(import_module(module), name)
-    return cls.from_json(fields)
+    return model_of_kind(kind or fields["kind"]).from_json(fields)
+
+
+def model_of_kind(kind: str) -> type[ForceModel]:
+    """Return the class of a kind of model; what it needs is imported only now."""
+    module, _, name = _KINDS[kind].partition(":")
+    found: type[ForceModel] = getattr(import_module(module), name)
+    return found
 
 
 def require_force(force: float) -> None:

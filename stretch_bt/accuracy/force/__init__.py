@@ -1,0 +1,1 @@
+"""Force models against forces that they have not seen."""

@@ -1,0 +1,64 @@
+"""`stretch-bt calibrate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stretch_bt.cli.output import emit_json
+
+if TYPE_CHECKING:
+    from stretch_bt.model.calibration import Calibration
+
+__all__ = ["command"]
+
+
+def command(
+    record: Annotated[Path, typer.Argument(help="The record of a run of `characterize`, or its table.")],
+    out: Annotated[Path, typer.Option(help="Write the calibration into this file.")],
+    model: Annotated[str, typer.Option(help="membrane, paper or sheet")] = "membrane",
+    plot: Annotated[Path | None, typer.Option(help="Draw forces, moduli and residuals into this PNG file.")] = None,
+    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Fit a force model to measured forces; the file serves as the `model` of nodes and of `predict`."""
+    from stretch_bt.model import calibrate
+    from stretch_bt.model.characterization import NAME, read_table
+    from stretch_bt.model.measurements import Measurements
+
+    table = read_table(record / NAME if record.is_dir() else record)
+    given = Measurements.of(table)
+    found = calibrate(given, model, {"characterization": dict(table.provenance), "presses": len(given)})
+    found.model.save(out)
+    if plot is not None:
+        _draw(found, given, plot)
+    emit_json(found.to_json()) if json_ else _show(found, out)
+
+
+def _show(found: Calibration, out: Path) -> None:
+    for name, value, sd in _parameters(found.to_json()):
+        typer.echo(f"{name:40} {value:.5g} +- {sd:.2g}")
+    typer.echo(f"left of the forces: {100 * found.model.relative_sd:.1f} %")
+    for row in found.left_out:
+        beyond = ", beyond the others" if row.extrapolated else ""
+        said = row.reason if row.mean_absolute is None else f"mean absolute error {row.mean_absolute:.4f} N"
+        if row.rms_relative is not None:
+            said += f", {100 * row.rms_relative:.1f} % rms from 5 mm of depth and 10 mm of stretch on"
+        typer.echo(f"without {1e3 * row.diameter:.0f} mm{beyond}: {said}")
+    typer.echo(f"{found.model.kind}: {out}")
+
+
+def _parameters(fields: dict[str, Any]) -> list[tuple[str, float, float]]:
+    """Return name, value and standard deviation of what was fitted."""
+    if "hand" in fields:
+        return [(name, value, fields["sd"][name]) for name, value in fields["hand"].items()]
+    names = ("floor", "amplitude", "decay")
+    states = fields["states"]
+    return [(f"{n} at {1e3 * s['stretch']:.0f} mm", s[n], s[f"{n}_sd"]) for s in states for n in names]
+
+
+def _draw(found: Calibration, given: Any, path: Path) -> None:
+    from stretch_bt.model.picture import save_calibration
+
+    save_calibration(found.model, given, path)

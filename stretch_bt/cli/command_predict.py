@@ -1,0 +1,39 @@
+"""`stretch-bt predict`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.errors import InvalidInput
+from stretch_bt.units import KINDS
+
+__all__ = ["command"]
+
+
+def command(
+    calibration: Annotated[Path, typer.Option(help="A file that `stretch-bt calibrate` wrote.")],
+    radius: Annotated[str, typer.Option(help="Of the sphere, as in 10mm.")],
+    stretch: Annotated[str, typer.Option(help="How far past the rest length, as in 30mm.")],
+    depth: Annotated[str, typer.Option(help="Past first contact, as in 8mm.")],
+    json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Print the force that a calibrated hand feels from a sphere, with its standard deviation."""
+    from stretch_bt.model import ForceModel
+
+    model = ForceModel.load(calibration)
+    place = [KINDS["Length"].parse(text) for text in (radius, stretch, depth)]
+    try:
+        force, sd = model.predict(place[0], place[1], place[2])
+    except InvalidInput as error:
+        if json_:
+            emit_json({"force_N": None, "sd_N": None, "in_range": False, "reason": str(error)})
+        typer.secho(f"no answer: {error}", fg=typer.colors.RED, err=True)
+        raise typer.Exit(EXIT_FAILURE) from None
+    if json_:
+        emit_json({"force_N": force, "sd_N": sd, "in_range": True})
+    else:
+        typer.echo(f"{force:.4g} +- {sd:.2g} N ({model.kind})")

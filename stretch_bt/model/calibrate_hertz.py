@@ -1,0 +1,139 @@
+"""Fitting the paper's force law to measured forces."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.model.calibrated import CalibratedHertz, StretchState
+from stretch_bt.model.hertz import hertz_force
+from stretch_bt.model.measurements import Measurements
+
+__all__ = ["fit_calibrated_hertz", "moduli"]
+
+Array = npt.NDArray[np.float64]
+
+_LOG_SCALES = np.geomspace(1e-3, 0.2, 60)  # m
+_DECAYS = np.geomspace(2e-3, 0.2, 80)  # m
+_STATES, _DIAMETERS = 2, 3
+_SHALLOW = 3e-3  # m
+_FALL = 0.02  # of the modulus, that it falls by at least between the smallest and the largest diameter
+
+
+def moduli(given: Measurements) -> tuple[Array, Array, Array, Array]:
+    """Return the effective modulus of each state (n,): diameter and stretch, m, modulus and its standard deviation, Pa.
+
+    It is the least-squares fit through no force at no depth of all depths and trials to the formula of Hertz, as in the paper.
+    """
+    states = np.unique(np.column_stack([np.round(2 * given.radius, 9), given.stretch]), axis=0)
+    rows = []
+    for diameter, stretch in states:
+        of = given.of_diameter(float(diameter)) & (given.stretch == stretch) & (given.depth > 0)
+        if of.any():
+            unit = np.asarray(hertz_force("sphere", given.depth[of], 1.0, radius=float(diameter) / 2))
+            value = float(unit @ given.force[of] / (unit @ unit))
+            left = given.force[of] - value * unit
+            scatter = float(left @ left) / max(len(left) - 1, 1)
+            rows.append((diameter, stretch, value, math.sqrt(max(scatter, 1e-12) / float(unit @ unit))))
+    d, x, e, sd = np.array(rows).T
+    return d, x, e, sd
+
+
+def fit_calibrated_hertz(given: Measurements, provenance: dict[str, Any] | None = None) -> CalibratedHertz:
+    """Return the paper's model: at each stretch a negative exponential in diameter, across stretches a logarithm.
+
+    The decay is one for all stretches, and so is the scale of the logarithm, as each stretch has few diameters; both are the best of
+    a grid, and the rest linear least squares. `relative_sd` is the rms of what is left of the forces at depths of 3 mm and more, as a
+    part of the model's: at lesser ones a membrane is much softer than the formula of Hertz has it.
+
+    Raises
+    ------
+    IllConditioned
+        Fewer than two stretches or three diameters, or moduli that do not fall with diameter.
+    """
+    given.check()
+    diameter, stretch, modulus, sd = moduli(given)
+    stretches = np.unique(stretch)
+    if len(stretches) < _STATES:
+        raise IllConditioned(
+            "all presses are at one stretch, which does not tell how the modulus rises; measure two or more"
+        )
+    fewest = min(len(np.unique(diameter[stretch == x])) for x in stretches)
+    if fewest < _DIAMETERS:
+        raise IllConditioned(
+            f"a stretch has presses of {fewest} diameter{'s' if fewest > 1 else ''} only; a negative exponential needs "
+            f"{_DIAMETERS}; measure more, or use the membrane model"
+        )
+    decay, decay_sd = _decay(diameter, stretch, modulus, sd)
+    states = tuple(
+        _state(float(x), decay, decay_sd, *(v[stretch == x] for v in (diameter, modulus, sd))) for x in stretches
+    )
+    return _scaled(given, states, provenance or {})
+
+
+def _decay(diameter: Array, stretch: Array, modulus: Array, sd: Array) -> tuple[float, float]:
+    """Return the decay in which all stretches together agree best, and its standard deviation, m."""
+    costs = np.array(
+        [sum(_line(d, *_of(x, stretch, diameter, modulus, sd))[2] for x in np.unique(stretch)) for d in _DECAYS]
+    )
+    best = int(np.argmin(costs))
+    ends = np.exp(-np.array([diameter.min(), diameter.max()]) / _DECAYS[best])
+    lines = [_line(_DECAYS[best], *_of(x, stretch, diameter, modulus, sd))[0] for x in np.unique(stretch)]
+    fall = float(np.mean([line[1] for line in lines])) * float(ends[0] - ends[1])
+    if best in (0, len(_DECAYS) - 1) or fall < _FALL * float(modulus.mean()):
+        raise IllConditioned(
+            "the effective modulus does not fall with diameter as a negative exponential does, so that it has no decay; "
+            "use the membrane model"
+        )
+    level = costs[best] * (1 + 1 / max(len(modulus) - 2 * len(np.unique(stretch)) - 1, 1)) + 1e-300
+    near = _DECAYS[costs <= level]
+    return float(_DECAYS[best]), float(max(near.max() - near.min(), _DECAYS[best + 1] - _DECAYS[best - 1]) / 2)
+
+
+def _of(x: float, stretch: Array, *arrays: Array) -> list[Array]:
+    return [a[stretch == x] for a in arrays]
+
+
+def _line(decay: float, diameter: Array, modulus: Array, sd: Array) -> tuple[Array, Array, float]:
+    """Return floor and amplitude (2,), their covariance, and what is left, for one stretch."""
+    design = np.column_stack([np.ones_like(diameter), np.exp(-diameter / decay)])
+    weight = 1 / np.maximum(sd, 1e-3 * modulus)
+    found, *_ = np.linalg.lstsq(design * weight[:, None], modulus * weight)
+    left = (modulus - design @ found) * weight
+    spread = float(left @ left) / max(len(left) - 2, 1)
+    scaled = design * weight[:, None]
+    covariance = np.asarray(np.linalg.pinv(scaled.T @ scaled) * max(spread, 1e-12), float)
+    return np.asarray(found), covariance, float(left @ left)
+
+
+def _state(x: float, decay: float, decay_sd: float, diameter: Array, modulus: Array, sd: Array) -> StretchState:
+    (floor, amplitude), covariance, _ = _line(decay, diameter, modulus, sd)
+    floor_sd, amplitude_sd = (float(v) for v in np.sqrt(np.diag(covariance)))
+    return StretchState(x, float(floor), floor_sd, float(amplitude), amplitude_sd, decay, decay_sd)
+
+
+def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: dict[str, Any]) -> CalibratedHertz:
+    """Return the model at the scale of the logarithm that leaves least."""
+    made = [CalibratedHertz(states, float(scale), 0.0, given.range, provenance) for scale in _LOG_SCALES]
+    lefts = [_left(model, states, given) for model in made]
+    best = made[int(np.argmin(lefts))]
+    pressed = given.where(given.depth > 0)
+    if pressed.depth.max() > _SHALLOW:
+        pressed = pressed.where(pressed.depth >= _SHALLOW)
+    told = _forces(best, pressed)
+    relative = math.sqrt(float(np.mean(((pressed.force - told) / np.maximum(told, 1e-3)) ** 2)))
+    return CalibratedHertz(states, best.log_scale, relative, given.range, provenance)
+
+
+def _left(model: CalibratedHertz, states: tuple[StretchState, ...], given: Measurements) -> float:
+    """Return the squared error of the logarithm at the states' own moduli."""
+    pairs = [(model.modulus(d / 2, s.stretch)[0], s.modulus(d)[0]) for d in given.diameters for s in states]
+    return sum((a - b) ** 2 for a, b in pairs)
+
+
+def _forces(model: CalibratedHertz, given: Measurements) -> Array:
+    return np.array([model.predict(*row)[0] for row in zip(given.radius, given.stretch, given.depth, strict=True)])

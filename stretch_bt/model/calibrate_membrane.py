@@ -1,0 +1,165 @@
+"""Fitting the membrane force model to measured forces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.model.force_model import Range
+from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.membrane import PARAMETERS, Hand, MembraneModel
+from stretch_bt.model.membrane_table import read_table
+
+__all__ = ["ROBOT_SD", "fit_membrane"]
+
+Array = npt.NDArray[np.float64]
+
+ROBOT_SD = 5e-5  # m; of where the arm stops
+OFFSET_SD = 5e-5  # m; of the depth's zero, for each mounted indenter
+_MODEL = 0.01  # of a force, that the fit takes the model to be off by before it is known
+_LEAST_MODEL = 0.005
+_ALONE = 0.02  # of a force, where there is one diameter and nothing to leave out
+
+# mean and standard deviation of what is fitted: logarithms of the first two
+_PRIOR: dict[str, tuple[float, float]] = {
+    "shear_modulus": (math.log(70e3), 1.0),
+    "thickness": (math.log(0.002), 0.2),
+    "mount_prestretch": (0.012, 0.010),
+    "second_invariant": (0.1, 0.15),
+    "friction": (0.65, 0.5),
+    "softening": (0.08, 0.06),
+}
+_BOUNDS = {
+    "shear_modulus": (math.log(1e3), math.log(1e7)),
+    "thickness": (math.log(2e-4), math.log(0.02)),
+    "mount_prestretch": (0.0, 0.04),
+    "second_invariant": (0.0, 0.6),
+    "friction": (0.0, 2.0),
+    "softening": (0.0, 0.5),
+}
+
+
+def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) -> MembraneModel:
+    """Return the membrane model that fits measured forces, with the covariance of its parameters.
+
+    Shear modulus, thickness, mount pre-stretch, the share of the second invariant, friction, softening, and the zero of depth of each
+    indenter are found by robust least squares, each held by what such hands have: the sheet's physics decides what the
+    measurements do not. `relative_sd` is the rms error of forces on a diameter that the fit did not see, at depths of 2 mm and more.
+
+    Raises
+    ------
+    IllConditioned
+        There are too few presses, or the force does not grow with depth.
+    """
+    given.check()
+    found = _Fit.of(given, given.range.stretch[1])
+    relative = _ALONE if len(given.diameters) < 2 else max(_left_out(given), _LEAST_MODEL)
+    return found.model(relative, _range(given), provenance or {})
+
+
+def _range(given: Measurements) -> Range:
+    """Return where the model holds: the table's sizes and depths, and from no stretch to the largest measured, or 80 mm."""
+    table, measured = read_table(), given.range
+    radii = float(table.diameters[0]) / 2, float(table.diameters[-1]) / 2
+    return Range(radii, (0.0, max(measured.stretch[1], 0.08)), (0.0, float(table.depths[-1])))
+
+
+def _left_out(given: Measurements) -> float:
+    """Return the rms relative error of the force on diameters that a fit to the others has not seen."""
+    errors = []
+    for diameter in given.diameters:
+        mask = given.of_diameter(diameter)
+        model = _Fit.of(given.where(~mask), given.range.stretch[1]).model(0.0, _range(given), {})
+        left = given.where(mask & (given.depth >= 2e-3))
+        told = np.array([model.predict(*row)[0] for row in zip(left.radius, left.stretch, left.depth, strict=True)])
+        noise = np.hypot(left.force_sd, ROBOT_SD * left.force * 1.3 / np.maximum(left.depth, 1e-4))
+        errors.append(((told - left.force) ** 2 - noise**2) / np.maximum(told, 1e-3) ** 2)
+    return math.sqrt(max(float(np.mean(np.concatenate(errors))), 0.0))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Parameters as they are fitted, and their covariance with those of the hand alone."""
+
+    values: Array
+    covariance: Array
+    conditioned: float
+
+    @classmethod
+    def of(cls, given: Measurements, conditioned: float) -> _Fit:
+        from scipy.optimize import least_squares
+
+        problem = _Problem(given.where(given.depth > 0), conditioned)
+        low, high = (np.array([_BOUNDS[n][k] for n in PARAMETERS] + problem.wide(s)) for k, s in ((0, -1), (1, 1)))
+        start = np.array([_PRIOR[n][0] for n in PARAMETERS] + problem.wide(0))
+        done = least_squares(
+            problem.residuals, start, bounds=(low, high), loss="soft_l1", f_scale=3.0, x_scale=problem.scale
+        )
+        if not done.success:
+            raise IllConditioned(f"the membrane model does not fit these forces: {done.message}")
+        jac = np.asarray(done.jac)
+        covariance = np.linalg.inv(jac.T @ jac)
+        n = len(PARAMETERS)
+        spread = max(1.0, float(np.median(np.abs(done.fun[: len(problem)])) / 0.6745)) ** 2
+        return cls(done.x[:n], covariance[:n, :n] * spread, conditioned)
+
+    def model(self, relative: float, limits: Range, provenance: dict[str, Any]) -> MembraneModel:
+        """Return the model; logarithms become values."""
+        scale = np.array([math.exp(self.values[0]), math.exp(self.values[1])] + [1.0] * (len(PARAMETERS) - 2))
+        covariance = self.covariance * np.outer(scale, scale)
+        rows = tuple(tuple(float(v) for v in row) for row in covariance)
+        return MembraneModel(_hand(self.values), rows, relative, limits, provenance, self.conditioned)
+
+
+class _Problem:
+    """Residuals of forces over their standard deviations, and of parameters over those of their priors."""
+
+    def __init__(self, given: Measurements, conditioned: float) -> None:
+        self.table, self.conditioned = read_table(), conditioned
+        self.given = given
+        self.indenters = given.diameters
+        self.indenter = np.array([int(np.argmin([abs(2 * r - d) for d in self.indenters])) for r in given.radius])
+        states = np.column_stack([self.indenter, given.stretch])
+        self.states, self.state = np.unique(states, axis=0, return_inverse=True)
+        across, _, self.down = self.table.axes
+        self.across = across.many(np.log(np.array(self.indenters)))[self.states[:, 0].astype(int)]
+        rise = 1.3 * given.force / np.maximum(given.depth, 5e-4)  # the force goes about with this power of depth
+        self.sd = np.sqrt(given.force_sd**2 + (ROBOT_SD * rise) ** 2 + (_MODEL * given.force) ** 2 + 1e-12)
+
+    def __len__(self) -> int:
+        return len(self.given)
+
+    @property
+    def scale(self) -> Array:
+        """The size of a step in each parameter."""
+        return np.array([_PRIOR[n][1] for n in PARAMETERS] + [OFFSET_SD] * len(self.indenters))
+
+    def wide(self, side: float) -> list[float]:
+        """Return as many offsets as there are indenters, at 20 standard deviations to a side."""
+        return [20 * OFFSET_SD * side] * len(self.indenters)
+
+    def residuals(self, values: Array) -> Array:
+        """Return (n + parameters,) float."""
+        hand, n = _hand(values), len(PARAMETERS)
+        offsets = values[n:]
+        told = self.forces(hand, np.maximum(self.given.depth + offsets[self.indenter], 1e-6))
+        held = [(values[k] - _PRIOR[name][0]) / _PRIOR[name][1] for k, name in enumerate(PARAMETERS)]
+        return np.concatenate([(told - self.given.force) / self.sd, held, offsets / OFFSET_SD])
+
+    def forces(self, hand: Hand, depth: Array) -> Array:
+        """Return (n,) float, N."""
+        level = hand.logarithms(self.states[:, 1], self.conditioned)
+        lines = np.einsum("sd,dsk->sk", self.across, level)
+        at = self.down.many(np.log(depth))
+        unit = hand.tension * self.table.gauge / 100
+        found: Array = unit * np.exp(np.einsum("nk,nk->n", at, lines[self.state]))
+        return found
+
+
+def _hand(values: Array) -> Hand:
+    return Hand(math.exp(values[0]), math.exp(values[1]), *(float(v) for v in values[2 : len(PARAMETERS)]))

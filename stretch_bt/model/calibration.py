@@ -1,0 +1,137 @@
+"""Calibrating a hand: a force model fitted to measured forces, what it leaves, and how well it tells a diameter that it has not seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
+from stretch_bt.model.calibrate_membrane import fit_membrane
+from stretch_bt.model.calibrated import CalibratedHertz
+from stretch_bt.model.force_model import ForceModel, Range, model_of_kind
+from stretch_bt.model.measurements import Measurements
+
+__all__ = ["MODELS", "Calibration", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
+
+Fit = Callable[[Measurements, dict[str, Any] | None], ForceModel]
+
+
+def _fit_sheet(given: Measurements, provenance: dict[str, Any] | None = None) -> ForceModel:
+    """Return the model that solves the sheet, with the parameters of the membrane model."""
+    return model_of_kind("sheet").from_json(fit_membrane(given, provenance).to_json())
+
+
+#: fits by the name of the model
+MODELS: dict[str, Fit] = {"membrane": fit_membrane, "paper": fit_calibrated_hertz, "sheet": _fit_sheet}
+
+
+@dataclass(frozen=True, slots=True)
+class StateResidual:
+    """What a model leaves of the forces at one diameter and stretch, m: mean and rms, N."""
+
+    diameter: float
+    stretch: float
+    mean: float
+    rms: float
+    presses: int
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """How a model that has not seen a diameter, m, tells its forces: mean absolute error, N, and rms as a part of the force.
+
+    `rms_relative` is that of depths of 5 mm and stretches of 10 mm and more, None where there are none; `extrapolated` tells
+    that the diameter lies outside the others. A model may refuse: then both are None, and `reason` says why.
+    """
+
+    diameter: float
+    extrapolated: bool
+    mean_absolute: float | None
+    rms_relative: float | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A fitted model with its residuals."""
+
+    model: ForceModel
+    residuals: tuple[StateResidual, ...]
+    left_out: tuple[LeftOut, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `stretch-bt calibrate` prints."""
+        return {
+            "kind": self.model.kind,
+            **self.model.to_json(),
+            "residuals": [asdict(r) for r in self.residuals],
+            "leave_one_out": [asdict(r) for r in self.left_out],
+        }
+
+
+def calibrate(given: Measurements, model: str = "membrane", provenance: dict[str, Any] | None = None) -> Calibration:
+    """Fit a model to measured forces.
+
+    Raises
+    ------
+    InvalidInput
+        There is no such model.
+    IllConditioned
+        The measurements do not determine it.
+    """
+    if model not in MODELS:
+        raise InvalidInput(f"no model {model!r}; choose one of {', '.join(MODELS)}")
+    fitted = MODELS[model](given, provenance)
+    return Calibration(fitted, tuple(_residuals(fitted, given)), tuple(leave_one_out(given, MODELS[model])))
+
+
+def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
+    """Return for each diameter how well a fit to the others tells its forces; none where there is one diameter alone."""
+    found = []
+    for diameter in given.diameters if len(given.diameters) > 1 else ():
+        mask = given.of_diameter(diameter)
+        outer = diameter in (given.diameters[0], given.diameters[-1])
+        try:
+            model = widened(fit(given.where(~mask), None), given)
+            found.append(_told(model, given.where(mask & (given.depth > 0)), diameter, outer))
+        except IllConditioned as refusal:
+            found.append(LeftOut(diameter, outer, None, None, str(refusal)))
+    return found
+
+
+def widened(model: ForceModel, given: Measurements) -> ForceModel:
+    """Return a model that also answers for the diameter left out: the paper's law refuses what lies past its own."""
+    if not isinstance(model, CalibratedHertz):
+        return model
+    limits = Range(given.range.radius, given.range.stretch, given.range.depth)
+    return CalibratedHertz(model.states, model.log_scale, model.relative_sd, limits, model.provenance)
+
+
+def _told(model: ForceModel, given: Measurements, diameter: float, outer: bool) -> LeftOut:
+    told = forces(model, given)
+    off = told - given.force
+    deep = (given.depth >= 5e-3 - 1e-9) & (given.stretch >= 10e-3 - 1e-9)
+    relative = math.sqrt(float(np.mean((off[deep] / given.force[deep]) ** 2))) if deep.any() else None
+    return LeftOut(diameter, outer, float(np.abs(off).mean()), relative)
+
+
+def _residuals(model: ForceModel, given: Measurements) -> list[StateResidual]:
+    found = []
+    for diameter in given.diameters:
+        for stretch in np.unique(given.stretch):
+            of = given.where(given.of_diameter(diameter) & (given.stretch == stretch))
+            if len(of):
+                left = of.force - forces(model, of)
+                rms = math.sqrt(float(np.mean(left**2)))
+                found.append(StateResidual(diameter, float(stretch), float(left.mean()), rms, len(of)))
+    return found
+
+
+def forces(model: ForceModel, given: Measurements) -> np.ndarray:
+    """Return (n,) float, N: what a model says of the presses."""
+    return np.array([model.predict(*row)[0] for row in zip(given.radius, given.stretch, given.depth, strict=True)])

@@ -1,0 +1,56 @@
+"""Young's modulus of an elastic sphere from the force on it and how the way was shared with the membrane."""
+
+from __future__ import annotations
+
+import math
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.units import Estimate
+
+__all__ = ["object_modulus"]
+
+_STEP = 1e-6  # of a value, for slopes
+_SIGNIFICANT = 2.0
+
+
+def object_modulus(
+    force: Estimate, deflection: Estimate, depth: Estimate, radius: Estimate, *, poisson: float = 0.5
+) -> Estimate:
+    """Return Young's modulus, Pa, of a sphere that gave way by `deflection`, m, while the membrane was entered by `depth`, m.
+
+    The paper's formula for an elastic sphere on the membrane, F = 4/3 sqrt(d^3 R) / ((1 - v^2)/E* + (1 - v_o^2)/E_o), with d the
+    depth of both together and E* that of the membrane at the same force under a rigid sphere, F = 4/3 sqrt(depth^3 R) E* / (1 - v^2),
+    gives E_o = (1 - v_o^2) F / (4/3 sqrt(R) (d^1.5 - depth^1.5)). Errors are carried over at first order.
+
+    Raises
+    ------
+    InvalidInput
+        A value is not finite, or a radius is not above 0 m, a force below 0 N, or a Poisson ratio outside -1 to 0.5.
+    IllConditioned
+        The sphere has not given way by more than two standard deviations, or nothing presses on it.
+    """
+    given = {"force": force, "deflection": deflection, "depth": depth, "radius": radius}
+    for name, estimate in given.items():
+        if not (math.isfinite(estimate.value) and math.isfinite(estimate.sd) and estimate.sd >= 0):
+            raise InvalidInput(f"{name} must be finite with a standard deviation of 0 or more, not {estimate}")
+    if radius.value <= 0 or force.value < 0 or depth.value < 0 or not -1 < poisson <= 0.5:
+        raise InvalidInput(
+            "radius must be above 0 m, force and depth at least 0, the Poisson ratio above -1 and at most 0.5"
+        )
+    if force.value <= _SIGNIFICANT * force.sd or deflection.value <= max(_SIGNIFICANT * deflection.sd, 0.0):
+        raise IllConditioned("the object gave way too little, or too little force is on it, to tell its modulus")
+    values = [estimate.value for estimate in given.values()]
+    value = _modulus(values, poisson)
+    parts = []
+    for k, estimate in enumerate(given.values()):
+        step = _STEP * max(abs(values[k]), 1e-9)
+        moved = [v + step * (i == k) for i, v in enumerate(values)]
+        parts.append((_modulus(moved, poisson) - value) / step * estimate.sd)
+    return Estimate(value, math.hypot(*parts))
+
+
+def _modulus(values: list[float], poisson: float) -> float:
+    force, deflection, depth, radius = values
+    grown = (depth + deflection) ** 1.5 - depth**1.5
+    found: float = (1 - poisson**2) * force / (4 / 3 * math.sqrt(radius) * grown)
+    return found

@@ -1,0 +1,90 @@
+"""Forces that were measured on hemispheres, as calibrations take them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.characterization import Table
+from stretch_bt.model.force_model import Range
+
+__all__ = ["Measurements"]
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_STUCK = 1e-9
+_FEWEST = 3
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Arrays (n,), m and N: the sphere's radius, the stretch, the depth past first contact, the force and its standard deviation."""
+
+    radius: Array
+    stretch: Array
+    depth: Array
+    force: Array
+    force_sd: Array
+
+    def __post_init__(self) -> None:
+        arrays = [self.radius, self.stretch, self.depth, self.force, self.force_sd]
+        if any(a.ndim != 1 or a.shape != self.radius.shape for a in arrays):
+            raise InvalidInput(f"measurements must be arrays (n,) of one length, got {[a.shape for a in arrays]}")
+        if not all(np.isfinite(a).all() for a in arrays):
+            raise InvalidInput("measurements must be finite, m and N")
+        if (self.radius <= 0).any() or (self.stretch < 0).any() or (self.depth < 0).any() or (self.force_sd < 0).any():
+            raise InvalidInput("a radius must be above 0 m; stretch, depth and standard deviation at least 0")
+
+    @classmethod
+    def of(cls, table: Table) -> Measurements:
+        """Return the presses of hemispheres of a table."""
+        ball = table.geometry == "sphere"
+        if not ball.any():
+            raise IllConditioned("the table holds no press of a hemisphere, which is what force models are fitted to")
+        columns = (table.size / 2, table.stretch, table.depth, table.force, table.force_sd)
+        return cls(*(column[ball] for column in columns))
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+    def where(self, kept: Mask) -> Measurements:
+        """Return those where a mask (n,) is true."""
+        return Measurements(
+            self.radius[kept], self.stretch[kept], self.depth[kept], self.force[kept], self.force_sd[kept]
+        )
+
+    @property
+    def diameters(self) -> list[float]:
+        """The different diameters, m, rising."""
+        return [float(d) for d in np.unique(np.round(2 * self.radius, 9))]
+
+    def of_diameter(self, diameter: float) -> Mask:
+        """Return a mask (n,) of one diameter, m."""
+        found: Mask = np.isclose(2 * self.radius, diameter, rtol=1e-6)
+        return found
+
+    @property
+    def range(self) -> Range:
+        """What was measured: radius, stretch and depth, from no depth on."""
+        return Range(
+            (float(self.radius.min()), float(self.radius.max())),
+            (float(self.stretch.min()), float(self.stretch.max())),
+            (0.0, float(self.depth.max())),
+        )
+
+    def check(self) -> None:
+        """Raise IllConditioned where nothing can be fitted: too few presses, or a force that does not answer to depth."""
+        pressed = self.depth > 0
+        if int(pressed.sum()) < _FEWEST:
+            raise IllConditioned(
+                f"{int(pressed.sum())} presses are too few to calibrate with; at least {_FEWEST} are needed"
+            )
+        if np.ptp(self.force) <= _STUCK:
+            raise IllConditioned("all forces are the same, as those of a stuck sensor; check the force sensor")
+        depth, force = self.depth - self.depth.mean(), self.force - self.force.mean()
+        if float(depth @ force) <= 0 and np.ptp(self.depth) > 0:
+            raise IllConditioned("the force does not grow with depth; check the sign and the zero of the force sensor")

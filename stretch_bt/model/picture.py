@@ -1,0 +1,95 @@
+"""Pictures of a calibration: forces with the model's curves, effective moduli, and what the model leaves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stretch_bt.errors import MissingExtra
+from stretch_bt.model.calibrate_hertz import moduli
+from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.hertz import hertz_force
+from stretch_bt.model.measurements import Measurements
+
+__all__ = ["draw_calibration", "save_calibration"]
+
+
+def save_calibration(model: ForceModel, given: Measurements, path: str | Path) -> None:
+    """Draw into a file of the kind that its name ends with, such as .png or .svg.
+
+    Raises
+    ------
+    MissingExtra
+        matplotlib is not installed.
+    """
+    draw_calibration(model, given).savefig(path, dpi=120)
+
+
+def draw_calibration(model: ForceModel, given: Measurements) -> Any:
+    """Return a figure: a panel of force against depth for each diameter, effective modulus, and residuals."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtra("pictures of a calibration need matplotlib: pip install 'stretch-bt[plot]'") from None
+
+    diameters = given.diameters
+    figure = Figure(figsize=(4 * len(diameters), 8), layout="constrained")
+    axes = figure.subplots(2, max(len(diameters), 2), squeeze=False)
+    stretches = np.unique(given.stretch)
+    for panel, diameter in zip(axes[0], diameters, strict=False):
+        _curves(panel, model, given.where(given.of_diameter(diameter)), diameter, stretches)
+    _moduli(axes[1][0], model, given)
+    _residuals(axes[1][1], model, given)
+    for panel in [*axes[0][len(diameters) :], *axes[1][2:]]:
+        panel.set_axis_off()
+    return figure
+
+
+def _curves(panel: Any, model: ForceModel, given: Measurements, diameter: float, stretches: Any) -> None:
+    depths = np.linspace(0.0, given.depth.max(), 60)
+    for k, stretch in enumerate(stretches):
+        color, at = _color(k, len(stretches)), given.stretch == stretch
+        told = [model.predict(diameter / 2, float(stretch), float(d))[0] for d in depths]
+        panel.plot(1e3 * depths, told, color=color, lw=1)
+        panel.plot(1e3 * given.depth[at], given.force[at], ".", color=color, ms=3, label=f"{1e3 * stretch:.0f}")
+    panel.set(title=f"{1e3 * diameter:.0f} mm", xlabel="depth, mm", ylabel="force, N")
+    panel.legend(title="stretch, mm", fontsize=6, title_fontsize=6)
+
+
+def _moduli(panel: Any, model: ForceModel, given: Measurements) -> None:
+    """Draw E* by stretch for each diameter: of the presses, and of the model at the same depths."""
+    diameter, stretch, modulus, sd = moduli(given)
+    for k, each in enumerate(given.diameters):
+        of, color = np.isclose(diameter, each), _color(k, len(given.diameters))
+        panel.errorbar(
+            1e3 * stretch[of], modulus[of] / 1e3, sd[of] / 1e3, fmt=".", color=color, label=f"{1e3 * each:.0f}"
+        )
+        panel.plot(
+            1e3 * stretch[of], [_modulus(model, given, each, float(x)) / 1e3 for x in stretch[of]], color=color, lw=1
+        )
+    panel.set(xlabel="stretch, mm", ylabel="effective modulus, kPa")
+    panel.legend(title="diameter, mm", fontsize=6, title_fontsize=6)
+
+
+def _modulus(model: ForceModel, given: Measurements, diameter: float, stretch: float) -> float:
+    depths = given.depth[given.of_diameter(diameter) & (given.stretch == stretch)]
+    told = np.array([model.predict(diameter / 2, stretch, float(d))[0] for d in depths])
+    unit = np.asarray(hertz_force("sphere", depths, 1.0, radius=diameter / 2))
+    return float(unit @ told / (unit @ unit))
+
+
+def _residuals(panel: Any, model: ForceModel, given: Measurements) -> None:
+    for k, diameter in enumerate(given.diameters):
+        of = given.where(given.of_diameter(diameter))
+        told = [model.predict(*row)[0] for row in zip(of.radius, of.stretch, of.depth, strict=True)]
+        panel.plot(1e3 * of.depth, 1e3 * (of.force - told), ".", ms=3, color=_color(k, len(given.diameters)))
+    panel.axhline(0.0, color="black", lw=0.5)
+    panel.set(xlabel="depth, mm", ylabel="measured less model, mN")
+
+
+def _color(k: int, count: int) -> tuple[float, float, float]:
+    """Return a colour from blue to red."""
+    part = k / max(count - 1, 1)
+    return 0.1 + 0.75 * part, 0.3 * (1 - abs(2 * part - 1)) + 0.15, 0.75 - 0.6 * part

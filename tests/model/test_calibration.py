@@ -1,0 +1,107 @@
+import math
+
+import numpy as np
+import pytest
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.calibration import calibrate, forces
+from stretch_bt.model.force_model import Range
+from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.membrane import Hand, MembraneModel
+
+NOTHING = tuple((0.0,) * 6 for _ in range(6))
+LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
+HAND = MembraneModel(Hand(75e3, 0.0018, 0.0135, 0.15, 0.8, 0.10), NOTHING, 0.0, LIMITS)
+DIAMETERS, STRETCHES, DEPTHS = (0.01, 0.02, 0.03, 0.045, 0.06), (0.0, 0.02, 0.04, 0.06, 0.08), (1, 3, 5, 8, 11, 15)
+
+
+def presses(model=HAND, diameters=DIAMETERS, stretches=STRETCHES, depths=DEPTHS, noise=0.0, seed=0):
+    """Return the forces that a model gives, with noise."""
+    d, x, z = (a.ravel() for a in np.meshgrid(diameters, stretches, np.array(depths) * 1e-3, indexing="ij"))
+    exact = np.array([model.predict(*row)[0] for row in zip(d / 2, x, z, strict=True)])
+    random = np.random.default_rng(seed)
+    return Measurements(d / 2, x, z, exact + random.normal(0, noise, len(d)), np.full(len(d), max(noise, 1e-4)))
+
+
+def changed(given, **arrays):
+    """Return measurements with some arrays in the place of their own."""
+    own = {n: getattr(given, n) for n in ("radius", "stretch", "depth", "force", "force_sd")}
+    return Measurements(**(own | arrays))
+
+
+def test_exact_forces_are_told_again_also_of_a_diameter_left_out():
+    given = presses()
+    found = calibrate(given)
+    deep = given.depth >= 3e-3
+    assert np.abs(forces(found.model, given) / given.force - 1)[deep].max() < 0.005
+    assert max(r.rms_relative for r in found.left_out if not r.extrapolated) < 0.005
+    assert [r.extrapolated for r in found.left_out] == [True, False, False, False, True]
+    assert max(abs(r.mean) for r in found.residuals) < 0.01
+
+
+def test_with_noise_the_error_is_as_stated():
+    ratios = []
+    for seed in range(12):
+        given = presses(noise=0.01, seed=seed)
+        model = calibrate(given).model
+        for place in ((0.0075, 0.03, 0.006), (0.02, 0.01, 0.01), (0.027, 0.07, 0.013)):
+            force, sd = model.predict(*place)
+            ratios.append((force - HAND.predict(*place)[0]) / sd)
+    assert 0.1 < math.sqrt(np.mean(np.square(ratios))) < 1.3
+
+
+def test_outliers_do_not_carry_it_away():
+    given = presses(noise=0.005)
+    force = given.force.copy()
+    force[::17] *= 3
+    model = calibrate(changed(given, force=force)).model
+    clean = presses()
+    deep = clean.depth >= 3e-3
+    assert np.abs(forces(model, clean) / clean.force - 1)[deep].max() < 0.05
+
+
+def test_one_diameter_is_enough_for_the_membrane_model_with_a_larger_deviation():
+    few = calibrate(presses(diameters=(0.02,), noise=0.01)).model
+    many = calibrate(presses(noise=0.01)).model
+    place = (0.025, 0.03, 0.008)
+    assert few.predict(*place)[1] > 1.5 * many.predict(*place)[1]
+    assert abs(few.predict(*place)[0] - HAND.predict(*place)[0]) < 3 * few.predict(*place)[1]
+
+
+def test_the_papers_model_tells_its_own_moduli():
+    found = calibrate(presses(), "paper")
+    assert found.model.kind == "calibrated_hertz"
+    assert 0.02 < found.model.relative_sd < 0.3
+    assert max(r.rms_relative for r in found.left_out if not r.extrapolated) < 0.15
+
+
+def flat(given):
+    """Return the force of each stretch and depth under the first diameter, under all."""
+    first = given.force[given.of_diameter(given.diameters[0])]
+    return changed(given, force=np.tile(first, len(given.diameters)) / np.sqrt(0.01 / given.radius / 2))
+
+
+REFUSED = {
+    "two presses": (lambda: presses(diameters=(0.02,), stretches=(0.0,), depths=(5, 10)), "membrane", "too few"),
+    "a stuck sensor": (lambda: changed(presses(), force=np.full(150, 0.3)), "membrane", "stuck"),
+    "force that falls with depth": (lambda: changed(presses(), force=5 - presses().force), "membrane", "grow"),
+    "paper, one stretch": (lambda: presses(stretches=(0.02,)), "paper", "one stretch"),
+    "paper, one diameter": (lambda: presses(diameters=(0.02,)), "paper", "1 diameter"),
+    "paper, no decay": (lambda: flat(presses()), "paper", "no decay"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_does_not_determine_a_model_is_refused(name):
+    made, model, said = REFUSED[name]
+    with pytest.raises(IllConditioned, match=said):
+        calibrate(made(), model)
+
+
+def test_measurements_are_checked():
+    with pytest.raises(InvalidInput, match="finite"):
+        changed(presses(), force=np.full(150, math.nan))
+    with pytest.raises(InvalidInput, match="radius"):
+        changed(presses(), radius=np.full(150, -0.01))
+    with pytest.raises(InvalidInput, match="no model"):
+        calibrate(presses(), "spring")

@@ -1,0 +1,111 @@
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.model import ForceModel, MembraneModel
+from stretch_bt.model.force_model import Range
+from stretch_bt.model.membrane import PARAMETERS, Hand
+from stretch_bt.model.membrane_table import Axis, read_table
+
+LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
+COVARIANCE = tuple(map(tuple, np.diag(np.array([2e3, 5e-5, 5e-4, 0.03, 0.1, 0.01]) ** 2).tolist()))
+MODEL = MembraneModel(Hand(68.4e3, 0.002, 0.0119, 0.1, 0.7, 0.08), COVARIANCE, 0.01, LIMITS, {"source": "test"})
+RADIUS = st.floats(0.005, 0.045)
+STRETCH = st.floats(0.0, 0.08)
+DEPTH = st.floats(1e-4, 0.015)
+
+
+def test_the_table_rises_with_depth_and_span():
+    table = read_table()
+    for values in (table.force, MODEL.hand.logarithms(read_table().spans - 0.004, 0.2)):
+        assert np.isfinite(values).all()
+        assert (np.diff(values, axis=2) > 0).all()
+        assert (np.diff(values[..., 1:], axis=1) > 0).all()
+
+
+def test_a_spline_is_exact_for_cubics_and_goes_on_straight():
+    places = np.array([0.0, 0.7, 1.0, 2.5, 3.0, 4.2])
+    axis = Axis(places)
+    cubic = np.polynomial.Polynomial([1.0, -2.0, 0.5, 0.3])
+    inside = np.linspace(0.0, 4.2, 41)
+    assert np.allclose(axis.many(inside) @ cubic(places), cubic(inside), atol=1e-12)
+    assert axis.weights(5.2) @ cubic(places) == pytest.approx(cubic(4.2) + cubic.deriv()(4.2))
+    assert axis.weights(-1.0) @ cubic(places) == pytest.approx(cubic(0.0) - cubic.deriv()(0.0))
+    assert np.allclose(axis.slopes() @ cubic(places), cubic.deriv()(places))
+
+
+@given(radius=RADIUS, stretch=STRETCH, depth=DEPTH)
+def test_both_inverses_are_exact(radius, stretch, depth):
+    force, sd = MODEL.predict(radius, stretch, depth)
+    assert 0.01 * force <= sd < 0.5 * force
+    assert MODEL.depth_for(radius, stretch, force) == pytest.approx(depth, rel=1e-9)
+    if depth > 1e-3:  # lighter, a slack membrane that hangs presses harder than a tighter one
+        assert MODEL.stretch_for(radius, depth, force) == pytest.approx(stretch, rel=1e-9, abs=1e-10)
+
+
+@given(radius=RADIUS, stretch=STRETCH, depth=DEPTH, more=st.floats(0.001, 0.01))
+def test_force_rises_with_depth_and_goes_to_nothing(radius, stretch, depth, more):
+    force, _ = MODEL.predict(radius, stretch, depth)
+    assert MODEL.predict(radius, stretch, min(depth + more, MODEL.deepest(radius, stretch)))[0] >= force
+    assert MODEL.predict(radius, stretch, 1e-9)[0] < 1e-3
+    assert MODEL.predict(radius, stretch, 0.0) == (0.0, 0.0)
+
+
+def test_the_slopes_behind_the_deviation_are_those_of_the_force():
+    place = (0.012, 0.033, 0.007)
+    for k, name in enumerate(PARAMETERS):
+        alone = np.zeros((6, 6))
+        step = 1e-3 * max(getattr(MODEL.hand, name), 0.1 if k > 2 else 0)
+        alone[k, k] = step**2
+        rows = tuple(map(tuple, alone.tolist()))
+        _, sd = MembraneModel(MODEL.hand, rows, 0.0, LIMITS).predict(*place)
+        moved = MODEL.hand._replace(**{name: getattr(MODEL.hand, name) + step})
+        off = MembraneModel(moved, rows, 0.0, LIMITS).predict(*place)[0] - MODEL.predict(*place)[0]
+        assert sd == pytest.approx(abs(off), rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ((0.0, 0.01, 0.01), "radius"),
+        ((-0.01, 0.01, 0.01), "radius"),
+        ((math.inf, 0.01, 0.01), "radius"),
+        ((math.nan, 0.01, 0.01), "radius"),
+        ((0.01, 0.2, 0.01), "stretch"),
+        ((0.01, -0.01, 0.01), "stretch"),
+        ((0.01, 0.01, 0.04), "depth"),
+        ((0.01, 0.01, -1e-3), "depth"),
+        ((0.0041, 0.08, 0.025), "wrap"),
+    ],
+)
+def test_outside_its_range_it_refuses(place, said):
+    with pytest.raises(InvalidInput, match=said):
+        MODEL.predict(*place)
+
+
+def test_no_answer_is_said_so():
+    with pytest.raises(NoEquilibrium, match="not reached"):
+        MODEL.depth_for(0.01, 0.0, 1e3)
+    with pytest.raises(NoEquilibrium, match="no stretch gives"):
+        MODEL.stretch_for(0.01, 0.01, 1e3)
+    with pytest.raises(InvalidInput, match="force"):
+        MODEL.depth_for(0.01, 0.0, -1.0)
+    assert MODEL.depth_for(0.01, 0.0, 0.0) == 0.0
+
+
+def test_a_file_holds_it(tmp_path):
+    path = tmp_path / "hand.json"
+    MODEL.save(path)
+    again = ForceModel.load(path)
+    assert again == MODEL
+    kept = json.loads(path.read_text())
+    assert kept["sd"]["mount_prestretch"] == pytest.approx(5e-4)
+    kept["hand"]["thickness"] = -1
+    path.write_text(json.dumps(kept))
+    with pytest.raises(InvalidInput, match="thickness"):
+        ForceModel.load(path)
