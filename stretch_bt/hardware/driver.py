@@ -34,6 +34,7 @@ __all__ = [
     "ForceSensorDriver",
     "GripperDriver",
     "Mistake",
+    "OperatorDriver",
     "Options",
     "Poll",
 ]
@@ -153,3 +154,11 @@ class ForceSensorDriver(Driver, ABC):
     @abstractmethod
     def zero(self) -> None:
         """Take the present wrench as zero."""
+
+
+class OperatorDriver(Driver, ABC):
+    """Asks a person."""
+
+    @abstractmethod
+    def mount(self, geometry: str, size: float) -> Poll:
+        """Have an indenter mounted; `size` is a diameter, m, or an angle, rad."""

@@ -15,6 +15,8 @@ IMPLEMENTATIONS: dict[tuple[str, str], str] = {
     ("DepthCamera", "replay"): "stretch_bt.hardware.replay.camera:ReplayCamera",
     ("ForceSensor", "simulated"): "stretch_bt.hardware.simulated.force_sensor:SimulatedForceSensor",
     ("ForceSensor", "replay"): "stretch_bt.hardware.replay.force_sensor:ReplayForceSensor",
+    ("Operator", "simulated"): "stretch_bt.hardware.simulated.operator:SimulatedOperator",
+    ("Operator", "console"): "stretch_bt.hardware.console.operator:ConsoleOperator",
 }
 
 

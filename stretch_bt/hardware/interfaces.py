@@ -25,6 +25,7 @@ __all__ = [
     "Gripper",
     "Motion",
     "MotionState",
+    "Operator",
     "Reading",
     "readings_of",
 ]
@@ -178,7 +179,22 @@ class ForceSensor(Device, Protocol):
         ...
 
 
-INTERFACES: dict[str, type] = {i.__name__: i for i in (Arm, Gripper, DepthCamera, ForceSensor)}
+@runtime_checkable
+class Operator(Device, Protocol):
+    """A person at the cell, who does what the robot cannot."""
+
+    readings: ClassVar[Mapping[str, Any]] = {}
+
+    def mount(self, geometry: str, size: float, *, owner: str) -> Motion:
+        """Mount an indenter on the stand in place of what stands there.
+
+        `geometry` is `sphere`, `cylinder` or `cone`; `size` is the diameter, m, and for a cone the angle between its surface
+        and the membrane plane, rad.
+        """
+        ...
+
+
+INTERFACES: dict[str, type] = {i.__name__: i for i in (Arm, Gripper, DepthCamera, ForceSensor, Operator)}
 
 
 def readings_of(interface: type) -> Mapping[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import DeviceFault, NotReady
@@ -69,6 +70,9 @@ class RunContext:
         self.ticks = 0
         self.hand = hand or Hand()
         self.memory: dict[Any, Any] = {}
+        self.about: Mapping[str, Any] = {}
+        self.folder: Path | None = None
+        self.repeated: Path | None = None
         self.devices: Mapping[str, Any] = {}
         #: readings that a mocks file gives instead of a device's
         self.mocked_readings: dict[str, Callable[[], float]] = {}

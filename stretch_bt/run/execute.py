@@ -124,7 +124,8 @@ def execute(
     real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
     clock: Clock = RealClock() if real else VirtualClock()
     record = RunRecord(Path(out) if out is not None else None)
-    record.start(task.header(), task.run_info(spec))
+    task.context.about, task.context.folder = task.header(), record.folder
+    record.start(task.context.about, task.run_info(spec))
     run = _Run(task, clock, record, view, watch)
     with signals(run.interrupted):
         return run.whole(spec, scene, devices)

@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.advise import advise, switch_on
 from stretch_bt.simulation.camera.skin import Skin
 from stretch_bt.simulation.coupling import Equilibrium, couple
+from stretch_bt.simulation.effects import Active
 from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.make import Membrane, make_fidelity
-from stretch_bt.simulation.objects.base import Moved, Standing
+from stretch_bt.simulation.objects.base import Moved, ObjectSpec, Standing
 from stretch_bt.simulation.objects.response import Law
 from stretch_bt.simulation.scene import Scene
 from stretch_bt.simulation.seat import Seat, seat
@@ -75,6 +76,7 @@ class World:
 
     def __init__(self, scene: Scene, membrane: Membrane | None = None, seed: int = 0) -> None:
         self.scene = scene
+        self.seed = seed
         self.membrane = membrane or Membrane()
         self.verdicts = advise(scene)
         self.effects = switch_on(scene, self.verdicts)
@@ -85,6 +87,27 @@ class World:
         self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(seed), None, (0.0, 0.0))])
         self._known: OrderedDict[Any, Contact] = OrderedDict()
         self._skin: tuple[Any, Any, Skin] | None = None
+
+    def exchange(self, spec: ObjectSpec) -> None:
+        """Put another object, as it is at the begin of a run, in the place of the present one.
+
+        What the membrane remembers stays, and so does which effects act, those aside that the new object cannot have.
+
+        Raises
+        ------
+        InvalidInput
+            Nothing stands in for it at the scene's fidelity; all stays as it was.
+        """
+        scene = self.scene.with_(object=spec)
+        if not scene.stands_in():
+            raise InvalidInput(f"nothing stands in for a {spec.type} at {scene.fidelity} fidelity; use fidelity: sheet")
+        specimen = spec.specimen(Active(e for e in self.effects if e.refusal(spec) is None))
+        past = self._past[-1]
+        kept = self.fidelity.released(past.membrane)
+        self.scene, self.specimen = scene, specimen
+        self._past.clear()
+        self._past.append(_Past(past.time, specimen.start(self.seed), kept, past.at, number=past.number + 1))
+        self._known.clear()
 
     @property
     def memory(self) -> float | None:
@@ -214,8 +237,10 @@ class World:
         state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
         standing = self.specimen.standing(state, 0.0)
         where = seat(standing, pose)
-        lift = self._lift(standing, where, stretch)
         nothing = Contact(0.0, self.specimen.rest(state, dt), (0.0, 0.0, 0.0))
+        if where.depth + self._lift(standing, where, min(stretch, 0.0)) <= 0:  # slack it hangs most
+            return nothing
+        lift = self._lift(standing, where, stretch)
         if where.depth + lift <= 0 or not self._covers(where, stretch):
             return nothing
         found, standing = self._shared(past, standing, where, stretch, dt, lift)

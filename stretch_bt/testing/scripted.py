@@ -113,6 +113,10 @@ class ScriptedDevice:
         """Begin a motion along a path."""
         return self._command("follow", owner, path=list(path), speed=speed)
 
+    def mount(self, geometry: str, size: float, *, owner: str) -> ScriptedMotion:
+        """Begin to mount an indenter."""
+        return self._command("mount", owner, geometry=geometry, size=size)
+
     def pose(self, max_age: float) -> Reading[Pose]:
         """Return the next scripted pose."""
         return self._read("pose")

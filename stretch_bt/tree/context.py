@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Protocol
 
 from stretch_bt.hardware.hand import Hand
@@ -16,6 +18,9 @@ class Context(Protocol):
     ticks: int
     hand: Hand
     memory: dict[Any, Any]  # what the nodes of one run remember together
+    about: Mapping[str, Any]  # what identifies the run: the header of its record
+    folder: Path | None  # of the run's record, where it has one
+    repeated: Path | None  # in a replay, the record that is replayed: files outside a record are then left alone
 
     @property
     def time(self) -> float:

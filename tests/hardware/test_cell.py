@@ -71,7 +71,7 @@ def test_one_device_that_breaks_does_not_keep_the_others(make_cell, monkeypatch,
 
     monkeypatch.setattr(cell.devices["camera"].driver, "stop", fail)
     errors = getattr(cell, action)()
-    assert calls == ["force_sensor", "gripper", "arm"]
+    assert calls == ["operator", "force_sensor", "gripper", "arm"]
     assert len(errors) == 1
     assert "camera" in str(errors[0]) or "arm" in str(errors[0])
     if action == "close":

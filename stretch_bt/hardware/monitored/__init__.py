@@ -9,6 +9,7 @@ from stretch_bt.hardware.monitored.base import Monitored, Watch
 from stretch_bt.hardware.monitored.camera import MonitoredCamera
 from stretch_bt.hardware.monitored.force_sensor import MonitoredForceSensor
 from stretch_bt.hardware.monitored.gripper import MonitoredGripper
+from stretch_bt.hardware.monitored.operator import MonitoredOperator
 
 __all__ = ["MONITORED", "Monitored", "Watch"]
 
@@ -17,4 +18,5 @@ MONITORED: dict[str, type[Monitored[Any]]] = {
     "Gripper": MonitoredGripper,
     "DepthCamera": MonitoredCamera,
     "ForceSensor": MonitoredForceSensor,
+    "Operator": MonitoredOperator,
 }

@@ -17,6 +17,7 @@ from stretch_bt.hardware.simulated.track import Track
 from stretch_bt.simulation.effects.base import RobotEffect
 from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.noise_source import noise_source
+from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.scene import Scene
 from stretch_bt.simulation.world import Contact, World
 
@@ -51,6 +52,12 @@ class Twin:
         """Start a motion of the fingers now, and return when it will end, s."""
         self.remember()
         return self.fingers.begin(self.now(), path, profile)
+
+    def exchange(self, spec: ObjectSpec) -> None:
+        """Put another object in the place of the present one; raises InvalidInput where the scene has no answer to it."""
+        self.remember()
+        self.world.exchange(spec)
+        self.scene = self.world.scene
 
     def remember(self) -> None:
         """Take what has a memory to where hand and fingers are now, before they are told to go elsewhere."""

@@ -76,6 +76,7 @@ def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
     declared = task.program.document.devices
     cell = ReplayedCell({name: declared[name].interface.__name__ for name in task.devices()}, log, written)
     task.context.devices = cell.devices
+    task.context.about, task.context.folder, task.context.repeated = reader.header, written.folder, reader.folder
     if info.get("hand"):
         task.context.hand = Hand(HandGeometry(**info["hand"]))
     clock = ReplayClock([time for _, time in reader.ticks])

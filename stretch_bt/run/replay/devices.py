@@ -118,11 +118,17 @@ class _ReplayedForceSensor(_ReplayedDevice):
         self.journal.command(self.name, "zero", {}, "")
 
 
+class _ReplayedOperator(_ReplayedDevice):
+    def mount(self, geometry: str, size: float, *, owner: str) -> Motion:
+        return self.command("mount", {"geometry": geometry, "size": size}, owner)
+
+
 _REPLAYED: dict[str, type[_ReplayedDevice]] = {
     "Arm": _ReplayedArm,
     "Gripper": _ReplayedGripper,
     "DepthCamera": _ReplayedCamera,
     "ForceSensor": _ReplayedForceSensor,
+    "Operator": _ReplayedOperator,
 }
 
 

@@ -72,6 +72,13 @@ class Scene(BaseModel):
         """Return whether the camera preset adds an effect."""
         return effect in PRESETS[self.camera]
 
+    def stands_in(self) -> bool:
+        """Return whether the scene's fidelity has an answer to its object."""
+        form = self.object.hertz
+        if self.fidelity == "sheet":
+            return self.object.body() is not None
+        return form is not None and (self.fidelity == "hertz" or form.kind == "sphere")
+
     def with_(self, **changes: Any) -> Scene:
         """Return the same scene with other fields."""
         made = self.model_copy(update=changes)
@@ -219,7 +226,7 @@ def _impossible(scene: Scene, source: Map) -> Iterator[Diagnostic]:
         if scene.choice(key.text) not in ("auto", "off") and reason is not None:
             yield key.mark.error("effect-impossible", f"effects.{key.text}: {reason}", _able(scene, effect))
     fidelity, support = source.get("fidelity"), source.get("support")
-    if not _stands_in(scene):
+    if not scene.stands_in():
         message = f"fidelity: nothing stands in for a {scene.object.type} at {scene.fidelity} fidelity"
         known = "sheet" if scene.object.body() is not None else "hertz"
         place = fidelity or source.get("object") or source
@@ -227,13 +234,6 @@ def _impossible(scene: Scene, source: Map) -> Iterator[Diagnostic]:
     if isinstance(scene.support, Cup) and scene.support.rim >= scene.object.top and isinstance(support, Map):
         message = "support.rim: the rim of the cup is as high as the object's top, so that the hand does not reach it"
         yield support.mark.error("value", message, "raise the object's base, or lower the rim")
-
-
-def _stands_in(scene: Scene) -> bool:
-    form = scene.object.hertz
-    if scene.fidelity == "sheet":
-        return scene.object.body() is not None
-    return form is not None and (scene.fidelity == "hertz" or form.kind == "sphere")
 
 
 def _able(scene: Scene, effect: type[Effect]) -> str:

@@ -1,0 +1,135 @@
+"""The table that a characterisation writes: one a run, in the record and where it was asked for."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.characterization import FORMAT, NAME, Press, first_lines, read_table, table_line
+from stretch_bt.tree.context import Context
+
+__all__ = ["TableFile", "opened", "table_of"]
+
+#: in the record of a run that goes on with a table: how that was at first
+_BEFORE = "characterization_before.csv"
+#: what must be alike for rows to belong to one table
+_ALIKE = ("hand", "scene", "cell", "protocol")
+
+
+class TableFile:
+    """A table that grows by a row at a time, each on the disk before the next press; `presses` are its rows."""
+
+    def __init__(self, files: list[Path], presses: list[Press]) -> None:
+        self.files = files
+        self.presses = presses
+
+    def append(self, press: Press) -> None:
+        """Write a row to every copy."""
+        line = table_line(press)
+        for file in self.files:
+            _write(file, line, "a")
+        self.presses.append(press)
+
+
+def table_of(context: Context, name: str) -> TableFile:
+    """Return the table that this run works on; raises IllConditioned before `next_state` has looked at it."""
+    found = context.memory.get((TableFile, name))
+    if not isinstance(found, TableFile):
+        raise IllConditioned("no table is open; run 'next_state' with the same 'table' first")
+    return found
+
+
+def opened(context: Context, name: str, protocol: str) -> TableFile:
+    """Return the table of this run, opened once: the one that is named, or a new one in the record.
+
+    A named table keeps its rows, and the record gets a copy of it, so that the record alone tells what was known. A last line
+    that was cut short is removed first. A replay begins with the table that its record began with, and writes to no other place.
+
+    Raises
+    ------
+    IllConditioned
+        The table is of another hand, scene, cell or protocol.
+    InvalidInput
+        It is no table, or cannot be written.
+    """
+    key = (TableFile, name)
+    if key not in context.memory:
+        context.memory[key] = _open(context, name, _provenance(context, protocol))
+    found: TableFile = context.memory[key]
+    return found
+
+
+def _open(context: Context, name: str, provenance: Mapping[str, Any]) -> TableFile:
+    folder = context.folder or Path()
+    own = folder / NAME
+    files = [own] if context.repeated is not None or not name else [Path(name), own]
+    source = files[0]
+    if context.repeated is not None:
+        before = context.repeated / _BEFORE
+        if before.exists():
+            shutil.copyfile(before, own)
+    _mend(source)
+    if not source.exists() or source.stat().st_size == 0:
+        _write(source, first_lines(provenance), "w")
+    elif context.repeated is None and source != own and context.folder is not None:
+        shutil.copyfile(source, folder / _BEFORE)
+    if source != own:
+        shutil.copyfile(source, own)
+    table = read_table(source)
+    _check_alike(source, table.provenance, provenance)
+    return TableFile(files, list(table.presses()))
+
+
+def _provenance(context: Context, protocol: str) -> dict[str, Any]:
+    about = context.about
+    return {
+        "hand": asdict(context.hand.geometry),
+        "tree": about.get("tree"),
+        "scene": about.get("scene"),
+        "cell": about.get("cell") or "simulated",
+        "seed": about.get("seed"),
+        "versions": about.get("versions", {}),
+        "protocol": protocol,
+    }
+
+
+def _check_alike(path: Path, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+    for name in _ALIKE:
+        if found.get(name) != wanted[name]:
+            raise IllConditioned(
+                f"{path}: the table is of {name} {found.get(name)!r}, this run is of {wanted[name]!r}; name another table"
+            )
+
+
+def _mend(path: Path) -> None:
+    """Remove what follows the last line end of a table, a row that was cut short; all of it when its head is not whole."""
+    if not path.exists():
+        return
+    try:
+        with path.open("r+b") as file:
+            content = file.read()
+            kept = content[: content.rfind(b"\n") + 1]
+            if f"# {FORMAT}".encode().startswith(content[: len(FORMAT) + 2]):  # what is no table stays as it is
+                file.truncate(len(kept) if kept.count(b"\n") >= 2 else 0)
+    except OSError as error:
+        raise _unwritten(path, error) from None
+
+
+def _write(path: Path, text: str, mode: str) -> None:
+    """Write text, and return once the disk has it."""
+    try:
+        with path.open(mode, encoding="utf-8", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        raise _unwritten(path, error) from None
+
+
+def _unwritten(path: Path, error: OSError) -> InvalidInput:
+    return InvalidInput(f"{path}: the table cannot be written ({error.strerror}); name a file in a folder that exists")

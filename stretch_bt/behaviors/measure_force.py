@@ -1,0 +1,39 @@
+"""Measuring the contact force."""
+
+import math
+
+from stretch_bt.behaviors._force import ForceMean, zero_of
+from stretch_bt.hardware.interfaces import Arm, ForceSensor
+from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Force
+
+
+@node
+class MeasureForce(Behavior):
+    """Take the mean of the next readings of the force sensor while the hand stands still; FAILURE when the sensor is stuck.
+
+    The force is that along the hand's axis, above 0 where the object pushes it away: unlike a magnitude it is not raised by
+    noise. Its standard deviation is the standard error of the readings together with that of the last `zero_force`. A sensor is
+    stuck when it has no new reading for a second, or when all its readings are alike to the last digit and those of the
+    measurement before, at another depth of the hand, were the same.
+    """
+
+    kind = "perception"
+    force_sensor: Uses[ForceSensor]
+    arm: Uses[Arm]
+    count: In[int] = port(10, min=1, max=10000, doc="readings to average, one a tick")
+    force: Out[Force]  # on the hand, along its axis
+
+    def initialise(self) -> None:
+        """Accept readings from now on."""
+        self.readings = ForceMean(self.context, self.force_sensor, self.arm)
+
+    def update(self) -> Status:
+        """Collect, then average."""
+        if self.readings.add() < self.count:
+            return Status.RUNNING
+        found = self.readings.mean()
+        zero = zero_of(self.context, self.force_sensor).get("zero", Estimate(0.0, 0.0))
+        self.force = Estimate(found.value - zero.value, math.hypot(found.sd, zero.sd))
+        return Status.SUCCESS

@@ -1,0 +1,37 @@
+"""Having an indenter mounted."""
+
+from contextlib import suppress
+
+from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.errors import UnsetKey
+from stretch_bt.hardware.indenters import check_indenter
+from stretch_bt.hardware.interfaces import Motion, Operator
+from stretch_bt.tree.ports import In, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Angle, Length
+
+
+@node
+class Mount(MotionBehavior):
+    """Ask the operator to mount an indenter in place of what stands under the hand, and wait until it is done.
+
+    The height of first contact is then no longer known: run `approach` next. Raise the hand well clear before.
+    """
+
+    operator: Uses[Operator]
+    geometry: In[str]  # sphere, cylinder or cone
+    diameter: In[Length] = port(0.0, min=0.0, doc="of a sphere or cylinder")
+    angle: In[Angle] = port(0.0, min=0.0, doc="of a cone, between its surface and the membrane plane")
+
+    def prepare(self) -> None:
+        """Refuse what no operator can mount, where it is known already."""
+        with suppress(UnsetKey):
+            check_indenter(self.geometry, self._size())
+
+    def start(self) -> Motion:
+        """Ask."""
+        self.context.hand.contact_height = self.context.hand.contact_height_sd = None
+        return self.operator.mount(self.geometry, self._size(), owner=self.path)
+
+    def _size(self) -> float:
+        return self.angle if self.geometry == "cone" else self.diameter

@@ -1,0 +1,78 @@
+"""What is left to measure of a characterisation."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+from stretch_bt.behaviors._table import opened
+from stretch_bt.errors import UnsetKey
+from stretch_bt.model.protocol import Protocol, State, missing, protocol
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Angle, Length
+
+
+@node
+class NextState(Behavior):
+    """Find the next press of a protocol that the table does not hold yet; `done` when it holds them all.
+
+    Indenters change most seldom, then stretches, then trials; within a trial depths rise, because the membrane is softer up to
+    where it has been before. A table that an earlier run began is gone on with: name it in `table`. It must be of the same hand,
+    scene, cell and protocol. The record keeps a copy.
+    """
+
+    kind = "model"
+    instant = True
+    protocol: In[str] = "tasks"  # which presses: `tasks` for those that the shipped tasks need, or `paper`
+    table: In[str] = ""  # a CSV file, relative to the working folder; without it a new one in the record of the run
+    diameters: In[Sequence[Length]] = ()  # of spheres and cylinders, in place of the protocol's
+    stretches: In[Sequence[Length]] = ()  # in place of the protocol's
+    depths: In[Sequence[Length]] = ()  # in place of the protocol's
+    trials: In[int] = port(0, min=0, max=1000, doc="of each stretch of an indenter; 0 for as many as the protocol has")
+    done: Out[bool]  # whether nothing is left; what follows is then not written
+    geometry: Out[str]  # sphere, cylinder or cone
+    diameter: Out[Length]  # of a sphere or cylinder; 0 for a cone
+    angle: Out[Angle]  # of a cone, between its surface and the membrane plane; else 0
+    stretch: Out[Length]  # past the rest length
+    depth: Out[Length]  # of the hand, past first contact
+    trial: Out[int]  # from 1
+    new_indenter: Out[bool]  # whether it is another one than at the state before in this run
+    new_trial: Out[bool]  # whether indenter, stretch or trial is another than at the state before in this run
+    rows: Out[int]  # that the table holds
+
+    def __init__(self, path: str = "") -> None:
+        super().__init__(path)
+        self.left: list[State] | None = None  # in reverse
+        self.before: State | None = None
+        self.known = 0
+
+    def prepare(self) -> None:
+        """Refuse a protocol that does not exist, where it is known already."""
+        with suppress(UnsetKey):
+            self._wanted()
+
+    def update(self) -> Status:
+        """Look what is missing, once; then go on whenever a row was written."""
+        table = opened(self.context, self.table, self.protocol)
+        if self.left is None:
+            self.left = missing(self._wanted(), table.presses)[::-1]
+        elif len(table.presses) > self.known and self.left:
+            self.left.pop()
+        self.rows = self.known = len(table.presses)
+        self.done = not self.left
+        if self.left:
+            self._tell(self.left[-1])
+        return Status.SUCCESS
+
+    def _wanted(self) -> Protocol:
+        return protocol(
+            self.protocol, diameters=self.diameters, stretches=self.stretches, depths=self.depths, trials=self.trials
+        )
+
+    def _tell(self, state: State) -> None:
+        before, self.before = self.before, state
+        cone = state.geometry == "cone"
+        self.geometry = state.geometry
+        self.diameter, self.angle = (0.0, state.size) if cone else (state.size, 0.0)
+        self.stretch, self.depth, self.trial = state.stretch, state.depth, state.trial
+        self.new_indenter = before is None or before.indenter != state.indenter
+        self.new_trial = before is None or before.series != state.series

@@ -1,0 +1,36 @@
+"""Zeroing the force sensor."""
+
+from stretch_bt.behaviors._force import ForceMean, zero_of
+from stretch_bt.hardware.interfaces import Arm, ForceSensor
+from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Force
+
+
+@node
+class ZeroForce(Behavior):
+    """Zero the force sensor, and take the mean of what it then still says off the forces that `measure_force` finds.
+
+    The hand must touch nothing; no reading tells whether it does. A single reading is a poor zero: its noise would be in every
+    force until the next one.
+    """
+
+    kind = "actuation"
+    force_sensor: Uses[ForceSensor]
+    arm: Uses[Arm]
+    count: In[int] = port(20, min=1, max=10000, doc="readings to average, one a tick")
+    offset: Out[Force]  # that is left, and taken off
+
+    def initialise(self) -> None:
+        """Zero at the first tick."""
+        self.readings: ForceMean | None = None
+
+    def update(self) -> Status:
+        """Zero, then collect."""
+        if self.readings is None:
+            self.force_sensor.zero()
+            self.readings = ForceMean(self.context, self.force_sensor, self.arm)
+        if self.readings.add() < self.count:
+            return Status.RUNNING
+        zero_of(self.context, self.force_sensor)["zero"] = self.offset = self.readings.mean()
+        return Status.SUCCESS

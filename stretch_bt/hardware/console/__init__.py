@@ -1,0 +1,1 @@
+"""Devices that are people, asked on the terminal."""

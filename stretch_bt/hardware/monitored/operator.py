@@ -1,0 +1,29 @@
+"""The operator as nodes see it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from stretch_bt.hardware.driver import OperatorDriver
+from stretch_bt.hardware.indenters import check_indenter
+from stretch_bt.hardware.interfaces import Motion, Operator
+from stretch_bt.hardware.monitored.mover import Mover
+
+__all__ = ["MonitoredOperator"]
+
+
+class MonitoredOperator(Mover[OperatorDriver]):
+    """A person who is asked for one thing at a time, and for nothing that does not exist."""
+
+    readings: ClassVar[Mapping[str, Any]] = Operator.readings
+
+    def mount(self, geometry: str, size: float, *, owner: str) -> Motion:
+        """Mount an indenter; `size` is a diameter, m, and for a cone an angle, rad."""
+        self.check_ready()
+        check_indenter(geometry, size)
+        self.take_over()
+        self.command("mount", {"geometry": geometry, "size": size}, owner)
+        with self.faults():
+            poll = self.driver.mount(geometry, size)
+        return self.own(poll, owner)

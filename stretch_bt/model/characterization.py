@@ -1,0 +1,220 @@
+"""The table of a characterisation: forces of known indenters by stretch and depth, as a CSV file with units and provenance.
+
+The first line is `# stretch-characterization/1` and a JSON object of what the table comes from, the second the header; each
+other line is one press, blank where a column does not apply. A row is written whole, with its line end, or does not count.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.model.protocol import State
+
+__all__ = [
+    "COLUMNS",
+    "FORMAT",
+    "NAME",
+    "Press",
+    "Table",
+    "as_table",
+    "first_lines",
+    "parse_table",
+    "read_table",
+    "table_line",
+]
+
+FORMAT = "stretch-characterization/1"
+#: how the table in the record of a run is called
+NAME = "characterization.csv"
+_MARK = f"# {FORMAT} "
+COLUMNS = (
+    "geometry",
+    "diameter_mm",
+    "angle_deg",
+    "stretch_mm",
+    "depth_mm",
+    "trial",
+    "force_N",
+    "force_sd_N",
+    "contact_height_mm",
+    "time_s",
+)
+_GEOMETRIES = ("sphere", "cylinder", "cone")
+_HEADER = ",".join(COLUMNS)
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Press(State):
+    """One row, SI: a state, the force on the hand along its axis, the world height of first contact, and when it was measured."""
+
+    force: float
+    force_sd: float
+    contact_height: float
+    time: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """A table by columns, each (n,), SI; `size` is a diameter, m, and for a cone an angle, rad.
+
+    `depth` is that of the hand past the first contact that the camera found after the indenter was mounted, at stretch 0, and
+    `contact_height` the height of that contact: one error of height is common to all rows that share it. `force` is the mean of
+    readings along the hand's axis, `force_sd` its standard error with that of the zero.
+    """
+
+    provenance: Mapping[str, Any]
+    geometry: npt.NDArray[np.str_]
+    size: Array
+    stretch: Array
+    depth: Array
+    trial: npt.NDArray[np.int64]
+    force: Array
+    force_sd: Array
+    contact_height: Array
+    time: Array
+
+    def __len__(self) -> int:
+        return int(self.force.size)
+
+    def presses(self) -> Iterator[Press]:
+        """Yield the rows one by one."""
+        columns = [getattr(self, field.name).tolist() for field in fields(self)[1:]]
+        for row in zip(*columns, strict=True):
+            yield Press(*row)
+
+
+def first_lines(provenance: Mapping[str, Any]) -> str:
+    """Return the first two lines of a table."""
+    return f"{_MARK}{json.dumps(provenance, sort_keys=True, allow_nan=False)}\n{_HEADER}\n"
+
+
+def table_line(press: Press) -> str:
+    """Return the line of a press; numbers carry nine digits."""
+    values = (press.force, press.force_sd, press.contact_height * 1e3, press.time)
+    if not all(math.isfinite(v) for v in (*values, press.size, press.stretch, press.depth)):
+        raise InvalidInput(f"a press of a table has finite numbers, got {press}")
+    cone = press.geometry == "cone"
+    sizes = ("", _digits(math.degrees(press.size))) if cone else (_digits(press.size * 1e3), "")
+    where = (_digits(press.stretch * 1e3), _digits(press.depth * 1e3), str(press.trial))
+    return ",".join((press.geometry, *sizes, *where, *(_digits(v) for v in values))) + "\n"
+
+
+def read_table(path: str | Path) -> Table:
+    """Read a table.
+
+    Raises
+    ------
+    InvalidInput
+        The file is missing or is no table; the text names the line, and what to do.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput(f"{path}: the table cannot be read ({error.strerror}); name the file of a table") from None
+    except UnicodeDecodeError:
+        raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
+    return parse_table(text, str(path))
+
+
+def parse_table(text: str, name: str = NAME) -> Table:
+    """Return the table that a text holds, with the errors of `read_table`; `name` is how they call it."""
+    lines = text.split("\n")
+    provenance = _provenance(lines[0], name)
+    if len(lines) < 3 or lines[1].rstrip("\r") != _HEADER:
+        raise _wrong(name, 2, f"the header of a table is {_HEADER}", "write it as the second line")
+    if lines[-1] != "":
+        raise _wrong(
+            name,
+            len(lines),
+            "the last line has no line end, so that it may be cut short",
+            "remove the line, or run characterize with this table, which does",
+        )
+    rows = [_press(line.rstrip("\r"), name, number) for number, line in enumerate(lines[2:-1], 3)]
+    return as_table(provenance, rows)
+
+
+def as_table(provenance: Mapping[str, Any], presses: list[Press]) -> Table:
+    """Return presses as a table."""
+    columns = list(zip(*map(astuple, presses), strict=True)) or [() for _ in fields(Press)]
+    kinds = [np.str_, float, float, float, np.int64, float, float, float, float]
+    return Table(provenance, *(np.array(c, dtype=kind) for c, kind in zip(columns, kinds, strict=True)))
+
+
+def _provenance(line: str, name: str) -> Mapping[str, Any]:
+    if not line.startswith(_MARK):
+        raise _wrong(name, 1, f"a table begins with {_MARK!r}", "name the file of a table that characterize wrote")
+    try:
+        found = json.loads(line[len(_MARK) :])
+    except (ValueError, RecursionError) as error:
+        raise _wrong(name, 1, f"what the table comes from is no JSON ({error})", "restore the first line") from None
+    if not isinstance(found, dict):
+        raise _wrong(name, 1, "what the table comes from is a JSON object", "restore the first line")
+    return found
+
+
+def _press(line: str, name: str, number: int) -> Press:
+    """Return the press of a line, SI."""
+    given = line.split(",")
+    if len(given) != len(COLUMNS):
+        raise _wrong(name, number, f"a row has {len(COLUMNS)} columns, this one {len(given)}", "repair or remove it")
+    geometry, *numbers = given
+    if geometry not in _GEOMETRIES:
+        raise _wrong(name, number, f"geometry: there is no {geometry!r}", f"write one of {', '.join(_GEOMETRIES)}")
+    blank = "diameter_mm" if geometry == "cone" else "angle_deg"
+    found = {c: _number(t, c, c == blank, name, number) for c, t in zip(COLUMNS[1:], numbers, strict=True)}
+    _check(found, name, number)
+    size = math.radians(found["angle_deg"]) if geometry == "cone" else found["diameter_mm"] * 1e-3
+    return Press(
+        geometry,
+        size,
+        found["stretch_mm"] * 1e-3,
+        found["depth_mm"] * 1e-3,
+        int(found["trial"]),
+        found["force_N"],
+        found["force_sd_N"],
+        found["contact_height_mm"] * 1e-3,
+        found["time_s"],
+    )
+
+
+def _number(text: str, column: str, blank: bool, name: str, number: int) -> float:
+    """Return the number of a cell, 0 for one that is blank as it has to be."""
+    if blank and text == "":
+        return 0.0
+    if blank:
+        raise _wrong(name, number, f"{column}: {text!r} stands where this geometry has none", "leave it blank")
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or (column == "trial" and value != int(value)):
+        kind = "whole number" if column == "trial" else "finite number"
+        raise _wrong(name, number, f"{column}: {text!r} is no {kind}", "repair or remove the row")
+    return value
+
+
+def _check(found: Mapping[str, float], name: str, number: int) -> None:
+    for column, least in (("force_sd_N", 0), ("trial", 1), ("stretch_mm", -1), ("diameter_mm", 0), ("angle_deg", 0)):
+        if found[column] < least:
+            raise _wrong(name, number, f"{column}: {found[column]:g} is below {least}", "repair or remove the row")
+    if not max(found["diameter_mm"], found["angle_deg"]) > 0:
+        raise _wrong(name, number, "the size of the indenter is 0", "repair or remove the row")
+
+
+def _wrong(name: str, line: int, message: str, hint: str) -> InvalidInput:
+    return InvalidInput(f"{name}:{line}: {message}; {hint}")
+
+
+def _digits(value: float) -> str:
+    return f"{value:.9g}"

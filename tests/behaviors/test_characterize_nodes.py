@@ -1,0 +1,392 @@
+"""The nodes of a characterisation, each on scripted devices."""
+
+import json
+import math
+from functools import partial
+
+import pytest
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.model.characterization import NAME, read_table
+from stretch_bt.run.context import RunContext
+from stretch_bt.testing import ScriptedDevice
+from stretch_bt.tree.ports import Role, Status
+from stretch_bt.tree.registry import lookup
+
+TOUCHED = 0.060
+
+
+class Sensor:
+    """A force sensor that says what it is told, with the number of each reading; the last one stays."""
+
+    def __init__(self, forces, numbers=None):
+        self.forces, self.numbers, self.now, self.zeroed = list(forces), numbers, lambda: 0.0, 0
+        self.read = -1
+
+    def wrench(self, max_age):
+        self.read += 1
+        number = self.read if self.numbers is None else self.numbers[min(self.read, len(self.numbers) - 1)]
+        force = self.forces[min(self.read, len(self.forces) - 1)]
+        return Reading(Wrench(force if isinstance(force, tuple) else (0.0, 0.0, force)), self.now(), self.now(), number)
+
+    def zero(self):
+        self.zeroed += 1
+
+
+class Bench:
+    """A run of single nodes: one context, a clock, and devices that stay from node to node."""
+
+    def __init__(self, folder, **devices):
+        self.context = RunContext()
+        self.context.folder = folder
+        self.context.about = {"scene": "calibration_sphere", "seed": 4, "versions": {}}
+        self.context.hand.contact_height = TOUCHED
+        for device in devices.values():
+            device.now = lambda: self.context.now
+        self.context.devices = {
+            "arm": ScriptedDevice("Arm", {"pose": Pose((0.0, 0.0, TOUCHED))}),
+            "gripper": ScriptedDevice("Gripper", {"opening": 0.065}),
+            **devices,
+        }
+
+    def stand(self, height, rotation=(0.0, 0.0, 0.0)):
+        self.context.devices["arm"] = ScriptedDevice("Arm", {"pose": Pose((0.0, 0.0, height), rotation)})
+
+    def node(self, name, **inputs):
+        info = lookup(name)
+        node = info.cls(f"main/{name}")
+        node.context = self.context
+        node.device_names = {p.name: p.name for p in info.of(Role.DEVICE)}
+        for port in info.of(Role.INPUT):
+            node.wiring[port.name] = partial(inputs.get, port.name, port.default)
+        return node
+
+    def tick(self, node, times=1):
+        for _ in range(times):
+            for _ in node.tick():
+                pass
+            self.context.now += 0.05
+        return node.status
+
+    def run(self, name, **inputs):
+        node = self.node(name, **inputs)
+        while self.tick(node) is Status.RUNNING:
+            assert self.context.now < 100.0
+        return node
+
+
+@pytest.fixture
+def bench(tmp_path):
+    return partial(Bench, tmp_path)
+
+
+def force_of(node):
+    return node.sinks["force"].value, node.sinks["force"].sd
+
+
+# --- forces
+
+
+def test_a_force_is_the_mean_along_the_axis_with_its_standard_error(bench):
+    sensor = Sensor([(0.3, 0.0, 1.0), (0.1, 0.2, 1.2), (0.0, 0.0, 1.4), (0.0, 0.0, 99.0)])
+    node = bench(force_sensor=sensor).run("measure_force", count=3)
+    assert force_of(node) == pytest.approx((1.2, 0.2 / math.sqrt(3)))
+
+
+def test_the_axis_is_that_of_the_hand(bench):
+    made = bench(force_sensor=Sensor([(0.0, -1.0, 0.0), (0.0, -1.2, 0.0)]))
+    made.stand(0.055, rotation=(math.pi / 2, 0.0, 0.0))
+    assert force_of(made.run("measure_force", count=2))[0] == pytest.approx(1.1)
+
+
+def test_noise_does_not_raise_the_force_of_nothing(bench):
+    node = bench(force_sensor=Sensor([(0.1, -0.1, 0.02), (-0.1, 0.1, -0.02)])).run("measure_force", count=2)
+    assert force_of(node) == pytest.approx((0.0, 0.02))
+
+
+def test_a_reading_counts_once(bench):
+    made = bench(force_sensor=Sensor([1.0, 5.0, 5.0, 2.0], numbers=[7, 7, 7, 8]))
+    node = made.node("measure_force", count=2)
+    assert made.tick(node, 3) is Status.RUNNING
+    assert made.tick(node) is Status.SUCCESS
+    assert force_of(node)[0] == pytest.approx(1.5)
+
+
+def test_a_reading_from_before_does_not_count(bench):
+    sensor = Sensor([1.0, 2.0, 3.0])
+    made = bench(force_sensor=sensor)
+    made.context.now, sensor.now = 5.0, lambda: 4.9
+    node = made.node("measure_force", count=1)
+    assert made.tick(node) is Status.RUNNING
+    sensor.now = lambda: 6.0
+    assert made.tick(node) is Status.SUCCESS
+    assert force_of(node) == (2.0, 0.0)
+
+
+def test_what_is_left_after_zeroing_is_taken_off_with_its_error(bench):
+    sensor = Sensor([0.1, 0.3, 1.0, 1.0, 1.6])
+    made = bench(force_sensor=sensor)
+    zero = made.run("zero_force", count=2)
+    assert (sensor.zeroed, zero.sinks["offset"].value) == (1, pytest.approx(0.2))
+    force = force_of(made.run("measure_force", count=3))
+    assert force == pytest.approx((1.0, math.hypot(0.1, 0.2)))
+
+
+def test_a_sensor_without_new_readings_is_refused(bench):
+    node = bench(force_sensor=Sensor([1.0], numbers=[3])).run("measure_force", count=5)
+    assert node.status is Status.FAILURE
+    assert node.reason == "the force sensor has had no new reading for 1 s; look after it"
+
+
+STUCK = "the force sensor says 0.5 N to the last digit at two depths, so that it is stuck; look after it"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "heights", "stuck"),
+    [
+        ([0.5], [0.5], (0.056, 0.055), True),
+        ([0.5], [0.5], (0.080, 0.055), True),
+        ([0.5], [0.5], (0.055, 0.055), False),
+        ([0.5], [0.5], (0.080, 0.0595), False),
+        ([0.4], [0.5], (0.056, 0.055), False),
+        ([0.5, 0.51], [0.5], (0.056, 0.055), False),
+        ([0.5], [0.5, 0.51], (0.056, 0.055), False),
+    ],
+    ids=["pressed deeper", "from the air", "same depth", "no contact", "moved once", "noise before", "noise now"],
+)
+def test_a_sensor_that_says_one_force_everywhere_is_stuck(bench, before, after, heights, stuck):
+    made = bench(force_sensor=Sensor(before * 2))
+    made.stand(heights[0])
+    made.run("measure_force", count=len(before))
+    made.stand(heights[1])
+    made.context.devices["force_sensor"].forces = after * 4
+    node = made.run("measure_force", count=3)
+    assert (node.status, node.reason) == ((Status.FAILURE, STUCK) if stuck else (Status.SUCCESS, ""))
+
+
+# --- the operator
+
+
+def test_mount_asks_waits_and_forgets_the_contact(bench):
+    operator = ScriptedDevice("Operator", motion=[MotionState.MOVING, MotionState.DONE])
+    made = bench(operator=operator)
+    node = made.run("mount", geometry="cone", angle=0.785)
+    assert node.status is Status.SUCCESS
+    (command,) = operator.commands
+    assert (command.name, command.arguments) == ("mount", {"geometry": "cone", "size": 0.785})
+    assert made.context.hand.contact_height is None
+
+
+@pytest.mark.parametrize(
+    ("inputs", "said"), [({"geometry": "ball"}, "no indenter 'ball'"), ({"geometry": "sphere"}, "no sphere of 0 mm")]
+)
+def test_mount_knows_before_the_run_what_cannot_be(bench, inputs, said):
+    with pytest.raises(InvalidInput, match=said):
+        bench().node("mount", **inputs).prepare()
+
+
+# --- the table
+
+SMALL = {"diameters": [0.02, 0.03], "stretches": [0.0, 0.01], "depths": [0.0, 0.002], "trials": 1}
+
+
+def told(node):
+    names = ("geometry", "diameter", "stretch", "depth", "trial", "new_indenter", "new_trial", "rows")
+    return tuple(node.sinks[name].value for name in names)
+
+
+def write(made, state, **more):
+    """Stand where a state wants the hand, and write its row."""
+    made.stand(TOUCHED - state.sinks["depth"].value)
+    made.context.devices["gripper"] = ScriptedDevice("Gripper", {"opening": 0.055 + state.sinks["stretch"].value})
+    inputs = {name: state.sinks[name].value for name in ("geometry", "diameter", "angle", "trial")}
+    return made.run("write_row", force=0.5, force_sd=0.01, **inputs, **more)
+
+
+def measure(made, rows=None, **inputs):
+    """Measure until it is done, or some rows were written; return what was told before each row."""
+    node, seen = made.node("next_state", **{**SMALL, **inputs}), []
+    while True:
+        assert made.tick(node) is Status.SUCCESS
+        if node.sinks["done"].value or len(seen) == rows:
+            return node, seen
+        seen.append(told(node))
+        assert write(made, node, table=inputs.get("table", "")).status is Status.SUCCESS
+
+
+def test_states_come_in_the_order_of_the_protocol(bench):
+    _, seen = measure(bench())
+    assert seen == [
+        ("sphere", 0.02, 0.0, 0.0, 1, True, True, 0),
+        ("sphere", 0.02, 0.0, 0.002, 1, False, False, 1),
+        ("sphere", 0.02, 0.01, 0.0, 1, False, True, 2),
+        ("sphere", 0.02, 0.01, 0.002, 1, False, False, 3),
+        ("sphere", 0.03, 0.0, 0.0, 1, True, True, 4),
+        ("sphere", 0.03, 0.0, 0.002, 1, False, False, 5),
+        ("sphere", 0.03, 0.01, 0.0, 1, False, True, 6),
+        ("sphere", 0.03, 0.01, 0.002, 1, False, False, 7),
+    ]
+
+
+def test_a_state_stays_until_its_row_is_written(bench):
+    made = bench()
+    node = made.node("next_state", **SMALL)
+    made.tick(node)
+    first = told(node)
+    made.tick(node)
+    assert told(node) == (*first[:5], False, False, 0)
+    write(made, node)
+    made.tick(node)
+    assert told(node)[3] == 0.002
+
+
+def test_rows_hold_what_was_measured_and_where(bench, tmp_path):
+    made = bench()
+    made.context.now = 7.0
+    measure(made, rows=2)
+    table = read_table(tmp_path / NAME)
+    assert table.provenance["protocol"] == "tasks"
+    assert (table.provenance["scene"], table.provenance["seed"], table.provenance["cell"]) == (
+        "calibration_sphere",
+        4,
+        "simulated",
+    )
+    assert table.provenance["hand"]["gauge"] == 0.1
+    assert table.depth.tolist() == pytest.approx([0.0, 0.002])
+    assert table.contact_height.tolist() == [TOUCHED, TOUCHED]
+    assert table.force_sd.tolist() == [0.01, 0.01]
+    assert 7.0 <= table.time[0] < table.time[1] < 8.0
+
+
+def test_a_cone_has_an_angle(bench, tmp_path):
+    made = bench()
+    node = made.node("next_state", **{**SMALL, "protocol": "paper"})
+    made.tick(node)
+    seen = set()
+    while not node.sinks["done"].value:
+        seen.add((node.sinks["geometry"].value, node.sinks["diameter"].value, node.sinks["angle"].value))
+        write(made, node)
+        made.tick(node)
+    assert seen == {
+        *(("sphere", d, 0.0) for d in (0.02, 0.03)),
+        *(("cylinder", d, 0.0) for d in (0.02, 0.03)),
+        ("cone", 0.0, math.radians(45)),
+    }
+    assert read_table(tmp_path / NAME).size[-1] == pytest.approx(math.radians(45))
+
+
+def table_of(path):
+    return [(p.geometry, p.size, p.stretch, p.depth, p.trial) for p in read_table(path).presses()]
+
+
+@pytest.mark.parametrize("rows", range(9))
+@pytest.mark.parametrize("torn", ["", "sphere,20,,0", "sphere,20,,0,2,1,0.5,0.01,60,1"])
+def test_an_interrupted_table_is_gone_on_with(tmp_path, rows, torn):
+    whole = Bench(tmp_path / "whole")
+    whole.context.folder.mkdir()
+    measure(whole)
+    first = Bench(tmp_path / "first")
+    first.context.folder.mkdir()
+    measure(first, rows=rows)
+    table = first.context.folder / NAME
+    with table.open("a") as file:
+        file.write(torn)
+    second = Bench(tmp_path / "second")
+    second.context.folder.mkdir()
+    _, seen = measure(second, table=str(table))
+    assert len(seen) == 8 - rows
+    assert not seen or seen[0][5:] == (True, True, rows)
+    assert table_of(table) == table_of(whole.context.folder / NAME) == table_of(second.context.folder / NAME)
+
+
+@pytest.mark.parametrize("kept", [0, 1, 30, 200])
+def test_a_table_that_was_cut_in_its_head_begins_anew(bench, tmp_path, kept):
+    whole = bench()
+    whole.context.folder = tmp_path / "record"
+    whole.context.folder.mkdir()
+    measure(whole, rows=0)
+    table = tmp_path / "table.csv"
+    table.write_text((tmp_path / "record" / NAME).read_text()[:kept])
+    measure(bench(), table=str(table))
+    assert len(read_table(table)) == 8
+
+
+@pytest.mark.parametrize("text", ["a,b\n1,2\n", "a,b", "# stretch-other\n1\n"])
+def test_another_file_is_never_written_over(bench, tmp_path, text):
+    path = tmp_path / "notes.csv"
+    path.write_text(text)
+    node = bench().node("next_state", table=str(path), **SMALL)
+    with pytest.raises(InvalidInput, match=r"notes\.csv:1: a table begins with"):
+        next(iter(node.tick()))
+    assert path.read_text() == text
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            {"scene": "wire_circle"},
+            "is of scene 'calibration_sphere', this run is of 'wire_circle'; name another table",
+        ),
+        ({"cell": "mine.yaml"}, "is of cell 'simulated', this run is of 'mine.yaml'"),
+        ({"seed": 9}, None),
+    ],
+)
+def test_a_table_of_something_else_is_refused(bench, tmp_path, change, said):
+    measure(bench(), rows=1, table=str(tmp_path / "table.csv"))
+    made = bench()
+    made.context.about = {**made.context.about, **change}
+    node = made.run("next_state", table=str(tmp_path / "table.csv"), **SMALL)
+    assert node.status is (Status.FAILURE if said else Status.SUCCESS)
+    assert (said or "") in node.reason
+    assert len(read_table(tmp_path / "table.csv")) == 1
+
+
+def test_a_table_of_another_protocol_is_refused(bench, tmp_path):
+    measure(bench(), rows=1, table=str(tmp_path / "table.csv"))
+    node = bench().run("next_state", protocol="paper", table=str(tmp_path / "table.csv"))
+    assert "the table is of protocol 'tasks', this run is of 'paper'" in node.reason
+
+
+def test_a_folder_that_is_not_there_is_named(bench, tmp_path):
+    node = bench().node("next_state", table=str(tmp_path / "none" / "table.csv"), **SMALL)
+    with pytest.raises(InvalidInput, match=r"table\.csv: the table cannot be written .* in a folder that exists"):
+        next(iter(node.tick()))
+
+
+def test_a_row_without_a_table_or_a_contact_is_refused(bench):
+    made = bench()
+    row = {"geometry": "sphere", "diameter": 0.02, "force": 0.5}
+    assert "run 'next_state' with the same 'table' first" in made.run("write_row", **row).reason
+    made.run("next_state", **SMALL)
+    made.context.hand.contact_height = None
+    assert "run 'approach' first" in made.run("write_row", **row).reason
+
+
+def test_a_replay_begins_as_its_record_did_and_touches_nothing_else(tmp_path):
+    table = tmp_path / "table.csv"
+    for name, rows in (("one", 3), ("two", None)):
+        made = Bench(tmp_path / name)
+        made.context.folder.mkdir()
+        measure(made, rows=rows, table=str(table))
+    before = table.read_bytes()
+    again = Bench(tmp_path / "again")
+    again.context.folder.mkdir()
+    again.context.repeated = tmp_path / "two"
+    _, seen = measure(again, table=str(table))
+    assert len(seen) == 5
+    assert table.read_bytes() == before
+    assert table_of(again.context.folder / NAME) == table_of(table)
+
+
+def test_a_protocol_that_does_not_exist_is_known_before_the_run(bench):
+    with pytest.raises(InvalidInput, match="no protocol 'papers'"):
+        bench().node("next_state", protocol="papers").prepare()
+
+
+def test_the_first_line_is_json(bench, tmp_path):
+    measure(bench(), rows=0)
+    first = (tmp_path / NAME).read_text().splitlines()[0]
+    assert json.loads(first.removeprefix("# stretch-characterization/1 "))["tree"] is None

@@ -1,0 +1,89 @@
+"""Which presses a protocol has, in what order, and which of them are missing."""
+
+import itertools
+import math
+
+import pytest
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.model.protocol import PROTOCOLS, missing, protocol
+
+COUNTS = {"paper": 11 * 7 * 16 * 5, "tasks": 5 * 8 * 16 * 5}
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+def test_a_protocol_has_each_state_once(name):
+    states = list(protocol(name).states())
+    assert len(states) == len(set(states)) == COUNTS[name]
+
+
+def test_the_protocols_are_those_of_the_paper_and_of_the_tasks():
+    paper, tasks = PROTOCOLS["paper"], PROTOCOLS["tasks"]
+    assert list(paper.indenters()) == [
+        *(("sphere", d) for d in (0.010, 0.015, 0.020, 0.025, 0.030)),
+        *(("cylinder", d) for d in (0.010, 0.015, 0.020, 0.025, 0.030)),
+        ("cone", math.radians(45)),
+    ]
+    assert list(tasks.indenters()) == [("sphere", d) for d in (0.010, 0.020, 0.030, 0.045, 0.060)]
+    assert paper.stretches == (0.0, 0.010, 0.020, 0.030, 0.040, 0.050, 0.060)
+    assert tasks.stretches == (*paper.stretches, 0.080)
+    assert paper.depths == tasks.depths == tuple(k / 1000 for k in range(16))
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+def test_what_takes_longest_changes_most_seldom_and_depths_rise(name):
+    states = list(protocol(name).states())
+    pairs = list(itertools.pairwise(states))
+    assert sum(a.indenter != b.indenter for a, b in pairs) == len(list(protocol(name).indenters())) - 1
+    stretched = sum((a.indenter, a.stretch) != (b.indenter, b.stretch) for a, b in pairs)
+    assert stretched == COUNTS[name] // (16 * 5) - 1
+    assert all(a.depth < b.depth for a, b in pairs if a.series == b.series)
+    assert all(b.depth == 0.0 for a, b in pairs if a.series != b.series)
+
+
+def test_lengths_and_trials_may_be_others():
+    chosen = protocol("tasks", diameters=[0.02, 0.01, 0.02], stretches=[0.08], depths=[0.003, 0.001], trials=2)
+    assert [(s.size, s.stretch, s.depth, s.trial) for s in chosen.states()] == [
+        (size, 0.08, depth, trial) for size in (0.01, 0.02) for trial in (1, 2) for depth in (0.001, 0.003)
+    ]
+    assert protocol("paper", diameters=[0.02]).cylinders == (0.02,)
+    assert protocol("tasks", diameters=[0.02]).cylinders == ()
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+@pytest.mark.parametrize("kept", [0, 1, 17, 500])
+def test_what_is_missing_goes_on_where_it_ended(name, kept):
+    states = list(protocol(name).states())
+    assert missing(protocol(name), states[:kept]) == states[kept:]
+    assert missing(protocol(name), states) == []
+    holes = states[:10] + states[12:]
+    assert missing(protocol(name), holes) == states[10:12]
+
+
+@pytest.mark.parametrize(
+    ("changes", "counts"),
+    [
+        ({"depth": 0.00505}, True),
+        ({"stretch": 0.0105}, True),
+        ({"depth": 0.0085}, False),
+        ({"stretch": 0.014}, False),
+        ({"size": 0.0202}, False),
+        ({"geometry": "cylinder"}, False),
+        ({"trial": 6}, False),
+    ],
+)
+def test_a_press_counts_for_the_state_that_it_is_near(changes, counts):
+    from dataclasses import replace
+
+    wanted = protocol("tasks", depths=[0.005, 0.006, 0.007])
+    state = next(s for s in wanted.states() if (s.size, s.stretch) == (0.020, 0.010))
+    assert (state not in missing(wanted, [replace(state, **changes)])) is counts
+
+
+def test_what_is_no_protocol_is_refused():
+    with pytest.raises(InvalidInput, match="write one of paper, tasks"):
+        protocol("papers")
+    for name in ("diameters", "stretches", "depths"):
+        for bad in (-0.001, math.nan, math.inf):
+            with pytest.raises(InvalidInput, match=f"{name} are finite and at least 0 m"):
+                protocol("tasks", **{name: [bad]})
