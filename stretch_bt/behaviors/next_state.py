@@ -37,6 +37,8 @@ class NextState(Behavior):
     trial: Out[int]  # from 1
     new_indenter: Out[bool]  # whether it is another one than at the state before in this run
     new_trial: Out[bool]  # whether indenter, stretch or trial is another than at the state before in this run
+    max_stretch: Out[Length]  # the largest of the protocol
+    max_depth: Out[Length]  # the largest of the protocol
     rows: Out[int]  # that the table holds
 
     def __init__(self, path: str = "") -> None:
@@ -54,7 +56,9 @@ class NextState(Behavior):
         """Look what is missing, once; then go on whenever a row was written."""
         table = opened(self.context, self.table, self.protocol)
         if self.left is None:
-            self.left = missing(self._wanted(), table.presses)[::-1]
+            wanted = self._wanted()
+            self.left = missing(wanted, table.presses)[::-1]
+            self.max_stretch, self.max_depth = wanted.stretches[-1], wanted.depths[-1]
         elif len(table.presses) > self.known and self.left:
             self.left.pop()
         self.rows = self.known = len(table.presses)

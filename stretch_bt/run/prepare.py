@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import sys
 from collections.abc import Mapping
@@ -91,7 +92,7 @@ class Task:
         return {
             "tree": Path(document.file).name,
             "files": {Path(name).name: digest for name, digest in document.files.items()},
-            "params": {name: param.value for name, param in document.params.items()},
+            "params": {name: _without_folder(param.value) for name, param in document.params.items()},
             "seed": self.seed,
             "scene": Path(self.scene).name if self.scene else None,
             "cell": Path(self.cell).name if self.cell else None,
@@ -121,6 +122,11 @@ class Task:
                 "stretch-bt", "py_trees", "numpy", "scipy", "opencv-contrib-python-headless", "pydantic"
             ),
         }
+
+
+def _without_folder(value: Any) -> Any:
+    """Return the value of a parameter; of text that is a path only the file's name, so that no log holds a place of the disk."""
+    return Path(value).name if isinstance(value, str) and os.sep in value else value
 
 
 def versions(*names: str) -> dict[str, str]:

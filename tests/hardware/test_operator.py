@@ -48,7 +48,7 @@ def test_the_force_is_that_of_the_new_indenter(make_cell, clock):
     for each, top in ((cell, 0.060), (fresh, 0.060)):
         each.devices["arm"].move(Pose((0, 0, top - 0.005)), speed=0.1, owner="a")
     clock.time = 25.0
-    forces = [each.devices["force_sensor"].wrench(1.0).value.magnitude for each in (cell, fresh)]
+    forces = [each.truth()["force"] for each in (cell, fresh)]
     assert forces[0] == pytest.approx(forces[1], rel=1e-9)
     assert forces[0] > 0.1
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from stretch_bt.errors import NoEquilibrium
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.model import ForceModel, hertz_force
 from stretch_bt.simulation.camera.renderer import DepthRenderer
@@ -73,6 +73,63 @@ def test_force_rises_with_depth_and_stretch(fidelity):
     ]
     assert all(row == sorted(row) for row in forces)
     assert all(list(column) == sorted(column) for column in zip(*forces, strict=True))
+
+
+def rigid(diameter):
+    return scene("rigid: true, base: 40 mm", kind=f"type: sphere, diameter: {diameter} mm").object
+
+
+@pytest.mark.parametrize("fidelity", ["hertz", "sheet"])
+def test_what_is_exchanged_is_met_as_from_the_begin(fidelity):
+    effects = "{sag: on, bending: on}" if fidelity == "sheet" else "none"
+    made = World(scene("rigid: true", fidelity=fidelity, effects=effects))
+    pose = Pose((0, 0, 0.055))
+    made.contact(pose, 0.02)
+    made.exchange(rigid(20))
+    fresh = World(
+        scene("rigid: true, base: 40 mm", kind="type: sphere, diameter: 20 mm", fidelity=fidelity, effects=effects)
+    )
+    assert made.truth(pose, 0.02) == pytest.approx(fresh.truth(pose, 0.02), rel=1e-9)
+    assert made.truth(pose, 0.02)["radius"] == 0.010
+
+
+def test_a_soft_object_takes_its_own_effects_with_it(soft):
+    soft.advance(Pose((0, 0, TOP - 0.01)), 0.0, 1.0)
+    assert "compliance" in soft.effects
+    soft.exchange(rigid(20))
+    truth = soft.truth(Pose((0, 0, 0.055)), 0.0, 2.0)
+    assert (truth["deflection"], truth["depth"]) == pytest.approx((0.0, 0.005))
+    assert "stiffness" not in truth
+
+
+def test_what_the_fidelity_has_no_answer_to_is_not_exchanged(soft):
+    cone = parse_scene(
+        "format: stretch-scene/1\nobject: {type: cone, angle: 45 deg, height: 40 mm, rigid: true}\n"
+    ).object
+    before = soft.truth(Pose((0, 0, TOP - 0.01)), 0.0)
+    with pytest.raises(InvalidInput, match="nothing stands in for a cone at hertz fidelity; use fidelity: sheet"):
+        soft.exchange(cone)
+    assert soft.truth(Pose((0, 0, TOP - 0.01)), 0.0) == before
+
+
+def test_softening_stays_in_the_membrane_when_the_object_is_exchanged():
+    above, low = Pose((0, 0, 0.100)), Pose((0, 0, 0.055))
+    forces = []
+    for before in (None, 0.0):
+        made = World(
+            scene(
+                "rigid: true, base: 40 mm",
+                kind="type: sphere, diameter: 30 mm",
+                fidelity="sheet",
+                effects="{mullins: on}",
+            )
+        )
+        if before is not None:
+            made.advance(Pose((0, 0, 0.065)), 0.03, 1.0)
+            made.advance(above, 0.0, 2.0)
+        made.exchange(rigid(20))
+        forces.append(made.truth(low, 0.0, 3.0)["force"])
+    assert forces[1] < 0.8 * forces[0]
 
 
 def test_one_solution_for_each_state_and_none_until_somebody_looks():

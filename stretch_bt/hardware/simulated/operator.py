@@ -15,7 +15,7 @@ from stretch_bt.units import Time, Within
 if TYPE_CHECKING:
     from stretch_bt.simulation.objects.base import ObjectSpec, Point
 
-__all__ = ["SimulatedOperator"]
+__all__ = ["SimulatedOperator", "indenter"]
 
 _ROUNDING = 1e-9
 _ROOM = 0.002  # m between an indenter and the hand that a person needs
@@ -38,7 +38,7 @@ class SimulatedOperator(OperatorDriver):
 
     def mount(self, geometry: str, size: float) -> Poll:
         """Exchange the object once the delay is over; until then the one before it stands there."""
-        spec = _indenter(geometry, size, self.bench.twin.scene.object.position)
+        spec = indenter(geometry, size, self.bench.twin.scene.object.position)
         self._check_clear(spec, geometry, size)
         end = self.bench.now() + self.options.delay
         mounted = False
@@ -77,7 +77,8 @@ class SimulatedOperator(OperatorDriver):
             )
 
 
-def _indenter(geometry: str, size: float, where: Point) -> ObjectSpec:
+def indenter(geometry: str, size: float, where: Point) -> ObjectSpec:
+    """Return a rigid indenter on the stand: of a diameter, m, or an angle, rad."""
     from stretch_bt.simulation.objects.cone import ConeObject
     from stretch_bt.simulation.objects.cylinder import CylinderObject
     from stretch_bt.simulation.objects.sphere import SphereObject
