@@ -1,0 +1,80 @@
+"""`calibrate` and `predict`."""
+
+import json
+
+import pytest
+
+from stretch_bt.model.characterization import NAME, first_lines, table_line
+from stretch_bt.model.characterization import Press as Row
+from stretch_bt.model.force_model import shipped
+
+DIAMETERS, STRETCHES, DEPTHS = (0.01, 0.02, 0.03, 0.06), (0.0, 0.03, 0.06), (0.002, 0.005, 0.009, 0.014)
+
+
+@pytest.fixture
+def record(tmp_path):
+    """Return a folder with the table of presses that the shipped membrane model would feel."""
+    model = shipped("membrane")
+    states = [(d, x, z) for d in DIAMETERS for x in STRETCHES for z in DEPTHS]
+    rows = [
+        Row("sphere", d, x, z, 1, model.predict(d / 2, x, z)[0], 0.005, 0.05, float(k))
+        for k, (d, x, z) in enumerate(states)
+    ]
+    folder = tmp_path / "record"
+    folder.mkdir()
+    (folder / NAME).write_text(first_lines({"scene": "test"}) + "".join(map(table_line, rows)), "utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("model", ["membrane", "paper", "sheet"])
+def test_a_calibration_is_written_and_predicts(cli, record, tmp_path, model):
+    out = tmp_path / "hand.json"
+    code, printed, _ = cli("calibrate", record, "--out", out, "--model", model, "--json")
+    told = json.loads(printed)
+    assert code == 0
+    assert told["provenance"]["characterization"] == {"scene": "test"}
+    assert {r["diameter"] for r in told["residuals"]} == set(DIAMETERS)
+    assert len(told["leave_one_out"]) == len(DIAMETERS)
+    code, printed, _ = cli(
+        "predict", "--calibration", out, "--radius", "12mm", "--stretch", "20mm", "--depth", "8mm", "--json"
+    )
+    found = json.loads(printed)
+    assert (code, found["in_range"]) == (0, True)
+    own, _ = shipped("membrane").predict(0.012, 0.02, 0.008)
+    assert found["force_N"] == pytest.approx(own, rel=0.15 if model == "paper" else 0.02)
+    assert 0 < found["sd_N"] < 0.3 * own
+
+
+def test_what_lies_outside_has_no_answer(cli, record, tmp_path):
+    out = tmp_path / "hand.json"
+    assert cli("calibrate", record / NAME, "--out", out)[0] == 0
+    code, printed, _ = cli(
+        "predict", "--calibration", out, "--radius", "12mm", "--stretch", "200mm", "--depth", "8mm", "--json"
+    )
+    found = json.loads(printed)
+    assert (code, found["in_range"], found["force_N"]) == (1, False, None)
+    assert "stretch 200 mm" in found["reason"]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "code", "said"),
+    [
+        (lambda text: text.replace("sphere", "cylinder"), 1, "no press of a hemisphere"),
+        (lambda text: "".join(text.splitlines(True)[:4]), 1, "too few"),
+        (lambda text: text.replace(",0.005,", ",nan,", 1), 2, "force_sd_N"),
+        (lambda text: "stiffness,1\n", 2, "a table begins with"),
+    ],
+)
+def test_a_table_that_carries_no_calibration_is_refused(cli, record, tmp_path, spoil, code, said):
+    path = record / NAME
+    path.write_text(spoil(path.read_text("utf-8")), "utf-8")
+    ended, _, errors = cli("calibrate", record, "--out", tmp_path / "hand.json")
+    assert ended == code
+    assert said in errors
+    assert not (tmp_path / "hand.json").exists()
+
+
+def test_a_picture_is_drawn(cli, record, tmp_path):
+    pytest.importorskip("matplotlib", reason="pictures need the extra 'plot'")
+    assert cli("calibrate", record, "--out", tmp_path / "hand.json", "--plot", tmp_path / "hand.svg")[0] == 0
+    assert "<svg" in (tmp_path / "hand.svg").read_text("utf-8")
