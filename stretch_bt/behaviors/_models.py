@@ -12,8 +12,10 @@ from stretch_bt.model.force_model import PAPER, SHIPPED, shipped
 from stretch_bt.tree.ports import Behavior, In
 from stretch_bt.units import Estimate
 
-__all__ = ["ModelBehavior", "inverted", "within_range"]
+__all__ = ["FITTED", "ModelBehavior", "inverted", "within_range"]
 
+#: what `fit_calibration` fitted in this run
+FITTED = "fitted"
 STEP = 1e-5  # m, over which the slope of a force is taken: far below any length of a press
 
 
@@ -22,12 +24,15 @@ class ModelBehavior(Behavior):
 
     kind = "model"
     instant: ClassVar[bool] = True
-    model: In[str] = PAPER  # 'paper', 'membrane' or 'sheet' for a shipped one, or the path of a calibration file
+    model: In[str] = (
+        PAPER  # 'paper', 'membrane' or 'sheet' for a shipped one, 'fitted', or the path of a calibration file
+    )
 
     def prepare(self) -> None:
         """Load the model when its name is known already."""
         try:
-            self.force_model()
+            if self.model != FITTED:
+                self.force_model()
         except UnsetKey:  # a key names it, and nothing wrote it yet
             return
 
@@ -35,6 +40,8 @@ class ModelBehavior(Behavior):
         """Return the shipped model, or the one that a calibration file holds; each is read once a run."""
         name, memory = self.model, self.context.memory
         if (ForceModel, name) not in memory:
+            if name == FITTED:
+                raise IllConditioned("no model is fitted yet; run 'fit_calibration' first")
             memory[ForceModel, name] = shipped(name) if name in SHIPPED else ForceModel.load(name)
         model: ForceModel = memory[ForceModel, name]
         return model

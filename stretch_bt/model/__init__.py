@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stretch_bt.model.calibrated import CalibratedHertz as CalibratedHertz
     from stretch_bt.model.calibrated import StretchState as StretchState
+    from stretch_bt.model.calibration import CALIBRATIONS as CALIBRATIONS
     from stretch_bt.model.calibration import Calibration as Calibration
     from stretch_bt.model.calibration import calibrate as calibrate
     from stretch_bt.model.elastic_sphere import object_modulus as object_modulus
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from stretch_bt.model.zero_force import undeformed_height as undeformed_height
 
 _HOMES = {
+    "CALIBRATIONS": "calibration",
     "CalibratedHertz": "calibrated",
     "Calibration": "calibration",
     "ForceModel": "force_model",

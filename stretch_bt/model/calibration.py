@@ -16,7 +16,7 @@ from stretch_bt.model.calibrated import CalibratedHertz
 from stretch_bt.model.force_model import ForceModel, Range, model_of_kind
 from stretch_bt.model.measurements import Measurements
 
-__all__ = ["MODELS", "Calibration", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
+__all__ = ["CALIBRATIONS", "Calibration", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
 
 Fit = Callable[[Measurements, dict[str, Any] | None], ForceModel]
 
@@ -27,7 +27,7 @@ def _fit_sheet(given: Measurements, provenance: dict[str, Any] | None = None) ->
 
 
 #: fits by the name of the model
-MODELS: dict[str, Fit] = {"membrane": fit_membrane, "paper": fit_calibrated_hertz, "sheet": _fit_sheet}
+CALIBRATIONS: dict[str, Fit] = {"membrane": fit_membrane, "paper": fit_calibrated_hertz, "sheet": _fit_sheet}
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +84,10 @@ def calibrate(given: Measurements, model: str = "membrane", provenance: dict[str
     IllConditioned
         The measurements do not determine it.
     """
-    if model not in MODELS:
-        raise InvalidInput(f"no model {model!r}; choose one of {', '.join(MODELS)}")
-    fitted = MODELS[model](given, provenance)
-    return Calibration(fitted, tuple(_residuals(fitted, given)), tuple(leave_one_out(given, MODELS[model])))
+    if model not in CALIBRATIONS:
+        raise InvalidInput(f"no model {model!r}; choose one of {', '.join(CALIBRATIONS)}")
+    fitted = CALIBRATIONS[model](given, provenance)
+    return Calibration(fitted, tuple(_residuals(fitted, given)), tuple(leave_one_out(given, CALIBRATIONS[model])))
 
 
 def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:

@@ -1,0 +1,51 @@
+"""Calibrating the hand from a table of measured forces."""
+
+from contextlib import suppress
+
+from stretch_bt import model as mechanics
+from stretch_bt.behaviors._models import FITTED
+from stretch_bt.behaviors._table import table_of
+from stretch_bt.errors import InvalidInput, UnsetKey
+from stretch_bt.model.characterization import Table, as_table, read_table
+from stretch_bt.tree.ports import Behavior, In, Out, Status
+from stretch_bt.tree.registry import node
+
+NAME = "calibration.json"
+
+
+@node
+class FitCalibration(Behavior):
+    """Fit a force model to a table of measured forces; FAILURE when they do not determine it.
+
+    Nodes that come later use it by the name `fitted`; the record keeps it as `calibration.json`.
+    """
+
+    kind = "model"
+    instant = True
+    table: In[str] = ""  # a CSV file, or as `next_state` has it; without a name that of this run
+    fit: In[str] = "membrane"  # `membrane`, `paper` or `sheet`
+    left: Out[float]  # part of a force that the model does not explain
+    presses: Out[int]  # that it was fitted to
+
+    def prepare(self) -> None:
+        """Refuse a model that does not exist."""
+        with suppress(UnsetKey):  # a key names it, and nothing wrote it yet
+            if self.fit not in mechanics.CALIBRATIONS:
+                known = ", ".join(mechanics.CALIBRATIONS)
+                raise InvalidInput(f"there is no model {self.fit!r} to fit; write one of {known}")
+
+    def update(self) -> Status:
+        """Fit, and keep the model for the rest of the run."""
+        table = self._table()
+        given = mechanics.Measurements.of(table)
+        model = mechanics.calibrate(given, self.fit, {"characterization": dict(table.provenance)}).model
+        self.context.memory[mechanics.ForceModel, FITTED] = model
+        if self.context.folder is not None:
+            model.save(self.context.folder / NAME)
+        self.left, self.presses = model.relative_sd, len(given)
+        return Status.SUCCESS
+
+    def _table(self) -> Table:
+        if self.table:
+            return read_table(self.table)
+        return as_table({"protocol": "of this run"}, table_of(self.context, self.table).presses)

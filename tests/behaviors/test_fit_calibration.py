@@ -1,0 +1,71 @@
+"""A model that is fitted in a run serves the nodes that come later."""
+
+import pytest
+
+from stretch_bt import run
+from stretch_bt.errors import InvalidInput
+from stretch_bt.model import ForceModel
+from stretch_bt.model.characterization import Press, first_lines, table_line
+from stretch_bt.model.force_model import shipped
+
+TREE = """\
+format: stretch-tree/1
+trees:
+  main:
+    out: {force: Force, left: float, presses: int}
+    sequence:
+      - fit_calibration: {table: TABLE, fit: FIT, left: $left, presses: $presses}
+      - predict_force: {radius: 12 mm, stretch: 20 mm, depth: 8 mm, model: fitted, force: $force}
+"""
+
+
+@pytest.fixture
+def table(tmp_path):
+    model = shipped("membrane")
+    path = tmp_path / "presses.csv"
+    rows = [
+        Press("sphere", d, x, z, 1, model.predict(d / 2, x, z)[0], 0.005, 0.05, 0.0)
+        for d in (0.01, 0.02, 0.04)
+        for x in (0.0, 0.03, 0.06)
+        for z in (0.003, 0.007, 0.012)
+    ]
+    path.write_text(first_lines({"scene": "test"}) + "".join(map(table_line, rows)), "utf-8")
+    return path
+
+
+def tree(folder, text):
+    path = folder / "tree.yaml"
+    path.write_text(text, "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("fit", ["membrane", "paper"])
+def test_later_nodes_use_what_was_fitted(tmp_path, table, fit):
+    path = tree(tmp_path, TREE.replace("TABLE", f"'{table}'").replace("FIT", fit))
+    result = run(path, out=tmp_path / "record")
+    assert result.status == "SUCCESS"
+    own, _ = shipped("membrane").predict(0.012, 0.02, 0.008)
+    assert result.outputs["force"]["value"] == pytest.approx(own, rel=0.02 if fit == "membrane" else 0.15)
+    assert result.outputs["presses"]["value"] == 27
+    kept = ForceModel.load(tmp_path / "record" / "calibration.json")
+    assert kept.predict(0.012, 0.02, 0.008)[0] == pytest.approx(result.outputs["force"]["value"])
+
+
+def test_without_a_fit_there_is_no_model(tmp_path):
+    text = """\
+format: stretch-tree/1
+keys: {force: Force}
+trees:
+  main:
+    sequence:
+      - predict_force: {radius: 12 mm, stretch: 20 mm, depth: 8 mm, model: fitted, force: $force}
+"""
+    result = run(tree(tmp_path, text), out=tmp_path / "record")
+    assert result.status == "FAILURE"
+    assert "fit_calibration" in result.reason
+
+
+def test_an_unknown_model_is_refused_before_anything_moves(tmp_path, table):
+    path = tree(tmp_path, TREE.replace("TABLE", f"'{table}'").replace("FIT", "spring"))
+    with pytest.raises(InvalidInput, match="spring"):
+        run(path, out=tmp_path / "record")
