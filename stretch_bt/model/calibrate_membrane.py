@@ -126,6 +126,7 @@ class _Problem:
         self.indenter = np.array([int(np.argmin([abs(2 * r - d) for d in self.indenters])) for r in given.radius])
         states = np.column_stack([self.indenter, given.stretch])
         self.states, self.state = np.unique(states, axis=0, return_inverse=True)
+        self.stretches, self.stretch = np.unique(self.states[:, 1], return_inverse=True)
         across, _, self.down = self.table.axes
         self.across = across.many(np.log(np.array(self.indenters)))[self.states[:, 0].astype(int)]
         rise = 1.3 * given.force / np.maximum(given.depth, 5e-4)  # the force goes about with this power of depth
@@ -153,7 +154,7 @@ class _Problem:
 
     def forces(self, hand: Hand, depth: Array) -> Array:
         """Return (n,) float, N."""
-        level = hand.logarithms(self.states[:, 1], self.conditioned)
+        level = hand.logarithms(self.stretches, self.conditioned)[:, self.stretch]
         lines = np.einsum("sd,dsk->sk", self.across, level)
         at = self.down.many(np.log(depth))
         unit = hand.tension * self.table.gauge / 100

@@ -2,7 +2,7 @@
 
 A force is that of a membrane of 100 by 90 mm divided by shear modulus, thickness and a hundredth of the gauge, which leaves it a
 function of diameter, span and depth; the span is how far the clamps are apart past the gauge, mount pre-stretch and stretch together.
-Weight adds to it; bending, Mooney's second invariant, friction and softening by earlier presses change it by a part.
+Weight adds to it, and bending, Mooney's second invariant, friction and softening by earlier presses change the sum by a part.
 """
 
 from __future__ import annotations
@@ -133,8 +133,19 @@ class MembraneTable:
         if softening:
             pasts = np.clip(spans - softened, self.pasts[0], self.pasts[-1])
             parts = parts + softening * _through(self._past.many(pasts), self.softening)
-        found: Array = np.log(np.exp(level) * np.maximum(parts, _LEAST) + weight * np.maximum(sag, 0.0))
+        hanging = np.log(np.exp(level) + weight * np.maximum(sag, 0.0))
+        found: Array = hanging + np.log(np.maximum(self._as_deep(level, hanging, parts), _LEAST))
         return found
+
+    def _as_deep(self, level: Array, hanging: Array, parts: Array) -> Array:
+        """Return parts as they are at the depths at which a membrane that does not hang has the force of one that does.
+
+        A membrane that hangs is met earlier, and is pressed in further by then.
+        """
+        depths, out = np.log(self.depths), np.empty_like(parts)
+        for i, j in np.ndindex(level.shape[:2]):
+            out[i, j] = np.interp(np.interp(hanging[i, j], level[i, j], depths), depths, parts[i, j])
+        return out
 
     @cached_property
     def _past(self) -> Axis:
