@@ -12,6 +12,13 @@ if TYPE_CHECKING:
     from stretch_bt.model.hertz import hertz_depth as hertz_depth
     from stretch_bt.model.hertz import hertz_force as hertz_force
     from stretch_bt.model.indentation import next_indentation as next_indentation
+    from stretch_bt.model.planning import Limits as Limits
+    from stretch_bt.model.planning import next_press as next_press
+    from stretch_bt.model.series import POWER as POWER
+    from stretch_bt.model.series import ROBOT as ROBOT
+    from stretch_bt.model.series import Series as Series
+    from stretch_bt.model.series import TopReading as TopReading
+    from stretch_bt.model.series import fit_series as fit_series
     from stretch_bt.model.stiffness import estimate_stiffness as estimate_stiffness
     from stretch_bt.model.yielding import Yielding as Yielding
     from stretch_bt.model.yielding import fit_yielding as fit_yielding
@@ -20,13 +27,20 @@ if TYPE_CHECKING:
 _HOMES = {
     "CalibratedHertz": "calibrated",
     "ForceModel": "force_model",
+    "Limits": "planning",
+    "POWER": "series",
+    "ROBOT": "series",
+    "Series": "series",
     "StretchState": "calibrated",
+    "TopReading": "series",
     "Yielding": "yielding",
     "estimate_stiffness": "stiffness",
+    "fit_series": "series",
     "fit_yielding": "yielding",
     "hertz_depth": "hertz",
     "hertz_force": "hertz",
     "next_indentation": "indentation",
+    "next_press": "planning",
     "undeformed_height": "zero_force",
 }
 __all__ = [  # noqa: PLE0604
