@@ -5,6 +5,7 @@ import math
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, reading_sd, readings_of
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length
@@ -70,6 +71,7 @@ class TrackDrop(ModelBehavior):
         """Fit; a touch whose readings are not known counts by its height alone."""
         touched = any(reading.touch for reading in readings)
         top = None if touched else Estimate(self.contact_height, max(self.contact_height_sd, LEAST_SD))
+        pattern = self.context.memory.get(Pattern)
         with within_range():
             return mechanics.fit_series(
                 self.force_model(),
@@ -78,6 +80,7 @@ class TrackDrop(ModelBehavior):
                 top=top,
                 power=Estimate(self.power, self.power_sd),
                 robot_sd=self.robot_sd,
+                common_sd=pattern.hang_sd if pattern is not None else 0.0,
             )
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from stretch_bt.model.series import TopReading as TopReading
     from stretch_bt.model.series import fit_series as fit_series
     from stretch_bt.model.stiffness import estimate_stiffness as estimate_stiffness
-    from stretch_bt.model.yielding import Yielding as Yielding
-    from stretch_bt.model.yielding import fit_yielding as fit_yielding
     from stretch_bt.model.zero_force import undeformed_height as undeformed_height
 
 _HOMES = {
@@ -33,10 +31,8 @@ _HOMES = {
     "Series": "series",
     "StretchState": "calibrated",
     "TopReading": "series",
-    "Yielding": "yielding",
     "estimate_stiffness": "stiffness",
     "fit_series": "series",
-    "fit_yielding": "yielding",
     "hertz_depth": "hertz",
     "hertz_force": "hertz",
     "next_indentation": "indentation",

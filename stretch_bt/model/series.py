@@ -18,7 +18,7 @@ __all__ = ["POWER", "Series", "TopReading", "fit_series"]
 
 Array = npt.NDArray[np.float64]
 
-POWER = Estimate(1.4, 0.15)  # of its drop by which an object's force grows: a spring 1, a filled balloon 1.2 to 1.6, a ball of gel 1.5
+POWER = Estimate(1.4, 0.12)  # of its drop by which an object's force grows: a spring 1, a filled balloon 1.2 to 1.6, a ball of gel 1.5
 ROBOT = 5e-5  # m, by which the hand stands off where it was sent, from press to press
 STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
 SIGNIFICANT = 3.0  # standard deviations by which a drop must exceed 0 to carry a stiffness
@@ -41,7 +41,7 @@ class Series:
     """What the readings say of the object: F = F_ref (drop / compliance)^power, and where the last press stands on that.
 
     `top` is the height of the undeformed top, `height` that of the top at the last press, `drop` the one less the other;
-    `force` is that on the object at the last press, by the force model, whose error and that of the radius it holds.
+    `force` is that on the object at the last press, by the force model; its sd holds those of the model, the radius and all heights alike.
     """
 
     top: Estimate
@@ -54,7 +54,7 @@ class Series:
     chi2: float  # of the readings, over their number less that of the unknowns; 1 where they scatter as they say
     compliance: Estimate  # drop at the force of the last reading, m
     reference: float  # that force, N
-    force_sd: float  # of force, as a part of it, from the model and the radius
+    force_sd: float  # of force, as a part of it, from the model, the radius and what all heights share
     covariance: Array  # (3, 3) of top, compliance and power
 
     def stiffness(self) -> Estimate:
@@ -112,6 +112,7 @@ def fit_series(
     top: Estimate | None = None,
     power: Estimate = POWER,
     robot_sd: float = ROBOT,
+    common_sd: float = 0.0,
 ) -> Series:
     """Fit the object's curve of force over drop to readings of its top; the last one is that of the present press.
 
@@ -128,6 +129,10 @@ def fit_series(
         In the order they were taken; one that is above its hand by nothing counts for the top alone.
     top
         The height of the undeformed top, where something else knows it.
+    robot_sd
+        By how much the hand stands off where it was sent, m, from press to press.
+    common_sd
+        By how much all heights may be off alike, m: that changes the force, and not the drop.
 
     Raises
     ------
@@ -136,12 +141,12 @@ def fit_series(
     InvalidInput
         A number is not finite or has the wrong sign, or a reading lies outside the model's range.
     """
-    _check(radius, readings, top, power, robot_sd)
+    _check(radius, readings, top, power, robot_sd=robot_sd, common_sd=common_sd)
     forces = local_forces(model, radius.value, readings)
     _enough(forces.force, top)
     fit = _Fit(forces, readings, top, power, robot_sd)
     fit.solve()
-    return _concluded(model, radius, readings[-1], fit)
+    return _concluded(model, radius, readings[-1], fit, common_sd)
 
 
 class _Fit:
@@ -228,7 +233,7 @@ class _Fit:
         return np.array([q[0], max(q[1], least), min(max(q[2], FLATTEST), STEEPEST)])
 
 
-def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: _Fit) -> Series:
+def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: _Fit, common_sd: float) -> Series:
     """Return what the fit says at the last reading's pose."""
     heights, rows, _ = fit.curve(fit.q)
     height, row = float(heights[-1]), rows[-1]
@@ -237,7 +242,7 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: _Fit) ->
     force, model_sd = model.predict(radius.value, last.stretch, depth)
     slope = float(fit.forces.at(heights - last.hand)[1][-1])
     sized = model.predict(_nearer(model, radius), last.stretch, depth)[0] - force
-    force_sd = math.hypot(model_sd, sized) / force if force > 0 else 0.0
+    force_sd = math.hypot(model_sd, sized, slope * common_sd) / force if force > 0 else 0.0
     drop_row = np.array([1.0, 0.0, 0.0]) - row
     drop = fit.q[0] + fit.level - height
     moved = math.sqrt(float(row @ fit.covariance @ row))
@@ -277,7 +282,7 @@ def _enough(force: Array, top: Estimate | None) -> None:
 
 
 def _check(
-    radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, robot_sd: float
+    radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, **sds: float
 ) -> None:
     if not (math.isfinite(radius.value) and radius.value > 0 and math.isfinite(radius.sd) and radius.sd >= 0):
         raise InvalidInput(f"radius must be finite and above 0 m, with a standard deviation of 0 or more, not {radius}")
@@ -290,5 +295,6 @@ def _check(
         raise InvalidInput(f"top must be finite with a standard deviation above 0 m, not {top}")
     if not (math.isfinite(power.sd) and power.sd > 0 and FLATTEST <= power.value <= STEEPEST):
         raise InvalidInput(f"power must lie within {FLATTEST} to {STEEPEST} with an sd above 0, not {power}")
-    if not (math.isfinite(robot_sd) and robot_sd >= 0):
-        raise InvalidInput(f"robot_sd must be finite and at least 0 m, not {robot_sd}")
+    for name, sd in sds.items():
+        if not (math.isfinite(sd) and sd >= 0):
+            raise InvalidInput(f"{name} must be finite and at least 0 m, not {sd}")
