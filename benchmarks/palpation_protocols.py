@@ -2,12 +2,14 @@
 
     python -m benchmarks.palpation_protocols [--seeds 10] [--fidelity hertz] [--levels 0 1 2 3] [--set NAME=VALUE ...]
 
-`shipped` is the tree palpate_stiffness; `from zero` presses at every stretch from zero depth in 1 mm steps (benchmarks/trees). Errors
-are of the stiffness at the last press against the scene's truth at the same instant, `at drop` of that at 1.5 mm against the object's own. `err/sd` is the rms of
-error over stated sd. `height` is by how much looks at a pressed membrane scatter about the run's mean error. `s` are robot seconds, `past` those of
-them past the touch. `falls` counts presses at whose end the scene's own force was lower than at the last by over 2 % and 10 mN. The force model is
-the twin's own at hertz fidelity; at sheet fidelity give one that was fitted to the hand, with --set model=FILE.
-Scenes are the shipped balloons, with all noise of the `bench` camera. All balloons of a seed see the same noise.
+`shipped` is the tree palpate_stiffness; `from zero` presses at every stretch from zero depth in 1 mm steps (benchmarks/trees).
+Errors are of the stiffness at the last press against the scene's truth at the same instant; those `at drop` of that at 1.5 mm
+against the object's own. `err/sd` is the rms of error over stated sd. `height` is by how much looks at a pressed membrane
+scatter about the run's mean error. `s` are robot seconds, `past` those of them since the hand stood at the object's top.
+`falls` counts presses at whose end the scene's own force was lower than at the last by over 2 % and 10 mN.
+
+The force model is the twin's own at hertz fidelity; at sheet fidelity give one that was fitted to the hand, with
+--set model=FILE. Scenes are the shipped balloons, with all noise of the `bench` camera; all balloons of a seed see the same noise.
 """
 
 from __future__ import annotations
@@ -70,17 +72,16 @@ class Seen(Onlooker):
 
     def begin_tick(self, tick: int, time: float) -> None:
         """Note when the flat membrane first stands at the object's top."""
-        assert self.runner.cell is not None
-        if self.touched is None and self.runner.cell.devices["arm"].pose(1.0).value.height <= self.top:
+        if self.touched is None and self.runner.context.devices["arm"].pose(1.0).value.height <= self.top:
             self.touched = time
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
         """Note it."""
-        assert self.runner.cell is not None
+        cell: Any = self.runner.cell
         if key.endswith("/pressed"):
-            self.forces.append(self.runner.cell.truth()["force"])
+            self.forces.append(cell.truth()["force"])
         elif "track_height" in path:
-            self.errors.append(value - self.runner.cell.truth()["height"])
+            self.errors.append(value - cell.truth()["height"])
 
     def falls(self) -> int:
         """Return at how many presses the force fell."""
@@ -191,7 +192,7 @@ def main() -> None:
                         print(f"    {balloon}, seed {seed}: {result.status}: {result.reason}", flush=True)
                 numbers = np.array(found).reshape(len(found), -1)
                 print(row(protocol, level, balloon, given.seeds, numbers), flush=True)
-                if balloon in SUMMED and len(found):
+                if balloon in SUMMED and found:
                     totals.setdefault((protocol, level), []).append(numbers)
     summary(totals, given.protocols)
 

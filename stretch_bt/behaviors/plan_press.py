@@ -11,11 +11,11 @@ from stretch_bt.units import Force, Length
 
 @node
 class PlanPress(ModelBehavior):
-    """Find the next press, at which the object should give way by the wanted drop; FAILURE when no press within the limits is harder.
+    """Find the next press, at which the object should give way by the wanted drop; FAILURE when none within the limits is harder.
 
-    It follows from the curve that `track_drop` fitted last and the force model. The force never falls: it is at least that of the last press and three
-    standard deviations of what the two may be off. The hand presses deeper at the same stretch as far as it may, and else takes the next stretch at
-    which the force is within reach.
+    It follows from the force model and the curve that `track_drop` fitted last. The force never falls: it is at least that of
+    the last press and three standard deviations of what the two may be off. The hand presses deeper at the same stretch
+    where that will do, and else takes the next stretch at which the force is within reach.
     """
 
     radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
@@ -39,9 +39,7 @@ class PlanPress(ModelBehavior):
             self.contact_height - self.max_depth, self.max_force, self.max_stretch, self.stretch_step
         )
         with within_range():
-            plan = mechanics.next_press(
-                self.force_model(), self.radius, found.series, found.last, self.drop, limits
-            )
+            plan = mechanics.next_press(self.force_model(), self.radius, found.series, found.last, self.drop, limits)
         self.stretch, self.depth = plan.stretch, max(self.contact_height - plan.hand, 0.0)
         self.force, self.expected = plan.force, plan.drop
         return Status.SUCCESS

@@ -41,9 +41,13 @@ class TrackDrop(ModelBehavior):
     radius_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of radius")
     contact_height: In[Length] = port(doc="of the undeformed top, as `approach` found it")
     contact_height_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of contact_height")
-    power: In[float] = port(mechanics.POWER.value, min=0.5, max=4.0, doc="of its drop by which the object's force grows, before any reading")
+    power: In[float] = port(
+        mechanics.POWER.value, min=0.5, max=4.0, doc="of its drop by which the object's force grows, before any reading"
+    )
     power_sd: In[float] = port(mechanics.POWER.sd, min=1e-3, max=2.0, doc="standard deviation of power")
-    robot_sd: In[Length] = port(mechanics.ROBOT, min=0.0, max=0.001, doc="by which the hand stands off where it is sent")
+    robot_sd: In[Length] = port(
+        mechanics.ROBOT, min=0.0, max=0.001, doc="by which the hand stands off where it is sent"
+    )
     top: Out[Length]  # height of the undeformed top
     settled: Out[Length]  # height of the top at this press, on the curve
     drop: Out[Length]  # how far the top has given way, on the curve

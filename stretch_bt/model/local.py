@@ -25,13 +25,13 @@ class Pressed(Protocol):
     """A reading: stretch, height of the hand, and height of the top with its sd, m."""
 
     @property
-    def stretch(self) -> float: ...  # noqa: D102
+    def stretch(self) -> float: ...
     @property
-    def hand(self) -> float: ...  # noqa: D102
+    def hand(self) -> float: ...
     @property
-    def height(self) -> float: ...  # noqa: D102
+    def height(self) -> float: ...
     @property
-    def sd(self) -> float: ...  # noqa: D102
+    def sd(self) -> float: ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,9 @@ __all__ = ["POWER", "Series", "TopReading", "fit_series"]
 
 Array = npt.NDArray[np.float64]
 
-POWER = Estimate(1.4, 0.12)  # of its drop by which an object's force grows: a spring 1, a filled balloon 1.2 to 1.6, a ball of gel 1.5
+POWER = Estimate(
+    1.4, 0.12
+)  # of its drop by which an object's force grows: a spring 1, a filled balloon 1.2 to 1.6, a ball of gel 1.5
 ROBOT = 5e-5  # m, by which the hand stands off where it was sent, from press to press
 STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
 SIGNIFICANT = 3.0  # standard deviations by which a drop must exceed 0 to carry a stiffness
@@ -86,7 +88,9 @@ class Series:
     def drop_at(self, force: float) -> Estimate:
         """Return the drop, m, at a force, N, with the sd of the readings; also where it is not above zero yet."""
         share, power = force / self.reference, self.power.value
-        row = np.array([0.0, share ** (1 / power), -self.compliance.value * share ** (1 / power) * math.log(share) / power**2])
+        row = np.array(
+            [0.0, share ** (1 / power), -self.compliance.value * share ** (1 / power) * math.log(share) / power**2]
+        )
         return Estimate(self.compliance.value * float(row[1]), math.sqrt(float(row @ self.covariance @ row)))
 
     def _require_drop(self) -> None:
@@ -156,7 +160,9 @@ class _Fit:
         self, forces: LocalForces, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, robot: float
     ) -> None:
         self.forces, self.power, self.top, self.robot = forces, power, top, robot
-        self.hand, self.height, self.sd = (np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd"))
+        self.hand, self.height, self.sd = (
+            np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd")
+        )
         self.level = float(np.mean(self.height))
         self.q = self._begun()
         self.weighted_sd = self.sd
@@ -204,7 +210,8 @@ class _Fit:
         """Return the sd of each reading beside the curve, with those of the hand's place and of the model's forces."""
         drop = np.abs(self.q[0] + self.level - height)
         model = drop * self.forces.relative_sd / self.q[2] * (1 - gain)
-        return np.sqrt(self.sd**2 + (self.robot * gain) ** 2 + model**2)
+        sd: Array = np.sqrt(self.sd**2 + (self.robot * gain) ** 2 + model**2)
+        return sd
 
     def _stacked(self, height: Array, rows: Array) -> tuple[Array, Array]:
         """Return the weighted design and what is left over, the priors of power and top among them."""
@@ -281,9 +288,7 @@ def _enough(force: Array, top: Estimate | None) -> None:
         raise IllConditioned("readings at one force do not tell how far the object gives way; press at two or more")
 
 
-def _check(
-    radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, **sds: float
-) -> None:
+def _check(radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, **sds: float) -> None:
     if not (math.isfinite(radius.value) and radius.value > 0 and math.isfinite(radius.sd) and radius.sd >= 0):
         raise InvalidInput(f"radius must be finite and above 0 m, with a standard deviation of 0 or more, not {radius}")
     if not readings:

@@ -36,6 +36,6 @@ def estimate_stiffness(force: Estimate, deflection: Estimate, together: float = 
             f"the object lost {lost} of height with a standard deviation of {error}: too little to tell"
         )
     stiffness = force.value / deflection.value
-    lost = stiffness * deflection.sd
-    variance = force.sd**2 + lost**2 - 2 * together * force.sd * lost
+    by_drop = stiffness * deflection.sd
+    variance = force.sd**2 + by_drop**2 - 2 * together * force.sd * by_drop
     return Estimate(stiffness, math.sqrt(max(variance, 0.0)) / deflection.value)

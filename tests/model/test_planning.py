@@ -92,7 +92,8 @@ def test_an_object_that_never_deforms_is_refused_with_the_least_that_its_stiffne
 
 
 @pytest.mark.parametrize(
-    "wrong", [(float("nan"), 8.0, 0.08, 0.01), (0.04, 0.0, 0.08, 0.01), (0.04, 8.0, -0.01, 0.01), (0.04, 8.0, 0.08, 0.0)]
+    "wrong",
+    [(float("nan"), 8.0, 0.08, 0.01), (0.04, 0.0, 0.08, 0.01), (0.04, 8.0, -0.01, 0.01), (0.04, 8.0, 0.08, 0.0)],
 )
 def test_limits_that_are_none_are_refused(wrong):
     with pytest.raises(InvalidInput, match="limits"):

@@ -23,7 +23,10 @@ POSES = [(0.0, 0.002), (0.0, 0.003), (0.0, 0.004), (0.0, 0.010), (0.02, 0.012)]
 def height(law, stretch, hand):
     """Return the height of the top at which membrane and object carry the same force."""
     return brentq(
-        lambda h: MODEL.predict(RADIUS.value, stretch, max(h - hand, 0.0))[0] - law(TOP - h), max(hand, TOP - 0.02), TOP, xtol=1e-14
+        lambda h: MODEL.predict(RADIUS.value, stretch, max(h - hand, 0.0))[0] - law(TOP - h),
+        max(hand, TOP - 0.02),
+        TOP,
+        xtol=1e-14,
     )
 
 
