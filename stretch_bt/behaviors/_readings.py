@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from stretch_bt.model import Series
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Length
 
-__all__ = ["Reading", "readings_of"]
+__all__ = ["FIXED", "FRAME_NOISE", "Fitted", "Reading", "fitted", "reading_sd", "readings_of"]
+
+FRAME_NOISE = 3e-4  # m, by which the height of a top is off at least in one frame of the `bench` camera
+FIXED = 3e-5  # m, of that what no averaging takes away
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,9 +23,37 @@ class Reading:
     depth: Length
     height: Length
     sd: Length
+    touch: bool = False  # whether `approach` took it
+
+    @property
+    def hand(self) -> Length:
+        """World height of the hand's flat membrane."""
+        return self.height - self.depth
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """The latest curve through the readings."""
+
+    series: Series
+    last: Reading
 
 
 def readings_of(context: Context) -> list[Reading]:
     """Return the readings of the run so far; `approach` empties the list."""
     found: list[Reading] = context.memory.setdefault(Reading, [])
     return found
+
+
+def fitted(context: Context) -> Fitted | None:
+    """Return what `track_drop` fitted last, or None before its first fit."""
+    found: Fitted | None = context.memory.get(Fitted)
+    return found
+
+
+def reading_sd(stated: float, frames: int, frame_noise: float = FRAME_NOISE) -> float:
+    """Return the sd of a height, m, seen in so many frames: as stated, or what such a camera leaves at least.
+
+    A small contact holds few pixels whose noise is independent, so that their scatter says too little of it.
+    """
+    return max(stated, math.hypot(FIXED, frame_noise / math.sqrt(frames)))

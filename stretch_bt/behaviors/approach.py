@@ -9,7 +9,7 @@ from typing import ClassVar
 from stretch_bt import model, perception
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MotionBehavior
-from stretch_bt.behaviors._readings import Reading, readings_of
+from stretch_bt.behaviors._readings import Reading, reading_sd, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
@@ -19,7 +19,6 @@ from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
-EXACT = 1e-7  # m; no height is known better
 FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
 
 
@@ -162,9 +161,9 @@ class Approach(MotionBehavior):
             return
         if top.value > 0:
             height = top.value + (frame.hand_height or 0.0)
-            sd = max(top.sd, EXACT)
+            sd = reading_sd(top.sd, self.average)
             self.felt.append((top.value, height, sd))
-            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd))
+            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd, touch=True))
 
     def _conclude(self) -> Status:
         depths, heights, sds = zip(*self.felt, strict=True)

@@ -4,23 +4,27 @@ import math
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import Reading, readings_of
-from stretch_bt.errors import IllConditioned
+from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, reading_sd, readings_of
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Estimate, Length
+from stretch_bt.units import Estimate, Force, Length
 
-LEAST_FORCE = 0.01  # share of the present force below which a reading says nothing of how forces compare
+SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
+CREPT = 3.0  # standard deviations by which older readings of a press must differ from newer ones to count as past
+LEAST_SD = 1e-6  # m
 
 
 @node
 class TrackDrop(ModelBehavior):
     """Tell how far the object's top has dropped at the present press, from this reading and those before it.
 
-    Readings are those that `approach` took at the first touch and one from each time that this node runs. The force model
-    says how the force grew from one to the next; the curve of height over force gives the height at no force, which no
-    reading shows, and evens out the noise of single ones. A factor that the model is wrong by does not matter. Without
-    readings by `approach` the drop is `contact_height` less this height.
+    Readings are those that `approach` took at the first touch and one from each time that this node runs. The object is in series
+    with the membrane, whose force the model gives; the curve of force over drop through all readings gives the height at no force, which no
+    reading shows, and evens out the noise of single ones. Without readings by `approach` its `contact_height` counts instead.
+
+    `crept` compares the newer half of this press' readings with the older: an object that still gives way makes it
+    negative. Where it is so by three standard deviations, the older half no longer counts.
     """
 
     radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
@@ -30,31 +34,71 @@ class TrackDrop(ModelBehavior):
     )
     height: In[Length] = port(doc="of the top at this press, as measured")
     height_sd: In[Length] = port(1e-4, min=0.0, doc="standard deviation of height")
+    frames: In[int] = port(8, min=1, max=256, doc="averaged for height")
+    frame_noise: In[Length] = port(
+        FRAME_NOISE, min=0.0, max=0.01, doc="by which a height is off at least in one frame, whatever height_sd says"
+    )
+    radius_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of radius")
     contact_height: In[Length] = port(doc="of the undeformed top, as `approach` found it")
     contact_height_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of contact_height")
+    power: In[float] = port(
+        mechanics.POWER.value, min=0.5, max=4.0, doc="of its drop by which the object's force grows, before any reading"
+    )
+    power_sd: In[float] = port(mechanics.POWER.sd, min=1e-3, max=2.0, doc="standard deviation of power")
+    robot_sd: In[Length] = port(
+        mechanics.ROBOT, min=0.0, max=0.001, doc="by which the hand stands off where it is sent"
+    )
     top: Out[Length]  # height of the undeformed top
     settled: Out[Length]  # height of the top at this press, on the curve
     drop: Out[Length]  # how far the top has given way, on the curve
+    force: Out[Force]  # on the object at this press, by the model
+    together: Out[float]  # correlation of the errors of force and drop
+    crept: Out[Length]  # by how much the newer readings of this press stand above the older; 0 while there is one
 
     def update(self) -> Status:
         """Add this reading and fit all."""
         readings = readings_of(self.context)
-        if not readings:
-            top, height = Estimate(self.contact_height, self.contact_height_sd), Estimate(self.height, self.height_sd)
-            self.top, self.settled = top, height
-            self.drop = Estimate(top.value - height.value, math.hypot(top.sd, height.sd))
-            return Status.SUCCESS
-        readings.append(Reading(self.stretch, self.depth, self.height, self.height_sd))
-        fit = mechanics.fit_yielding(*zip(*self._used(readings), strict=True))
-        self.top, self.settled, self.drop = fit.top, fit.height, fit.drop
+        sd = max(reading_sd(self.height_sd, self.frames, self.frame_noise), LEAST_SD)
+        readings.append(Reading(self.stretch, self.depth, self.height, sd))
+        fit = self._fit(readings)
+        self.crept, older = _crept(_of_last_press(readings), math.sqrt(max(fit.chi2, 1.0)))
+        if older:
+            for reading in older:
+                readings.remove(reading)
+            fit = self._fit(readings)
+        self.context.memory[Fitted] = Fitted(fit, readings[-1])
+        self.top, self.settled, self.drop, self.force = fit.top, fit.height, fit.drop, fit.force
+        self.together = fit.together
         return Status.SUCCESS
 
-    def _used(self, readings: list[Reading]) -> list[tuple[float, float, float]]:
-        """Return force, height and its standard deviation of the readings at a force that counts."""
-        model, radius = self.force_model(), self.radius
+    def _fit(self, readings: list[Reading]) -> mechanics.Series:
+        """Fit; a touch whose readings are not known counts by its height alone."""
+        touched = any(reading.touch for reading in readings)
+        top = None if touched else Estimate(self.contact_height, max(self.contact_height_sd, LEAST_SD))
+        pattern = self.context.memory.get(Pattern)
         with within_range():
-            forces = [model.predict(radius, r.stretch, max(r.depth, 0.0))[0] for r in readings]
-        least = max(LEAST_FORCE * forces[-1], 1e-6)
-        if forces[-1] <= least:
-            raise IllConditioned("the hand is not past the undeformed top, so that this press says nothing of a drop")
-        return [(f, r.height, max(r.sd, 1e-6)) for f, r in zip(forces, readings, strict=True) if f > least]
+            return mechanics.fit_series(
+                self.force_model(),
+                Estimate(self.radius, self.radius_sd),
+                readings,
+                top=top,
+                power=Estimate(self.power, self.power_sd),
+                robot_sd=self.robot_sd,
+                common_sd=pattern.hang_sd if pattern is not None else 0.0,
+            )
+
+
+def _of_last_press(readings: list[Reading]) -> list[Reading]:
+    last = readings[-1]
+    return [r for r in readings if r.stretch == last.stretch and abs(r.hand - last.hand) < SAME]
+
+
+def _crept(press: list[Reading], noise: float) -> tuple[Estimate, list[Reading]]:
+    """Return by how much the newer half of a press' readings stands above the older, and what of the older no longer counts."""
+    if len(press) < 2:
+        return Estimate(0.0, 0.0), []
+    halves = press[: len(press) // 2], press[len(press) // 2 :]
+    means = [sum(r.height for r in half) / len(half) for half in halves]
+    sds = [math.hypot(*(r.sd for r in half)) / len(half) for half in halves]
+    crept = Estimate(means[1] - means[0], noise * math.hypot(*sds))
+    return crept, halves[0] if abs(crept.value) > CREPT * crept.sd else []

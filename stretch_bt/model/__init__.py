@@ -18,9 +18,14 @@ if TYPE_CHECKING:
     from stretch_bt.model.indentation import next_indentation as next_indentation
     from stretch_bt.model.measurements import Measurements as Measurements
     from stretch_bt.model.membrane import MembraneModel as MembraneModel
+    from stretch_bt.model.planning import Limits as Limits
+    from stretch_bt.model.planning import next_press as next_press
+    from stretch_bt.model.series import POWER as POWER
+    from stretch_bt.model.series import ROBOT as ROBOT
+    from stretch_bt.model.series import Series as Series
+    from stretch_bt.model.series import TopReading as TopReading
+    from stretch_bt.model.series import fit_series as fit_series
     from stretch_bt.model.stiffness import estimate_stiffness as estimate_stiffness
-    from stretch_bt.model.yielding import Yielding as Yielding
-    from stretch_bt.model.yielding import fit_yielding as fit_yielding
     from stretch_bt.model.zero_force import undeformed_height as undeformed_height
 
 _HOMES = {
@@ -30,15 +35,20 @@ _HOMES = {
     "ForceModel": "force_model",
     "Measurements": "measurements",
     "MembraneModel": "membrane",
-    "StretchState": "calibrated",
-    "Yielding": "yielding",
     "calibrate": "calibration",
+    "Limits": "planning",
+    "POWER": "series",
+    "ROBOT": "series",
+    "Series": "series",
+    "StretchState": "calibrated",
+    "TopReading": "series",
     "estimate_stiffness": "stiffness",
-    "fit_yielding": "yielding",
+    "fit_series": "series",
     "hertz_depth": "hertz",
     "hertz_force": "hertz",
     "next_indentation": "indentation",
     "object_modulus": "elastic_sphere",
+    "next_press": "planning",
     "undeformed_height": "zero_force",
 }
 __all__ = [  # noqa: PLE0604

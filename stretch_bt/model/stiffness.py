@@ -12,10 +12,11 @@ __all__ = ["estimate_stiffness"]
 _SIGNIFICANT = 3.0
 
 
-def estimate_stiffness(force: Estimate, deflection: Estimate) -> Estimate:
+def estimate_stiffness(force: Estimate, deflection: Estimate, together: float = 0.0) -> Estimate:
     """Return the secant stiffness force / deflection, N/m, with its standard deviation.
 
-    The errors of force, N, and deflection, m, are taken as independent and carried over at first order.
+    The errors of force, N, and deflection, m, whose correlation is `together`, are carried over at first order. It is negative
+    where the force follows from the height of the object's top, which lies the higher the less it gave way.
 
     Raises
     ------
@@ -25,6 +26,8 @@ def estimate_stiffness(force: Estimate, deflection: Estimate) -> Estimate:
     for name, estimate in (("force", force), ("deflection", deflection)):
         if not (math.isfinite(estimate.value) and math.isfinite(estimate.sd) and estimate.sd >= 0):
             raise InvalidInput(f"{name} must be finite with a standard deviation of 0 or more, not {estimate}")
+    if not -1 <= together <= 1:
+        raise InvalidInput(f"together is a correlation, -1 to 1, not {together}")
     if force.value < 0:
         raise InvalidInput(f"force must be at least 0 N, not {force.value}")
     if deflection.value <= _SIGNIFICANT * deflection.sd or deflection.value == 0:
@@ -33,4 +36,6 @@ def estimate_stiffness(force: Estimate, deflection: Estimate) -> Estimate:
             f"the object lost {lost} of height with a standard deviation of {error}: too little to tell"
         )
     stiffness = force.value / deflection.value
-    return Estimate(stiffness, math.hypot(force.sd, stiffness * deflection.sd) / deflection.value)
+    by_drop = stiffness * deflection.sd
+    variance = force.sd**2 + by_drop**2 - 2 * together * force.sd * by_drop
+    return Estimate(stiffness, math.sqrt(max(variance, 0.0)) / deflection.value)

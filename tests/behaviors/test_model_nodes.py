@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.behaviors._readings import Reading, readings_of
+from stretch_bt.model import ForceModel
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
@@ -85,46 +86,117 @@ def test_stiffness_is_the_force_over_what_was_lost() -> None:
     assert stiffness.sd == pytest.approx(1000 * (0.02**2 + 0.02**2) ** 0.5, rel=1e-6)
 
 
-def followed(readings: list[tuple[float, float, float]], approached: bool) -> Behavior:
-    """Return `track_drop` after it ran at each reading (membrane depth, height, sd), m, with or without an approach."""
+def tracked(readings: list[tuple[float, float]], **more: Any) -> Behavior:
+    """Return `track_drop` after it ran at each reading (depth of the hand, height), m, without an approach."""
     info = lookup("track_drop")
     assert info is not None
     node = info.cls("main/track_drop")
     node.context = RunContext()
-    if approached:
-        readings_of(node.context).append(Reading(0.0, 0.002, 0.0598, 2e-5))
-    for depth, height, sd in readings:
-        inputs = {
-            "radius": 0.03,
-            "stretch": 0.0,
-            "depth": depth,
-            "height": height,
-            "height_sd": sd,
-            "contact_height": 0.06,
-        }
-        for port in info.of(Role.INPUT):
-            node.wiring[port.name] = partial(inputs.get, port.name, port.default)
-        for _ in node.tick():
-            pass
+    for depth, height in readings:
+        look(node, depth, height, **more)
     return node
 
 
+def look(node: Behavior, depth: float, height: float, **more: Any) -> None:
+    """Let `track_drop` run once more."""
+    given_ = {"radius": 0.03, "stretch": 0.0, "contact_height": 0.06, "contact_height_sd": 2e-5, "height_sd": 2e-5}
+    inputs = {**given_, "frame_noise": 0.0, "depth": height - (0.06 - depth), "height": height, **more}
+    info = lookup("track_drop")
+    assert info is not None
+    for port in info.of(Role.INPUT):
+        node.wiring[port.name] = partial(inputs.get, port.name, port.default)
+    for _ in node.tick():
+        pass
+
+
+def top_of(depth: float, stiffness: float = 600.0) -> float:
+    """Return the height of a spring's top, m, under the default hand, by bisection."""
+    low, high = 0.05, 0.06
+    for _ in range(40):
+        middle = (low + high) / 2
+        force, _ = ForceModel.default().predict(0.03, 0.0, max(middle - (0.06 - depth), 0.0))
+        low, high = (low, middle) if force > stiffness * (0.06 - middle) else (middle, high)
+    return low
+
+
+DEPTHS = [0.003, 0.005, 0.007, 0.009, 0.011, 0.013]
+
+
 def test_a_drop_is_read_off_all_presses_together() -> None:
-    # A spring under a force that grows as depth^1.5: 0.2 mm at 2 mm of depth.
     noise = [3e-5, -6e-5, 5e-5, -2e-5, 4e-5, -8e-5]
-    exact = [0.06 - 0.2e-3 * (d / 2.0) ** 1.5 for d in range(3, 9)]
-    readings = [(d * 1e-3, h + e, 5e-5) for d, h, e in zip(range(3, 9), exact, noise, strict=True)]
-    node = followed(readings, approached=True)
+    exact = [top_of(depth) for depth in DEPTHS]
+    heights = [h + e for h, e in zip(exact, noise, strict=True)]
+    node = tracked(list(zip(DEPTHS, heights, strict=True)), height_sd=5e-5, power=1.0, power_sd=0.1)
     assert node.status is Status.SUCCESS
     drop, settled = node.sinks["drop"], node.sinks["settled"]
-    assert drop.value == pytest.approx(1.6e-3, abs=0.1e-3)
     assert drop.sd is not None
-    assert drop.sd < 0.15e-3
+    assert abs(drop.value - (0.06 - exact[-1])) < 2 * drop.sd < 0.2e-3
     assert abs(settled.value - exact[-1]) < abs(noise[-1]), "the curve evens out the noise of the last reading"
+    force, _ = ForceModel.default().predict(0.03, 0.0, exact[-1] - (0.06 - DEPTHS[-1]))
+    assert node.sinks["force"].value == pytest.approx(force, rel=0.03)
+    assert -1 < node.sinks["together"].value < 0
 
 
-def test_without_an_approach_a_drop_is_counted_from_the_contact_height() -> None:
-    node = followed([(0.008, 0.0584, 5e-5)], approached=False)
-    assert node.sinks["drop"].value == pytest.approx(1.6e-3)
-    assert node.sinks["drop"].sd == pytest.approx(5e-5)
-    assert node.sinks["top"].value == 0.06
+def test_an_approach_gives_the_top_by_its_readings_alone() -> None:
+    node = tracked([])
+    readings = readings_of(node.context)
+    readings.extend(Reading(0.0, top_of(d) - (0.06 - d), top_of(d), 2e-5, touch=True) for d in (0.002, 0.004))
+    look(node, 0.012, top_of(0.012), contact_height=0.07, power=1.0, power_sd=0.1)
+    assert node.sinks["top"].value == pytest.approx(0.06, abs=1e-4)
+
+
+def test_a_press_that_still_gives_way_says_so_and_forgets_its_older_half() -> None:
+    node = tracked([(0.005, top_of(0.005))])
+    top = top_of(0.012)
+    for crept in (0.0, 0.0, -4e-4, -4e-4):
+        look(node, 0.012, top + crept)
+    crept = node.sinks["crept"]
+    assert crept.value == pytest.approx(-4e-4)
+    assert abs(crept.value) > 3 * crept.sd
+    assert len(readings_of(node.context)) == 3, "the reading before it, and the newer half"
+
+
+def test_a_press_that_holds_still_keeps_all_its_readings() -> None:
+    node = tracked([(0.005, top_of(0.005))] + [(0.012, top_of(0.012))] * 4)
+    assert node.sinks["crept"].value == pytest.approx(0.0, abs=1e-9)
+    assert len(readings_of(node.context)) == 5
+
+
+@pytest.mark.parametrize("name", ["plan_press", "stiffness_at"])
+def test_what_follows_from_the_curve_needs_one(name: str) -> None:
+    node, _ = run(name, radius=0.03, contact_height=0.06, drop=0.0015)
+    assert node.status is Status.FAILURE
+    assert "track_drop" in node.reason
+
+
+def follow(node: Behavior, name: str, **inputs: Any) -> Behavior:
+    """Return a node of this name after it ran in the context of another."""
+    info = lookup(name)
+    assert info is not None
+    after = info.cls(f"main/{name}")
+    after.context = node.context
+    for port in info.of(Role.INPUT):
+        after.wiring[port.name] = partial(inputs.get, port.name, port.default)
+    for _ in after.tick():
+        pass
+    return after
+
+
+def test_the_planned_press_passes_the_drop_and_the_curve_gives_the_stiffness_there() -> None:
+    # Under 8 mm of depth the top of this spring drops by less than 1 mm.
+    node = tracked([(d, top_of(d)) for d in (0.003, 0.005, 0.008)], power=1.0, power_sd=0.1)
+    plan = follow(node, "plan_press", radius=0.03, contact_height=0.06, drop=0.0015)
+    assert plan.status is Status.SUCCESS, plan.reason
+    depth = plan.sinks["depth"].value
+    assert plan.sinks["stretch"].value == 0.0
+    assert 0.0015 <= 0.06 - top_of(depth) < 0.0019
+    look(node, depth, top_of(depth), power=1.0, power_sd=0.1)
+    told = follow(node, "stiffness_at", drop=0.0015).sinks["stiffness"]
+    assert abs(told.value - 600.0) < 2 * told.sd < 120.0
+
+
+def test_no_press_within_the_limits_is_a_failure_with_its_reason() -> None:
+    node = tracked([(d, top_of(d)) for d in (0.003, 0.005, 0.008)])
+    plan = follow(node, "plan_press", radius=0.03, contact_height=0.06, drop=0.0015, max_depth=0.008, max_stretch=0.0)
+    assert plan.status is Status.FAILURE
+    assert "no press within the limits" in plan.reason

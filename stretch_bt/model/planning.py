@@ -1,0 +1,141 @@
+"""Where to press next, so that a soft object gives way by as much as is wanted and the force never falls."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned, InvalidInput, NoEquilibrium
+from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.indentation import next_indentation
+from stretch_bt.model.local import Pressed
+from stretch_bt.model.series import ROBOT, Series
+
+__all__ = ["Limits", "Plan", "next_press"]
+
+MARGIN = 3.0  # standard deviations by which the next force exceeds the last
+PAST = 0.5  # standard deviations by which the planned drop exceeds the wanted one
+TOO_FAR = 2.0  # times the wanted drop that the planned press stays below, by two standard deviations
+GROWTH = 6.0  # times the last force that the next one is at most
+RATIO = 0.01  # by which the model's ratio of forces at two stretches is off
+SPARE = 0.97  # of the largest force, which is planned for
+STEP = 1e-5  # m
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How far the hand may go: m, N. `lowest` is the world height down to which its flat membrane may be sent."""
+
+    lowest: float
+    force: float
+    stretch: float
+    stretch_step: float
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (self.lowest, self.force, self.stretch, self.stretch_step))):
+            raise InvalidInput(f"limits must be finite, got {self}")
+        if self.force <= 0 or self.stretch < 0 or self.stretch_step <= 0:
+            raise InvalidInput(f"limits need a force and a stretch step above 0, got {self}")
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The next press: stretch, world height of the hand, m; the force, N, and the drop, m, that are expected there."""
+
+    stretch: float
+    hand: float
+    force: float
+    drop: float
+
+
+def next_press(model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits) -> Plan:
+    """Return the press at which the fit says that the object's drop, m, will be passed, or the nearest that is allowed.
+
+    The force aimed at is the least whose drop exceeds the wanted one by half a standard deviation of the fit there; it stays
+    below that at which the object, if softer by two standard deviations, would drop twice as far, and above the last force by three
+    standard deviations of what the force may be off. The present stretch is kept while that force is within reach; else the least further
+    stretch, in whole steps, is taken at which it is, or failing that the hardest press there is.
+
+    Raises
+    ------
+    IllConditioned
+        Nothing within the limits presses harder than the last press.
+    """
+    wanted = _aim(fit, drop, limits.force)
+    for stretch in _stretches(last.stretch, limits):
+        least = fit.force.value + MARGIN * _off(model, radius, fit, last, stretch)
+        planned = _at(model, radius, fit, stretch, max(wanted, least), limits)
+        if planned is not None:
+            return planned
+    hardest = _hardest(model, radius, fit, last, limits)
+    if hardest is None:
+        raise IllConditioned(
+            f"no press within the limits of depth, force and stretch is harder than this one; {fit.too_little()}"
+            if fit.drop.value <= MARGIN * fit.drop.sd
+            else f"the object gave way by {fit.drop.value * 1e3:.2f} mm of {drop * 1e3:.2f} mm under {fit.force.value:.2f} N, and "
+            "no press within the limits of depth, force and stretch is harder; raise one of them, or ask for a smaller drop"
+        )
+    return hardest
+
+
+def _aim(fit: Series, drop: float, most: float) -> float:
+    """Return the force, N, at which the fit says the drop will be passed, as far as that may be trusted."""
+    forces = fit.force.value * np.geomspace(1.0, GROWTH, 90)
+    expected = [fit.drop_at(float(force)) for force in forces]
+    allowed = [i for i, e in enumerate(expected) if e.value + 2 * e.sd <= TOO_FAR * drop]
+    passing = [i for i, e in enumerate(expected) if e.value - PAST * e.sd >= drop]
+    last = max(allowed, default=0)
+    chosen = float(forces[min(passing[0], last) if passing else last])
+    return min(chosen, SPARE * most)
+
+
+def _stretches(now: float, limits: Limits) -> list[float]:
+    steps = math.floor((limits.stretch - now) / limits.stretch_step + 1e-9)
+    return [now + i * limits.stretch_step for i in range(steps + 1)]
+
+
+def _off(model: ForceModel, radius: float, fit: Series, last: Pressed, stretch: float) -> float:
+    """Return by how much the force at a stretch may be off that at the last press, N, when both should be one."""
+    depth = fit.height.value - last.hand
+    here = _slope(model, radius, last.stretch, depth)
+    try:
+        there = _slope(model, radius, stretch, model.depth_for(radius, stretch, fit.force.value))
+    except NoEquilibrium:
+        there = here
+    height = fit.height.sd
+    return math.hypot((here - there) * height, math.sqrt(2) * ROBOT * there, RATIO * fit.force.value)
+
+
+def _slope(model: ForceModel, radius: float, stretch: float, depth: float) -> float:
+    low, high = model.range.depth
+    depth = min(max(depth, low + STEP), high)
+    return (model.predict(radius, stretch, depth)[0] - model.predict(radius, stretch, depth - STEP)[0]) / STEP
+
+
+def _at(model: ForceModel, radius: float, fit: Series, stretch: float, force: float, limits: Limits) -> Plan | None:
+    """Return the press with this force at this stretch, or None where it is out of reach."""
+    if force > limits.force:
+        return None
+    try:
+        depth = next_indentation(model, radius, stretch, force)
+    except NoEquilibrium:
+        return None
+    drop = max(fit.drop_at(force).value, 0.0)
+    hand = fit.top.value - drop - depth
+    return Plan(stretch, hand, force, drop) if hand >= limits.lowest else None
+
+
+def _hardest(model: ForceModel, radius: float, fit: Series, last: Pressed, limits: Limits) -> Plan | None:
+    """Return the hardest press within the limits, or None where it is not harder than the last one by what that may be off."""
+    found: Plan | None = None
+    for stretch in _stretches(last.stretch, limits):
+        least = fit.force.value + MARGIN * _off(model, radius, fit, last, stretch)
+        for force in np.geomspace(least, max(SPARE * limits.force, least), 40):
+            plan = _at(model, radius, fit, stretch, float(force), limits)
+            if plan is None:
+                break
+            if found is None or plan.force > found.force * (1 + 1e-9):
+                found = plan
+    return found

@@ -1,0 +1,305 @@
+"""A soft object in series with the membrane: its whole curve of force over drop, fitted to heights of its top."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.local import LocalForces, Pressed, local_forces
+from stretch_bt.units import KINDS, Estimate, format_quantity
+
+__all__ = ["POWER", "Series", "TopReading", "fit_series"]
+
+Array = npt.NDArray[np.float64]
+
+POWER = Estimate(
+    1.4, 0.12
+)  # of its drop by which an object's force grows: a spring 1, a filled balloon 1.2 to 1.6, a ball of gel 1.5
+ROBOT = 5e-5  # m, by which the hand stands off where it was sent, from press to press
+STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
+SIGNIFICANT = 3.0  # standard deviations by which a drop must exceed 0 to carry a stiffness
+ROUNDS = 40
+SETTLED = 1e-12  # m
+
+
+@dataclass(frozen=True, slots=True)
+class TopReading:
+    """The height of an object's top, m, world, with its sd, seen at a stretch by a hand whose flat membrane stands at `hand`, m."""
+
+    stretch: float
+    hand: float
+    height: float
+    sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """What the readings say of the object: F = F_ref (drop / compliance)^power, and where the last press stands on that.
+
+    `top` is the height of the undeformed top, `height` that of the top at the last press, `drop` the one less the other;
+    `force` is that on the object at the last press, by the force model; its sd holds those of the model, the radius and all heights alike.
+    """
+
+    top: Estimate
+    height: Estimate
+    drop: Estimate
+    force: Estimate
+    power: Estimate
+    together: float  # correlation of the errors of force and drop
+    secant: Estimate  # force over drop at the last press, N/m; infinite where there is no drop
+    chi2: float  # of the readings, over their number less that of the unknowns; 1 where they scatter as they say
+    compliance: Estimate  # drop at the force of the last reading, m
+    reference: float  # that force, N
+    force_sd: float  # of force, as a part of it, from the model, the radius and what all heights share
+    covariance: Array  # (3, 3) of top, compliance and power
+
+    def stiffness(self) -> Estimate:
+        """Return force over drop at the last press, N/m.
+
+        Raises
+        ------
+        IllConditioned
+            The drop is not more than three standard deviations above zero.
+        """
+        self._require_drop()
+        return self.secant
+
+    def stiffness_at(self, drop: float) -> Estimate:
+        """Return force over drop, N/m, at a drop, m, on the curve; raises IllConditioned as `stiffness` does."""
+        force = self.force_at(drop)
+        return Estimate(force.value / drop, math.hypot(force.sd, force.value * self.force_sd) / drop)
+
+    def force_at(self, drop: float) -> Estimate:
+        """Return the force, N, at a drop, m; its sd is that of the readings alone, the force model taken as right."""
+        if not (math.isfinite(drop) and drop > 0):
+            raise InvalidInput(f"drop must be finite and above 0 m, not {drop}")
+        self._require_drop()
+        share, power = drop / self.compliance.value, self.power.value
+        force = self.reference * share**power
+        row = np.array([0.0, -power / self.compliance.value, math.log(share)])
+        return Estimate(force, force * math.sqrt(float(row @ self.covariance @ row)))
+
+    def drop_at(self, force: float) -> Estimate:
+        """Return the drop, m, at a force, N, with the sd of the readings; also where it is not above zero yet."""
+        share, power = force / self.reference, self.power.value
+        row = np.array(
+            [0.0, share ** (1 / power), -self.compliance.value * share ** (1 / power) * math.log(share) / power**2]
+        )
+        return Estimate(self.compliance.value * float(row[1]), math.sqrt(float(row @ self.covariance @ row)))
+
+    def _require_drop(self) -> None:
+        if self.drop.value <= SIGNIFICANT * self.drop.sd or self.compliance.value <= 0:
+            raise IllConditioned(self.too_little())
+
+    def too_little(self) -> str:
+        """Return the words that say how little the object gave way, and what that says of it."""
+        lost, error = (format_quantity(v, KINDS["Length"]) for v in (self.drop.value, self.drop.sd))
+        most = max(self.drop.value, 0.0) + 2 * self.drop.sd
+        least = format_quantity(self.force.value / most, KINDS["Stiffness"]) if most > 0 else "infinite"
+        return (
+            f"under {self.force.value:.2f} N the object's top gave way by {lost} with a standard deviation of {error}: "
+            f"too little to tell; its stiffness is above about {least}"
+        )
+
+
+def fit_series(
+    model: ForceModel,
+    radius: Estimate,
+    readings: Sequence[Pressed],
+    *,
+    top: Estimate | None = None,
+    power: Estimate = POWER,
+    robot_sd: float = ROBOT,
+    common_sd: float = 0.0,
+) -> Series:
+    """Fit the object's curve of force over drop to readings of its top; the last one is that of the present press.
+
+    Membrane and object carry the same force: F_model(stretch, h - hand) = F_ref ((top - h) / compliance)^power. Each reading's
+    height h follows from that for the unknown top, compliance and power, which Gauss-Newton finds with the weights
+    1 / (sd^2 + (robot_sd dh/dhand)^2 + (drop dF/F / power)^2), dF the model's own sd; `power` is a prior. A factor common to all forces
+    leaves the drops as they are. Where readings scatter more than they say, all sds grow by the root of chi2.
+
+    Parameters
+    ----------
+    model, radius
+        The hand's force law, and the radius of the sphere in contact, m.
+    readings
+        In the order they were taken; one that is above its hand by nothing counts for the top alone.
+    top
+        The height of the undeformed top, where something else knows it.
+    robot_sd
+        By how much the hand stands off where it was sent, m, from press to press.
+    common_sd
+        By how much all heights may be off alike, m: that changes the force, and not the drop.
+
+    Raises
+    ------
+    IllConditioned
+        The readings are too few or all at one force, or the model's force falls with depth.
+    InvalidInput
+        A number is not finite or has the wrong sign, or a reading lies outside the model's range.
+    """
+    _check(radius, readings, top, power, robot_sd=robot_sd, common_sd=common_sd)
+    forces = local_forces(model, radius.value, readings)
+    _enough(forces.force, top)
+    fit = _Fit(forces, readings, top, power, robot_sd)
+    fit.solve()
+    return _concluded(model, radius, readings[-1], fit, common_sd)
+
+
+class _Fit:
+    """Gauss-Newton over q = (top, compliance, power); each reading's height is what its force balance gives."""
+
+    def __init__(
+        self, forces: LocalForces, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, robot: float
+    ) -> None:
+        self.forces, self.power, self.top, self.robot = forces, power, top, robot
+        self.hand, self.height, self.sd = (
+            np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd")
+        )
+        self.level = float(np.mean(self.height))
+        self.q = self._begun()
+        self.weighted_sd = self.sd
+
+    def solve(self) -> None:
+        """Find q, with the weights of the drops found, and the covariance."""
+        for _ in range(ROUNDS):
+            height, rows, gain = self.curve(self.q)
+            self.weighted_sd = self._weights(height, gain)
+            step, *_ = np.linalg.lstsq(*self._stacked(height, rows), rcond=None)
+            self.q = self._held(self.q + step)
+            if abs(step[0]) + abs(step[1]) < SETTLED and abs(step[2]) < 1e-9:
+                break
+        height, rows, _ = self.curve(self.q)
+        design, left = self._stacked(height, rows)
+        free = len(left) - 3
+        self.chi2 = float(left @ left) / free if free > 0 else 1.0
+        self.covariance = np.asarray(np.linalg.inv(design.T @ design)) * max(1.0, self.chi2)
+
+    def curve(self, q: Array) -> tuple[Array, Array, Array]:
+        """Return the readings' heights (n,), their derivatives by q (n, 3), and by the hand's height (n,)."""
+        top, compliance, power = q[0] + self.level, q[1], q[2]
+        height = self.height.copy()
+        for _ in range(ROUNDS):
+            drop, slope = self._drop(height, compliance, power)
+            step = (top - drop - height) / (1 + slope)
+            height = height + step
+            if np.max(np.abs(step)) < SETTLED:
+                break
+        drop, slope = self._drop(height, compliance, power)
+        share = self.forces.at(height - self.hand)[0] / self.forces.force[-1]
+        grown = share ** (1 / power)
+        bend = compliance * grown * np.log(np.maximum(share, 1e-300)) / power**2
+        rows = np.stack([np.ones_like(grown), -grown, np.where(share > 0, bend, 0.0)], axis=1)
+        return height, rows / (1 + slope)[:, None], slope / (1 + slope)
+
+    def _drop(self, height: Array, compliance: float, power: float) -> tuple[Array, Array]:
+        """Return the object's drop under the force at each height, and its derivative."""
+        depth = height - self.hand
+        force, slope = self.forces.at(depth)
+        grown = compliance * (force / self.forces.force[-1]) ** (1 / power)
+        return grown, np.where(force > 0, grown * slope / (np.maximum(force, 1e-300) * power), 0.0)
+
+    def _weights(self, height: Array, gain: Array) -> Array:
+        """Return the sd of each reading beside the curve, with those of the hand's place and of the model's forces."""
+        drop = np.abs(self.q[0] + self.level - height)
+        model = drop * self.forces.relative_sd / self.q[2] * (1 - gain)
+        sd: Array = np.sqrt(self.sd**2 + (self.robot * gain) ** 2 + model**2)
+        return sd
+
+    def _stacked(self, height: Array, rows: Array) -> tuple[Array, Array]:
+        """Return the weighted design and what is left over, the priors of power and top among them."""
+        extra = [([0.0, 0.0, 1 / self.power.sd], (self.power.value - self.q[2]) / self.power.sd)]
+        if self.top is not None:
+            extra.append(([1 / self.top.sd, 0.0, 0.0], (self.top.value - self.level - self.q[0]) / self.top.sd))
+        design = np.vstack([rows / self.weighted_sd[:, None], [row for row, _ in extra]])
+        return design, np.append((self.height - height) / self.weighted_sd, [value for _, value in extra])
+
+    def _begun(self) -> Array:
+        """Return the q of plain least squares at the power of the prior."""
+        share = (self.forces.force / self.forces.force[-1]) ** (1 / self.power.value)
+        design = np.column_stack([np.ones_like(share), -share]) / self.sd[:, None]
+        values = (self.height - self.level) / self.sd
+        if self.top is not None:
+            design = np.vstack([design, [1 / self.top.sd, 0.0]])
+            values = np.append(values, (self.top.value - self.level) / self.top.sd)
+        found, *_ = np.linalg.lstsq(design, values, rcond=None)
+        return self._held(np.array([*found, self.power.value]))
+
+    def _held(self, q: Array) -> Array:
+        """Keep the power within its bounds, and the compliance above where membrane and object would run away."""
+        share = self.forces.force / self.forces.force[-1]
+        steep = np.max(share ** (1 / q[2]) * self.forces.power / self.forces.depth) if q[2] > 0 else np.inf
+        least = -0.3 * q[2] / steep if np.isfinite(steep) and steep > 0 else 0.0
+        return np.array([q[0], max(q[1], least), min(max(q[2], FLATTEST), STEEPEST)])
+
+
+def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: _Fit, common_sd: float) -> Series:
+    """Return what the fit says at the last reading's pose."""
+    heights, rows, _ = fit.curve(fit.q)
+    height, row = float(heights[-1]), rows[-1]
+    lowest, highest = model.range.depth
+    depth = min(max(height - last.hand, lowest), highest)
+    force, model_sd = model.predict(radius.value, last.stretch, depth)
+    slope = float(fit.forces.at(heights - last.hand)[1][-1])
+    sized = model.predict(_nearer(model, radius), last.stretch, depth)[0] - force
+    force_sd = math.hypot(model_sd, sized, slope * common_sd) / force if force > 0 else 0.0
+    drop_row = np.array([1.0, 0.0, 0.0]) - row
+    drop = fit.q[0] + fit.level - height
+    moved = math.sqrt(float(row @ fit.covariance @ row))
+    secant = Estimate(math.inf, math.inf)
+    if drop > 0:
+        both = (slope * row - force / drop * drop_row) / drop
+        own = math.hypot(force_sd * force, slope * fit.robot) / drop
+        secant = Estimate(force / drop, math.hypot(math.sqrt(float(both @ fit.covariance @ both)), own))
+    force_at_all = math.hypot(force_sd * force, slope * moved, slope * fit.robot)
+    drop_sd = math.sqrt(float(drop_row @ fit.covariance @ drop_row))
+    return Series(
+        top=Estimate(fit.q[0] + fit.level, math.sqrt(fit.covariance[0, 0])),
+        height=Estimate(height, moved),
+        drop=Estimate(drop, drop_sd),
+        force=Estimate(force, force_at_all),
+        power=Estimate(float(fit.q[2]), math.sqrt(fit.covariance[2, 2])),
+        together=slope * float(row @ fit.covariance @ drop_row) / max(force_at_all * drop_sd, 1e-300),
+        secant=secant,
+        chi2=fit.chi2,
+        compliance=Estimate(float(fit.q[1]), math.sqrt(fit.covariance[1, 1])),
+        reference=float(fit.forces.force[-1]),
+        force_sd=force_sd,
+        covariance=fit.covariance,
+    )
+
+
+def _nearer(model: ForceModel, radius: Estimate) -> float:
+    """Return the radius one sd smaller, or as far as the model's range goes."""
+    return max(radius.value - radius.sd, model.range.radius[0])
+
+
+def _enough(force: Array, top: Estimate | None) -> None:
+    if not force[-1] > 0:
+        raise IllConditioned("the hand is not past the undeformed top, so that this press says nothing of a drop")
+    if top is None and (force.size < 2 or np.ptp(force) <= 1e-3 * force.max()):
+        raise IllConditioned("readings at one force do not tell how far the object gives way; press at two or more")
+
+
+def _check(radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, **sds: float) -> None:
+    if not (math.isfinite(radius.value) and radius.value > 0 and math.isfinite(radius.sd) and radius.sd >= 0):
+        raise InvalidInput(f"radius must be finite and above 0 m, with a standard deviation of 0 or more, not {radius}")
+    if not readings:
+        raise IllConditioned("there is no reading of the object's top")
+    values = np.array([(r.stretch, r.hand, r.height, r.sd) for r in readings], dtype=float)
+    if not np.all(np.isfinite(values)) or np.any(values[:, 3] <= 0):
+        raise InvalidInput("readings must be finite, m, and their standard deviations above 0 m")
+    if top is not None and not (math.isfinite(top.value) and math.isfinite(top.sd) and top.sd > 0):
+        raise InvalidInput(f"top must be finite with a standard deviation above 0 m, not {top}")
+    if not (math.isfinite(power.sd) and power.sd > 0 and FLATTEST <= power.value <= STEEPEST):
+        raise InvalidInput(f"power must lie within {FLATTEST} to {STEEPEST} with an sd above 0, not {power}")
+    for name, sd in sds.items():
+        if not (math.isfinite(sd) and sd >= 0):
+            raise InvalidInput(f"{name} must be finite and at least 0 m, not {sd}")
