@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stretch_bt.model.calibrated import CalibratedHertz as CalibratedHertz
     from stretch_bt.model.calibrated import StretchState as StretchState
+    from stretch_bt.model.characterization import Table as Table
+    from stretch_bt.model.characterization import read_table as read_table
     from stretch_bt.model.force_model import ForceModel as ForceModel
     from stretch_bt.model.hertz import hertz_depth as hertz_depth
     from stretch_bt.model.hertz import hertz_force as hertz_force
@@ -21,12 +23,14 @@ _HOMES = {
     "CalibratedHertz": "calibrated",
     "ForceModel": "force_model",
     "StretchState": "calibrated",
+    "Table": "characterization",
     "Yielding": "yielding",
     "estimate_stiffness": "stiffness",
     "fit_yielding": "yielding",
     "hertz_depth": "hertz",
     "hertz_force": "hertz",
     "next_indentation": "indentation",
+    "read_table": "characterization",
     "undeformed_height": "zero_force",
 }
 __all__ = [  # noqa: PLE0604
