@@ -135,6 +135,7 @@ def test_an_interrupted_run_is_gone_on_with(characterize, tmp_path, tick):
         assert getattr(table, name) == pytest.approx(getattr(whole, name), abs=close), name
     for result in (first, second):
         assert replay(result.record).identical
+        assert events_of(result)[0]["params"]["table"] == "table.csv"
     third = characterize(params={"table": str(path)})
     assert (third.status, third.outputs["presses"]["value"]) == ("SUCCESS", 0)
     assert commands(third, "mount") == []
