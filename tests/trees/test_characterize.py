@@ -31,7 +31,7 @@ SMALL = {
 }
 ROWS = 2 * 2 * 3 * 2
 #: of interruptions: in the first trial, while the sensor is zeroed, while an indenter is mounted, before the last row
-TICKS = [900, 1060, 1500, 2400]
+TICKS = [890, 1060, 1500, 2340]
 
 
 @pytest.fixture
