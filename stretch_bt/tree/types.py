@@ -125,11 +125,11 @@ def named(text: str, objects: Mapping[str, type]) -> Type | None:
     text = text.strip()
     if len(text) > 200:  # no name is that long
         return None
+    if "|" in text:
+        return _options(text)
     if text.startswith("list[") and text.endswith("]"):
         item = named(text[5:-1], objects)
         return None if item is None else Type(f"list[{item.name}]", Family.LIST, item=item)
-    if "|" in text:
-        return _options(text)
     if text in KINDS:
         return Type(text, Family.QUANTITY, KINDS[text].dimension)
     plain = {t.name: t for t in _PLAIN.values()}
