@@ -2,7 +2,7 @@
 
     python -m benchmarks.characterize [height] [force] [softening] [--seeds 4]
 
-`height` prints the error of the height of first contact by the stretch at which it is looked for, over seeds; `force` runs the
+`height` prints the error of the height of first contact of three indenters, over seeds; `force` runs the
 whole protocol `tasks` with one trial and compares each row with what the scene knows of it where the arm takes the hand to be;
 `softening` prints the force of one press before and after the membrane was stretched, with the effect `mullins`.
 """
@@ -10,7 +10,6 @@ whole protocol `tasks` with one trial and compares each row with what the scene 
 from __future__ import annotations
 
 import argparse
-import math
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -52,16 +51,16 @@ def characterized(seed: int, **params: Any) -> tuple[Table, Any]:
 
 
 def height(seeds: int) -> None:
-    """Print the error of the height of first contact."""
-    print("stretch, mm   error of the height of first contact by seed, mm              rms")
-    for stretch in (0.0, 0.010, 0.030, 0.060):
-        params = {"approach_stretch": stretch, "condition": False, "stretches": [0.0], "depths": [0.0]}
-        errors = []
-        for seed in range(seeds):
-            table, _ = characterized(seed, diameters=[0.010, 0.060], **params)
-            errors += ((table.contact_height - STAND - table.size) * 1e3).tolist()
-        shown = " ".join(f"{e:+.3f}" for e in errors)
-        print(f"{stretch * 1e3:11.0f}   {shown:50}  {math.sqrt(np.mean(np.square(errors))):9.3f}", flush=True)
+    """Print the error of the height of first contact by indenter, and what of it all indenters of a run share."""
+    errors = []
+    print("seed   error of the height of first contact of spheres of 10, 30, 60 mm, mm")
+    for seed in range(seeds):
+        table, _ = characterized(seed, diameters=[0.010, 0.030, 0.060], condition=False, stretches=[0.0], depths=[0.0])
+        errors.append((table.contact_height - STAND - table.size) * 1e3)
+        print(f"{seed:4}   {' '.join(f'{e:+.3f}' for e in errors[-1])}", flush=True)
+    found = np.array(errors)
+    apart = found - found.mean(axis=1, keepdims=True)
+    print(f"rms {np.sqrt(np.mean(found**2)):.3f} mm, apart from the mean of a run {np.sqrt(np.mean(apart**2)):.3f} mm")
 
 
 def force(seeds: int) -> None:

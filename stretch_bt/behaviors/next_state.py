@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import Literal
 
 from stretch_bt.behaviors._table import opened
 from stretch_bt.errors import UnsetKey
@@ -22,7 +23,7 @@ class NextState(Behavior):
 
     kind = "model"
     instant = True
-    protocol: In[str] = "tasks"  # which presses: `tasks` for those that the shipped tasks need, or `paper`
+    protocol: In[Literal["tasks", "paper"]] = "tasks"  # presses that the shipped tasks need, or those of the paper
     table: In[str] = ""  # a CSV file, relative to the working folder; without it a new one in the record of the run
     diameters: In[Sequence[Length]] = ()  # of spheres and cylinders, in place of the protocol's
     stretches: In[Sequence[Length]] = ()  # in place of the protocol's
@@ -48,7 +49,7 @@ class NextState(Behavior):
         self.known = 0
 
     def prepare(self) -> None:
-        """Refuse a protocol that does not exist, where it is known already."""
+        """Refuse what makes no protocol, where it is known already."""
         with suppress(UnsetKey):
             self._wanted()
 

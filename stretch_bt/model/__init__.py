@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from stretch_bt.model.calibration import CALIBRATIONS as CALIBRATIONS
     from stretch_bt.model.calibration import Calibration as Calibration
     from stretch_bt.model.calibration import calibrate as calibrate
+    from stretch_bt.model.characterization import Table as Table
+    from stretch_bt.model.characterization import read_table as read_table
     from stretch_bt.model.elastic_sphere import object_modulus as object_modulus
     from stretch_bt.model.force_model import ForceModel as ForceModel
     from stretch_bt.model.hertz import hertz_depth as hertz_depth
@@ -42,6 +44,7 @@ _HOMES = {
     "Series": "series",
     "StretchState": "calibrated",
     "TopReading": "series",
+    "Table": "characterization",
     "estimate_stiffness": "stiffness",
     "fit_series": "series",
     "hertz_depth": "hertz",
@@ -49,6 +52,7 @@ _HOMES = {
     "next_indentation": "indentation",
     "object_modulus": "elastic_sphere",
     "next_press": "planning",
+    "read_table": "characterization",
     "undeformed_height": "zero_force",
 }
 __all__ = [  # noqa: PLE0604

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import types
 import typing
 from collections.abc import Mapping
@@ -78,6 +79,7 @@ INT = Type("int", Family.INT)
 FLOAT = Type("float", Family.FLOAT)
 STR = Type("str", Family.STR)
 ANY = Type("any", Family.ANY)
+_OPTION = re.compile(r"[a-z]\w*")
 _PLAIN: dict[Any, Type] = {bool: BOOL, int: INT, float: FLOAT, str: STR}
 
 
@@ -123,6 +125,8 @@ def named(text: str, objects: Mapping[str, type]) -> Type | None:
     text = text.strip()
     if len(text) > 200:  # no name is that long
         return None
+    if "|" in text:
+        return _options(text)
     if text.startswith("list[") and text.endswith("]"):
         item = named(text[5:-1], objects)
         return None if item is None else Type(f"list[{item.name}]", Family.LIST, item=item)
@@ -133,6 +137,13 @@ def named(text: str, objects: Mapping[str, type]) -> Type | None:
         return plain[text]
     cls = objects.get(text)
     return None if cls is None else Type(text, Family.OBJECT, cls=cls)
+
+
+def _options(text: str) -> Type | None:
+    """Return the type of one of several words in lower case, such as `mean | either`."""
+    words = tuple(word.strip() for word in text.split("|"))
+    right = len(set(words)) == len(words) and all(_OPTION.fullmatch(word) for word in words)
+    return Type(" | ".join(words), Family.ENUM, options=words) if right else None
 
 
 @lru_cache(maxsize=256)

@@ -21,6 +21,8 @@ MOVING, DONE, BLOCKED, STOPPED = (
     MotionState.STOPPED,
 )
 TOUCHED = 0.100
+MOVES = ["mount", "press", "retract", "roll", "set_stretch"]
+INPUTS = {"depth": 0.005, "stretch": 0.01, "radius": 0.01, "geometry": "sphere", "diameter": 0.02}
 
 
 @pytest.fixture
@@ -111,22 +113,22 @@ def test_roll_ends_where_it_began_at_the_depth(place: Callable[..., Any]) -> Non
     assert [math.dist(p[:2], centre) for p in path] == pytest.approx([0.015] * len(path))
 
 
-@pytest.mark.parametrize("name", ["press", "retract", "roll", "set_stretch"])
+@pytest.mark.parametrize("name", MOVES)
 @pytest.mark.parametrize(
     ("end", "reason"), [(BLOCKED, "blocked"), (STOPPED, "stopped"), (MotionState.PREEMPTED, "took")]
 )
 def test_a_motion_that_ends_early_is_a_failure(
     place: Callable[..., Any], name: str, end: MotionState, reason: str
 ) -> None:
-    node, _ = place(name, motion=[MOVING, end], contact=TOUCHED, depth=0.005, stretch=0.01, radius=0.01)
+    node, _ = place(name, motion=[MOVING, end], contact=TOUCHED, **INPUTS)
     assert tick(node) is Status.RUNNING
     assert tick(node) is Status.FAILURE
     assert reason in node.reason
 
 
-@pytest.mark.parametrize("name", ["press", "retract", "roll", "set_stretch"])
+@pytest.mark.parametrize("name", MOVES)
 def test_interrupted_it_stops_its_own_motion_and_starts_afresh(place: Callable[..., Any], name: str) -> None:
-    node, device = place(name, motion=[MOVING], contact=TOUCHED, depth=0.005, stretch=0.01, radius=0.01)
+    node, device = place(name, motion=[MOVING], contact=TOUCHED, **INPUTS)
     tick(node, 3)
     node.stop(Status.INVALID)
     node.stop(Status.INVALID)
@@ -135,9 +137,9 @@ def test_interrupted_it_stops_its_own_motion_and_starts_afresh(place: Callable[.
     assert len(device.commands) == 3
 
 
-@pytest.mark.parametrize("name", ["press", "retract", "roll", "set_stretch"])
+@pytest.mark.parametrize("name", MOVES)
 def test_interrupted_it_leaves_the_motion_of_another_owner(place: Callable[..., Any], name: str) -> None:
-    node, device = place(name, motion=[MOVING], contact=TOUCHED, depth=0.005, stretch=0.01, radius=0.01)
+    node, device = place(name, motion=[MOVING], contact=TOUCHED, **INPUTS)
     tick(node)
     other = device.move(0.08, speed=0.01, owner="main/other")
     node.stop(Status.INVALID)

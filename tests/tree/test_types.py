@@ -87,6 +87,12 @@ def test_names_of_files(text: str) -> None:
     assert named(text, {"Ball": Ball}) == NAMES[text]
 
 
+def test_words_to_choose_from() -> None:
+    assert named("mean|either", {}) == named(" mean | either ", {}) == from_annotation(Literal["mean", "either"])
+    for text in ("mean |", "mean | mean", "Mean | either", "a b | c", "list[a | b]", "2 | 3", "|"):
+        assert named(text, {}) is None, text
+
+
 #: (what is asked for, what is given, whether that is accepted)
 FITS = [
     (LENGTH, LENGTH, True),

@@ -31,7 +31,7 @@ SMALL = {
 }
 ROWS = 2 * 2 * 3 * 2
 #: of interruptions: in the first trial, while the sensor is zeroed, while an indenter is mounted, before the last row
-TICKS = [900, 1060, 1500, 2400]
+TICKS = [890, 1060, 1500, 2340]
 
 
 @pytest.fixture
@@ -135,6 +135,7 @@ def test_an_interrupted_run_is_gone_on_with(characterize, tmp_path, tick):
         assert getattr(table, name) == pytest.approx(getattr(whole, name), abs=close), name
     for result in (first, second):
         assert replay(result.record).identical
+        assert events_of(result)[0]["params"]["table"] == "table.csv"
     third = characterize(params={"table": str(path)})
     assert (third.status, third.outputs["presses"]["value"]) == ("SUCCESS", 0)
     assert commands(third, "mount") == []

@@ -64,9 +64,16 @@ def _port(port: Port, type_: Type) -> Schema:
     facts.append(f"default {as_text(port.default, type_)}" if given else "" if not port.required else "required")
     found: Schema = {"description": _sentence(port.doc, facts), **described(wired(type_))}
     if given:
-        plain = type_.family in (Family.BOOL, Family.INT, Family.FLOAT, Family.LIST)
-        found["default"] = port.default if plain else as_text(port.default, type_)
+        found["default"] = _as_json(port.default, type_)
     return found
+
+
+def _as_json(value: Any, type_: Type) -> Any:
+    """Return a value as a file would have it, quantities with their unit."""
+    if type_.family is Family.LIST:
+        return [_as_json(item, type_.item or type_) for item in value]
+    plain = type_.family in (Family.BOOL, Family.INT, Family.FLOAT)
+    return value if plain else as_text(value, type_)
 
 
 def _output(info: NodeInfo, name: str, type_: Type) -> Schema:

@@ -17,6 +17,8 @@ from stretch_bt.tree.types import Family, Type
 
 __all__ = ["tree_schema"]
 
+#: a type that is one of several words
+_OPTIONS = {"type": "string", "pattern": r"^\s*[a-z]\w*\s*(\|\s*[a-z]\w*\s*)+$"}
 _BESIDE: dict[str, type[Part]] = {
     "timeout": Timeout,
     "retry": Retry,
@@ -138,7 +140,7 @@ def _declarations() -> Schema:
         "type": {
             "description": "a quantity, a plain type, an object that nodes hand on, or a list of one of them",
             # classes of modules that only the file imports are not known here, so any class name passes
-            "anyOf": [{"enum": [*types, *lists]}, {"type": "string", "pattern": r"^(list\[)*[A-Z]\w*\]*$"}],
+            "anyOf": [{"enum": [*types, *lists]}, {"type": "string", "pattern": r"^(list\[)*[A-Z]\w*\]*$"}, _OPTIONS],
         },
         "declaration": {"anyOf": [ref("type"), whole]},
     }
