@@ -22,6 +22,9 @@ GROWTH = 6.0  # times the last force that the next one is at most
 RATIO = 0.01  # by which the model's ratio of forces at two stretches is off
 SPARE = 0.9  # of the largest force, which is planned for: a model is off by some per cent, and so is a wrench
 STEP = 1e-5  # m
+INSIDE = (
+    5e-4  # m, by which a press stays above the deepest that the model knows, so that what is read there lies within
+)
 CLOSE = 1e-4  # of a force, to which the hardest press is found
 
 
@@ -122,6 +125,8 @@ def _at(model: ForceModel, radius: float, fit: Series, stretch: float, force: fl
     try:
         depth = next_indentation(model, radius, stretch, force)
     except NoEquilibrium:
+        return None
+    if depth > model.range.depth[1] - INSIDE:
         return None
     drop = max(fit.drop_at(force).value, 0.0)
     hand = fit.top.value - drop - depth
