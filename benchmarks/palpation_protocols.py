@@ -42,16 +42,16 @@ DROP = 1.5e-3
 #: averaging: the params of each protocol, the third those that palpate_stiffness ships with
 LEVELS = {
     "shipped": [
-        {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "hold": 0.2},
-        {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "hold": 1.0},
-        {"touch_frames": 32, "sensing_frames": 24, "frames": 8, "hold": 2.0},
-        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "hold": 5.0},
+        {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "hold": 0.2, "settle": 0.0},
+        {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "hold": 1.5, "settle": 0.5},
+        {"touch_frames": 32, "sensing_frames": 24, "frames": 8, "hold": 3.5, "settle": 1.5},
+        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "hold": 6.0, "settle": 2.0},
     ],
     "from zero": [
-        {"touch_frames": 4, "sensing_frames": 8, "frames": 2, "hold": 0.2},
-        {"touch_frames": 8, "sensing_frames": 16, "frames": 4, "hold": 1.0},
-        {"touch_frames": 8, "sensing_frames": 24, "frames": 12, "hold": 2.0},
-        {"touch_frames": 8, "sensing_frames": 64, "frames": 32, "hold": 5.0},
+        {"touch_frames": 4, "sensing_frames": 8, "frames": 2, "hold": 0.2, "settle": 0.0},
+        {"touch_frames": 8, "sensing_frames": 16, "frames": 4, "hold": 1.5, "settle": 0.5},
+        {"touch_frames": 8, "sensing_frames": 24, "frames": 12, "hold": 3.5, "settle": 1.5},
+        {"touch_frames": 8, "sensing_frames": 64, "frames": 32, "hold": 6.0, "settle": 2.0},
     ],
 }
 HEAD = (
@@ -190,7 +190,7 @@ def main() -> None:
                         found.append(figures(result, seen, balloon))
                     else:
                         print(f"    {balloon}, seed {seed}: {result.status}: {result.reason}", flush=True)
-                numbers = np.array(found).reshape(len(found), -1)
+                numbers = np.array(found, dtype=float)
                 print(row(protocol, level, balloon, given.seeds, numbers), flush=True)
                 if balloon in SUMMED and found:
                     totals.setdefault((protocol, level), []).append(numbers)

@@ -20,8 +20,12 @@ PAST = 0.5  # standard deviations by which the planned drop exceeds the wanted o
 TOO_FAR = 2.0  # times the wanted drop that the planned press stays below, by two standard deviations
 GROWTH = 6.0  # times the last force that the next one is at most
 RATIO = 0.01  # by which the model's ratio of forces at two stretches is off
-SPARE = 0.97  # of the largest force, which is planned for
+SPARE = 0.9  # of the largest force, which is planned for: a model is off by some per cent, and so is a wrench
 STEP = 1e-5  # m
+INSIDE = (
+    5e-4  # m, by which a press stays above the deepest that the model knows, so that what is read there lies within
+)
+CLOSE = 1e-4  # of a force, to which the hardest press is found
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +126,8 @@ def _at(model: ForceModel, radius: float, fit: Series, stretch: float, force: fl
         depth = next_indentation(model, radius, stretch, force)
     except NoEquilibrium:
         return None
+    if depth > model.range.depth[1] - INSIDE:
+        return None
     drop = max(fit.drop_at(force).value, 0.0)
     hand = fit.top.value - drop - depth
     return Plan(stretch, hand, force, drop) if hand >= limits.lowest else None
@@ -131,11 +137,13 @@ def _hardest(model: ForceModel, radius: float, fit: Series, last: Pressed, limit
     """Return the hardest press within the limits, or None where it is not harder than the last one by what that may be off."""
     found: Plan | None = None
     for stretch in _stretches(last.stretch, limits):
-        least = fit.force.value + MARGIN * _off(model, radius, fit, last, stretch)
-        for force in np.geomspace(least, max(SPARE * limits.force, least), 40):
-            plan = _at(model, radius, fit, stretch, float(force), limits)
-            if plan is None:
-                break
-            if found is None or plan.force > found.force * (1 + 1e-9):
-                found = plan
+        low = fit.force.value + MARGIN * _off(model, radius, fit, last, stretch)
+        plan = _at(model, radius, fit, stretch, low, limits)
+        high = SPARE * limits.force
+        while plan is not None and high - low > CLOSE * low:
+            middle = (low + high) / 2
+            harder = _at(model, radius, fit, stretch, middle, limits)
+            low, high, plan = (low, middle, plan) if harder is None else (middle, high, harder)
+        if plan is not None and (found is None or plan.force > found.force):
+            found = plan
     return found

@@ -248,7 +248,7 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: _Fit, co
     depth = min(max(height - last.hand, lowest), highest)
     force, model_sd = model.predict(radius.value, last.stretch, depth)
     slope = float(fit.forces.at(heights - last.hand)[1][-1])
-    sized = model.predict(_nearer(model, radius), last.stretch, depth)[0] - force
+    sized = model.predict(max(radius.value - radius.sd, model.range.radius[0]), last.stretch, depth)[0] - force
     force_sd = math.hypot(model_sd, sized, slope * common_sd) / force if force > 0 else 0.0
     drop_row = np.array([1.0, 0.0, 0.0]) - row
     drop = fit.q[0] + fit.level - height
@@ -274,11 +274,6 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: _Fit, co
         force_sd=force_sd,
         covariance=fit.covariance,
     )
-
-
-def _nearer(model: ForceModel, radius: Estimate) -> float:
-    """Return the radius one sd smaller, or as far as the model's range goes."""
-    return max(radius.value - radius.sd, model.range.radius[0])
 
 
 def _enough(force: Array, top: Estimate | None) -> None:

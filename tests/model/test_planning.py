@@ -1,5 +1,7 @@
 """The next press: past the drop, within the limits, and never softer than the last."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -7,6 +9,7 @@ from scipy.optimize import brentq
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model import ForceModel, Limits, TopReading, fit_series, next_press
+from stretch_bt.model.force_model import Range
 from stretch_bt.units import Estimate
 
 MODEL = ForceModel.default()
@@ -66,6 +69,16 @@ def test_a_membrane_too_slack_for_the_depth_is_stretched_at_once_as_far_as_it_ta
     _, _, plan = planned(1100.0, limits=shallow, sd=5e-6)
     assert plan.stretch >= 0.02
     assert plan.hand >= shallow.lowest
+
+
+def test_a_press_stays_within_what_the_model_knows():
+    known = replace(MODEL, range=Range(radius=(0.01, 0.06), stretch=(0.0, 0.08), depth=(0.0, 0.0112)))
+    law = spring(1100.0)
+    readings = [TopReading(x, TOP - depth, height(law, x, TOP - depth), 5e-6) for x, depth in TOUCHES]
+    fit = fit_series(known, RADIUS, readings)
+    plan = next_press(known, RADIUS.value, fit, readings[-1], 1.5e-3, LIMITS)
+    assert plan.stretch > 0
+    assert height(law, plan.stretch, plan.hand) - plan.hand <= 0.0112 - 3e-4
 
 
 def test_what_was_felt_badly_is_not_overshot():

@@ -1,6 +1,10 @@
 """palpate_stiffness in the twin, against what the scene knows at the instant of the answer."""
 
+from itertools import pairwise
+
 import pytest
+
+from stretch_bt.run.onlooker import Onlooker
 
 
 @pytest.mark.parametrize(
@@ -56,3 +60,45 @@ def test_all_noise_of_the_bench_camera_is_borne(run, tmp_path, seed):
     assert abs(stiffness["value"] - 0.9) < 3 * stiffness["sd"] < 0.3
     assert abs(radius["value"] - 30.0) < 3 * radius["sd"] < 9.0
     assert result.outputs["deflection"]["value"] >= 1.5
+
+
+RIGID = """format: stretch-scene/1
+object: {type: sphere, diameter: 60 mm, rigid: true}
+fidelity: hertz
+effects: {white_noise: on, correlated_noise: on, fixed_pattern: on}
+"""
+
+
+def test_an_object_that_does_not_deform_is_refused_with_the_least_that_its_stiffness_is(run, tmp_path):
+    scene = tmp_path / "rigid.yaml"
+    scene.write_text(RIGID, encoding="utf-8")
+    result = run("palpate_stiffness", scene=scene, params={"max_force": 3.0})
+    assert result.status == "FAILURE"
+    assert "too little to tell; its stiffness is above about" in result.reason
+    assert result.outputs["force"]["value"] > 1.0, "it was pressed before it was refused"
+
+
+def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_falls(run):
+    forces = []
+
+    def watch(runner):
+        class Ends(Onlooker):
+            def write(self, key, value, sd, path):
+                if key.endswith("/pressed"):
+                    forces.append(runner.cell.truth()["force"])
+
+        runner.watchers.append(Ends())
+
+    params = {"max_depth": 0.011, "sensing_depth": 0.010}
+    result = run("palpate_stiffness", scene="seeds_balloon", seed=4, params=params, watch=watch)
+    assert result.status == "SUCCESS", result.reason
+    assert result.outputs["stretch"]["value"] > 0
+    assert len(forces) == result.outputs["presses"]["value"] >= 2
+    assert all(after > 0.98 * before for before, after in pairwise(forces))
+
+
+def test_what_gives_way_for_seconds_is_held_and_the_time_is_told(run):
+    result = run("palpate_stiffness", scene="pudding_balloon", seed=1, params={"hold": 5.0, "settle": 3.0})
+    assert result.status == "SUCCESS", result.reason
+    assert result.outputs["hold"]["value"] >= 5.0
+    assert abs(result.outputs["stiffness_at_drop"]["value"] - 0.607) < 3 * result.outputs["stiffness_at_drop"]["sd"]
