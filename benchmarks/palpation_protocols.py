@@ -156,9 +156,14 @@ def seconds_at(error: float, curve: Array) -> float:
     return float(np.exp(np.interp(np.log(error), errors, seconds, left=np.nan, right=np.nan)))
 
 
+def best(curve: Array) -> Array:
+    """Return the points of a curve of (seconds, error) than which no other has both less time and less error."""
+    return np.array([p for p in curve if not any(o[0] < p[0] and o[1] < p[1] for o in curve)])
+
+
 def compare(curves: dict[str, Array]) -> None:
     """Print the seconds of both at equal error, where their curves have it."""
-    ours, theirs = curves["shipped"], curves["from zero"]
+    ours, theirs = best(curves["shipped"]), best(curves["from zero"])
     low = max(ours[:, 1].min(), theirs[:, 1].min())
     high = min(ours[:, 1].max(), theirs[:, 1].max())
     for error in np.geomspace(low, high, 4) if low < high else []:
