@@ -8,8 +8,8 @@ against the object's own. `err/sd` is the rms of error over stated sd. `height` 
 scatter about the run's mean error. `s` are robot seconds, `past` those of them since the hand stood at the object's top.
 `falls` counts presses at whose end the scene's own force was lower than at the last by over 2 % and 10 mN.
 
-The force model is the twin's own at hertz fidelity; at sheet fidelity give one that was fitted to the hand, with
---set model=FILE. Scenes are the shipped balloons, with all noise of the `bench` camera; all balloons of a seed see the same noise.
+The force model is the twin's own: the paper's law at hertz fidelity, the shipped membrane model, which has weight and bending, at
+sheet fidelity; --set model=FILE takes another. Scenes are the shipped balloons, with all noise of the `bench` camera; all balloons of a seed see the same noise.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ PROTOCOLS = {
     "from zero": str(Path(__file__).parent / "trees" / "palpate_from_zero.yaml"),
 }
 DROP = 1.5e-3
+OWN = {"sheet": "membrane", "hertz": "paper"}
 #: averaging: the params of each protocol, the third those that palpate_stiffness ships with
 LEVELS = {
     "shipped": [
@@ -103,7 +104,7 @@ def palpated(
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene.yaml"
         scene.write_text(shipped.read_text("utf-8") + f"fidelity: {fidelity}\n", encoding="utf-8")
-        params = {**LEVELS[protocol][level], **extra}
+        params = {**LEVELS[protocol][level], "model": OWN[fidelity], **extra}
         result = run(
             PROTOCOLS[protocol], scene=scene, seed=seed, params=params, out=Path(folder) / "record", watch=watch
         )

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 BALLOONS = ("air", "water", "pudding", "seeds")
-FIDELITIES = ("sheet", "hertz")
+FIDELITIES = {"sheet": "membrane", "hertz": "paper"}  # and the force model that is the twin's own
 
 
 def main() -> None:
@@ -65,7 +65,15 @@ def _palpated(balloon: str, fidelity: str, seed: int) -> dict[str, Any]:
             "--json",
             "-q",
         ]
-        command += ["--stats", "--seed", str(seed), "--out", str(Path(folder) / "record")]
+        command += [
+            "--set",
+            f"model={FIDELITIES[fidelity]}",
+            "--stats",
+            "--seed",
+            str(seed),
+            "--out",
+            str(Path(folder) / "record"),
+        ]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     result: dict[str, Any] = json.loads(done.stdout)
     if result["status"] != "SUCCESS":
