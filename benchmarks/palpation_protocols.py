@@ -9,7 +9,8 @@ scatter about the run's mean error. `s` are robot seconds, `past` those of them 
 `falls` counts presses at whose end the scene's own force was lower than at the last by over 2 % and 10 mN.
 
 The force model is the twin's own: the paper's law at hertz fidelity, the shipped membrane model, which has weight and bending, at
-sheet fidelity; --set model=FILE takes another. Scenes are the shipped balloons, with all noise of the `bench` camera; all balloons of a seed see the same noise.
+sheet fidelity; --set model=FILE takes another. Scenes are the shipped balloons, with all noise of the `bench` camera; all balloons
+of a seed see the same noise.
 """
 
 from __future__ import annotations
