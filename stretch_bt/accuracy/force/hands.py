@@ -7,12 +7,14 @@ mesh than that of the model's table.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import NoEquilibrium
 from stretch_bt.model.measurements import Measurements
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
@@ -44,6 +46,7 @@ DEPTHS = np.linspace(1e-3, 15e-3, 15)
 TRIALS = 5
 SENSOR, ROBOT, MOUNTED = 0.02, 5e-5, 5e-5  # N, m, m: of a reading, of where the arm stops, of the height of an indenter
 FINER = Settings(coarsen=0.5)
+_MESHES = (1.0, 0.9, 1.1, 1.2)
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,12 @@ def _pressed(
     depth: float,
     past: SheetPress | None,
 ) -> SheetPress:
-    return solve(sheet, Load(ball, stretch, depth, (0.0, 0.0), (0.0, 0.0), hangs[stretch]), settings, past)
+    """Return a press; where its energy is lost in rounding, as on some meshes at first contact, that on another mesh."""
+    load = Load(ball, stretch, depth, (0.0, 0.0), (0.0, 0.0), hangs[stretch])
+    for scale in _MESHES[:-1]:
+        with suppress(NoEquilibrium):
+            return solve(sheet, load, replace(settings, coarsen=scale * settings.coarsen), past)
+    return solve(sheet, load, replace(settings, coarsen=_MESHES[-1] * settings.coarsen), past)
 
 
 def measured(true: Array, seed: int) -> Measurements:
