@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.behaviors._readings import Reading, readings_of
-from stretch_bt.model import ForceModel
+from stretch_bt.model import ForceModel, hertz_force
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
@@ -70,6 +70,10 @@ def test_above_the_membrane_there_is_no_force() -> None:
     [
         ("estimate_stiffness", {"force": 1.0, "deflection": 0.001, "deflection_sd": 0.0005}),
         ("estimate_stiffness", {"force": 1.0, "deflection": -0.001}),
+        (
+            "estimate_modulus",
+            {"force": 1.0, "deflection": 0.001, "deflection_sd": 0.0006, "depth": 0.01, "radius": 0.02},
+        ),
         ("choose_stretch", {"radius": 0.01, "depth": 0.005, "force": 100.0}),
     ],
 )
@@ -78,6 +82,16 @@ def test_what_has_no_answer_fails_with_its_reason_and_writes_nothing(name: str, 
     assert node.status is Status.FAILURE
     assert len(node.reason) > 20
     assert written.value is MISSING
+
+
+def test_the_modulus_is_that_of_the_papers_sphere() -> None:
+    force = hertz_force("sphere", 0.012, 9e3, radius=0.02, object_modulus=40e3)
+    depth = (force * 0.75 / (4 / 3 * 9e3 * 0.02**0.5)) ** (2 / 3)
+    given_ = {"force": force, "deflection": 0.012 - depth, "depth": depth, "radius": 0.02, "radius_sd": 0.001}
+    node, modulus = run("estimate_modulus", **given_)
+    assert node.status is Status.SUCCESS
+    assert modulus.value == pytest.approx(40e3)
+    assert modulus.sd == pytest.approx(40e3 * 0.025, rel=1e-3)
 
 
 def test_stiffness_is_the_force_over_what_was_lost() -> None:
