@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
@@ -15,16 +14,16 @@ import numpy.typing as npt
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.force_model import ForceModel, Range, require_force
 from stretch_bt.model.membrane_table import Axis, read_table
+from stretch_bt.model.root import rising_root
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["PARAMETERS", "Hand", "MembraneModel", "rising_root"]
+__all__ = ["PARAMETERS", "Hand", "MembraneModel"]
 
 Array = npt.NDArray[np.float64]
 
 _LENGTH = KINDS["Length"]
 _STEP = 1e-4
 _SOFTENED = 0.5  # of its stress, that the table's membrane has lost
-_NEWTON = 60
 _EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
 
@@ -291,21 +290,3 @@ def _rising_from(level: Array, wanted: float) -> int | None:
     """
     passes = np.flatnonzero((level[:-1] <= wanted + _CLOSE) & (level[1:] >= wanted - _CLOSE))
     return int(passes[-1]) if passes.size else None
-
-
-def rising_root(off: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a rising function is 0 within its bracket, by the secants that keep it (Illinois)."""
-    below, above = off(low), off(high)
-    if below >= 0 or above <= 0:
-        return low if below >= 0 else high
-    side = 0
-    for _ in range(_NEWTON):
-        at = high - above * (high - low) / (above - below)
-        value = off(at)
-        if abs(value) < _CLOSE or high - low < _CLOSE * abs(high):
-            return at
-        if value > 0:
-            high, above, below, side = at, value, below / 2 if side == 1 else below, 1
-        else:
-            low, below, above, side = at, value, above / 2 if side == -1 else above, -1
-    return at

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
-from stretch_bt.model.membrane import MembraneModel, rising_root
+from stretch_bt.model.membrane import MembraneModel
 from stretch_bt.model.membrane_table import read_table
+from stretch_bt.model.root import rising_root
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import MooneyRivlin
 from stretch_bt.simulation.membrane.sheet.effects import Effects
