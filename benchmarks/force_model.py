@@ -10,8 +10,10 @@ at each state of one hand.
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,7 @@ import numpy.typing as npt
 
 from stretch_bt.accuracy.force.hands import DEPTHS, DIAMETERS, STRETCHES, measured
 from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
-from stretch_bt.model.calibrate_membrane import fit_membrane
+from stretch_bt.model.calibrate_membrane import ROBOT_SD, fit_membrane
 from stretch_bt.model.calibration import Fit, forces, widened
 from stretch_bt.model.force_model import ForceModel
 from stretch_bt.model.measurements import Measurements
@@ -28,6 +30,7 @@ Array = npt.NDArray[np.float64]
 
 MODELS: dict[str, Fit] = {"paper": fit_calibrated_hertz, "membrane": fit_membrane}
 SHOWN = (0, 1, 2, 4, 7, 9, 14)
+NEXT, HEIGHT = 100, 1e-4  # runs, and the standard deviation of a height, m
 
 
 def main() -> None:
@@ -43,6 +46,7 @@ def main() -> None:
     for name, fit in MODELS.items():
         _show(name, np.array([_left_out(fit, true, seed) for seed, true in hands]), np.array([t for _, t in hands]))
     _show_stated(hands)
+    _show_next(hands)
     _show_cost(measured(hands[0][1], hands[0][0]), sheet=given.sheet)
 
 
@@ -89,6 +93,58 @@ def _show_stated(hands: list[tuple[int, Array]]) -> None:
     print(
         f"\nmembrane, all diameters: error over stated deviation, depth 2 mm and more: rms {_rms(np.concatenate(ratios)) / 100:.2f}"
     )
+
+
+def _show_next(hands: list[tuple[int, Array]]) -> None:
+    """Print how often the true force falls by over 2 % and 10 mN from a press to the next, at the next indentation of another stretch."""
+    falls, runs = {0.0: 0, 3.0: 0}, 0
+    for seed, true in hands:
+        random, model = np.random.default_rng([seed, 63]), fit_membrane(measured(true, seed), None)
+        for _ in range(math.ceil(NEXT / len(hands))):
+            runs += 1
+            walk = _Walk(random, model, true)
+            for margin in falls:
+                falls[margin] += walk.falls(margin)
+    told = ", ".join(f"{n} of {runs} with {m:.0f} standard deviations to spare" for m, n in falls.items())
+    print(f"force that falls on the way through five stretches, at the next indentation: {told}")
+
+
+class _Walk:
+    """A hand that goes from stretch to stretch over a sphere, with errors of its height, of the arm and of the radius."""
+
+    def __init__(self, random: np.random.Generator, model: ForceModel, true: Array) -> None:
+        self.model, self.index = model, int(random.integers(1, len(DIAMETERS)))
+        self.radius = float(DIAMETERS[self.index]) / 2
+        self.told = self.radius * float(random.normal(1, 0.02))
+        self.first = float(random.uniform(0.006, 0.011))
+        self.height, self.robot = float(random.normal(0, HEIGHT)), random.normal(0, ROBOT_SD, 8)
+        self.true = np.log(true[self.index])
+
+    def falls(self, margin: float) -> bool:
+        """Tell whether the true force falls anywhere."""
+        depth, forces = self.first, []
+        for k in range(1, 6):
+            stretch = float(STRETCHES[k])
+            forces.append(self._true(k, depth + self.height + self.robot[k]))
+            if k < 5:
+                force, onward = self.model.predict(self.told, stretch, depth)[0], float(STRETCHES[k + 1])
+                depth = self.model.depth_for(
+                    self.told, onward, force + margin * self._off(stretch, onward, depth, force)
+                )
+        return any(b < 0.98 * a and a - b > 0.01 for a, b in pairwise(forces))
+
+    def _off(self, stretch: float, onward: float, depth: float, force: float) -> float:
+        """Return the standard deviation of the next force beside this one, as `plan_press` has it."""
+        there = self._slope(onward, self.model.depth_for(self.told, onward, force))
+        return math.hypot((self._slope(stretch, depth) - there) * HEIGHT, math.sqrt(2) * ROBOT_SD * there, 0.01 * force)
+
+    def _slope(self, stretch: float, depth: float) -> float:
+        return (
+            self.model.predict(self.told, stretch, depth)[0] - self.model.predict(self.told, stretch, depth - 1e-5)[0]
+        ) / 1e-5
+
+    def _true(self, k: int, depth: float) -> float:
+        return float(np.exp(np.interp(math.log(depth), np.log(DEPTHS), self.true[k])))
 
 
 def _show_cost(seen: Measurements, *, sheet: bool) -> None:
