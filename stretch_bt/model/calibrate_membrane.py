@@ -20,7 +20,7 @@ __all__ = ["ROBOT_SD", "fit_membrane"]
 Array = npt.NDArray[np.float64]
 
 ROBOT_SD = 5e-5  # m; of where the arm stops
-OFFSET_SD = 5e-5  # m; of the depth's zero, for each mounted indenter
+OFFSET_SD, COMMON_SD = 5e-5, 1.5e-4  # m; of the depth's zero, for each mounted indenter, and for all by one camera
 _MODEL = 0.01  # of a force, that the fit takes the model to be off by before it is known
 _LEAST_MODEL = 0.005
 _ALONE = 0.02  # of a force, where there is one diameter and nothing to leave out
@@ -47,7 +47,7 @@ _BOUNDS = {
 def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) -> MembraneModel:
     """Return the membrane model that fits measured forces, with the covariance of its parameters.
 
-    Shear modulus, thickness, mount pre-stretch, the share of the second invariant, friction, softening, and the zero of depth of each
+    Shear modulus, thickness, mount pre-stretch, the share of the second invariant, friction, softening, and the zero of depth of all and of each
     indenter are found by robust least squares, each held by what such hands have: the sheet's physics decides what the
     measurements do not. `relative_sd` is the rms error of forces on a diameter that the fit did not see, at depths of 2 mm and more.
 
@@ -95,8 +95,8 @@ class _Fit:
         from scipy.optimize import least_squares
 
         problem = _Problem(given.where(given.depth > 0), conditioned)
-        low, high = (np.array([_BOUNDS[n][k] for n in PARAMETERS] + problem.wide(s)) for k, s in ((0, -1), (1, 1)))
-        start = np.array([_PRIOR[n][0] for n in PARAMETERS] + problem.wide(0))
+        low, high = (np.array([_BOUNDS[n][k] for n in PARAMETERS] + problem.offsets(s)) for k, s in ((0, -20), (1, 20)))
+        start = np.array([_PRIOR[n][0] for n in PARAMETERS] + problem.offsets(0))
         done = least_squares(
             problem.residuals, start, bounds=(low, high), loss="soft_l1", f_scale=3.0, x_scale=problem.scale
         )
@@ -138,19 +138,19 @@ class _Problem:
     @property
     def scale(self) -> Array:
         """The size of a step in each parameter."""
-        return np.array([_PRIOR[n][1] for n in PARAMETERS] + [OFFSET_SD] * len(self.indenters))
+        return np.array([_PRIOR[n][1] for n in PARAMETERS] + self.offsets(1))
 
-    def wide(self, side: float) -> list[float]:
-        """Return as many offsets as there are indenters, at 20 standard deviations to a side."""
-        return [20 * OFFSET_SD * side] * len(self.indenters)
+    def offsets(self, sds: float) -> list[float]:
+        """Return the offset of all depths, and those of each indenter, at so many standard deviations, m."""
+        return [COMMON_SD * sds] + [OFFSET_SD * sds] * len(self.indenters)
 
     def residuals(self, values: Array) -> Array:
         """Return (n + parameters,) float."""
         hand, n = _hand(values), len(PARAMETERS)
-        offsets = values[n:]
-        told = self.forces(hand, np.maximum(self.given.depth + offsets[self.indenter], 1e-6))
+        common, offsets = values[n], values[n + 1 :]
+        told = self.forces(hand, np.maximum(self.given.depth + common + offsets[self.indenter], 1e-6))
         held = [(values[k] - _PRIOR[name][0]) / _PRIOR[name][1] for k, name in enumerate(PARAMETERS)]
-        return np.concatenate([(told - self.given.force) / self.sd, held, offsets / OFFSET_SD])
+        return np.concatenate([(told - self.given.force) / self.sd, held, [common / COMMON_SD], offsets / OFFSET_SD])
 
     def forces(self, hand: Hand, depth: Array) -> Array:
         """Return (n,) float, N."""

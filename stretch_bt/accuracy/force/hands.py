@@ -45,6 +45,7 @@ STRETCHES = np.array([0, 10, 20, 30, 40, 50, 60, 80]) * 1e-3
 DEPTHS = np.linspace(1e-3, 15e-3, 15)
 TRIALS = 5
 SENSOR, ROBOT, MOUNTED = 0.02, 5e-5, 5e-5  # N, m, m: of a reading, of where the arm stops, of the height of an indenter
+SEEN = 1.3e-4  # m: of all heights of first contact, as `characterize` finds them with the bench camera
 FINER = Settings(coarsen=0.5)
 _MESHES = (1.0, 0.9, 1.1, 1.2)
 
@@ -126,6 +127,7 @@ def measured_at(true: Array, diameters: Array, stretches: Array, depths: Array, 
     random = np.random.default_rng([seed, 62])
     slopes = np.gradient(np.log(true), np.log(depths), axis=-1) * true / depths
     moved = random.normal(0, ROBOT, (TRIALS, *true.shape)) + random.normal(0, MOUNTED, (len(diameters), 1, 1))
+    moved += random.normal(0, SEEN)
     force = (true + slopes * moved + random.normal(0, SENSOR, moved.shape)).mean(axis=0)
     d, x, z = (a.ravel() for a in np.meshgrid(diameters, stretches, depths, indexing="ij"))
     return Measurements(d / 2, x, z, force.ravel(), np.full(len(d), SENSOR / np.sqrt(TRIALS)))
