@@ -23,6 +23,8 @@ ROBOT_SD = 5e-5  # m; of where the arm stops
 OFFSET_SD, COMMON_SD = 5e-5, 1.5e-4  # m; of the depth's zero, for each mounted indenter, and for all by one camera
 _MODEL = 0.01  # of a force, that the fit takes the model to be off by before it is known
 _LEAST_MODEL = 0.005
+_TOLD = 2e-3  # m; lighter presses say more of the zero of depth than of the model
+_RISE = 1.3  # power of depth that a force about goes with
 _ALONE = 0.02  # of a force, where there is one diameter and nothing to leave out
 
 # mean and standard deviation of what is fitted: logarithms of the first two
@@ -49,7 +51,8 @@ def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) 
 
     Shear modulus, thickness, mount pre-stretch, the share of the second invariant, friction, softening, and the zero of depth of all and of each
     indenter are found by robust least squares, each held by what such hands have: the sheet's physics decides what the
-    measurements do not. `relative_sd` is the rms error of forces on a diameter that the fit did not see, at depths of 2 mm and more.
+    measurements do not. `relative_sd` is the rms error of forces on a diameter that the fit did not see,
+    between others, at depths of 2 mm and more.
 
     Raises
     ------
@@ -70,15 +73,19 @@ def _range(given: Measurements) -> Range:
 
 
 def _left_out(given: Measurements) -> float:
-    """Return the rms relative error of the force on diameters that a fit to the others has not seen."""
+    """Return the rms relative error of the force on diameters between others, or on all where there are two, that a fit has not seen.
+
+    Depths count from the zero that the fit found, and what noise adds is taken off.
+    """
     errors = []
-    for diameter in given.diameters:
+    for diameter in given.diameters[1:-1] or given.diameters:
         mask = given.of_diameter(diameter)
-        model = _Fit.of(given.where(~mask), given.range.stretch[1]).model(0.0, _range(given), {})
-        left = given.where(mask & (given.depth >= 2e-3))
-        told = np.array([model.predict(*row)[0] for row in zip(left.radius, left.stretch, left.depth, strict=True)])
-        noise = np.hypot(left.force_sd, ROBOT_SD * left.force * 1.3 / np.maximum(left.depth, 1e-4))
-        errors.append(((told - left.force) ** 2 - noise**2) / np.maximum(told, 1e-3) ** 2)
+        fit = _Fit.of(given.where(~mask), given.range.stretch[1])
+        model, left = fit.model(0.0, _range(given), {}), given.where(mask & (given.depth >= _TOLD))
+        places = zip(left.radius, left.stretch, left.depth + fit.common, strict=True)
+        told = np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in places])
+        moved = math.hypot(ROBOT_SD, OFFSET_SD) * _RISE * left.force / left.depth
+        errors.append(((told - left.force) ** 2 - left.force_sd**2 - moved**2) / np.maximum(told, 1e-3) ** 2)
     return math.sqrt(max(float(np.mean(np.concatenate(errors))), 0.0))
 
 
@@ -89,6 +96,7 @@ class _Fit:
     values: Array
     covariance: Array
     conditioned: float
+    common: float
 
     @classmethod
     def of(cls, given: Measurements, conditioned: float) -> _Fit:
@@ -106,7 +114,7 @@ class _Fit:
         covariance = np.linalg.inv(jac.T @ jac)
         n = len(PARAMETERS)
         spread = max(1.0, float(np.median(np.abs(done.fun[: len(problem)])) / 0.6745)) ** 2
-        return cls(done.x[:n], covariance[:n, :n] * spread, conditioned)
+        return cls(done.x[:n], covariance[:n, :n] * spread, conditioned, float(done.x[n]))
 
     def model(self, relative: float, limits: Range, provenance: dict[str, Any]) -> MembraneModel:
         """Return the model; logarithms become values."""
@@ -129,7 +137,7 @@ class _Problem:
         self.stretches, self.stretch = np.unique(self.states[:, 1], return_inverse=True)
         across, _, self.down = self.table.axes
         self.across = across.many(np.log(np.array(self.indenters)))[self.states[:, 0].astype(int)]
-        rise = 1.3 * given.force / np.maximum(given.depth, 5e-4)  # the force goes about with this power of depth
+        rise = _RISE * given.force / np.maximum(given.depth, 5e-4)
         self.sd = np.sqrt(given.force_sd**2 + (ROBOT_SD * rise) ** 2 + (_MODEL * given.force) ** 2 + 1e-12)
 
     def __len__(self) -> int:
