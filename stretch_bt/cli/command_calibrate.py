@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stretch_bt.cli.output import emit_json
+from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
     from stretch_bt.model.calibration import Calibration
 
 __all__ = ["command"]
+
+_PICTURES = (".png", ".svg", ".pdf")
 
 
 def command(
@@ -27,6 +30,10 @@ def command(
     from stretch_bt.model.characterization import NAME, read_table
     from stretch_bt.model.measurements import Measurements
 
+    if plot is not None and plot.suffix not in _PICTURES:
+        raise InvalidInput(f"{plot}: a picture is one of {', '.join(_PICTURES)}; name it so")
+    if not out.parent.is_dir():
+        raise InvalidInput(f"{out}: there is no folder {out.parent}; make it first")
     table = read_table(record / NAME if record.is_dir() else record)
     given = Measurements.of(table)
     found = calibrate(given, model, {"characterization": dict(table.provenance), "presses": len(given)})

@@ -20,12 +20,14 @@ __all__ = ["ROBOT_SD", "fit_membrane"]
 Array = npt.NDArray[np.float64]
 
 ROBOT_SD = 5e-5  # m; of where the arm stops
-OFFSET_SD, COMMON_SD = 5e-5, 1.5e-4  # m; of the depth's zero, for each mounted indenter, and for all by one camera
+OFFSET_SD, COMMON_SD = 5e-5, 2.5e-4  # m; of the depth's zero, for each mounted indenter, and for all by one camera
 _MODEL = 0.01  # of a force, that the fit takes the model to be off by before it is known
-_LEAST_MODEL = 0.005
+_LEAST_MODEL, _MOST_MODEL = 0.005, 0.3
+_OUTLIER = 55.0  # times the median square: five standard deviations
 _TOLD = 2e-3  # m; lighter presses say more of the zero of depth than of the model
 _RISE = 1.3  # power of depth that a force about goes with
-_ALONE = 0.02  # of a force, where there is one diameter and nothing to leave out
+_AT_END = 1e-3  # of a logarithm
+_ALONE = 0.02  # of a force, where there is nothing to leave out
 
 # mean and standard deviation of what is fitted: logarithms of the first two
 _PRIOR: dict[str, tuple[float, float]] = {
@@ -61,7 +63,17 @@ def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) 
     """
     given.check()
     found = _Fit.of(given, given.range.stretch[1])
-    relative = _ALONE if len(given.diameters) < 2 else max(_left_out(given), _LEAST_MODEL)
+    relative = max(_left_out(given), _LEAST_MODEL)
+    if relative > _MOST_MODEL or found.at_an_end:
+        left = (
+            "has no shear modulus or thickness for these forces"
+            if found.at_an_end
+            else f"leaves {100 * relative:.0f} % of them"
+        )
+        raise IllConditioned(
+            f"the forces are not those of such a membrane: the model {left}; check the unit and the zero of the force sensor, and "
+            f"the zero of depth"
+        )
     return found.model(relative, _range(given), provenance or {})
 
 
@@ -75,8 +87,11 @@ def _range(given: Measurements) -> Range:
 def _left_out(given: Measurements) -> float:
     """Return the rms relative error of the force on diameters between others, or on all where there are two, that a fit has not seen.
 
-    Depths count from the zero that the fit found, and what noise adds is taken off.
+    Depths count from the zero that the fit found, what noise adds is taken off, and outliers are left out. Where there is one
+    diameter, or no press is deep enough, it is what such models leave.
     """
+    if len(given.diameters) < 2 or not (given.depth >= _TOLD).any():
+        return _ALONE
     errors = []
     for diameter in given.diameters[1:-1] or given.diameters:
         mask = given.of_diameter(diameter)
@@ -86,7 +101,9 @@ def _left_out(given: Measurements) -> float:
         told = np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in places])
         moved = math.hypot(ROBOT_SD, OFFSET_SD) * _RISE * left.force / left.depth
         errors.append(((told - left.force) ** 2 - left.force_sd**2 - moved**2) / np.maximum(told, 1e-3) ** 2)
-    return math.sqrt(max(float(np.mean(np.concatenate(errors))), 0.0))
+    squares = np.concatenate(errors)
+    kept = squares[np.abs(squares) <= _OUTLIER * max(float(np.median(np.abs(squares))), 1e-8)]
+    return math.sqrt(max(float(np.mean(kept)), 0.0))
 
 
 @dataclass(frozen=True)
@@ -115,6 +132,12 @@ class _Fit:
         n = len(PARAMETERS)
         spread = max(1.0, float(np.median(np.abs(done.fun[: len(problem)])) / 0.6745)) ** 2
         return cls(done.x[:n], covariance[:n, :n] * spread, conditioned, float(done.x[n]))
+
+    @property
+    def at_an_end(self) -> bool:
+        """Whether shear modulus or thickness stand at an end of what is allowed."""
+        ends = [_BOUNDS[name] for name in PARAMETERS[:2]]
+        return any(min(v - low, high - v) < _AT_END for v, (low, high) in zip(self.values, ends, strict=False))
 
     def model(self, relative: float, limits: Range, provenance: dict[str, Any]) -> MembraneModel:
         """Return the model; logarithms become values."""

@@ -100,8 +100,11 @@ class ForceModel(ABC):
         try:
             return _decode(Path(path).read_text(encoding="utf-8"))
         except OSError as error:
-            raise InvalidInput(f"{path}: the calibration cannot be read ({error.strerror})") from None
-        except (ValueError, KeyError, TypeError) as error:
+            names = ", ".join(SHIPPED)
+            raise InvalidInput(
+                f"{path}: the calibration cannot be read ({error.strerror}); name a file that calibrate wrote, or one of {names}"
+            ) from None
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise InvalidInput(f"{path}: this is not a calibration ({error})") from None
 
     @staticmethod

@@ -18,6 +18,7 @@ Mask = npt.NDArray[np.bool_]
 
 _STUCK = 1e-9
 _FEWEST = 3
+_SAME = 1e-3  # m
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,13 @@ class Measurements:
 
     @classmethod
     def of(cls, table: Table) -> Measurements:
-        """Return the presses of hemispheres of a table."""
+        """Return the presses of hemispheres of a table: stretches within a millimetre as one, and nothing above first contact."""
         ball = table.geometry == "sphere"
         if not ball.any():
             raise IllConditioned("the table holds no press of a hemisphere, which is what force models are fitted to")
         columns = (table.size / 2, table.stretch, table.depth, table.force, table.force_sd)
-        return cls(*(column[ball] for column in columns))
+        radius, stretch, depth, force, sd = (column[ball] for column in columns)
+        return cls(radius, np.maximum(_together(stretch), 0.0), np.maximum(depth, 0.0), force, sd)
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -88,3 +90,13 @@ class Measurements:
         depth, force = self.depth - self.depth.mean(), self.force - self.force.mean()
         if float(depth @ force) <= 0 and np.ptp(self.depth) > 0:
             raise IllConditioned("the force does not grow with depth; check the sign and the zero of the force sensor")
+
+
+def _together(values: Array) -> Array:
+    """Return values, m, of which those that lie within a millimetre of each other are their mean: what a gripper stood at."""
+    order = np.argsort(values)
+    group = np.concatenate([[0], np.cumsum(np.diff(values[order]) > _SAME)])
+    means = np.bincount(group, values[order]) / np.bincount(group)
+    found = np.empty_like(values)
+    found[order] = np.round(means[group], 9)
+    return found

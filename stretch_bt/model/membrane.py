@@ -92,6 +92,12 @@ class MembraneModel(ForceModel):
             raise InvalidInput(f"a membrane model needs a covariance of {len(PARAMETERS)} by {len(PARAMETERS)}")
         if min(self.hand[:2]) <= 0 or self.hand.mount_prestretch < 0 or self.relative_sd < 0:
             raise InvalidInput("shear modulus and thickness must be above 0, pre-stretch and relative_sd at least 0")
+        if not (
+            isinstance(self.conditioned, int | float) and math.isfinite(self.conditioned) and self.conditioned >= 0
+        ):
+            raise InvalidInput(
+                f"the stretch a membrane was conditioned at must be a length of at least 0 m, not {self.conditioned!r}"
+            )
 
     def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
         """Return the force, N, and its standard deviation."""
@@ -129,7 +135,7 @@ class MembraneModel(ForceModel):
         require_force(force)
         self.range.check(radius=radius, depth=depth)
         if depth == 0 or force == 0:
-            raise NoEquilibrium("no stretch gives a force at depth 0, or none past it")
+            raise NoEquilibrium("at depth 0 there is no force at any stretch, and past it there is one at each")
         grids = _grids(self)
         held = np.tensordot(grids.diameter.weights(math.log(2 * radius)), grids.level, 1)
         level = held @ grids.depth.weights(math.log(depth))

@@ -5,6 +5,7 @@ import pytest
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.calibration import calibrate, forces
+from stretch_bt.model.characterization import Press, as_table
 from stretch_bt.model.force_model import Range
 from stretch_bt.model.measurements import Measurements
 from stretch_bt.model.membrane import Hand, MembraneModel
@@ -55,6 +56,7 @@ def test_outliers_do_not_carry_it_away():
     force = given.force.copy()
     force[::17] *= 3
     model = calibrate(changed(given, force=force)).model
+    assert model.relative_sd < 0.05
     clean = presses()
     deep = clean.depth >= 3e-3
     assert np.abs(forces(model, clean) / clean.force - 1)[deep].max() < 0.05
@@ -81,10 +83,45 @@ def flat(given):
     return changed(given, force=np.tile(first, len(given.diameters)) / np.sqrt(0.01 / given.radius / 2))
 
 
+def test_a_zero_of_depth_that_all_presses_share_is_found():
+    given = presses(noise=0.005)
+    model = calibrate(changed(given, depth=np.maximum(given.depth - 2.5e-4, 0.0))).model
+    deep = given.depth >= 3e-3
+    assert np.abs(forces(model, presses()) / presses().force - 1)[deep].max() < 0.03
+    assert model.relative_sd < 0.02
+    for name, sd in zip(model.hand._fields, np.sqrt(np.diag(model.covariance)), strict=True):
+        assert abs(getattr(model.hand, name) - getattr(HAND.hand, name)) < 3 * sd + 1e-9
+
+
+def test_what_a_gripper_and_an_arm_tell_need_not_be_exact():
+    states = [(d, x, z) for d in (0.01, 0.02, 0.03) for x in (0.0, 0.03, 0.06) for z in (0.0, 0.004, 0.009, 0.014)]
+    random = np.random.default_rng(4)
+    rows = [
+        Press(
+            "sphere",
+            d,
+            x + random.normal(0, 1e-5),
+            z + random.normal(0, 2e-5),
+            1,
+            HAND.predict(d / 2, x, z)[0],
+            0.005,
+            0.05,
+            0.0,
+        )
+        for d, x, z in states
+    ]
+    given = Measurements.of(as_table({}, rows))
+    assert len(np.unique(given.stretch)) == 3
+    assert given.depth.min() == 0.0
+    for name in ("membrane", "paper"):
+        assert len(calibrate(given, name).residuals) == 9
+
+
 REFUSED = {
     "two presses": (lambda: presses(diameters=(0.02,), stretches=(0.0,), depths=(5, 10)), "membrane", "too few"),
     "a stuck sensor": (lambda: changed(presses(), force=np.full(150, 0.3)), "membrane", "stuck"),
     "force that falls with depth": (lambda: changed(presses(), force=5 - presses().force), "membrane", "grow"),
+    "forces in mN": (lambda: changed(presses(), force=1e3 * presses().force), "membrane", "unit"),
     "paper, one stretch": (lambda: presses(stretches=(0.02,)), "paper", "one stretch"),
     "paper, one diameter": (lambda: presses(diameters=(0.02,)), "paper", "1 diameter"),
     "paper, no decay": (lambda: flat(presses()), "paper", "no decay"),
