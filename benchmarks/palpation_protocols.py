@@ -2,7 +2,8 @@
 
     python -m benchmarks.palpation_protocols [--seeds 10] [--fidelity hertz] [--levels 0 1 2 3] [--set NAME=VALUE ...]
 
-`shipped` is the tree palpate_stiffness, `active` palpate_active; `from zero` presses at every stretch from zero depth in 1 mm steps (benchmarks/trees).
+`shipped` is the tree palpate_stiffness, `active` palpate_active; `from zero` presses at every stretch from zero depth in 1 mm
+steps (benchmarks/trees).
 Errors are of the stiffness at the last press against the scene's truth at the same instant; those `at drop` of that at 1.5 mm
 against the object's own. `err/sd` is the rms of error over stated sd. `height` is by how much looks at a pressed membrane
 scatter about the run's mean error. `s` are robot seconds, `past` those of them since the hand stood at the object's top.
