@@ -39,6 +39,10 @@ class Costs:
         if not all(map(math.isfinite, values)) or min(self.speed, self.frame) <= 0 or min(self.change, self.settle) < 0:
             raise InvalidInput(f"costs need a speed and a time of a frame above 0, and no time below 0 s, got {self}")
 
+    def most_by_stretching(self, count: int) -> float:
+        """Return the part of a variance per second, 1/s, that no press at another stretch exceeds, as it would be all of it."""
+        return 1 / max(self.change + self.settle + count * self.frame, 1e-9)
+
     def seconds(self, last: Pressed, plan: Plan | None, count: int) -> float:
         """Return what going to a press, or staying, and looking at so many frames takes, s."""
         if plan is None:
@@ -131,12 +135,16 @@ def next_look(
     except IllConditioned:
         return _untold(next_press(model, radius, fit, last, drop, limits), last, costs, counts)
     target = None if at_press else _of_logarithm(fit, drop)
-    views = [
-        _view(model, radius, fit, last, plan, looks)
-        for plan in [None, *_presses(model, radius, fit, last, drop, limits)]
-    ]
-    before = _spread(fit, views[0].secant if target is None else target)
-    choices = [_weighed(fit, before, target, view, last, costs, looks, count) for view in views for count in counts]
+    before = _spread(fit, _view(model, radius, fit, last, None, looks).secant if target is None else target)
+
+    def weighed(plans: Sequence[Plan | None]) -> list[Choice]:
+        views = [_view(model, radius, fit, last, plan, looks) for plan in plans]
+        return [_weighed(fit, before, target, view, last, costs, looks, count) for view in views for count in counts]
+
+    options = stretches(last.stretch, limits)
+    choices = weighed([None, *_presses(model, radius, fit, last, drop, limits, options[:1])])
+    if max(choice.gain for choice in choices) < costs.most_by_stretching(min(counts)):
+        choices += weighed(_presses(model, radius, fit, last, drop, limits, options[1:]))
     best = max(choices, key=lambda choice: choice.gain)
     return best if best.gain > least else None
 
@@ -153,11 +161,13 @@ def _of_logarithm(fit: Series, drop: float) -> Array:
     return np.array([0.0, -power / compliance, math.log(drop / compliance)])
 
 
-def _presses(model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits) -> list[Plan]:
-    """Return presses within the limits, each harder than the last one by what that may be off."""
+def _presses(
+    model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits, choice: list[float]
+) -> list[Plan]:
+    """Return presses at some stretches within the limits, each harder than the last one by what that may be off."""
     found = []
     most = hardest_trusted(fit, drop, limits.force)
-    for stretch in stretches(last.stretch, limits):
+    for stretch in choice:
         low = fit.force.value + MARGIN * off_by(model, radius, fit, last, stretch)
         if low < most:
             plans = (press_at(model, radius, fit, stretch, float(f), limits) for f in np.geomspace(low, most, FORCES))

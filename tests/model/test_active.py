@@ -115,6 +115,12 @@ def test_stretching_is_worth_its_time_only_where_the_depth_does_not_do():
     assert dear is None
 
 
+def test_a_limit_of_stretch_below_the_present_one_leaves_the_present_press():
+    poses = [(0.02, 0.003), (0.02, 0.005), (0.02, 0.008)]
+    choice = chosen(600.0, poses=poses, limits=replace(LIMITS, stretch=0.01), least=0.0)[1]
+    assert choice.press is None
+
+
 def test_nothing_is_chosen_where_nothing_takes_off_enough():
     assert chosen(600.0, least=0.01)[1] is not None
     assert chosen(600.0, least=100.0)[1] is None
