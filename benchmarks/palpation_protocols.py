@@ -2,7 +2,8 @@
 
     python -m benchmarks.palpation_protocols [--seeds 10] [--fidelity hertz] [--levels 0 1 2 3] [--set NAME=VALUE ...]
 
-`shipped` is the tree palpate_stiffness; `from zero` presses at every stretch from zero depth in 1 mm steps (benchmarks/trees).
+`shipped` is the tree palpate_stiffness, `active` palpate_active; `from zero` presses at every stretch from zero depth in 1 mm
+steps (benchmarks/trees).
 Errors are of the stiffness at the last press against the scene's truth at the same instant; those `at drop` of that at 1.5 mm
 against the object's own. `err/sd` is the rms of error over stated sd. `height` is by how much looks at a pressed membrane
 scatter about the run's mean error. `s` are robot seconds, `past` those of them since the hand stood at the object's top.
@@ -37,11 +38,12 @@ BALLOONS = ("air", "water", "pudding", "seeds")
 SUMMED = ("water", "pudding", "seeds")
 PROTOCOLS = {
     "shipped": "palpate_stiffness",
+    "active": "palpate_active",
     "from zero": str(Path(__file__).parent / "trees" / "palpate_from_zero.yaml"),
 }
 DROP = 1.5e-3
 OWN = {"sheet": "membrane", "hertz": "paper"}
-#: averaging: the params of each protocol, the third those that palpate_stiffness ships with
+#: averaging: the params of each protocol, the third those that the trees ship with
 LEVELS = {
     "shipped": [
         {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "hold": 0.2, "settle": 0.0},
@@ -49,12 +51,25 @@ LEVELS = {
         {"touch_frames": 32, "sensing_frames": 24, "frames": 8, "hold": 3.5, "settle": 1.5},
         {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "hold": 6.0, "settle": 2.0},
     ],
+    "active": [
+        {"touch_frames": 4, "sensing_frames": 8, "wanted": 0.12, "hold": 0.2, "settle": 0.0},
+        {"touch_frames": 16, "sensing_frames": 16, "wanted": 0.08, "hold": 1.5, "settle": 0.5},
+        {"touch_frames": 32, "sensing_frames": 24, "wanted": 0.05, "hold": 3.5, "settle": 0.5},
+        {"touch_frames": 64, "sensing_frames": 64, "wanted": 0.04, "hold": 6.0, "settle": 1.0},
+    ],
     "from zero": [
         {"touch_frames": 4, "sensing_frames": 8, "frames": 2, "hold": 0.2, "settle": 0.0},
         {"touch_frames": 8, "sensing_frames": 16, "frames": 4, "hold": 1.5, "settle": 0.5},
         {"touch_frames": 8, "sensing_frames": 24, "frames": 12, "hold": 3.5, "settle": 1.5},
         {"touch_frames": 8, "sensing_frames": 64, "frames": 32, "hold": 6.0, "settle": 2.0},
     ],
+}
+#: which protocols are compared, and by which columns of seconds and error
+PAIRS = (("shipped", "from zero"), ("active", "shipped"), ("active", "from zero"))
+COMPARED = {
+    "all robot seconds": [0, 2],
+    "seconds past the touch": [1, 2],
+    "all robot seconds, stiffness at drop": [0, 3],
 }
 HEAD = (
     f"{'protocol':10s} {'level':5s} {'balloon':8s} {'ok':>6s} {'bias':>7s} {'rms':>6s} {'err/sd':>6s} {'at drop':>8s} {'err/sd':>6s} {'drop mm':>8s} "
@@ -163,14 +178,14 @@ def best(curve: Array) -> Array:
     return np.array([p for p in curve if not any(o[0] < p[0] and o[1] < p[1] for o in curve)])
 
 
-def compare(curves: dict[str, Array]) -> None:
+def compare(curves: dict[str, Array], first: str, second: str) -> None:
     """Print the seconds of both at equal error, where their curves have it."""
-    ours, theirs = best(curves["shipped"]), best(curves["from zero"])
+    ours, theirs = best(curves[first]), best(curves[second])
     low = max(ours[:, 1].min(), theirs[:, 1].min())
     high = min(ours[:, 1].max(), theirs[:, 1].max())
     for error in np.geomspace(low, high, 4) if low < high else []:
         a, b = seconds_at(error, ours), seconds_at(error, theirs)
-        print(f"  rms {error:.1%}: shipped {a:.1f} s, from zero {b:.1f} s, {a / b:.2f}")
+        print(f"  rms {error:.1%}: {first} {a:.1f} s, {second} {b:.1f} s, {a / b:.2f}")
 
 
 def main() -> None:
@@ -206,17 +221,20 @@ def main() -> None:
 
 def summary(totals: dict[tuple[str, int], list[Array]], protocols: list[str]) -> None:
     """Print sums over the balloons, and the comparison at equal error."""
-    print("\nover water, pudding and seeds: presses, robot seconds, of them past the touch, rms error")
-    curves: dict[str, list[tuple[float, float, float]]] = {}
+    print("\nover water, pudding and seeds: presses, robot seconds, of them past the touch, rms error, that at drop")
+    curves: dict[str, list[tuple[float, ...]]] = {}
     for (protocol, level), parts in totals.items():
         sums = [float(sum(part[:, i].mean() for part in parts)) for i in (7, 8, 9)]
-        error = rms(np.concatenate([part[:, 0] for part in parts]))
-        print(f"{protocol:10s} level {level}: {sums[0]:5.1f} {sums[1]:6.1f} {sums[2]:6.1f} {error:6.1%}")
-        curves.setdefault(protocol, []).append((sums[1], sums[2], error))
-    if set(protocols) >= set(PROTOCOLS) and all(len(c) > 1 for c in curves.values()):
-        for name, column in (("all robot seconds", 0), ("seconds past the touch", 1)):
+        errors = [rms(np.concatenate([part[:, i] for part in parts])) for i in (0, 2)]
+        print(
+            f"{protocol:10s} level {level}: {sums[0]:5.1f} {sums[1]:6.1f} {sums[2]:6.1f} {errors[0]:6.1%} {errors[1]:6.1%}"
+        )
+        curves.setdefault(protocol, []).append((sums[1], sums[2], *errors))
+    long = [p for p in protocols if len(curves.get(p, ())) > 1]
+    for first, second in (pair for pair in PAIRS if set(pair) <= set(long)):
+        for name, columns in COMPARED.items():
             print(f"{name} at equal error")
-            compare({p: np.array(c)[:, [column, 2]] for p, c in curves.items()})
+            compare({p: np.array(curves[p])[:, columns] for p in (first, second)}, first, second)
 
 
 if __name__ == "__main__":

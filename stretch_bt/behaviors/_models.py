@@ -9,7 +9,7 @@ from typing import ClassVar
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
 from stretch_bt.model.force_model import PAPER, SHIPPED, shipped
-from stretch_bt.tree.ports import Behavior, In
+from stretch_bt.tree.ports import Behavior, In, port
 from stretch_bt.units import Estimate
 
 __all__ = ["FITTED", "ModelBehavior", "inverted", "within_range"]
@@ -24,8 +24,8 @@ class ModelBehavior(Behavior):
 
     kind = "model"
     instant: ClassVar[bool] = True
-    model: In[str] = (
-        PAPER  # 'paper', 'membrane' or 'sheet' for a shipped one, 'fitted', or the path of a calibration file
+    model: In[str] = port(
+        PAPER, doc="'paper', 'membrane' or 'sheet' for a shipped one, 'fitted', or the path of a calibration file"
     )
 
     def prepare(self) -> None:

@@ -9,9 +9,10 @@ from stretch_bt.model import Series
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Length
 
-__all__ = ["FIXED", "FRAME_NOISE", "Fitted", "Reading", "fitted", "reading_sd", "readings_of"]
+__all__ = ["FIXED", "FRAME_NOISE", "Fitted", "Reading", "fitted", "frames_at", "of_press", "reading_sd", "readings_of"]
 
 FRAME_NOISE = 3e-4  # m, by which the height of a top is off at least in one frame of the `bench` camera
+SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
 FIXED = 3e-5  # m, of that what no averaging takes away
 
 
@@ -49,6 +50,17 @@ def fitted(context: Context) -> Fitted | None:
     """Return what `track_drop` fitted last, or None before its first fit."""
     found: Fitted | None = context.memory.get(Fitted)
     return found
+
+
+def of_press(readings: list[Reading], press: Reading) -> list[Reading]:
+    """Return those of one press with this reading."""
+    return [r for r in readings if r.stretch == press.stretch and abs(r.hand - press.hand) < SAME]
+
+
+def frames_at(context: Context, press: Reading, frame_noise: float) -> float:
+    """Return how many frames of such a noise, m, the readings of a press are worth together."""
+    own = (max(r.sd**2 - FIXED**2, 1e-12) for r in of_press(readings_of(context), press))
+    return sum(frame_noise**2 / variance for variance in own)
 
 
 def reading_sd(stated: float, frames: int, frame_noise: float = FRAME_NOISE) -> float:

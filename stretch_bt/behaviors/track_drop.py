@@ -4,13 +4,12 @@ import math
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, reading_sd, readings_of
+from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, of_press, reading_sd, readings_of
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length
 
-SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
 CREPT = 3.0  # standard deviations by which older readings of a press must differ from newer ones to count as past
 LEAST_SD = 1e-6  # m
 
@@ -61,7 +60,7 @@ class TrackDrop(ModelBehavior):
         sd = max(reading_sd(self.height_sd, self.frames, self.frame_noise), LEAST_SD)
         readings.append(Reading(self.stretch, self.depth, self.height, sd))
         fit = self._fit(readings)
-        self.crept, older = _crept(_of_last_press(readings), math.sqrt(max(fit.chi2, 1.0)))
+        self.crept, older = _crept(of_press(readings, readings[-1]), math.sqrt(max(fit.chi2, 1.0)))
         if older:
             for reading in older:
                 readings.remove(reading)
@@ -86,11 +85,6 @@ class TrackDrop(ModelBehavior):
                 robot_sd=self.robot_sd,
                 common_sd=pattern.hang_sd if pattern is not None else 0.0,
             )
-
-
-def _of_last_press(readings: list[Reading]) -> list[Reading]:
-    last = readings[-1]
-    return [r for r in readings if r.stretch == last.stretch and abs(r.hand - last.hand) < SAME]
 
 
 def _crept(press: list[Reading], noise: float) -> tuple[Estimate, list[Reading]]:

@@ -6,6 +6,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stretch_bt.model.active import COUNTS as COUNTS
+    from stretch_bt.model.active import Costs as Costs
+    from stretch_bt.model.active import Looks as Looks
+    from stretch_bt.model.active import next_look as next_look
     from stretch_bt.model.calibrated import CalibratedHertz as CalibratedHertz
     from stretch_bt.model.calibrated import StretchState as StretchState
     from stretch_bt.model.calibration import CALIBRATIONS as CALIBRATIONS
@@ -32,6 +36,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "CALIBRATIONS": "calibration",
+    "COUNTS": "active",
+    "Costs": "active",
     "CalibratedHertz": "calibrated",
     "Calibration": "calibration",
     "ForceModel": "force_model",
@@ -39,6 +45,7 @@ _HOMES = {
     "MembraneModel": "membrane",
     "calibrate": "calibration",
     "Limits": "planning",
+    "Looks": "active",
     "POWER": "series",
     "ROBOT": "series",
     "Series": "series",
@@ -51,6 +58,7 @@ _HOMES = {
     "hertz_force": "hertz",
     "next_indentation": "indentation",
     "object_modulus": "elastic_sphere",
+    "next_look": "active",
     "next_press": "planning",
     "read_table": "characterization",
     "undeformed_height": "zero_force",

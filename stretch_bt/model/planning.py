@@ -6,14 +6,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoEquilibrium
 from stretch_bt.model.force_model import ForceModel
 from stretch_bt.model.indentation import next_indentation
 from stretch_bt.model.local import Pressed
 from stretch_bt.model.series import ROBOT, Series
+from stretch_bt.units import Estimate
 
-__all__ = ["Limits", "Plan", "next_press"]
+__all__ = ["MARGIN", "Limits", "Plan", "hardest_trusted", "next_press", "off_by", "press_at", "stretches"]
 
 MARGIN = 3.0  # standard deviations by which the next force exceeds the last
 PAST = 0.5  # standard deviations by which the planned drop exceeds the wanted one
@@ -68,9 +70,9 @@ def next_press(model: ForceModel, radius: float, fit: Series, last: Pressed, dro
         Nothing within the limits presses harder than the last press.
     """
     wanted = _aim(fit, drop, limits.force)
-    for stretch in _stretches(last.stretch, limits):
-        least = fit.force.value + MARGIN * _off(model, radius, fit, last, stretch)
-        planned = _at(model, radius, fit, stretch, max(wanted, least), limits)
+    for stretch in stretches(last.stretch, limits):
+        least = fit.force.value + MARGIN * off_by(model, radius, fit, last, stretch)
+        planned = press_at(model, radius, fit, stretch, max(wanted, least), limits)
         if planned is not None:
             return planned
     hardest = _hardest(model, radius, fit, last, limits)
@@ -86,21 +88,36 @@ def next_press(model: ForceModel, radius: float, fit: Series, last: Pressed, dro
 
 def _aim(fit: Series, drop: float, most: float) -> float:
     """Return the force, N, at which the fit says the drop will be passed, as far as that may be trusted."""
-    forces = fit.force.value * np.geomspace(1.0, GROWTH, 90)
-    expected = [fit.drop_at(float(force)) for force in forces]
-    allowed = [i for i, e in enumerate(expected) if e.value + 2 * e.sd <= TOO_FAR * drop]
+    forces, expected = _ahead(fit)
     passing = [i for i, e in enumerate(expected) if e.value - PAST * e.sd >= drop]
-    last = max(allowed, default=0)
+    last = _furthest(expected, drop)
     chosen = float(forces[min(passing[0], last) if passing else last])
     return min(chosen, SPARE * most)
 
 
-def _stretches(now: float, limits: Limits) -> list[float]:
+def hardest_trusted(fit: Series, drop: float, most: float) -> float:
+    """Return the largest force, N, at which an object softer by two standard deviations drops no further than twice a drop, m."""
+    forces, expected = _ahead(fit)
+    return min(float(forces[_furthest(expected, drop)]), SPARE * most)
+
+
+def _ahead(fit: Series) -> tuple[npt.NDArray[np.float64], list[Estimate]]:
+    """Return forces from the last press' on, N, and the drops expected there."""
+    forces = fit.force.value * np.geomspace(1.0, GROWTH, 90)
+    return forces, [fit.drop_at(float(force)) for force in forces]
+
+
+def _furthest(expected: list[Estimate], drop: float) -> int:
+    return max((i for i, e in enumerate(expected) if e.value + 2 * e.sd <= TOO_FAR * drop), default=0)
+
+
+def stretches(now: float, limits: Limits) -> list[float]:
+    """Return the stretches, m, from the present one on that the limits allow."""
     steps = math.floor((limits.stretch - now) / limits.stretch_step + 1e-9)
     return [now + i * limits.stretch_step for i in range(steps + 1)]
 
 
-def _off(model: ForceModel, radius: float, fit: Series, last: Pressed, stretch: float) -> float:
+def off_by(model: ForceModel, radius: float, fit: Series, last: Pressed, stretch: float) -> float:
     """Return by how much the force at a stretch may be off that at the last press, N, when both should be one."""
     depth = fit.height.value - last.hand
     here = _slope(model, radius, last.stretch, depth)
@@ -118,7 +135,9 @@ def _slope(model: ForceModel, radius: float, stretch: float, depth: float) -> fl
     return (model.predict(radius, stretch, depth)[0] - model.predict(radius, stretch, depth - STEP)[0]) / STEP
 
 
-def _at(model: ForceModel, radius: float, fit: Series, stretch: float, force: float, limits: Limits) -> Plan | None:
+def press_at(
+    model: ForceModel, radius: float, fit: Series, stretch: float, force: float, limits: Limits
+) -> Plan | None:
     """Return the press with this force at this stretch, or None where it is out of reach."""
     if force > limits.force:
         return None
@@ -136,13 +155,13 @@ def _at(model: ForceModel, radius: float, fit: Series, stretch: float, force: fl
 def _hardest(model: ForceModel, radius: float, fit: Series, last: Pressed, limits: Limits) -> Plan | None:
     """Return the hardest press within the limits, or None where it is not harder than the last one by what that may be off."""
     found: Plan | None = None
-    for stretch in _stretches(last.stretch, limits):
-        low = fit.force.value + MARGIN * _off(model, radius, fit, last, stretch)
-        plan = _at(model, radius, fit, stretch, low, limits)
+    for stretch in stretches(last.stretch, limits):
+        low = fit.force.value + MARGIN * off_by(model, radius, fit, last, stretch)
+        plan = press_at(model, radius, fit, stretch, low, limits)
         high = SPARE * limits.force
         while plan is not None and high - low > CLOSE * low:
             middle = (low + high) / 2
-            harder = _at(model, radius, fit, stretch, middle, limits)
+            harder = press_at(model, radius, fit, stretch, middle, limits)
             low, high, plan = (low, middle, plan) if harder is None else (middle, high, harder)
         if plan is not None and (found is None or plan.force > found.force):
             found = plan

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.behaviors._readings import Reading, readings_of
+from stretch_bt.behaviors._readings import Reading, frames_at, readings_of
 from stretch_bt.model import ForceModel, hertz_force
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
@@ -176,7 +176,7 @@ def test_a_press_that_holds_still_keeps_all_its_readings() -> None:
     assert len(readings_of(node.context)) == 5
 
 
-@pytest.mark.parametrize("name", ["plan_press", "stiffness_at"])
+@pytest.mark.parametrize("name", ["plan_press", "plan_active", "stiffness_at"])
 def test_what_follows_from_the_curve_needs_one(name: str) -> None:
     node, _ = run(name, radius=0.03, contact_height=0.06, drop=0.0015)
     assert node.status is Status.FAILURE
@@ -214,3 +214,27 @@ def test_no_press_within_the_limits_is_a_failure_with_its_reason() -> None:
     plan = follow(node, "plan_press", radius=0.03, contact_height=0.06, drop=0.0015, max_depth=0.008, max_stretch=0.0)
     assert plan.status is Status.FAILURE
     assert "no press within the limits" in plan.reason
+
+
+def test_the_next_look_presses_harder_until_the_stiffness_is_known() -> None:
+    node = tracked([(d, top_of(d)) for d in (0.003, 0.005, 0.008)], power=1.0, power_sd=0.1)
+    given_ = {"radius": 0.03, "contact_height": 0.06, "drop": 0.0015, "max_depth": 0.016, "max_stretch": 0.0}
+    plan = follow(node, "plan_active", **given_, least_gain=0.0, wanted=0.001)
+    assert plan.status is Status.SUCCESS, plan.reason
+    assert plan.sinks["done"].value is False
+    assert plan.sinks["stretch"].value == 0.0
+    assert 0.008 < plan.sinks["depth"].value <= 0.016
+    assert plan.sinks["count"].value >= 8
+    assert plan.sinks["gain"].value > 0
+    for known in ({"wanted": 0.9}, {"wanted": 0.001, "least_gain": 10.0}):
+        ended = follow(node, "plan_active", **{"least_gain": 0.0, **given_, **known})
+        assert ended.sinks["done"].value is True
+        assert ended.sinks["depth"].value == pytest.approx(0.008)
+        assert ended.sinks["gain"].value == 0.0
+
+
+def test_frames_of_one_press_count_together() -> None:
+    node = tracked(
+        [(0.005, top_of(0.005)), (0.012, top_of(0.012)), (0.012, top_of(0.012))], frame_noise=3e-4, frames=16
+    )
+    assert frames_at(node.context, readings_of(node.context)[-1], 3e-4) == pytest.approx(32.0)

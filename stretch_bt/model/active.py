@@ -1,0 +1,233 @@
+"""Where to press next and how long to look, so that the stiffness becomes known best for the robot's time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.local import Pressed
+from stretch_bt.model.planning import MARGIN, Limits, Plan, hardest_trusted, next_press, off_by, press_at, stretches
+from stretch_bt.model.series import Series
+
+__all__ = ["COUNTS", "Choice", "Costs", "Looks", "next_look"]
+
+Array = npt.NDArray[np.float64]
+
+COUNTS = (8, 16, 32, 64)  # frames, of which a look may take one
+FORCES = 10  # presses to choose from at each stretch
+STEP = 1e-5  # m, over which a slope is taken
+UNTOLD = 16  # frames that a press is looked at while the object's drop is not told yet
+
+
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """The robot's time: speed of a press, m/s; for leaving, stretching and coming back, for each frame, and for settling at each new press, s."""
+
+    speed: float = 0.005
+    change: float = 3.5
+    frame: float = 1 / 30
+    settle: float = 0.0
+
+    def __post_init__(self) -> None:
+        values = (self.speed, self.change, self.frame, self.settle)
+        if not all(map(math.isfinite, values)) or min(self.speed, self.frame) <= 0 or min(self.change, self.settle) < 0:
+            raise InvalidInput(f"costs need a speed and a time of a frame above 0, and no time below 0 s, got {self}")
+
+    def most_by_stretching(self, count: int) -> float:
+        """Return the part of a variance per second, 1/s, that no press at another stretch exceeds, as it would be all of it."""
+        return 1 / max(self.change + self.settle + count * self.frame, 1e-9)
+
+    def seconds(self, last: Pressed, plan: Plan | None, count: int) -> float:
+        """Return what going to a press, or staying, and looking at so many frames takes, s."""
+        if plan is None:
+            return count * self.frame
+        away = abs(last.hand - plan.hand) / self.speed
+        return away + (self.change if plan.stretch != last.stretch else 0.0) + self.settle + count * self.frame
+
+
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """What a look tells: sd of a height in one frame, what of it no averaging takes away, and that of the hand's place, m.
+
+    `taken` frames were already averaged at the present press.
+    """
+
+    frame: float
+    fixed: float
+    robot: float
+    taken: float = 0.0
+
+    def __post_init__(self) -> None:
+        values = (self.frame, self.fixed, self.robot, self.taken)
+        if not all(map(math.isfinite, values)) or self.frame <= 0 or min(values) < 0:
+            raise InvalidInput(f"looks need an sd of a frame above 0 m, and none of their numbers below 0, got {self}")
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The next look. `press` is None where the hand stays where it is.
+
+    `gain` is the part of the variance of the stiffness that the look should take away, per second, 1/s;
+    `relative_sd` what then is left of its standard deviation, as a part of the stiffness.
+    """
+
+    press: Plan | None
+    count: int
+    seconds: float
+    gain: float
+    relative_sd: float
+
+
+def next_look(
+    model: ForceModel,
+    radius: float,
+    fit: Series,
+    last: Pressed,
+    drop: float,
+    limits: Limits,
+    looks: Looks,
+    costs: Costs = Costs(),
+    *,
+    counts: Sequence[int] = COUNTS,
+    least: float = 0.01,
+    at_press: bool = False,
+) -> Choice | None:
+    """Return the look that takes most off the variance of the stiffness per second, or None where none takes off enough.
+
+    Force over drop has the relative variance r C r' + f^2, C the fit's covariance of q = (top, compliance, power), r the derivative of
+    its logarithm by q, and f what the force model and the radius are off by, which no look changes. A look at a press whose height
+    changes with q by a, and which is off by s, leaves C - C a' a C / (s^2 + a C a'). To choose from are the present press and, at each
+    stretch from it on, forces from three standard deviations above the last one's to where the fit is still trusted. What the hand's
+    place and the model are off by at a press is the same in all looks at it: staying tells of the frames' noise alone.
+
+    While the object's drop is not told, the next press is that of `next_press`, looked at for 16 frames or the nearest number there is.
+
+    Parameters
+    ----------
+    model, radius, fit, last, limits
+        As in `next_press`.
+    drop
+        At which the stiffness is to be told, m; no press is sent to where the object may drop twice as far.
+    counts
+        Numbers of frames to choose from.
+    least
+        Part of the variance per second, 1/s, below which a look is not worth its time.
+    at_press
+        Whether the stiffness at the last press is meant, whichever that then is, and not that at `drop`.
+
+    Raises
+    ------
+    IllConditioned
+        The drop is not told, and nothing within the limits presses harder.
+    InvalidInput
+        A number is not finite or has the wrong sign.
+    """
+    if not counts or min(counts) < 1 or not (math.isfinite(least) and least >= 0):
+        raise InvalidInput(f"counts must be 1 or more and least at least 0 1/s, not {tuple(counts)} and {least}")
+    try:
+        fit.force_at(drop)
+    except IllConditioned:
+        return _untold(next_press(model, radius, fit, last, drop, limits), last, costs, counts)
+    target = None if at_press else _of_logarithm(fit, drop)
+    before = _spread(fit, _view(model, radius, fit, last, None, looks).secant if target is None else target)
+
+    def weighed(plans: Sequence[Plan | None]) -> list[Choice]:
+        views = [_view(model, radius, fit, last, plan, looks) for plan in plans]
+        return [_weighed(fit, before, target, view, last, costs, looks, count) for view in views for count in counts]
+
+    options = stretches(last.stretch, limits)
+    choices = weighed([None, *_presses(model, radius, fit, last, drop, limits, options[:1])])
+    if max(choice.gain for choice in choices) < costs.most_by_stretching(min(counts)):
+        choices += weighed(_presses(model, radius, fit, last, drop, limits, options[1:]))
+    best = max(choices, key=lambda choice: choice.gain)
+    return best if best.gain > least else None
+
+
+def _untold(plan: Plan, last: Pressed, costs: Costs, counts: Sequence[int]) -> Choice:
+    count = min(counts, key=lambda n: abs(n - UNTOLD))
+    seconds = costs.seconds(last, plan, count)
+    return Choice(plan, count, seconds, 1 / seconds, 1.0)
+
+
+def _of_logarithm(fit: Series, drop: float) -> Array:
+    """Return the derivative (3,) of the logarithm of the force at a drop by top, compliance and power."""
+    compliance, power = fit.compliance.value, fit.power.value
+    return np.array([0.0, -power / compliance, math.log(drop / compliance)])
+
+
+def _presses(
+    model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits, choice: list[float]
+) -> list[Plan]:
+    """Return presses at some stretches within the limits, each harder than the last one by what that may be off."""
+    found = []
+    most = hardest_trusted(fit, drop, limits.force)
+    for stretch in choice:
+        low = fit.force.value + MARGIN * off_by(model, radius, fit, last, stretch)
+        if low < most:
+            plans = (press_at(model, radius, fit, stretch, float(f), limits) for f in np.geomspace(low, most, FORCES))
+            found += [plan for plan in plans if plan is not None]
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """A press: how its height (3,) and the logarithm of force over drop there (3,) change with q, and what all looks are off by, m."""
+
+    plan: Plan | None
+    row: Array
+    secant: Array
+    alike: float
+
+
+def _view(model: ForceModel, radius: float, fit: Series, last: Pressed, plan: Plan | None, looks: Looks) -> _View:
+    stretch, hand, force = (plan.stretch, plan.hand, plan.force) if plan else (last.stretch, last.hand, fit.force.value)
+    compliance, power, share = fit.compliance.value, fit.power.value, force / fit.reference
+    grown = share ** (1 / power)
+    drop = compliance * grown
+    slope, model_sd = _slope(model, radius, stretch, fit.top.value - drop - hand)
+    steep = drop * slope / (force * power)
+    row = np.array([1.0, -grown, drop * math.log(share) / power**2]) / (1 + steep)
+    secant = slope / force * row - (np.array([1.0, 0.0, 0.0]) - row) / drop
+    gain = steep / (1 + steep)
+    by_model = drop * model_sd / force / power * (1 - gain)
+    return _View(plan, row, secant, math.hypot(looks.fixed, looks.robot * gain, by_model))
+
+
+def _slope(model: ForceModel, radius: float, stretch: float, depth: float) -> tuple[float, float]:
+    """Return how the model's force grows with depth there, N/m, and its sd, N."""
+    low, high = model.range.depth
+    depth = min(max(depth, low + STEP), high)
+    force, sd = model.predict(radius, stretch, depth)
+    return (force - model.predict(radius, stretch, depth - STEP)[0]) / STEP, sd
+
+
+def _spread(fit: Series, slopes: Array) -> float:
+    """Return the relative variance of what changes with q like this."""
+    return float(slopes @ fit.covariance @ slopes) + fit.force_sd**2
+
+
+def _weighed(
+    fit: Series, before: float, target: Array | None, view: _View, last: Pressed, costs: Costs, looks: Looks, count: int
+) -> Choice:
+    """Return a look with what it takes off the variance there was before."""
+    slopes = view.secant if target is None else target
+    noise = max(fit.chi2, 1.0) * _variance(view.alike, looks, view.plan is None, count)
+    told = fit.covariance @ view.row
+    after = _spread(fit, slopes) - float(slopes @ told) ** 2 / (noise + float(view.row @ told))
+    seconds = costs.seconds(last, view.plan, count)
+    return Choice(view.plan, count, seconds, (before - after) / before / seconds, math.sqrt(max(after, 0.0)))
+
+
+def _variance(alike: float, looks: Looks, stays: bool, count: int) -> float:
+    """Return the variance, m^2, that a look's height has beside what is known already of a press."""
+    own = looks.frame**2
+    if not (stays and looks.taken > 0):
+        return alike**2 + own / count
+    known, then = (1 / (alike**2 + own / frames) for frames in (looks.taken, looks.taken + count))
+    return 1 / (then - known)
