@@ -28,8 +28,10 @@ class FitCalibration(Behavior):
     presses: Out[int]  # that it was fitted to
 
     def prepare(self) -> None:
-        """Refuse a model that does not exist."""
+        """Refuse a model that does not exist, and a table that is none."""
         with suppress(UnsetKey):  # a key names it, and nothing wrote it yet
+            if self.table:
+                read_table(self.table)
             if self.fit not in mechanics.CALIBRATIONS:
                 known = ", ".join(mechanics.CALIBRATIONS)
                 raise InvalidInput(f"there is no model {self.fit!r} to fit; write one of {known}")

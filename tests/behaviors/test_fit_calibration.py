@@ -65,6 +65,12 @@ trees:
     assert "fit_calibration" in result.reason
 
 
+def test_a_missing_table_is_refused_before_anything_moves(tmp_path):
+    path = tree(tmp_path, TREE.replace("TABLE", "nothing.csv").replace("FIT", "membrane"))
+    with pytest.raises(InvalidInput, match="cannot be read"):
+        run(path, out=tmp_path / "record")
+
+
 def test_an_unknown_model_is_refused_before_anything_moves(tmp_path, table):
     path = tree(tmp_path, TREE.replace("TABLE", f"'{table}'").replace("FIT", "spring"))
     with pytest.raises(InvalidInput, match="spring"):
