@@ -34,13 +34,14 @@ format: stretch-mocks/1
 tree: palpate_stiffness
 readings: {arm.force: [1 N, 2 N]}
 mocks:
-  - {match: "**/approach", after: 100 ms, outputs: {contact_height: {value: 100 mm, sd: 0.1 mm}}}
-  - {match: "**/feel", outputs: {height: [{value: 99 mm, sd: 1 mm}, {value: 98 mm, sd: 1 mm}], contact: {}}}
-  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 1 mm}}}
+  - {match: "**/approach", after: 100 ms, outputs: {contact_height: {value: 100 mm, sd: 0.01 mm}}}
+  - match: "**/feel"
+    outputs: {height: [{value: 99.1 mm, sd: 0.01 mm}, {value: 98.3 mm, sd: 0.01 mm}], contact: {}}
+    then: repeat_last
+  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
   - {match: "**/press", after: 100 ms}
   - {match: "**/set_stretch"}
   - {match: "**/retract", after: 100 ms}
-  - {match: "**/predict_force", outputs: {force: {value: 1 N, sd: 0.1 N}}}
   - {match: "**/estimate_stiffness", outputs: {stiffness: {value: 1 N/mm, sd: 0.1 N/mm}}}
 """
 

@@ -28,14 +28,14 @@ tree: palpate_stiffness
 readings: {arm.force: 1 N}
 mocks:
   - {match: "**/set_stretch", after: 150 ms}
-  - {match: "**/approach", after: 500 ms, outputs: {contact_height: {value: 100 mm, sd: 0.1 mm}}}
+  - {match: "**/approach", after: 500 ms, outputs: {contact_height: {value: 100 mm, sd: 0.01 mm}}}
   - {match: "**/press", after: 200 ms}
   - {match: "**/average_frames", after: 100 ms, outputs: {frame: {}}}
   - {match: "**/segment_contact", outputs: {contact: {}}}
   - match: "**/track_height"
-    outputs: {height: [{value: 99.9 mm, sd: 0.1 mm}, {value: 99.7 mm, sd: 0.1 mm}, {value: 99.5 mm, sd: 0.1 mm},
-                       {value: 99.2 mm, sd: 0.1 mm}, {value: 98.8 mm, sd: 0.1 mm}, {value: 98.4 mm, sd: 0.1 mm}]}
-  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 1 mm}}}
+    outputs: {height: [{value: 99.1 mm, sd: 0.01 mm}, {value: 98.3 mm, sd: 0.01 mm}]}
+    then: repeat_last
+  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
   - {match: "**/retract", after: 250 ms}
 """
 

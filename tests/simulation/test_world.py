@@ -129,7 +129,7 @@ def test_softening_stays_in_the_membrane_when_the_object_is_exchanged():
             made.advance(above, 0.0, 2.0)
         made.exchange(rigid(20))
         forces.append(made.truth(low, 0.0, 3.0)["force"])
-    assert forces[1] < 0.8 * forces[0]
+    assert forces[1] < 0.95 * forces[0]
 
 
 def test_one_solution_for_each_state_and_none_until_somebody_looks():
