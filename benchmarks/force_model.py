@@ -22,9 +22,9 @@ import numpy.typing as npt
 from stretch_bt.accuracy.force.hands import DEPTHS, DIAMETERS, STRETCHES, measured
 from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
 from stretch_bt.model.calibrate_membrane import ROBOT_SD, fit_membrane
-from stretch_bt.model.calibration import Fit, forces, widened
+from stretch_bt.model.calibration import Fit, widened
 from stretch_bt.model.force_model import ForceModel
-from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.measurements import Measurements, forces
 
 Array = npt.NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, FRICTION, Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
-from stretch_bt.simulation.membrane.sheet.hanging import hang
+from stretch_bt.simulation.membrane.sheet.hanging import lowest
 from stretch_bt.simulation.membrane.sheet.result import Load, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.solver import solve
@@ -117,7 +117,7 @@ def _softening(diameter: float) -> Array:
 def _curve(diameter: float, span: float, depths: Array, effects: Effects, share: float) -> Array:
     material = MooneyRivlin(MODULUS, share) if share else NeoHookean(MODULUS)
     sheet = Sheet(GAUGE, WIDTH, THICKNESS, material, 0.0, effects)
-    lift = -float(hang(sheet, span).points(9, 41)[..., 2].min()) if effects.sag else 0.0
+    lift = lowest(sheet, span) if effects.sag else 0.0
     press = partial(_press, sheet, Sphere(diameter), span, lift)
     found, last = np.full(len(depths), np.nan), _conditioned(sheet) if effects.mullins else None
     # friction remembers the way down; without it the first press is quickest where it is deep
@@ -178,7 +178,7 @@ def check(presses: int) -> None:
             hand.mount_prestretch,
             Effects(sag=DENSITY, bending=True),
         )
-        lift = -float(hang(sheet, float(stretch)).points(9, 41)[..., 2].min())
+        lift = lowest(sheet, float(stretch))
         pressed = _press(sheet, Sphere(float(diameter)), float(stretch), lift, float(depth), None)
         if pressed is not None:
             told, _ = model.predict(float(diameter) / 2, float(stretch), float(depth))

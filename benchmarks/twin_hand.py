@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from stretch_bt.frames import Pose
-from stretch_bt.model import hertz_force
+from stretch_bt.model.calibrate_hertz import effective_modulus
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.simulation.world import World
 
@@ -32,8 +32,7 @@ def modulus(world: World, stretch: float) -> float:
     """Return the effective modulus, Pa, at a stretch, m; depths count from the flat membrane."""
     top = world.scene.object.top
     forces = [world.contact(Pose((0.0, 0.0, top - float(d))), stretch).force[2] for d in DEPTHS]
-    unit = np.array([hertz_force("sphere", float(d), 1.0, radius=0.010) for d in DEPTHS])
-    return float(unit @ forces / (unit @ unit))
+    return effective_modulus(DEPTHS, forces, 0.010).value
 
 
 if __name__ == "__main__":

@@ -11,9 +11,10 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.calibrated import CalibratedHertz, StretchState
 from stretch_bt.model.hertz import hertz_force
-from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.measurements import Measurements, forces
+from stretch_bt.units import Estimate
 
-__all__ = ["fit_calibrated_hertz", "moduli"]
+__all__ = ["effective_modulus", "fit_calibrated_hertz", "moduli"]
 
 Array = npt.NDArray[np.float64]
 
@@ -22,6 +23,15 @@ _DECAYS = np.geomspace(2e-3, 0.2, 80)  # m
 _STATES, _DIAMETERS = 2, 3
 _SHALLOW = 3e-3  # m
 _FALL = 0.02  # of the modulus, that it falls by at least between the smallest and the largest diameter
+
+
+def effective_modulus(depth: npt.ArrayLike, force: npt.ArrayLike, radius: npt.ArrayLike) -> Estimate:
+    """Return E*, Pa, of presses (n,), m and N, with a sphere: least squares through no force at no depth to the formula of Hertz."""
+    unit, given = np.asarray(hertz_force("sphere", depth, 1.0, radius=radius)), np.asarray(force)
+    value = float(unit @ given / (unit @ unit))
+    left = given - value * unit
+    scatter = float(left @ left) / max(len(left) - 1, 1)
+    return Estimate(value, math.sqrt(max(scatter, 1e-12) / float(unit @ unit)))
 
 
 def moduli(given: Measurements) -> tuple[Array, Array, Array, Array]:
@@ -34,11 +44,8 @@ def moduli(given: Measurements) -> tuple[Array, Array, Array, Array]:
     for diameter, stretch in states:
         of = given.of_diameter(float(diameter)) & (given.stretch == stretch) & (given.depth > 0)
         if of.any():
-            unit = np.asarray(hertz_force("sphere", given.depth[of], 1.0, radius=float(diameter) / 2))
-            value = float(unit @ given.force[of] / (unit @ unit))
-            left = given.force[of] - value * unit
-            scatter = float(left @ left) / max(len(left) - 1, 1)
-            rows.append((diameter, stretch, value, math.sqrt(max(scatter, 1e-12) / float(unit @ unit))))
+            found = effective_modulus(given.depth[of], given.force[of], float(diameter) / 2)
+            rows.append((diameter, stretch, found.value, found.sd))
     d, x, e, sd = np.array(rows).T
     return d, x, e, sd
 
@@ -124,7 +131,7 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
     pressed = given.where(given.depth > 0)
     if pressed.depth.max() > _SHALLOW:
         pressed = pressed.where(pressed.depth >= _SHALLOW)
-    told = _forces(best, pressed)
+    told = forces(best, pressed)
     relative = math.sqrt(float(np.mean(((pressed.force - told) / np.maximum(told, 1e-3)) ** 2)))
     return CalibratedHertz(states, best.log_scale, relative, given.range, provenance)
 
@@ -133,7 +140,3 @@ def _left(model: CalibratedHertz, states: tuple[StretchState, ...], given: Measu
     """Return the squared error of the logarithm at the states' own moduli."""
     pairs = [(model.modulus(d / 2, s.stretch)[0], s.modulus(d)[0]) for d in given.diameters for s in states]
     return sum((a - b) ** 2 for a, b in pairs)
-
-
-def _forces(model: CalibratedHertz, given: Measurements) -> Array:
-    return np.array([model.predict(*row)[0] for row in zip(given.radius, given.stretch, given.depth, strict=True)])

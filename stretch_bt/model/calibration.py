@@ -14,7 +14,7 @@ from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
 from stretch_bt.model.calibrate_membrane import fit_membrane
 from stretch_bt.model.calibrated import CalibratedHertz
 from stretch_bt.model.force_model import ForceModel, Range, model_of_kind
-from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.measurements import Measurements, forces
 
 __all__ = ["CALIBRATIONS", "Calibration", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
 
@@ -130,8 +130,3 @@ def _residuals(model: ForceModel, given: Measurements) -> list[StateResidual]:
                 rms = math.sqrt(float(np.mean(left**2)))
                 found.append(StateResidual(diameter, float(stretch), float(left.mean()), rms, len(of)))
     return found
-
-
-def forces(model: ForceModel, given: Measurements) -> np.ndarray:
-    """Return (n,) float, N: what a model says of the presses."""
-    return np.array([model.predict(*row)[0] for row in zip(given.radius, given.stretch, given.depth, strict=True)])

@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.characterization import Table
-from stretch_bt.model.force_model import Range
+from stretch_bt.model.force_model import ForceModel, Range
 
-__all__ = ["Measurements"]
+__all__ = ["Measurements", "forces"]
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -90,6 +90,11 @@ class Measurements:
         depth, force = self.depth - self.depth.mean(), self.force - self.force.mean()
         if float(depth @ force) <= 0 and np.ptp(self.depth) > 0:
             raise IllConditioned("the force does not grow with depth; check the sign and the zero of the force sensor")
+
+
+def forces(model: ForceModel, given: Measurements) -> Array:
+    """Return (n,) float, N: what a model says of the presses."""
+    return np.array([model.predict(*row)[0] for row in zip(given.radius, given.stretch, given.depth, strict=True)])
 
 
 def _together(values: Array) -> Array:

@@ -104,7 +104,7 @@ class MembraneModel(ForceModel):
         self._check(radius, stretch, depth)
         if depth == 0:
             return 0.0, 0.0
-        at, down = math.log(depth), _grids(self).depth
+        at, down = math.log(depth), self.grids.depth
         level, spread = _curves(self, radius, stretch)
         force = self._unit * math.exp(_along(down, level, at))
         return force, force * math.hypot(self.relative_sd, _along(down, spread, at))
@@ -115,7 +115,7 @@ class MembraneModel(ForceModel):
         self.range.check(radius=radius, stretch=stretch)
         if force == 0:
             return 0.0
-        deepest, wanted, down = self.deepest(radius, stretch), math.log(force / self._unit), _grids(self).depth
+        deepest, wanted, down = self.deepest(radius, stretch), math.log(force / self._unit), self.grids.depth
         level, _ = _curves(self, radius, stretch)
         end = math.log(deepest)
         most = _along(down, level, end)
@@ -136,7 +136,7 @@ class MembraneModel(ForceModel):
         self.range.check(radius=radius, depth=depth)
         if depth == 0 or force == 0:
             raise NoEquilibrium("at depth 0 there is no force at any stretch, and past it there is one at each")
-        grids = _grids(self)
+        grids = self.grids
         held = np.tensordot(grids.diameter.weights(math.log(2 * radius)), grids.level, 1)
         level = held @ grids.depth.weights(math.log(depth))
         rising = _rising_from(level, math.log(force / self._unit))
@@ -200,7 +200,8 @@ class MembraneModel(ForceModel):
         )
 
     @cached_property
-    def _made(self) -> _Grids:
+    def grids(self) -> _Grids:
+        """Splines over the hand's own forces."""
         return _Grids.of(self)
 
     @cached_property
@@ -247,15 +248,11 @@ def _rate(model: MembraneModel, name: str, stretches: Array, level: Array) -> Ar
     return rate
 
 
-def _grids(model: MembraneModel) -> _Grids:
-    return model._made
-
-
 def _curves(model: MembraneModel, radius: float, stretch: float) -> tuple[list[Any], list[Any]]:
     """Return the pieces over depth of the logarithm and of its deviation; the last pair is kept."""
     kept, key = model._kept, (radius, stretch)
     if kept.get("key") != key:
-        grids = _grids(model)
+        grids = model.grids
         across = grids.diameter.weights(math.log(2 * radius))
         along = grids.stretch.weights(stretch)
         pair = []

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import MissingExtra
-from stretch_bt.model.calibrate_hertz import moduli
+from stretch_bt.model.calibrate_hertz import effective_modulus, moduli
 from stretch_bt.model.force_model import ForceModel
-from stretch_bt.model.hertz import hertz_force
-from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.measurements import Measurements, forces
 
 __all__ = ["draw_calibration", "save_calibration"]
 
@@ -74,17 +73,16 @@ def _moduli(panel: Any, model: ForceModel, given: Measurements) -> None:
 
 
 def _modulus(model: ForceModel, given: Measurements, diameter: float, stretch: float) -> float:
-    depths = given.depth[given.of_diameter(diameter) & (given.stretch == stretch)]
-    told = np.array([model.predict(diameter / 2, stretch, float(d))[0] for d in depths])
-    unit = np.asarray(hertz_force("sphere", depths, 1.0, radius=diameter / 2))
-    return float(unit @ told / (unit @ unit))
+    of = given.where(given.of_diameter(diameter) & (given.stretch == stretch))
+    return effective_modulus(of.depth, forces(model, of), diameter / 2).value
 
 
 def _residuals(panel: Any, model: ForceModel, given: Measurements) -> None:
     for k, diameter in enumerate(given.diameters):
         of = given.where(given.of_diameter(diameter))
-        told = [model.predict(*row)[0] for row in zip(of.radius, of.stretch, of.depth, strict=True)]
-        panel.plot(1e3 * of.depth, 1e3 * (of.force - told), ".", ms=3, color=_color(k, len(given.diameters)))
+        panel.plot(
+            1e3 * of.depth, 1e3 * (of.force - forces(model, of)), ".", ms=3, color=_color(k, len(given.diameters))
+        )
     panel.axhline(0.0, color="black", lw=0.5)
     panel.set(xlabel="depth, mm", ylabel="measured less model, mN")
 

@@ -105,12 +105,12 @@ class SheetModel(MembraneModel):
         return rising_root(off, max(left, 1e-9), right)
 
     def _solved(self, radius: float, stretch: float, depth: float, settings: Settings) -> float:
-        from stretch_bt.simulation.membrane.sheet.hanging import hang
+        from stretch_bt.simulation.membrane.sheet.hanging import lowest
         from stretch_bt.simulation.membrane.sheet.result import Load
         from stretch_bt.simulation.membrane.sheet.solver import solve
 
         if stretch not in self._hangs:
-            self._hangs[stretch] = -float(hang(self._sheet, stretch).points(9, 41)[..., 2].min())
+            self._hangs[stretch] = lowest(self._sheet, stretch)
         load = Load(Sphere(2 * radius), stretch, depth, (0.0, 0.0), (0.0, 0.0), self._hangs[stretch])
         self._last[:] = [solve(self._sheet, load, settings, self._last[0] if self._last else None)]
         return float(self._last[0].force[2])

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.calibration import calibrate, forces
+from stretch_bt.model.calibration import calibrate
 from stretch_bt.model.characterization import Press, as_table
 from stretch_bt.model.force_model import Range
-from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.measurements import Measurements, forces
 from stretch_bt.model.membrane import Hand, MembraneModel
 
 NOTHING = tuple((0.0,) * 6 for _ in range(6))

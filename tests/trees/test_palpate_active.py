@@ -5,27 +5,17 @@ from itertools import pairwise
 
 import pytest
 
-from stretch_bt.run.onlooker import Onlooker
-
 
 @pytest.fixture
-def palpate(run, tmp_path):
+def palpate(run, pressed, tmp_path):
     """Return what runs the tree on a shipped balloon: its result, and the scene's own force at each press."""
 
     def palpated(balloon, seed, **params):
         shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
         scene = tmp_path / f"{balloon}.yaml"
         scene.write_text(shipped.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
-        forces = []
-
-        def watch(runner):
-            class Ends(Onlooker):
-                def write(self, key, value, sd, path):
-                    if key.endswith("/pressed"):
-                        forces.append(runner.cell.truth()["force"])
-
-            runner.watchers.append(Ends())
-
+        forces, watch = pressed
+        forces.clear()
         params = {"model": "paper", **params}
         return run("palpate_active", scene=scene, seed=seed, params=params, watch=watch), forces
 

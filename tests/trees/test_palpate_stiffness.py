@@ -4,8 +4,6 @@ from itertools import pairwise
 
 import pytest
 
-from stretch_bt.run.onlooker import Onlooker
-
 
 @pytest.mark.parametrize(
     ("scene", "seed"), [("air_balloon", 0), ("water_balloon", 1), ("pudding_balloon", 2), ("seeds_balloon", 3)]
@@ -78,17 +76,8 @@ def test_an_object_that_does_not_deform_is_refused_with_the_least_that_its_stiff
     assert result.outputs["force"]["value"] > 1.0, "it was pressed before it was refused"
 
 
-def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_falls(run):
-    forces = []
-
-    def watch(runner):
-        class Ends(Onlooker):
-            def write(self, key, value, sd, path):
-                if key.endswith("/pressed"):
-                    forces.append(runner.cell.truth()["force"])
-
-        runner.watchers.append(Ends())
-
+def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_falls(run, pressed):
+    forces, watch = pressed
     params = {"max_depth": 0.011, "sensing_depth": 0.010}
     result = run("palpate_stiffness", scene="seeds_balloon", seed=4, params=params, watch=watch)
     assert result.status == "SUCCESS", result.reason

@@ -20,7 +20,7 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
-from stretch_bt.simulation.membrane.sheet.hanging import hang
+from stretch_bt.simulation.membrane.sheet.hanging import lowest
 from stretch_bt.simulation.membrane.sheet.result import Load, SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.solver import solve
@@ -84,7 +84,7 @@ def true_forces(seed: int) -> Array:
 
 def forces_of(sheet: Sheet, diameters: Array, stretches: Array, depths: Array, settings: Settings) -> Array:
     """Return (diameters, stretches, depths) float, N; a membrane that softens is pressed deep at the largest stretch first."""
-    hangs = {float(x): -float(hang(sheet, float(x)).points(9, 41)[..., 2].min()) for x in stretches}
+    hangs = {float(x): lowest(sheet, float(x)) for x in stretches}
     press = partial(_pressed, sheet, settings, hangs)
     found, past = np.zeros((len(diameters), len(stretches), len(depths))), None
     for i, diameter in enumerate(diameters):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stretch_bt.accuracy.force.hands import FINER, STRETCHES, forces_of, measured_at
 from stretch_bt.accuracy.points import Point
-from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
+from stretch_bt.model.calibrate_hertz import effective_modulus, fit_calibrated_hertz
 from stretch_bt.model.calibrate_membrane import fit_membrane
 from stretch_bt.model.hertz import hertz_force
 from stretch_bt.model.measurements import Measurements
@@ -50,8 +50,7 @@ def _models(given: Measurements) -> dict[str, Call]:
 
     calibrated, membrane = fit_calibrated_hertz(given), fit_membrane(given)
     solved = SheetModel.from_json(membrane.to_json())
-    unit = np.array([hertz_force("sphere", d, 1.0, radius=r) for r, d in zip(given.radius, given.depth, strict=True)])
-    modulus = float(unit @ given.force / (unit @ unit))
+    modulus = effective_modulus(given.depth, given.force, given.radius).value
     return {
         "hertz: one modulus": lambda r, x, d: float(hertz_force("sphere", d, modulus, radius=r)),
         "calibrated: paper": lambda r, x, d: calibrated.predict(r, x, d)[0],

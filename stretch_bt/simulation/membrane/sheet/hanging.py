@@ -11,7 +11,7 @@ from stretch_bt.simulation.membrane.sheet.newton import Newton
 from stretch_bt.simulation.membrane.sheet.result import Shape
 from stretch_bt.simulation.membrane.sheet.threads import one_thread
 
-__all__ = ["hang"]
+__all__ = ["hang", "lowest"]
 
 _ELEMENT = 5.0  # sheet units; the shape is smooth
 _FIRST = 0.02  # of the gauge; a guess of how far a slack sheet hangs
@@ -39,3 +39,8 @@ def hang(sheet: Sheet, stretch: float) -> Shape:
         found = newton.run(lambda step: step.size < 1e-5 or -step.promise < 1e-12, _BUDGET)
     assert np.isfinite(found.control).all()
     return Shape(mesh, found.control, sheet.unit)
+
+
+def lowest(sheet: Sheet, stretch: float) -> float:
+    """Return how far the sheet hangs below its plane in its middle at a stretch, m; raises as `hang` does."""
+    return -float(hang(sheet, stretch).points(9, 41)[..., 2].min())

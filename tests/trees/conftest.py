@@ -1,0 +1,21 @@
+"""What tests of palpation share."""
+
+import pytest
+
+from stretch_bt.run.onlooker import Onlooker
+
+
+@pytest.fixture
+def pressed():
+    """Return the scene's own force at each press, N, of the run so far, and what a run is watched with for that."""
+    forces = []
+
+    def watch(runner):
+        class Ends(Onlooker):
+            def write(self, key, value, sd, path):
+                if key.endswith("/pressed"):
+                    forces.append(runner.cell.truth()["force"])
+
+        runner.watchers.append(Ends())
+
+    return forces, watch
