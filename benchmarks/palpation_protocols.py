@@ -48,7 +48,7 @@ LEVELS = {
     "shipped": [
         {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "hold": 0.2, "settle": 0.0},
         {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "hold": 1.5, "settle": 0.5},
-        {"touch_frames": 32, "sensing_frames": 24, "frames": 8, "hold": 3.5, "settle": 1.5},
+        {"touch_frames": 32, "sensing_frames": 24, "frames": 16, "hold": 3.5, "settle": 1.5},
         {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "hold": 6.0, "settle": 2.0},
     ],
     "active": [

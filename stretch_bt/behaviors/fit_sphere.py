@@ -14,6 +14,7 @@ class FitSphere(Behavior):
     kind = "perception"
     instant = True
     contact: In[Contact]  # the contact and the surface around it
+    before: In[Sphere | None] = None  # an earlier fit of the same object, which counts as well
     sphere: Out[Sphere]  # radius, centre and curvature, each with its standard deviation
     min_significance: In[float] = port(3.0, min=1.0, doc="accept when the curvature exceeds this many sd")
 
@@ -24,5 +25,5 @@ class FitSphere(Behavior):
             raise IllConditioned(
                 f"the cap carries no convex radius: curvature {fit.curvature:.3g} 1/m with a standard deviation of {fit.curvature_sd:.2g}"
             )
-        self.sphere = fit
+        self.sphere = fit if self.before is None else perception.pooled_sphere(self.before, fit)
         return Status.SUCCESS

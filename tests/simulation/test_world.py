@@ -132,6 +132,17 @@ def test_softening_stays_in_the_membrane_when_the_object_is_exchanged():
     assert forces[1] < 0.95 * forces[0]
 
 
+def test_a_membrane_that_was_conditioned_begins_at_its_softest():
+    ball, low = "type: sphere, diameter: 30 mm", Pose((0, 0, 0.060))
+    forces = {}
+    for effects in ("{mullins: on}", "{mullins: off}"):
+        for hand in ("", "hand: {conditioned: {diameter: 30 mm, stretch: 40 mm, depth: 10 mm}}\n"):
+            made = World(scene("rigid: true, base: 40 mm", kind=ball, fidelity="sheet", effects=effects, more=hand))
+            forces[effects, bool(hand)] = made.truth(low, 0.02)["force"]
+    assert forces["{mullins: on}", True] < 0.95 * forces["{mullins: on}", False]
+    assert forces["{mullins: off}", True] == forces["{mullins: off}", False]
+
+
 def test_one_solution_for_each_state_and_none_until_somebody_looks():
     world = World(scene(fidelity="sheet"))
     pose = Pose((0, 0, TOP - 0.01))

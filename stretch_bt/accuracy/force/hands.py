@@ -67,7 +67,7 @@ class TrueHand:
         random = np.random.default_rng([seed, 61])
         modulus, thickness, mount = np.array([SHEAR_MODULUS, 0.002, MOUNT_PRESTRETCH]) * random.uniform(0.8, 1.2, 3)
         share, friction, softening = random.uniform([0.05, 0.2, 0.05], [0.24, 0.6, 0.15])
-        return cls(modulus, thickness, mount, share if seed % 2 else 0.0, friction, softening)
+        return cls(*map(float, (modulus, thickness, mount, share if seed % 2 else 0.0, friction, softening)))
 
     def sheet(self) -> Sheet:
         """Return its membrane."""
