@@ -11,6 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.characterization import FORMAT, NAME, Press, first_lines, read_table, table_line
+from stretch_bt.model.conditioning import CONDITIONED, Conditioning
 from stretch_bt.tree.context import Context
 
 __all__ = ["TableFile", "opened", "table_of"]
@@ -24,8 +25,9 @@ _ALIKE = ("hand", "scene", "cell", "protocol")
 class TableFile:
     """A table that grows by a row at a time, each on the disk before the next press; `presses` are its rows."""
 
-    def __init__(self, files: list[Path], presses: list[Press]) -> None:
+    def __init__(self, files: list[Path], provenance: Mapping[str, Any], presses: list[Press]) -> None:
         self.files = files
+        self.provenance = provenance
         self.presses = presses
 
     def append(self, press: Press) -> None:
@@ -44,7 +46,7 @@ def table_of(context: Context, name: str) -> TableFile:
     return found
 
 
-def opened(context: Context, name: str, protocol: str) -> TableFile:
+def opened(context: Context, name: str, protocol: str, conditioned: Conditioning) -> TableFile:
     """Return the table of this run, opened once: the one that is named, or a new one in the record.
 
     A named table keeps its rows, and the record gets a copy of it, so that the record alone tells what was known. A last line
@@ -53,13 +55,13 @@ def opened(context: Context, name: str, protocol: str) -> TableFile:
     Raises
     ------
     IllConditioned
-        The table is of another hand, scene, cell or protocol.
+        The table is of another hand, scene, cell or protocol, or of a membrane that was conditioned otherwise.
     InvalidInput
         It is no table, or cannot be written.
     """
     key = (TableFile, name)
     if key not in context.memory:
-        context.memory[key] = _open(context, name, _provenance(context, protocol))
+        context.memory[key] = _open(context, name, _provenance(context, protocol, conditioned))
     found: TableFile = context.memory[key]
     return found
 
@@ -82,10 +84,10 @@ def _open(context: Context, name: str, provenance: Mapping[str, Any]) -> TableFi
         shutil.copyfile(source, own)
     table = read_table(source)
     _check_alike(source, table.provenance, provenance)
-    return TableFile(files, list(table.presses()))
+    return TableFile(files, table.provenance, list(table.presses()))
 
 
-def _provenance(context: Context, protocol: str) -> dict[str, Any]:
+def _provenance(context: Context, protocol: str, conditioned: Conditioning) -> dict[str, Any]:
     about = context.about
     return {
         "hand": asdict(context.hand.geometry),
@@ -95,6 +97,7 @@ def _provenance(context: Context, protocol: str) -> dict[str, Any]:
         "seed": about.get("seed"),
         "versions": about.get("versions", {}),
         "protocol": protocol,
+        CONDITIONED: conditioned.to_json(),
     }
 
 
@@ -104,6 +107,14 @@ def _check_alike(path: Path, found: Mapping[str, Any], wanted: Mapping[str, Any]
             raise IllConditioned(
                 f"{path}: the table is of {name} {found.get(name)!r}, this run is of {wanted[name]!r}; name another table"
             )
+    before, now = Conditioning.of(found), Conditioning.of(wanted)
+    if before is None and now is not None and now.softens:  # a table that does not say so is held to be conditioned
+        return
+    if before != now:
+        raise IllConditioned(
+            f"{path}: the membrane of the table is {before or 'held to be conditioned, which the table does not say'}, that of this "
+            f"run {now}; name another table, or measure as it was with 'condition', 'stretches' and 'depths'"
+        )
 
 
 def _mend(path: Path) -> None:

@@ -50,4 +50,5 @@ class FitCalibration(Behavior):
     def _table(self) -> Table:
         if self.table:
             return read_table(self.table)
-        return as_table({"protocol": "of this run"}, table_of(self.context, self.table).presses)
+        table = table_of(self.context, self.table)
+        return as_table(table.provenance, table.presses)

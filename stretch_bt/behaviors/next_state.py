@@ -6,6 +6,7 @@ from typing import Literal
 
 from stretch_bt.behaviors._table import opened
 from stretch_bt.errors import UnsetKey
+from stretch_bt.model.conditioning import Conditioning
 from stretch_bt.model.protocol import Protocol, State, missing, protocol
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
@@ -18,7 +19,7 @@ class NextState(Behavior):
 
     Indenters change most seldom, then stretches, then trials; within a trial depths rise, because the membrane is softer up to
     where it has been before. A table that an earlier run began is gone on with: name it in `table`. It must be of the same hand,
-    scene, cell and protocol. The record keeps a copy.
+    scene, cell and protocol, and its membrane conditioned alike. The record keeps a copy.
     """
 
     kind = "model"
@@ -28,6 +29,7 @@ class NextState(Behavior):
     diameters: In[Sequence[Length]] = ()  # of spheres and cylinders, in place of the protocol's
     stretches: In[Sequence[Length]] = ()  # in place of the protocol's
     depths: In[Sequence[Length]] = ()  # in place of the protocol's
+    condition: In[bool] = False  # whether the tree first presses each indenter to max_depth at max_stretch
     trials: In[int] = port(0, min=0, max=1000, doc="of each stretch of an indenter; 0 for as many as the protocol has")
     done: Out[bool]  # whether nothing is left; what follows is then not written
     geometry: Out[str]  # sphere, cylinder or cone
@@ -55,9 +57,10 @@ class NextState(Behavior):
 
     def update(self) -> Status:
         """Look what is missing, once; then go on whenever a row was written."""
-        table = opened(self.context, self.table, self.protocol)
+        wanted = self._wanted()
+        before = Conditioning(wanted.stretches[-1], wanted.depths[-1]) if self.condition else Conditioning()
+        table = opened(self.context, self.table, self.protocol, before)
         if self.left is None:
-            wanted = self._wanted()
             self.left = missing(wanted, table.presses)[::-1]
             self.max_stretch, self.max_depth = wanted.stretches[-1], wanted.depths[-1]
         elif len(table.presses) > self.known and self.left:

@@ -17,7 +17,7 @@ from stretch_bt.model.membrane_table import Axis, read_table
 from stretch_bt.model.root import rising_root
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["PARAMETERS", "Hand", "MembraneModel"]
+__all__ = ["BOUNDS", "PARAMETERS", "Hand", "MembraneModel"]
 
 Array = npt.NDArray[np.float64]
 
@@ -66,6 +66,15 @@ class Hand(NamedTuple):
 
 
 PARAMETERS = Hand._fields
+#: least and most of each parameter of a hand: what lies beyond is no such membrane
+BOUNDS: dict[str, tuple[float, float]] = {
+    "shear_modulus": (1e3, 1e7),
+    "thickness": (2e-4, 0.02),
+    "mount_prestretch": (0.0, 0.04),
+    "second_invariant": (0.0, 0.6),
+    "friction": (0.0, 2.0),
+    "softening": (0.0, 0.5),
+}
 
 
 @dataclass(frozen=True)

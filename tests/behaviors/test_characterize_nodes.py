@@ -350,6 +350,45 @@ def test_a_table_of_another_protocol_is_refused(bench, tmp_path):
     assert "the table is of protocol 'tasks', this run is of 'paper'" in node.reason
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        ({"condition": True}, {"condition": True}, None),
+        ({}, {}, None),
+        (
+            {"condition": True},
+            {},
+            "conditioned to a stretch of 10 mm and a depth of 2 mm, that of this run not conditioned",
+        ),
+        ({}, {"condition": True}, "not conditioned, that of this run conditioned to a stretch of 10 mm"),
+        (
+            {"condition": True},
+            {"condition": True, "stretches": [0.0, 0.02]},
+            "that of this run conditioned to a stretch of 20 mm",
+        ),
+    ],
+)
+def test_a_table_of_a_membrane_that_was_conditioned_otherwise_is_refused(bench, tmp_path, first, second, said):
+    table = str(tmp_path / "table.csv")
+    measure(bench(), rows=1, table=table, **first)
+    node = bench().run("next_state", table=table, **{**SMALL, **second})
+    assert node.status is (Status.FAILURE if said else Status.SUCCESS)
+    assert (said or "") in node.reason
+
+
+@pytest.mark.parametrize("condition", [True, False])
+def test_a_table_that_does_not_say_so_is_held_to_be_conditioned(bench, tmp_path, condition):
+    table = tmp_path / "table.csv"
+    measure(bench(), rows=1, table=str(table), condition=True)
+    head, rest = table.read_text().split("\n", 1)
+    kept = json.loads(head.removeprefix("# stretch-characterization/1 "))
+    assert kept.pop("conditioned") == {"stretch": 0.01, "depth": 0.002}
+    table.write_text(f"# stretch-characterization/1 {json.dumps(kept)}\n{rest}")
+    node = bench().run("next_state", table=str(table), condition=condition, **SMALL)
+    assert node.status is (Status.SUCCESS if condition else Status.FAILURE)
+    assert condition or "held to be conditioned" in node.reason
+
+
 def test_a_folder_that_is_not_there_is_named(bench, tmp_path):
     node = bench().node("next_state", table=str(tmp_path / "none" / "table.csv"), **SMALL)
     with pytest.raises(InvalidInput, match=r"table\.csv: the table cannot be written .* in a folder that exists"):

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,6 +7,7 @@ import pytest
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.calibration import calibrate
 from stretch_bt.model.characterization import Press, as_table
+from stretch_bt.model.conditioning import Conditioning
 from stretch_bt.model.force_model import Range
 from stretch_bt.model.measurements import Measurements, forces
 from stretch_bt.model.membrane import Hand, MembraneModel
@@ -115,6 +117,41 @@ def test_what_a_gripper_and_an_arm_tell_need_not_be_exact():
     assert given.depth.min() == 0.0
     for name in ("membrane", "paper"):
         assert len(calibrate(given, name).residuals) == 9
+
+
+def told_of(model, diameters, stretches, depths):
+    """Return what a model and the true hand say of the same places, as ratios."""
+    places = [(d / 2, x, z * 1e-3) for d in diameters for x in stretches for z in depths]
+    return np.array([model.predict(*p)[0] / HAND.predict(*p)[0] for p in places])
+
+
+def test_softening_is_that_of_the_stretch_at_which_the_membrane_was_conditioned():
+    """The hand was taken to 80 mm, and measured to 40 mm alone: it stays soft there, and has its full force at 80 mm."""
+    given = replace(presses(stretches=(0.0, 0.02, 0.04)), conditioned=Conditioning(0.08, 0.015))
+    model = calibrate(given).model
+    assert model.conditioned == 0.08
+    assert model.provenance["conditioned"] == {"stretch": 0.08, "depth": 0.015}
+    assert np.abs(told_of(model, DIAMETERS, (0.01, 0.05), (5, 11)) - 1).max() < 0.02
+    assert np.abs(told_of(model, DIAMETERS, (0.078,), (5, 11)) - 1).max() < 0.04
+
+
+def test_the_softening_of_a_membrane_that_was_not_conditioned_is_not_fitted():
+    fresh = replace(HAND, hand=HAND.hand._replace(softening=0.0))
+    model = calibrate(replace(presses(fresh), conditioned=Conditioning())).model
+    at = model.hand._fields.index("softening")
+    assert model.hand.softening == 0.0
+    assert math.sqrt(model.covariance[at][at]) == pytest.approx(0.1, rel=1e-3)
+    assert np.abs(model.covariance[at][:at]).max() < 1e-9
+    assert "softening is held at 0" in model.provenance["conditioned"]["note"]
+    known = calibrate(replace(presses(fresh), conditioned=Conditioning(0.08, 0.015))).model
+    place = (0.01, 0.02, 0.008)
+    assert model.predict(*place)[1] > 1.5 * known.predict(*place)[1]
+
+
+def test_what_a_table_does_not_say_of_its_membrane_is_assumed_and_said():
+    note = calibrate(presses()).model.provenance["conditioned"]
+    assert (note["stretch"], note["depth"]) == (0.08, 0.015)
+    assert "not said" in note["note"]
 
 
 REFUSED = {

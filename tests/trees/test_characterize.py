@@ -142,15 +142,18 @@ def test_an_interrupted_run_is_gone_on_with(characterize, tmp_path, tick):
 
 
 def test_the_membrane_is_first_taken_where_it_is_softest(characterize):
-    targets = []
+    targets, said = [], []
     for condition in (True, False):
         result = characterize(
             params={"diameters": [0.02], "stretches": [0.01, 0.04], "trials": 1, "condition": condition}
         )
-        where = table_of(result).contact_height[0]
+        table = table_of(result)
+        where = table.contact_height[0]
+        said.append(table.provenance["conditioned"])
         owners = [e for e in events_of(result) if e["type"] == "command" and e["owner"].endswith("/soften/press")]
         targets.append([where - e["arguments"]["target"]["position"][2] for e in owners])
     assert targets == [[pytest.approx(0.004)], []]
+    assert said == [{"stretch": 0.04, "depth": 0.004}, {"stretch": 0.0, "depth": 0.0}]
 
 
 def test_too_much_force_ends_the_task_and_raises_the_hand(characterize):
