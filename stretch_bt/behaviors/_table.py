@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.characterization import FORMAT, NAME, Press, first_lines, read_table, table_line
+from stretch_bt.model.characterization import FORMAT, NAME, Press, first_lines, parse_table, read_table, table_line
 from stretch_bt.model.conditioning import CONDITIONED, Conditioning
 from stretch_bt.tree.context import Context
 
-__all__ = ["TableFile", "opened", "table_of"]
+__all__ = ["TableFile", "check_table", "opened", "table_of"]
 
 #: in the record of a run that goes on with a table: how that was at first
 _BEFORE = "characterization_before.csv"
@@ -64,6 +64,31 @@ def opened(context: Context, name: str, protocol: str, conditioned: Conditioning
         context.memory[key] = _open(context, name, _provenance(context, protocol, conditioned))
     found: TableFile = context.memory[key]
     return found
+
+
+def check_table(context: Context, name: str, protocol: str, conditioned: Conditioning) -> None:
+    """Refuse, before a run, a table that cannot be gone on with or begun; changes nothing.
+
+    Raises
+    ------
+    InvalidInput
+        What `opened` would refuse, or a place where nothing can be written.
+    """
+    path = Path(name)
+    if path.is_dir() or not path.parent.is_dir():
+        what = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
+        raise InvalidInput(f"{path}: the table cannot be written ({what}); name a file in a folder that exists")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise InvalidInput(f"{path}: the table cannot be written (no permission); name another file")
+    content = _whole(path.read_bytes()) if path.exists() else b""
+    if content:
+        try:
+            table = parse_table(content.decode(), name)
+            _check_alike(path, table.provenance, _provenance(context, protocol, conditioned))
+        except UnicodeDecodeError:
+            raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
+        except IllConditioned as refusal:
+            raise InvalidInput(str(refusal)) from None
 
 
 def _open(context: Context, name: str, provenance: Mapping[str, Any]) -> TableFile:
@@ -123,12 +148,17 @@ def _mend(path: Path) -> None:
         return
     try:
         with path.open("r+b") as file:
-            content = file.read()
-            kept = content[: content.rfind(b"\n") + 1]
-            if f"# {FORMAT}".encode().startswith(content[: len(FORMAT) + 2]):  # what is no table stays as it is
-                file.truncate(len(kept) if kept.count(b"\n") >= 2 else 0)
+            file.truncate(len(_whole(file.read())))
     except OSError as error:
         raise _unwritten(path, error) from None
+
+
+def _whole(content: bytes) -> bytes:
+    """Return a table without a last row that was cut short; what is no table stays as it is."""
+    kept = content[: content.rfind(b"\n") + 1]
+    if not f"# {FORMAT}".encode().startswith(content[: len(FORMAT) + 2]):
+        return content
+    return kept if kept.count(b"\n") >= 2 else b""
 
 
 def _write(path: Path, text: str, mode: str) -> None:

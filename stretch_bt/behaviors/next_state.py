@@ -4,13 +4,18 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Literal
 
-from stretch_bt.behaviors._table import opened
-from stretch_bt.errors import UnsetKey
+from stretch_bt.behaviors._motion import MOST_DEPTH, MOST_STRETCH
+from stretch_bt.behaviors._table import check_table, opened
+from stretch_bt.errors import InvalidInput, UnsetKey
+from stretch_bt.hardware.indenters import check_indenter
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.conditioning import Conditioning
 from stretch_bt.model.protocol import Protocol, State, missing, protocol
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Angle, Length
+from stretch_bt.units import KINDS, Angle, Length, format_quantity
+
+_ROUNDING = 1e-9
 
 
 @node
@@ -51,15 +56,17 @@ class NextState(Behavior):
         self.known = 0
 
     def prepare(self) -> None:
-        """Refuse what makes no protocol, where it is known already."""
+        """Refuse, where it is known already, what makes no protocol or lies past a limit, and a table that cannot be gone on with."""
         with suppress(UnsetKey):
-            self._wanted()
+            wanted = self._wanted()
+            self._check_within(wanted)
+            if self.table:
+                check_table(self.context, self.table, self.protocol, self._conditioning(wanted))
 
     def update(self) -> Status:
         """Look what is missing, once; then go on whenever a row was written."""
         wanted = self._wanted()
-        before = Conditioning(wanted.stretches[-1], wanted.depths[-1]) if self.condition else Conditioning()
-        table = opened(self.context, self.table, self.protocol, before)
+        table = opened(self.context, self.table, self.protocol, self._conditioning(wanted))
         if self.left is None:
             self.left = missing(wanted, table.presses)[::-1]
             self.max_stretch, self.max_depth = wanted.stretches[-1], wanted.depths[-1]
@@ -75,6 +82,27 @@ class NextState(Behavior):
         return protocol(
             self.protocol, diameters=self.diameters, stretches=self.stretches, depths=self.depths, trials=self.trials
         )
+
+    def _conditioning(self, wanted: Protocol) -> Conditioning:
+        return Conditioning(wanted.stretches[-1], wanted.depths[-1]) if self.condition else Conditioning()
+
+    def _check_within(self, wanted: Protocol) -> None:
+        """Raise InvalidInput, with the limit, for a state that no run can reach."""
+        limits = self.context.limits or Limits()
+        least, most = limits.stretch.min, min(limits.stretch.max, MOST_STRETCH)
+        for name, values, low, high in (
+            ("stretches", wanted.stretches, least, most),
+            ("depths", wanted.depths, 0.0, min(limits.depth, MOST_DEPTH)),
+        ):
+            beyond = [v for v in values if not low - _ROUNDING <= v <= high + _ROUNDING]
+            if beyond:
+                asked, lowest, highest = (format_quantity(v, KINDS["Length"]) for v in (beyond[-1], low, high))
+                raise InvalidInput(f"{name}: {asked} is past the limits of the hand; use {lowest} to {highest}")
+        for geometry, size in wanted.indenters():
+            try:
+                check_indenter(geometry, size)
+            except InvalidInput as error:
+                raise InvalidInput(f"diameters: {error}") from None
 
     def _tell(self, state: State) -> None:
         before, self.before = self.before, state
