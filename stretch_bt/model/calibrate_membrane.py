@@ -13,10 +13,12 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.model.conditioning import CONDITIONED, Conditioning
 from stretch_bt.model.force_model import Range
 from stretch_bt.model.measurements import Measurements
-from stretch_bt.model.membrane import BOUNDS, PARAMETERS, Hand, MembraneModel
+from stretch_bt.model.membrane import MembraneModel
+from stretch_bt.model.membrane_hand import BOUNDS, PARAMETERS, Hand
 from stretch_bt.model.membrane_table import read_table
+from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["ROBOT_SD", "fit_membrane"]
+__all__ = ["ROBOT_SD", "at_an_end", "fit_membrane", "within_table"]
 
 Array = npt.NDArray[np.float64]
 
@@ -29,6 +31,7 @@ _TOLD = 2e-3  # m; lighter presses say more of the zero of depth than of the mod
 _RISE = 1.3  # power of depth that a force about goes with
 _AT_END = 1e-3  # of a logarithm
 _SETTLED = 1e-6  # of the deviation of a prior
+_EXACT = 1e-9  # m
 _ALONE = 0.02  # of a force, where there is nothing to leave out
 
 # mean and standard deviation of what is fitted: logarithms of the first two
@@ -46,23 +49,27 @@ _SOFTENING = PARAMETERS.index("softening")
 _UNSOFTENED = (0.0, math.hypot(*_PRIOR["softening"]))  # what is not measured of it: how far from 0 it is
 
 
-def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) -> MembraneModel:
+def fit_membrane(
+    given: Measurements, provenance: dict[str, Any] | None = None, *, judged: bool = True
+) -> MembraneModel:
     """Return the membrane model that fits measured forces, with the covariance of its parameters.
 
     Shear modulus, thickness, mount pre-stretch, the share of the second invariant, friction, softening, and the zero of depth of all and of each
     indenter are found by robust least squares, each held by what such hands have: the sheet's physics decides what the
     measurements do not. `relative_sd` is the rms error of forces on a diameter that the fit did not see,
-    between others, at depths of 2 mm and more.
+    between others, at depths of 2 mm and more; where it is not to be `judged`, which takes a fit for each diameter, what such
+    models leave. Presses past the table's range are left out, and the provenance says which.
 
     Raises
     ------
     IllConditioned
-        There are too few presses, or the force does not grow with depth.
+        There are too few presses within the table's range, or the force does not grow with depth.
     """
+    given, notes = within_table(given)
     given.check()
     conditioned = given.conditioned or Conditioning(given.range.stretch[1], given.range.depth[1])
     found = _Fit.of(given, conditioned)
-    relative = max(_left_out(given, conditioned), _LEAST_MODEL)
+    relative = max(_left_out(given, conditioned), _LEAST_MODEL) if judged else _ALONE
     if relative > _MOST_MODEL or found.at_an_end:
         left = (
             "has no shear modulus or thickness for these forces"
@@ -73,7 +80,43 @@ def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) 
             f"the forces are not those of such a membrane: the model {left}; check the unit and the zero of the force sensor, and "
             f"the zero of depth"
         )
-    return found.model(relative, _range(given), {**(provenance or {}), **_said(given, conditioned)})
+    return found.model(relative, _range(given), {**(provenance or {}), **_said(given, conditioned), **notes})
+
+
+def within_table(given: Measurements) -> tuple[Measurements, dict[str, list[str]]]:
+    """Return the presses that the table of the sheet can tell, and by the key `left_out` what was left out, if anything.
+
+    Raises
+    ------
+    IllConditioned
+        Nothing is left.
+    """
+    table = read_table()
+    least, most = float(table.diameters[0]), float(table.diameters[-1])
+    far = float(table.spans[-1]) - _PRIOR["mount_prestretch"][0]
+    sizes = (given.radius * 2 >= least - _EXACT) & (given.radius * 2 <= most + _EXACT)
+    notes = [
+        f"diameter {_mm(d)}, outside of {_mm(least)} to {_mm(most)}"
+        for d in given.diameters
+        if not sizes[given.of_diameter(d)].any()
+    ]
+    near, shallow = given.stretch <= far, given.depth <= float(table.depths[-1])
+    notes += _presses("stretches", given.stretch[sizes & ~near], far)
+    notes += _presses("depths", given.depth[sizes & near & ~shallow], float(table.depths[-1]))
+    kept = sizes & near & shallow
+    if not kept.any():
+        raise IllConditioned(
+            f"the membrane model can tell none of the presses: left out are {'; '.join(notes)}; measure within, or use the paper's model"
+        )
+    return given.where(kept), {"left_out": notes} if notes else {}
+
+
+def _presses(name: str, values: Array, most: float) -> list[str]:
+    return [f"{len(values)} presses at {name} to {_mm(values.max())}, past {_mm(most)}"] if len(values) else []
+
+
+def _mm(length: float) -> str:
+    return format_quantity(float(length), KINDS["Length"])
 
 
 def _said(given: Measurements, conditioned: Conditioning) -> dict[str, Any]:
@@ -124,6 +167,7 @@ class _Fit:
     covariance: Array
     conditioned: float
     common: float
+    measured: Range
 
     @classmethod
     def of(cls, given: Measurements, conditioned: Conditioning) -> _Fit:
@@ -144,7 +188,7 @@ class _Fit:
         values = _settled(done.x[:n])
         if not conditioned.softens:
             values[_SOFTENING] = 0.0
-        return cls(values, covariance[:n, :n] * spread, problem.conditioned, float(done.x[n]))
+        return cls(values, covariance[:n, :n] * spread, problem.conditioned, float(done.x[n]), given.range)
 
     @property
     def at_an_end(self) -> bool:
@@ -157,7 +201,7 @@ class _Fit:
         scale = np.array([math.exp(self.values[0]), math.exp(self.values[1])] + [1.0] * (len(PARAMETERS) - 2))
         covariance = self.covariance * np.outer(scale, scale)
         rows = tuple(tuple(float(v) for v in row) for row in covariance)
-        return MembraneModel(_hand(self.values), rows, relative, limits, provenance, self.conditioned)
+        return MembraneModel(_hand(self.values), rows, relative, limits, provenance, self.conditioned, self.measured)
 
 
 class _Problem:
@@ -209,6 +253,11 @@ class _Problem:
         unit = hand.tension * self.table.gauge / 100
         found: Array = unit * np.exp(np.einsum("nk,nk->n", at, lines[self.state]))
         return found
+
+
+def at_an_end(name: str, value: float) -> bool:
+    """Tell whether a parameter stands at an end of what is allowed, so that the measurements may want it further."""
+    return value in BOUNDS[name]
 
 
 def _settled(values: Array) -> Array:

@@ -100,8 +100,9 @@ class Measurements:
 
 
 def forces(model: ForceModel, given: Measurements) -> Array:
-    """Return (n,) float, N: what a model says of the presses."""
-    return np.array([model.predict(*row)[0] for row in zip(given.radius, given.stretch, given.depth, strict=True)])
+    """Return (n,) float, N: what a model says of the presses, and of one too deep for it at the deepest."""
+    rows = zip(given.radius, given.stretch, given.depth, strict=True)
+    return np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in rows])
 
 
 def _together(values: Array) -> Array:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.model import calibrate_membrane
 from stretch_bt.model.calibration import calibrate
 from stretch_bt.model.characterization import Press, as_table
 from stretch_bt.model.conditioning import Conditioning
@@ -152,6 +153,75 @@ def test_what_a_table_does_not_say_of_its_membrane_is_assumed_and_said():
     note = calibrate(presses()).model.provenance["conditioned"]
     assert (note["stretch"], note["depth"]) == (0.08, 0.015)
     assert "not said" in note["note"]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda g: changed(g, radius=np.where(g.of_diameter(0.01), 0.0025, g.radius)), "diameter 5 mm, outside of 8 mm to 120 mm"),
+        (lambda g: changed(g, depth=np.where(g.depth > 0.014, 0.03, g.depth)), "25 presses at depths to 30 mm, past 25 mm"),
+        (lambda g: changed(g, stretch=np.where(g.stretch > 0.07, 0.12, g.stretch)), "30 presses at stretches to 120 mm, past 108 mm"),
+    ],
+)  # fmt: skip
+def test_presses_past_the_table_are_left_out_and_said_so(spoil, said):
+    found = calibrate(spoil(presses()))
+    assert found.warnings == [f"left out: {said}"]
+    assert found.to_json()["warnings"] == found.warnings
+    assert np.abs(told_of(found.model, (0.02, 0.045), (0.01, 0.05), (5, 11)) - 1).max() < 0.01
+    assert calibrate(presses()).warnings == []
+
+
+def test_where_nothing_lies_within_the_table_it_is_refused():
+    given = presses(diameters=(0.02,))
+    with pytest.raises(IllConditioned, match="diameter 4 mm, outside of 8 mm to 120 mm"):
+        calibrate(changed(given, radius=np.full(len(given), 0.002)))
+
+
+def test_a_press_at_the_edge_of_what_the_membrane_bears_is_no_mistake():
+    given = presses()
+    deep = (given.radius < 0.006) & (given.stretch > 0.07) & (given.depth > 0.014)
+    found = calibrate(changed(given, depth=np.where(deep, 0.0152, given.depth)))
+    assert len(found.residuals) == 25
+
+
+@pytest.mark.parametrize(
+    ("kept", "inside", "beyond"),
+    [
+        ({"diameters": (0.02, 0.03)}, (0.015, 0.02, 0.008), (0.028, 0.02, 0.008)),
+        ({"stretches": (0.0, 0.02, 0.04)}, (0.012, 0.03, 0.008), (0.012, 0.075, 0.008)),
+        ({"depths": (1, 2, 4, 6)}, (0.012, 0.03, 0.005), (0.012, 0.03, 0.014)),
+    ],
+)
+def test_beyond_what_was_measured_it_answers_with_a_larger_deviation_and_says_so(kept, inside, beyond):
+    model = calibrate(presses(noise=0.005, **kept)).model
+    (near, near_sd), (far, far_sd) = model.predict(*inside), model.predict(*beyond)
+    assert model.in_range(*inside)
+    assert not model.in_range(*beyond)
+    assert far_sd / far > near_sd / near
+    assert abs(far - HAND.predict(*beyond)[0]) < 3 * far_sd
+    bare = replace(model, measured=None)
+    assert bare.in_range(*beyond)
+    assert bare.predict(*inside)[1] == near_sd
+    assert bare.predict(*beyond)[1] < far_sd
+
+
+def test_a_parameter_at_its_bound_stands_there_exactly():
+    hand = replace(HAND, hand=HAND.hand._replace(softening=0.0, friction=0.0, second_invariant=0.0))
+    given = replace(presses(hand), conditioned=Conditioning(0.08, 0.015))
+    slack = changed(given, force=given.force * (1 + 0.2 * (0.08 - given.stretch)))
+    values = calibrate(slack).model.hand
+    assert any(value == 0.0 for value in values)
+    assert not any(0.0 < abs(value) < 1e-9 for value in values)
+
+
+def test_only_the_model_that_is_kept_is_judged(monkeypatch):
+    """One fit to all, one without each diameter, and one without each inner one for the error that is stated."""
+    made, fit = [], calibrate_membrane._Fit.of.__func__
+    monkeypatch.setattr(
+        calibrate_membrane._Fit, "of", classmethod(lambda cls, *given: (made.append(given), fit(cls, *given))[1])
+    )
+    calibrate(presses())
+    assert len(made) == 1 + len(DIAMETERS) + len(DIAMETERS[1:-1])
 
 
 REFUSED = {
