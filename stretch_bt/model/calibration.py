@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -118,7 +118,7 @@ def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
             model = widened(fit(given.where(~mask), None), given)
             found.append(_told(model, given.where(mask & (given.depth > 0)), diameter, outer))
         except IllConditioned as refusal:
-            found.append(LeftOut(diameter, outer, None, None, str(refusal)))
+            found.append(LeftOut(diameter, outer, None, None, f"no model of the other diameters: {refusal}"))
     return found
 
 
@@ -127,7 +127,7 @@ def widened(model: ForceModel, given: Measurements) -> ForceModel:
     if not isinstance(model, CalibratedHertz):
         return model
     limits = Range(given.range.radius, given.range.stretch, given.range.depth)
-    return CalibratedHertz(model.states, model.log_scale, model.relative_sd, limits, model.provenance)
+    return replace(model, range=limits)
 
 
 def _told(model: ForceModel, given: Measurements, diameter: float, outer: bool) -> LeftOut:
