@@ -8,7 +8,6 @@ from stretch_bt.behaviors._motion import MOST_DEPTH, MOST_STRETCH
 from stretch_bt.behaviors._table import check_table, opened
 from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.hardware.indenters import check_indenter
-from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.conditioning import Conditioning
 from stretch_bt.model.protocol import Protocol, State, missing, protocol
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
@@ -88,11 +87,13 @@ class NextState(Behavior):
 
     def _check_within(self, wanted: Protocol) -> None:
         """Raise InvalidInput, with the limit, for a state that no run can reach."""
-        limits = self.context.limits or Limits()
-        least, most = limits.stretch.min, min(limits.stretch.max, MOST_STRETCH)
+        limits, least, most, deepest = self.context.limits, 0.0, MOST_STRETCH, MOST_DEPTH
+        if limits is not None:
+            least, most = max(limits.stretch.min, least), min(limits.stretch.max, most)
+            deepest = min(limits.depth, deepest)
         for name, values, low, high in (
             ("stretches", wanted.stretches, least, most),
-            ("depths", wanted.depths, 0.0, min(limits.depth, MOST_DEPTH)),
+            ("depths", wanted.depths, 0.0, deepest),
         ):
             beyond = [v for v in values if not low - _ROUNDING <= v <= high + _ROUNDING]
             if beyond:

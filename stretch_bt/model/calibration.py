@@ -16,7 +16,7 @@ from stretch_bt.model.calibrated import CalibratedHertz
 from stretch_bt.model.force_model import PAPER, ForceModel, Range, model_of_kind
 from stretch_bt.model.measurements import Measurements, forces
 
-__all__ = ["CALIBRATIONS", "Calibration", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
+__all__ = ["CALIBRATIONS", "Calibration", "Fit", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
 
 Fit = Callable[[Measurements, dict[str, Any] | None], ForceModel]
 

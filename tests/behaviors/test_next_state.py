@@ -61,7 +61,7 @@ def test_a_protocol_that_does_not_exist_is_known_before_the_run(bench):
     ("inputs", "said"),
     [
         ({"stretches": [0.0, 0.2]}, "stretches: 200 mm is past the limits of the hand; use 0 mm to 80 mm"),
-        ({"depths": [0.001, 0.029]}, "depths: 29 mm is past the limits of the hand; use 0 mm to 25 mm"),
+        ({"depths": [0.001, 0.031]}, "depths: 31 mm is past the limits of the hand; use 0 mm to 30 mm"),
         ({"diameters": [0.02, 0.1]}, "diameters: no sphere of 100 mm can be mounted; use 5 mm to 80 mm"),
         ({"diameters": [0.0]}, "diameters: no sphere of 0 mm"),
         ({"table": "FOLDER/none/table.csv"}, "there is no folder"),
