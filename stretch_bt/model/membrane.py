@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_covariance, require_within
-from stretch_bt.model.force_model import MOST, ForceModel, Range, require_force
+from stretch_bt.model.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceModel, Range, require_force
 from stretch_bt.model.membrane_hand import BOUNDS, PARAMETERS, Hand
 from stretch_bt.model.membrane_table import Axis, read_table
 from stretch_bt.model.root import rising_root
@@ -130,8 +130,12 @@ class MembraneModel(ForceModel):
 
     def _beyond(self, radius: float, stretch: float, depth: float) -> tuple[float, ...]:
         """Return what a force is off by, as parts of it, because radius, stretch and depth lie past what was measured."""
-        if self.measured is None or self.measured.holds(radius, stretch, depth):
+        if self._seen is None:
             return ()
+        low, high, slack, tense, deep = self._seen
+        if low <= radius <= high and slack <= stretch <= tense and depth <= deep:
+            return ()
+        assert self.measured is not None
         radii, stretches, depths = self.measured.radius, self.measured.stretch, self.measured.depth
         size = max(math.log(radii[0] / radius), math.log(radius / radii[1]), 0.0)
         out = max(stretches[0] - stretch, stretch - stretches[1], 0.0)
@@ -180,6 +184,14 @@ class MembraneModel(ForceModel):
             fields["conditioned"],
             None if measured is None else Range.from_json(measured, "measured"),
         )
+
+    @cached_property
+    def _seen(self) -> tuple[float, float, float, float, float] | None:
+        """Bounds of radius, stretch and depth within which nothing comes to the deviation, as `Range.holds` has them."""
+        if self.measured is None:
+            return None
+        (low, high), (slack, tense), (_, deep) = self.measured.radius, self.measured.stretch, self.measured.depth
+        return low, high, slack - STRETCH_OFF, tense + STRETCH_OFF, deep + DEPTH_OFF
 
     @cached_property
     def grids(self) -> _Grids:
