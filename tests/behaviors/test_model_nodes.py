@@ -1,6 +1,8 @@
 """Nodes that compute: what they write carries its error, and what has no answer is a FAILURE with its reason."""
 
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.behaviors._readings import Reading, Touch, frames_at, readings_of, tell_again
-from stretch_bt.model import ForceModel, hertz_force
+from stretch_bt.errors import InvalidInput
+from stretch_bt.model import CalibratedHertz, ForceModel, hertz_force
 from stretch_bt.perception.types import CONTACT, UNDEFORMED
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
@@ -21,13 +24,18 @@ stretches = st.floats(0.0, 0.060)
 depths = st.floats(0.004, 0.014)
 
 
-def run(name: str, **inputs: Any) -> tuple[Behavior, Cell]:
+def made(name: str, **inputs: Any) -> Behavior:
     info = lookup(name)
     assert info is not None
     node = info.cls(f"main/{name}")
     node.context = RunContext()
     for port in info.of(Role.INPUT):
         node.wiring[port.name] = partial(inputs.get, port.name, port.default)
+    return node
+
+
+def run(name: str, **inputs: Any) -> tuple[Behavior, Cell]:
+    node = made(name, **inputs)
     for _ in node.tick():
         pass
     return node, next(iter(node.sinks.values()))
@@ -212,6 +220,27 @@ def test_what_follows_from_the_curve_needs_one(name: str) -> None:
     node, _ = run(name, radius=0.03, contact_height=0.06, drop=0.0015)
     assert node.status is Status.FAILURE
     assert "track_drop" in node.reason
+
+
+def calibrated_to(folder: Path, stretch: float) -> str:
+    """Return a calibration file of a model that holds up to a stretch, m."""
+    model = ForceModel.default()
+    assert isinstance(model, CalibratedHertz)
+    path = folder / "hand.json"
+    replace(model, range=replace(model.range, stretch=(0.0, stretch))).save(path)
+    return str(path)
+
+
+@pytest.mark.parametrize("name", ["plan_press", "plan_active"])
+def test_a_model_that_does_not_reach_the_largest_stretch_is_refused_before_the_run(name: str, tmp_path: Path) -> None:
+    short = calibrated_to(tmp_path, 0.06)
+    node = made(name, radius=0.03, contact_height=0.06, drop=0.0015, model=short)
+    with pytest.raises(
+        InvalidInput, match=r"max_stretch: 80 mm is past 60 mm, up to which the model '.*hand.json' holds"
+    ):
+        node.prepare()
+    for inputs in ({"model": short, "max_stretch": 0.06}, {"model": "paper"}, {"model": "fitted"}):
+        made(name, radius=0.03, contact_height=0.06, drop=0.0015, **inputs).prepare()
 
 
 def follow(node: Behavior, name: str, **inputs: Any) -> Behavior:

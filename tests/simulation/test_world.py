@@ -64,6 +64,18 @@ def test_a_rigid_object_has_no_stiffness(fidelity):
     assert all(math.isfinite(v) for v in truth.values())
 
 
+@pytest.mark.parametrize(
+    ("made", "effects"),
+    [(scene(), "{compliance: off}"), (load_scene("water_balloon"), "none")],
+    ids=["sphere", "balloon"],
+)
+def test_what_is_kept_from_giving_way_has_no_stiffness(made, effects):
+    still = made.with_(fidelity="hertz", effects=scene(effects=effects).effects)
+    for given, gives in ((made.with_(fidelity="hertz"), True), (still, False)):
+        truth = World(given).truth(Pose((0, 0, given.object.top - 0.01)), 0.03)
+        assert ("stiffness" in truth, truth["deflection"] > 0) == (gives, gives)
+
+
 @pytest.mark.parametrize("fidelity", ["hertz", "sheet"])
 def test_force_rises_with_depth_and_stretch(fidelity):
     world = World(scene(fidelity=fidelity))

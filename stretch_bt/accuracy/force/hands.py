@@ -17,7 +17,7 @@ import numpy.typing as npt
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.model.measurements import Measurements
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
-from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
+from stretch_bt.simulation.membrane.materials import rubber
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.hanging import lowest
@@ -71,10 +71,8 @@ class TrueHand:
 
     def sheet(self) -> Sheet:
         """Return its membrane."""
-        neo = NeoHookean(self.shear_modulus)
         effects = Effects(sag=DENSITY, bending=True, friction=self.friction, mullins=Mullins(r=1 / self.softening))
-        material = MooneyRivlin(self.shear_modulus, self.share) if self.share else neo
-        return Sheet(0.1, 0.09, self.thickness, material, self.mount_prestretch, effects)
+        return Sheet(0.1, 0.09, self.thickness, rubber(self.shear_modulus, self.share), self.mount_prestretch, effects)
 
 
 def true_forces(seed: int) -> Array:

@@ -92,11 +92,9 @@ class Hand(_Model):
 
     def material(self) -> Material:
         """Return what the membrane is made of."""
-        from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
+        from stretch_bt.simulation.membrane.materials import rubber
 
-        if self.second_invariant == 0:
-            return NeoHookean(self.shear_modulus)
-        return MooneyRivlin(self.shear_modulus, self.second_invariant)
+        return rubber(self.shear_modulus, self.second_invariant)
 
 
 class Table(_Model):
