@@ -16,9 +16,10 @@ from stretch_bt.run.report.text import escape, number, section
 __all__ = ["panel"]
 
 POINTS = 40  # of a curve
+LABELLED = 12  # presses beside each of which its number stands
 BEYOND = 1.15  # times the deepest and the hardest press, to where curves are drawn
 PATH, OBJECT, TRUTH = "#8a94a3", "#5b6675", "#1c2430"
-NOTE = "numbered in the order of the presses, with ± one sd; each mark is a look at one"
+NOTE = "a mark is a look at a press: depth as seen, force and drop by what was fitted so far, ± one sd; presses are numbered in order"
 
 
 def panel(record: RecordReader) -> str:
@@ -40,7 +41,7 @@ def _path(looks: list[Look], curves: list[Line]) -> str:
         for k, label in zip(looks, labels, strict=True)
     ]
     shown = curves or [Line([], color, _name(stretch)) for stretch, color in colors.items()]
-    return chart("path of the presses", "depth of the membrane, mm", "force, N", [*shown, way], marks)
+    return chart("path of the presses, by stretch", "depth of the membrane, mm", "force, N", [*shown, way], marks)
 
 
 def _object(record: RecordReader, looks: list[Look]) -> str:
@@ -99,10 +100,12 @@ def _curve(model: ForceModel, looks: list[Look], stretch: float, color: str) -> 
 
 
 def _numbers(looks: list[Look]) -> list[str]:
-    """Return the number of the press beside its first look, and nothing beside the others."""
+    """Return the number of the press beside its first look, of many presses of the first and the last alone."""
     before = [None, *looks]
     new = [last is None or not look.same_press(last) for last, look in zip(before, looks, strict=False)]
-    return [str(sum(new[: k + 1])) if new[k] else "" for k in range(len(looks))]
+    numbers, count = [sum(new[: k + 1]) for k in range(len(looks))], sum(new)
+    shown = {1, count} if count > LABELLED else range(1, count + 1)
+    return [str(n) if first and n in shown else "" for n, first in zip(numbers, new, strict=True)]
 
 
 def _colors(looks: list[Look]) -> dict[float, str]:
@@ -113,11 +116,11 @@ def _colors(looks: list[Look]) -> dict[float, str]:
 
 
 def _name(stretch: float) -> str:
-    return f"stretch {number(1e3 * stretch)} mm"
+    return f"{number(1e3 * stretch)} mm"
 
 
 def _title(look: Look) -> str:
     return (
-        f"{number(look.time)} s, {_name(look.stretch)}\ndepth {number(1e3 * look.depth)} mm, force {number(look.force)} N, "
+        f"{number(look.time)} s, stretch {_name(look.stretch)}\ndepth {number(1e3 * look.depth)} mm, force {number(look.force)} N, "
         f"drop {number(1e3 * look.drop)} mm"
     )

@@ -77,7 +77,7 @@ def off(mark, line):
 
 def test_presses_lie_on_the_curves_of_their_stretches_and_on_that_of_the_object(record):
     path, body = figures(panel(record()))
-    assert path["names"] == ["stretch 0 mm", "stretch 20 mm"]
+    assert path["names"] == ["0 mm", "20 mm"]
     slack, taut, way = path["lines"]
     assert max(off(mark, slack) for mark in path["marks"][:3]) < 1.0
     assert off(path["marks"][3], taut) < 1.0 < off(path["marks"][3], slack)
@@ -85,6 +85,13 @@ def test_presses_lie_on_the_curves_of_their_stretches_and_on_that_of_the_object(
     assert path["numbers"] == body["numbers"] == ["1", "2", "3"]
     assert body["names"] == ["fitted to all looks"]
     assert max(off(mark, body["lines"][0]) for mark in body["marks"]) < 1.0
+
+
+def test_of_many_presses_the_first_and_the_last_are_numbered(record):
+    many = [(0.0, 0.005 + 0.0005 * k) for k in range(20)]
+    path, _ = figures(panel(record(many)))
+    assert path["numbers"] == ["1", "20"]
+    assert len(path["marks"]) == 20
 
 
 def test_every_look_has_its_errors_and_says_where_it_was(record):
@@ -110,7 +117,7 @@ def test_a_run_that_ended_early_shows_what_there_is(record, presses):
         assert html == ""
         return
     path, body = figures(html)
-    assert (path["names"], len(path["marks"])) == (["stretch 0 mm"], 1)
+    assert (path["names"], len(path["marks"])) == (["0 mm"], 1)
     assert (body["names"], len(body["marks"])) == ([], 1)
 
 
@@ -142,7 +149,7 @@ def test_without_the_model_the_path_stands_alone_and_the_page_says_so(record, tm
     assert "without the curves of the force model: " in html
     assert reason in html.replace("&#x27;", "'")
     path, _ = figures(html)
-    assert path["names"] == ["stretch 0 mm", "stretch 20 mm"]
+    assert path["names"] == ["0 mm", "20 mm"]
     assert len(path["lines"]) == 1
     assert len(path["marks"]) == len(PRESSES)
 
