@@ -38,6 +38,13 @@ def test_each_run_has_its_errors_and_the_time_of_the_robot(rows):
         assert (row.case, row.seed) == ("seeds balloon, hertz", 0)
 
 
+def test_an_interrupted_run_ends_the_measurement(monkeypatch):
+    ended = SimpleNamespace(status="INTERRUPTED", cpu_seconds=1.0)
+    monkeypatch.setattr(settings, "palpated", lambda *arguments: (ended, None))
+    with pytest.raises(KeyboardInterrupt):
+        list(settings.points(quick=True))
+
+
 def test_a_run_that_fails_says_why(rows):
     row = rows[-1]
     assert (row.setting, row.error) == ("palpate_stiffness without force: least", None)

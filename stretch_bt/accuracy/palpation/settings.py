@@ -60,6 +60,8 @@ def _points(series: Series, level: int, balloon: str, fidelity: str, seed: int) 
     result, seen = palpated(series.protocol, level, balloon, fidelity, seed, series.params)
     case, setting = f"{balloon} balloon, {fidelity}", f"{series.name}: {AVERAGING[level]}"
     cpu = result.cpu_seconds
+    if result.status == "INTERRUPTED":  # the runner takes the signal for itself
+        raise KeyboardInterrupt
     if result.status != "SUCCESS":
         status = f"{result.status.lower()}: {result.reason}"
         yield Point(case, setting, "stiffness", None, cpu, status, seed, result.task_seconds)
