@@ -29,9 +29,11 @@ import numpy.typing as npt
 import yaml
 
 import stretch_bt
-from benchmarks.palpation_protocols import BALLOONS, DROP, Seen, figures, rms
 from stretch_bt import run
 from stretch_bt.accuracy.force.hands import STRETCHES, TrueHand, measured
+from stretch_bt.accuracy.palpation.figures import DROP, figures
+from stretch_bt.accuracy.palpation.palpated import Seen
+from stretch_bt.accuracy.palpation.protocols import BALLOONS
 from stretch_bt.model.calibrate_membrane import fit_membrane
 from stretch_bt.run.runner import Runner
 from stretch_bt.simulation.scene import load_scene
@@ -41,6 +43,11 @@ Array = npt.NDArray[np.float64]
 RATIOS = np.array([1.06, 1.1, 1.15, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0])
 SCENES = Path(stretch_bt.__file__).parent / "trees" / "scenes"
 NEEDED = 1.3  # ratio of neighbours from which on the order is to be right
+
+
+def rms(values: Array) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def main() -> None:
