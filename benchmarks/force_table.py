@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
-from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
+from stretch_bt.simulation.membrane.materials import rubber
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, FRICTION, Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.hanging import lowest
@@ -115,8 +115,7 @@ def _softening(diameter: float) -> Array:
 
 
 def _curve(diameter: float, span: float, depths: Array, effects: Effects, share: float) -> Array:
-    material = MooneyRivlin(MODULUS, share) if share else NeoHookean(MODULUS)
-    sheet = Sheet(GAUGE, WIDTH, THICKNESS, material, 0.0, effects)
+    sheet = Sheet(GAUGE, WIDTH, THICKNESS, rubber(MODULUS, share), 0.0, effects)
     lift = lowest(sheet, span) if effects.sag else 0.0
     press = partial(_press, sheet, Sphere(diameter), span, lift)
     found, last = np.full(len(depths), np.nan), _conditioned(sheet) if effects.mullins else None
@@ -174,7 +173,7 @@ def check(presses: int) -> None:
             GAUGE,
             WIDTH,
             hand.thickness,
-            NeoHookean(hand.shear_modulus),
+            rubber(hand.shear_modulus),
             hand.mount_prestretch,
             Effects(sag=DENSITY, bending=True),
         )

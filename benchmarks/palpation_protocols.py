@@ -3,7 +3,7 @@
     python -m benchmarks.palpation_protocols [--seeds 10] [--fidelity hertz] [--levels 0 1 2 3] [--set NAME=VALUE ...]
 
 `shipped` is the tree palpate_stiffness, `active` palpate_active; `from zero` presses at every stretch from zero depth in 1 mm
-steps (benchmarks/trees).
+steps (stretch_bt/accuracy/palpation, where the protocols and levels are).
 Errors are of the stiffness at the last press against the scene's truth at the same instant; those `at drop` of that at 1.5 mm
 against the object's own. `err/sd` is the rms of error over stated sd. `height` is by how much looks at a pressed membrane
 scatter about the run's mean error. `s` are robot seconds, `past` those of them since the hand stood at the object's top.
@@ -17,53 +17,17 @@ of a seed see the same noise.
 from __future__ import annotations
 
 import argparse
-import tempfile
-from dataclasses import dataclass, field
-from importlib.resources import files
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt import run
-from stretch_bt.run.onlooker import Onlooker
-from stretch_bt.run.runner import Runner
-from stretch_bt.simulation.objects.balloon import BalloonObject
-from stretch_bt.simulation.scene import load_scene
+from stretch_bt.accuracy.palpation.figures import figures
+from stretch_bt.accuracy.palpation.palpated import palpated
+from stretch_bt.accuracy.palpation.protocols import BALLOONS, PROTOCOLS
 
 Array = npt.NDArray[np.float64]
 
-BALLOONS = ("air", "water", "pudding", "seeds")
 SUMMED = ("water", "pudding", "seeds")
-PROTOCOLS = {
-    "shipped": "palpate_stiffness",
-    "active": "palpate_active",
-    "from zero": str(Path(__file__).parent / "trees" / "palpate_from_zero.yaml"),
-}
-DROP = 1.5e-3
-OWN = {"sheet": "membrane", "hertz": "paper"}
-#: averaging: the params of each protocol, the third those that the trees ship with
-LEVELS = {
-    "shipped": [
-        {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "hold": 0.2, "settle": 0.0},
-        {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "hold": 1.5, "settle": 0.5},
-        {"touch_frames": 32, "sensing_frames": 24, "frames": 8, "hold": 3.5, "settle": 1.5},
-        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "hold": 6.0, "settle": 2.0},
-    ],
-    "active": [
-        {"touch_frames": 4, "sensing_frames": 8, "wanted": 0.12, "hold": 0.2, "settle": 0.0},
-        {"touch_frames": 16, "sensing_frames": 16, "wanted": 0.08, "hold": 1.5, "settle": 0.5},
-        {"touch_frames": 32, "sensing_frames": 24, "wanted": 0.05, "hold": 3.5, "settle": 0.5},
-        {"touch_frames": 64, "sensing_frames": 64, "wanted": 0.04, "hold": 6.0, "settle": 1.0},
-    ],
-    "from zero": [
-        {"touch_frames": 4, "sensing_frames": 8, "frames": 2, "hold": 0.2, "settle": 0.0},
-        {"touch_frames": 8, "sensing_frames": 16, "frames": 4, "hold": 1.5, "settle": 0.5},
-        {"touch_frames": 8, "sensing_frames": 24, "frames": 12, "hold": 3.5, "settle": 1.5},
-        {"touch_frames": 8, "sensing_frames": 64, "frames": 32, "hold": 6.0, "settle": 2.0},
-    ],
-}
 #: which protocols are compared, and by which columns of seconds and error
 PAIRS = (("shipped", "from zero"), ("active", "shipped"), ("active", "from zero"))
 COMPARED = {
@@ -75,79 +39,6 @@ HEAD = (
     f"{'protocol':10s} {'level':5s} {'balloon':8s} {'ok':>6s} {'bias':>7s} {'rms':>6s} {'err/sd':>6s} {'at drop':>8s} {'err/sd':>6s} {'drop mm':>8s} "
     f"{'sd':>6s} {'height':>7s} {'presses':>7s} {'s':>6s} {'past':>6s} {'falls':>6s}"
 )
-
-
-@dataclass
-class Seen(Onlooker):
-    """Notes what the scene knows: the force at each press' end, the error of each height that was seen, when the object was met."""
-
-    runner: Runner
-    top: float
-    forces: list[float] = field(default_factory=list)
-    errors: list[float] = field(default_factory=list)
-    touched: float | None = None
-
-    def begin_tick(self, tick: int, time: float) -> None:
-        """Note when the flat membrane first stands at the object's top."""
-        if self.touched is None and self.runner.context.devices["arm"].pose(1.0).value.height <= self.top:
-            self.touched = time
-
-    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Note it."""
-        cell: Any = self.runner.cell
-        if key.endswith("/pressed"):
-            self.forces.append(cell.truth()["force"])
-        elif "track_height" in path:
-            self.errors.append(value - cell.truth()["height"])
-
-    def falls(self) -> int:
-        """Return at how many presses the force fell."""
-        pairs = zip(self.forces, self.forces[1:], strict=False)
-        return sum(after < before - max(0.02 * before, 0.01) for before, after in pairs)
-
-
-def palpated(
-    protocol: str, level: int, balloon: str, fidelity: str, seed: int, extra: dict[str, str]
-) -> tuple[Any, Seen]:
-    """Return the result of a run, and what the scene knew on its way."""
-    notes: list[Seen] = []
-
-    def watch(runner: Runner) -> None:
-        notes.append(Seen(runner, load_scene(f"{balloon}_balloon").object.top))
-        runner.watchers.append(notes[0])
-
-    shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
-    with tempfile.TemporaryDirectory() as folder:
-        scene = Path(folder) / "scene.yaml"
-        scene.write_text(shipped.read_text("utf-8") + f"fidelity: {fidelity}\n", encoding="utf-8")
-        params = {**LEVELS[protocol][level], "model": OWN[fidelity], **extra}
-        result = run(
-            PROTOCOLS[protocol], scene=scene, seed=seed, params=params, out=Path(folder) / "record", watch=watch
-        )
-    return result, notes[0]
-
-
-def figures(result: Any, seen: Seen, balloon: str) -> list[float]:
-    """Return the numbers of one run."""
-    out, true = result.outputs, result.truth
-    spec = load_scene(f"{balloon}_balloon").object
-    assert isinstance(spec, BalloonObject)
-    at = spec.secant(DROP) / 1e3
-    found, dropped = out["stiffness"], out["stiffness_at_drop"]
-    error, off = found["value"] / true["stiffness"]["value"] - 1, dropped["value"] / at - 1
-    return [
-        error,
-        error / (found["sd"] / found["value"]),
-        off,
-        off / (dropped["sd"] / dropped["value"]),
-        out["deflection"]["value"] - true["deflection"]["value"],
-        out["deflection"]["sd"],
-        float(np.std(seen.errors)) * 1e3 if len(seen.errors) > 1 else np.nan,
-        out["presses"]["value"],
-        out["robot_time"]["value"],
-        out["robot_time"]["value"] - (seen.touched or 0.0),
-        seen.falls(),
-    ]
 
 
 def rms(values: Array) -> float:

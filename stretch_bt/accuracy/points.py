@@ -23,7 +23,8 @@ class Point:
 
     `case` is what was asked, `setting` how it was solved, as `series: variant`; `error` is at least 0, and None where
     there is no answer; `cpu_seconds` is the CPU time of the solve, None where nothing ran. `status` is `ok`,
-    `reference` for the error of the reference itself, else the reason.
+    `reference` for the error of the reference itself, else the reason. `robot_seconds` is the time that a robot
+    takes for it, which then is the cost that counts.
     """
 
     case: str
@@ -33,6 +34,7 @@ class Point:
     cpu_seconds: float | None
     status: str = OK
     seed: int | None = None
+    robot_seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,11 @@ class Row:
     status: str
     versions: dict[str, str]
     cpu: str
+    robot_seconds: float | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Return the fields, in order."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        """Return the fields, in order; `robot_seconds` only where a robot takes any."""
+        found = {field.name: getattr(self, field.name) for field in fields(self)}
+        if self.robot_seconds is None:
+            del found["robot_seconds"]
+        return found

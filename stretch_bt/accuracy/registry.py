@@ -46,7 +46,8 @@ def measure(names: Iterable[str] = (), *, quick: bool = False) -> Iterator[Row]:
 def _rows(name: str, domain: ModuleType, quick: bool) -> Iterator[Row]:
     versions, cpu = _versions(), _processor()
     for p in domain.points(quick):
-        yield Row(name, p.case, p.setting, p.seed, p.error, p.error_kind, p.cpu_seconds, p.status, versions, cpu)
+        told = p.case, p.setting, p.seed, p.error, p.error_kind, p.cpu_seconds, p.status
+        yield Row(name, *told, versions, cpu, p.robot_seconds)
 
 
 def _versions() -> dict[str, str]:

@@ -28,11 +28,12 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """One setting: how many cases it answered, CPU seconds, the error of each kind, and the rows without an answer."""
+    """One setting: how many cases it answered, CPU and robot seconds, the error of each kind, and the rows without an answer."""
 
     setting: str
     answered: int
     seconds: Spread | None
+    robot_seconds: Spread | None
     errors: dict[str, Spread]
     unanswered: tuple[Row, ...]
     is_reference: bool
@@ -61,6 +62,7 @@ def summarise(rows: Iterable[Row]) -> list[Summary]:
 def _summary(setting: str, rows: Sequence[Row]) -> Summary:
     answers = [row for row in rows if row.status in (OK, REFERENCE)]
     costs = {(row.case, row.seed): row.cpu_seconds for row in answers if row.cpu_seconds is not None}
+    times = {(row.case, row.seed): row.robot_seconds for row in answers if row.robot_seconds is not None}
     kinds: dict[str, list[float]] = {}
     for row in answers:
         if row.error is not None:
@@ -69,6 +71,7 @@ def _summary(setting: str, rows: Sequence[Row]) -> Summary:
         setting,
         len({(row.case, row.seed) for row in answers}),
         Spread.of([*costs.values()]) if costs else None,
+        Spread.of([*times.values()]) if times else None,
         {kind: Spread.of(errors) for kind, errors in kinds.items()},
         tuple(row for row in rows if row.status not in (OK, REFERENCE)),
         any(row.status == REFERENCE for row in rows),

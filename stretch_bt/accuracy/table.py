@@ -35,15 +35,17 @@ def _together(summaries: list[Summary], kinds: Mapping[str, Kind]) -> list[dict[
 def _grid(title: str, summaries: list[Summary], kinds: Mapping[str, Kind]) -> str:
     if not summaries:
         return ""
+    robot = any(s.robot_seconds for s in summaries)
+    costs = ["robot s", "CPU ms"] if robot else ["CPU ms"]
     headings = [
         title,
         "cases",
         "failed",
-        "CPU ms",
+        *costs,
         *(f"{kind.replace('_', ' ')}, {k.unit}" for kind, k in kinds.items()),
     ]
-    spread = ["", "", "", "median / p95", *("median / p95 / largest" for _ in kinds)]
-    lines = [headings, spread, *([*_line(s, kinds)] for s in summaries)]
+    spread = ["", "", "", *("median / p95" for _ in costs), *("median / p95 / largest" for _ in kinds)]
+    lines = [headings, spread, *([*_line(s, kinds, robot)] for s in summaries)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
     return "\n".join(_aligned(line, widths) for line in lines)
 
@@ -56,14 +58,19 @@ def _aligned(line: list[str], widths: list[int]) -> str:
     return "  ".join([first, *rest]).rstrip()
 
 
-def _line(summary: Summary, kinds: Mapping[str, Kind]) -> Iterator[str]:
+def _line(summary: Summary, kinds: Mapping[str, Kind], robot: bool) -> Iterator[str]:
     yield summary.setting
     yield str(summary.answered)
     yield str(len(summary.unanswered))
-    cost = summary.seconds
-    yield "-" if cost is None else f"{_number(cost.median * 1e3)} / {_number(cost.p95 * 1e3)}"
+    if robot:
+        yield _cost(summary.robot_seconds, 1.0)
+    yield _cost(summary.seconds, 1e3)
     for kind, shown in kinds.items():
         yield _spread(summary.errors.get(kind), shown.scale)
+
+
+def _cost(spread: Spread | None, scale: float) -> str:
+    return "-" if spread is None else f"{_number(spread.median * scale)} / {_number(spread.p95 * scale)}"
 
 
 def _spread(spread: Spread | None, scale: float) -> str:

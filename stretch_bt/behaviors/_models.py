@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import ClassVar
 
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
 from stretch_bt.model.force_model import PAPER, SHIPPED, shipped
 from stretch_bt.tree.ports import Behavior, In, port
-from stretch_bt.units import Estimate
+from stretch_bt.units import KINDS, Estimate, format_quantity
 
 __all__ = ["FITTED", "ModelBehavior", "inverted", "within_range"]
 
 #: what `fit_calibration` fitted in this run
 FITTED = "fitted"
+_ROUNDING = 1e-9
 STEP = 1e-5  # m, over which the slope of a force is taken: far below any length of a press
 
 
@@ -35,6 +36,19 @@ class ModelBehavior(Behavior):
                 self.force_model()
         except UnsetKey:  # a key names it, and nothing wrote it yet
             return
+
+    def prepare_reach(self, max_stretch: Callable[[], float]) -> None:
+        """Refuse a model that does not hold up to the largest stretch that is planned with, where both are known already."""
+        with suppress(UnsetKey):
+            if self.model == FITTED:
+                return
+            most, planned = self.force_model().range.stretch[1], max_stretch()
+            if planned > most + _ROUNDING:
+                asked, held = (format_quantity(v, KINDS["Length"]) for v in (planned, most))
+                raise InvalidInput(
+                    f"max_stretch: {asked} is past {held}, up to which the model {self.model!r} holds; set max_stretch to {held} or less, or "
+                    f"calibrate at larger stretches"
+                )
 
     def force_model(self) -> ForceModel:
         """Return the shipped model, or the one that a calibration file holds; each is read once a run."""

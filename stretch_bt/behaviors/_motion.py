@@ -8,7 +8,10 @@ from typing import ClassVar
 from stretch_bt.hardware.interfaces import Motion, MotionState
 from stretch_bt.tree.ports import Behavior, Status
 
-__all__ = ["MotionBehavior"]
+__all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior"]
+
+#: what a node may ask of the hand, m: past the rest length, and past first contact
+MOST_STRETCH, MOST_DEPTH = 0.080, 0.030
 
 _ENDED = {
     MotionState.BLOCKED: "the motion was blocked before its target",

@@ -3,17 +3,42 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from stretch_bt import perception
 from stretch_bt.model import Series
+from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
-from stretch_bt.units import Length
+from stretch_bt.units import Estimate, Length
 
-__all__ = ["FIXED", "FRAME_NOISE", "Fitted", "Reading", "fitted", "frames_at", "of_press", "reading_sd", "readings_of"]
+__all__ = [
+    "FIXED",
+    "FRAME_NOISE",
+    "Fitted",
+    "Reading",
+    "Touch",
+    "fitted",
+    "frames_at",
+    "of_press",
+    "reading_sd",
+    "readings_of",
+    "tell_again",
+]
 
 FRAME_NOISE = 3e-4  # m, by which the height of a top is off at least in one frame of the `bench` camera
 SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
 FIXED = 3e-5  # m, of that what no averaging takes away
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """A first touch: points (h, w, 3), m, membrane frame, valid and labels (h, w); frames averaged; curvature, 1/m, that its height was told with."""
+
+    points: FloatArray
+    valid: MaskArray
+    labels: LabelArray
+    frames: int
+    curvature: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +49,7 @@ class Reading:
     depth: Length
     height: Length
     sd: Length
-    touch: bool = False  # whether `approach` took it
+    touch: Touch | None = None  # what `approach` saw, where it took it
 
     @property
     def hand(self) -> Length:
@@ -50,6 +75,17 @@ def fitted(context: Context) -> Fitted | None:
     """Return what `track_drop` fitted last, or None before its first fit."""
     found: Fitted | None = context.memory.get(Fitted)
     return found
+
+
+def tell_again(readings: list[Reading], curvature: Estimate) -> None:
+    """Tell the heights of first touches again, now that the curvature of the top, 1/m, is known; in place."""
+    for i, reading in enumerate(readings):
+        touch = reading.touch
+        if touch is not None and touch.curvature != curvature.value:
+            top = perception.track_height(touch.points, touch.valid, touch.labels, curvature=curvature)
+            told = replace(touch, curvature=curvature.value)
+            sd = reading_sd(top.sd, touch.frames)
+            readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, sd, told)
 
 
 def of_press(readings: list[Reading], press: Reading) -> list[Reading]:

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.characterization import FORMAT, NAME, Press, first_lines, read_table, table_line
+from stretch_bt.model.characterization import FORMAT, NAME, Press, first_lines, parse_table, read_table, table_line
+from stretch_bt.model.conditioning import CONDITIONED, Conditioning
 from stretch_bt.tree.context import Context
 
-__all__ = ["TableFile", "opened", "table_of"]
+__all__ = ["TableFile", "check_table", "opened", "table_of"]
 
 #: in the record of a run that goes on with a table: how that was at first
 _BEFORE = "characterization_before.csv"
@@ -24,8 +25,9 @@ _ALIKE = ("hand", "scene", "cell", "protocol")
 class TableFile:
     """A table that grows by a row at a time, each on the disk before the next press; `presses` are its rows."""
 
-    def __init__(self, files: list[Path], presses: list[Press]) -> None:
+    def __init__(self, files: list[Path], provenance: Mapping[str, Any], presses: list[Press]) -> None:
         self.files = files
+        self.provenance = provenance
         self.presses = presses
 
     def append(self, press: Press) -> None:
@@ -44,7 +46,7 @@ def table_of(context: Context, name: str) -> TableFile:
     return found
 
 
-def opened(context: Context, name: str, protocol: str) -> TableFile:
+def opened(context: Context, name: str, protocol: str, conditioned: Conditioning) -> TableFile:
     """Return the table of this run, opened once: the one that is named, or a new one in the record.
 
     A named table keeps its rows, and the record gets a copy of it, so that the record alone tells what was known. A last line
@@ -53,15 +55,40 @@ def opened(context: Context, name: str, protocol: str) -> TableFile:
     Raises
     ------
     IllConditioned
-        The table is of another hand, scene, cell or protocol.
+        The table is of another hand, scene, cell or protocol, or of a membrane that was conditioned otherwise.
     InvalidInput
         It is no table, or cannot be written.
     """
     key = (TableFile, name)
     if key not in context.memory:
-        context.memory[key] = _open(context, name, _provenance(context, protocol))
+        context.memory[key] = _open(context, name, _provenance(context, protocol, conditioned))
     found: TableFile = context.memory[key]
     return found
+
+
+def check_table(context: Context, name: str, protocol: str, conditioned: Conditioning) -> None:
+    """Refuse, before a run, a table that cannot be gone on with or begun; changes nothing.
+
+    Raises
+    ------
+    InvalidInput
+        What `opened` would refuse, or a place where nothing can be written.
+    """
+    path = Path(name)
+    if path.is_dir() or not path.parent.is_dir():
+        what = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
+        raise InvalidInput(f"{path}: the table cannot be written ({what}); name a file in a folder that exists")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise InvalidInput(f"{path}: the table cannot be written (no permission); name another file")
+    content = _whole(path.read_bytes()) if path.exists() else b""
+    if content:
+        try:
+            table = parse_table(content.decode(), name)
+            _check_alike(path, table.provenance, _provenance(context, protocol, conditioned))
+        except UnicodeDecodeError:
+            raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
+        except IllConditioned as refusal:
+            raise InvalidInput(str(refusal)) from None
 
 
 def _open(context: Context, name: str, provenance: Mapping[str, Any]) -> TableFile:
@@ -82,10 +109,10 @@ def _open(context: Context, name: str, provenance: Mapping[str, Any]) -> TableFi
         shutil.copyfile(source, own)
     table = read_table(source)
     _check_alike(source, table.provenance, provenance)
-    return TableFile(files, list(table.presses()))
+    return TableFile(files, table.provenance, list(table.presses()))
 
 
-def _provenance(context: Context, protocol: str) -> dict[str, Any]:
+def _provenance(context: Context, protocol: str, conditioned: Conditioning) -> dict[str, Any]:
     about = context.about
     return {
         "hand": asdict(context.hand.geometry),
@@ -95,6 +122,7 @@ def _provenance(context: Context, protocol: str) -> dict[str, Any]:
         "seed": about.get("seed"),
         "versions": about.get("versions", {}),
         "protocol": protocol,
+        CONDITIONED: conditioned.to_json(),
     }
 
 
@@ -104,6 +132,14 @@ def _check_alike(path: Path, found: Mapping[str, Any], wanted: Mapping[str, Any]
             raise IllConditioned(
                 f"{path}: the table is of {name} {found.get(name)!r}, this run is of {wanted[name]!r}; name another table"
             )
+    before, now = Conditioning.of(found), Conditioning.of(wanted)
+    if before is None and now is not None and now.softens:  # a table that does not say so is held to be conditioned
+        return
+    if before != now:
+        raise IllConditioned(
+            f"{path}: the membrane of the table is {before or 'held to be conditioned, which the table does not say'}, that of this "
+            f"run {now}; name another table, or measure as it was with 'condition', 'stretches' and 'depths'"
+        )
 
 
 def _mend(path: Path) -> None:
@@ -112,12 +148,17 @@ def _mend(path: Path) -> None:
         return
     try:
         with path.open("r+b") as file:
-            content = file.read()
-            kept = content[: content.rfind(b"\n") + 1]
-            if f"# {FORMAT}".encode().startswith(content[: len(FORMAT) + 2]):  # what is no table stays as it is
-                file.truncate(len(kept) if kept.count(b"\n") >= 2 else 0)
+            file.truncate(len(_whole(file.read())))
     except OSError as error:
         raise _unwritten(path, error) from None
+
+
+def _whole(content: bytes) -> bytes:
+    """Return a table without a last row that was cut short; what is no table stays as it is."""
+    kept = content[: content.rfind(b"\n") + 1]
+    if not f"# {FORMAT}".encode().startswith(content[: len(FORMAT) + 2]):
+        return content
+    return kept if kept.count(b"\n") >= 2 else b""
 
 
 def _write(path: Path, text: str, mode: str) -> None:

@@ -9,7 +9,7 @@ from typing import ClassVar
 from stretch_bt import model, perception
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MotionBehavior
-from stretch_bt.behaviors._readings import Reading, reading_sd, readings_of
+from stretch_bt.behaviors._readings import Reading, Touch, reading_sd, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
@@ -163,7 +163,8 @@ class Approach(MotionBehavior):
             height = top.value + (frame.hand_height or 0.0)
             sd = reading_sd(top.sd, self.average)
             self.felt.append((top.value, height, sd))
-            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd, touch=True))
+            touch = Touch(points, valid, contact.labels, self.average)
+            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd, touch))
 
     def _conclude(self) -> Status:
         depths, heights, sds = zip(*self.felt, strict=True)

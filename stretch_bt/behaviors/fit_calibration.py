@@ -32,22 +32,27 @@ class FitCalibration(Behavior):
         with suppress(UnsetKey):  # a key names it, and nothing wrote it yet
             if self.table:
                 read_table(self.table)
-            if self.fit not in mechanics.CALIBRATIONS:
-                known = ", ".join(mechanics.CALIBRATIONS)
-                raise InvalidInput(f"there is no model {self.fit!r} to fit; write one of {known}")
+            self._fit()
 
     def update(self) -> Status:
         """Fit, and keep the model for the rest of the run."""
         table = self._table()
         given = mechanics.Measurements.of(table)
-        model = mechanics.calibrate(given, self.fit, {"characterization": dict(table.provenance)}).model
+        model = self._fit()(given, {"characterization": dict(table.provenance)})
         self.context.memory[mechanics.ForceModel, FITTED] = model
         if self.context.folder is not None:
             model.save(self.context.folder / NAME)
         self.left, self.presses = model.relative_sd, len(given)
         return Status.SUCCESS
 
+    def _fit(self) -> mechanics.Fit:
+        if self.fit not in mechanics.CALIBRATIONS:
+            known = ", ".join(mechanics.CALIBRATIONS)
+            raise InvalidInput(f"there is no model {self.fit!r} to fit; write one of {known}")
+        return mechanics.CALIBRATIONS[self.fit]
+
     def _table(self) -> Table:
         if self.table:
             return read_table(self.table)
-        return as_table({"protocol": "of this run"}, table_of(self.context, self.table).presses)
+        table = table_of(self.context, self.table)
+        return as_table(table.provenance, table.presses)

@@ -46,6 +46,11 @@ class PlanActive(ModelBehavior):
     gain: Out[float]  # part of the variance that this should take away, per second; 0 when done
     done: Out[bool]  # whether the stiffness is known well enough, or as well as is worth the time
 
+    def prepare(self) -> None:
+        """Load the model, and refuse one that does not reach as far as is planned."""
+        super().prepare()
+        self.prepare_reach(lambda: self.max_stretch)
+
     def update(self) -> Status:
         """Plan."""
         found = fitted(self.context)

@@ -30,6 +30,11 @@ class PlanPress(ModelBehavior):
     force: Out[Force]  # expected there
     expected: Out[Length]  # drop expected there
 
+    def prepare(self) -> None:
+        """Load the model, and refuse one that does not reach as far as is planned."""
+        super().prepare()
+        self.prepare_reach(lambda: self.max_stretch)
+
     def update(self) -> Status:
         """Plan."""
         found = fitted(self.context)

@@ -1,6 +1,6 @@
 """Pressing into the object."""
 
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
 from stretch_bt.errors import NoContact
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
@@ -15,7 +15,7 @@ class Press(MotionBehavior):
     """Move the hand to a depth past first contact, up or down; FAILURE when the force exceeds its limit."""
 
     arm: Uses[Arm]
-    depth: In[Length] = port(min=0.0, max=0.030, doc="absolute, past first contact")
+    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute, past first contact")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand")
     max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this")
 

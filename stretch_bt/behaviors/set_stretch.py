@@ -1,6 +1,6 @@
 """Stretching the membrane."""
 
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._motion import MOST_STRETCH, MotionBehavior
 from stretch_bt.hardware.interfaces import Gripper, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
 from stretch_bt.tree.registry import node
@@ -16,7 +16,7 @@ class SetStretch(MotionBehavior):
     """Open the gripper until the membrane is stretched by so much; FAILURE when the fingers do not get there."""
 
     gripper: Uses[Gripper]
-    stretch: In[Length] = port(min=0.0, max=0.080, doc="how far past the rest length")
+    stretch: In[Length] = port(min=0.0, max=MOST_STRETCH, doc="how far past the rest length")
     speed: In[Speed] = port(0.020, min=0.001, max=0.150, doc="of the fingers")
 
     def start(self) -> Motion:

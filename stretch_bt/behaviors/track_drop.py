@@ -4,7 +4,7 @@ import math
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, of_press, reading_sd, readings_of
+from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
@@ -12,6 +12,7 @@ from stretch_bt.units import Estimate, Force, Length
 
 CREPT = 3.0  # standard deviations by which older readings of a press must differ from newer ones to count as past
 LEAST_SD = 1e-6  # m
+LEAST_RADIUS_SD = 1e-4  # m
 
 
 @node
@@ -20,7 +21,8 @@ class TrackDrop(ModelBehavior):
 
     Readings are those that `approach` took at the first touch and one from each time that this node runs. The object is in series
     with the membrane, whose force the model gives; the curve of force over drop through all readings gives the height at no force, which no
-    reading shows, and evens out the noise of single ones. Without readings by `approach` its `contact_height` counts instead.
+    reading shows, and evens out the noise of single ones. The heights of the first touches are told again with the radius. Without
+    readings by `approach` its `contact_height` counts instead.
 
     `crept` compares the newer half of this press' readings with the older: an object that still gives way makes it
     negative. Where it is so by three standard deviations, the older half no longer counts.
@@ -59,6 +61,7 @@ class TrackDrop(ModelBehavior):
         readings = readings_of(self.context)
         sd = max(reading_sd(self.height_sd, self.frames, self.frame_noise), LEAST_SD)
         readings.append(Reading(self.stretch, self.depth, self.height, sd))
+        tell_again(readings, Estimate(1 / self.radius, max(self.radius_sd, LEAST_RADIUS_SD) / self.radius**2))
         fit = self._fit(readings)
         self.crept, older = _crept(of_press(readings, readings[-1]), math.sqrt(max(fit.chi2, 1.0)))
         if older:
@@ -72,7 +75,7 @@ class TrackDrop(ModelBehavior):
 
     def _fit(self, readings: list[Reading]) -> mechanics.Series:
         """Fit; a touch whose readings are not known counts by its height alone."""
-        touched = any(reading.touch for reading in readings)
+        touched = any(reading.touch is not None for reading in readings)
         top = None if touched else Estimate(self.contact_height, max(self.contact_height_sd, LEAST_SD))
         pattern = self.context.memory.get(Pattern)
         with within_range():

@@ -2,7 +2,7 @@
 
 from stretch_bt import perception
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.types import Contact
+from stretch_bt.perception.types import Contact, Sphere
 from stretch_bt.tree.ports import Behavior, In, Out, Status
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
@@ -20,6 +20,7 @@ class TrackHeight(Behavior):
     instant = True
     frame: In[DepthFrame]  # the one to measure in
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
+    sphere: In[Sphere | None] = None  # fitted to the top before: its curvature halves the error
     height: Out[Length]  # of the object's top
 
     def __init__(self, path: str = "") -> None:
@@ -40,5 +41,8 @@ class TrackHeight(Behavior):
         frame = self.frame
         points, valid = perception.deproject(frame)
         points = perception.to_membrane(points, frame.plane_distance or 0.0)
-        top = perception.track_height(points, valid, contact.labels)
+        top = perception.track_height(points, valid, contact.labels, curvature=self._curvature())
         return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
+
+    def _curvature(self) -> Estimate | None:
+        return None if self.sphere is None else Estimate(self.sphere.curvature, self.sphere.curvature_sd)

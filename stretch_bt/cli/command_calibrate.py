@@ -38,14 +38,20 @@ def command(
     given = Measurements.of(table)
     found = calibrate(given, model, {"characterization": dict(table.provenance), "presses": len(given)})
     found.model.save(out)
+    for text in found.warnings:
+        typer.secho(f"warning: {text}", fg=typer.colors.YELLOW, err=True)
     if plot is not None:
         _draw(found, given, plot)
     emit_json(found.to_json()) if json_ else _show(found, out)
 
 
 def _show(found: Calibration, out: Path) -> None:
+    from stretch_bt.model.calibrate_membrane import at_an_end
+    from stretch_bt.model.membrane_hand import BOUNDS
+
     for name, value, sd in _parameters(found.to_json()):
-        typer.echo(f"{name:40} {value:.5g} +- {sd:.2g}")
+        end = " (at its bound)" if name in BOUNDS and at_an_end(name, value) else ""
+        typer.echo(f"{name:40} {value:.5g}{end} +- {sd:.2g}")
     typer.echo(f"left of the forces: {100 * found.model.relative_sd:.1f} %")
     for row in found.left_out:
         beyond = ", beyond the others" if row.extrapolated else ""

@@ -33,7 +33,9 @@ def command(
             emit_json({"force_N": None, "sd_N": None, "in_range": False, "reason": str(error)})
         typer.secho(f"no answer: {error}", fg=typer.colors.RED, err=True)
         raise typer.Exit(EXIT_FAILURE) from None
+    measured = model.in_range(place[0], place[1], place[2])
     if json_:
-        emit_json({"force_N": force, "sd_N": sd, "in_range": True})
+        emit_json({"force_N": force, "sd_N": sd, "in_range": measured})
     else:
-        typer.echo(f"{force:.4g} +- {sd:.2g} N ({model.kind})")
+        beyond = "" if measured else ", beyond what was measured"
+        typer.echo(f"{force:.4g} +- {sd:.2g} N ({model.kind}{beyond})")

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from stretch_bt.model.calibrated import StretchState as StretchState
     from stretch_bt.model.calibration import CALIBRATIONS as CALIBRATIONS
     from stretch_bt.model.calibration import Calibration as Calibration
+    from stretch_bt.model.calibration import Fit as Fit
     from stretch_bt.model.calibration import calibrate as calibrate
     from stretch_bt.model.characterization import Table as Table
     from stretch_bt.model.characterization import read_table as read_table
@@ -40,6 +41,7 @@ _HOMES = {
     "Costs": "active",
     "CalibratedHertz": "calibrated",
     "Calibration": "calibration",
+    "Fit": "calibration",
     "ForceModel": "force_model",
     "Measurements": "measurements",
     "MembraneModel": "membrane",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.calibrated import CalibratedHertz, StretchState
+from stretch_bt.model.calibrated import SHALLOW, CalibratedHertz, StretchState
 from stretch_bt.model.hertz import hertz_force
 from stretch_bt.model.measurements import Measurements, forces
 from stretch_bt.units import Estimate
@@ -21,7 +22,7 @@ Array = npt.NDArray[np.float64]
 _LOG_SCALES = np.geomspace(1e-3, 0.2, 60)  # m
 _DECAYS = np.geomspace(2e-3, 0.2, 80)  # m
 _STATES, _DIAMETERS = 2, 3
-_SHALLOW = 3e-3  # m
+_ROUNDING = 1e-9  # m
 _FALL = 0.02  # of the modulus, that it falls by at least between the smallest and the largest diameter
 
 
@@ -54,8 +55,9 @@ def fit_calibrated_hertz(given: Measurements, provenance: dict[str, Any] | None 
     """Return the paper's model: at each stretch a negative exponential in diameter, across stretches a logarithm.
 
     The decay is one for all stretches, and so is the scale of the logarithm, as each stretch has few diameters; both are the best of
-    a grid, and the rest linear least squares. `relative_sd` is the rms of what is left of the forces at depths of 3 mm and more, as a
-    part of the model's: at lesser ones a membrane is much softer than the formula of Hertz has it.
+    a grid, and the rest linear least squares. Standard deviations are by what all stretches together leave of their moduli: one of
+    three diameters leaves next to nothing by itself. `relative_sd` is the rms of what is left of the forces at depths of 5 mm and
+    more, as a part of the model's; at lesser ones the formula of Hertz is further off, by `shallow_sd`.
 
     Raises
     ------
@@ -72,13 +74,14 @@ def fit_calibrated_hertz(given: Measurements, provenance: dict[str, Any] | None 
     fewest = min(len(np.unique(diameter[stretch == x])) for x in stretches)
     if fewest < _DIAMETERS:
         raise IllConditioned(
-            f"a stretch has presses of {fewest} diameter{'s' if fewest > 1 else ''} only; a negative exponential needs "
-            f"{_DIAMETERS}; measure more, or use the membrane model"
+            f"the paper's model needs hemispheres of {_DIAMETERS} diameters at each stretch, as its negative exponential has as many "
+            f"parameters, and there {'are' if fewest > 1 else 'is'} {fewest}; measure more diameters, or use the membrane model"
         )
     decay, decay_sd = _decay(diameter, stretch, modulus, sd)
-    states = tuple(
-        _state(float(x), decay, decay_sd, *(v[stretch == x] for v in (diameter, modulus, sd))) for x in stretches
-    )
+    by_stretch = {float(x): _of(x, stretch, diameter, modulus, sd) for x in stretches}
+    left = sum(_line(decay, *arrays)[2] for arrays in by_stretch.values())
+    spread = max(left / max(_freedom(stretch), 1), 1.0)  # as a few may agree by chance
+    states = tuple(_state(x, decay, decay_sd, spread, *arrays) for x, arrays in by_stretch.items())
     return _scaled(given, states, provenance or {})
 
 
@@ -96,9 +99,14 @@ def _decay(diameter: Array, stretch: Array, modulus: Array, sd: Array) -> tuple[
             "the effective modulus does not fall with diameter as a negative exponential does, so that it has no decay; "
             "use the membrane model"
         )
-    level = costs[best] * (1 + 1 / max(len(modulus) - 2 * len(np.unique(stretch)) - 1, 1)) + 1e-300
+    level = costs[best] + max(costs[best] / max(_freedom(stretch), 1), 1.0)
     near = _DECAYS[costs <= level]
     return float(_DECAYS[best]), float(max(near.max() - near.min(), _DECAYS[best + 1] - _DECAYS[best - 1]) / 2)
+
+
+def _freedom(stretch: Array) -> int:
+    """Return by how many there are more moduli (n,) than parameters: two for each stretch, and the decay."""
+    return len(stretch) - 2 * len(np.unique(stretch)) - 1
 
 
 def _of(x: float, stretch: Array, *arrays: Array) -> list[Array]:
@@ -106,20 +114,21 @@ def _of(x: float, stretch: Array, *arrays: Array) -> list[Array]:
 
 
 def _line(decay: float, diameter: Array, modulus: Array, sd: Array) -> tuple[Array, Array, float]:
-    """Return floor and amplitude (2,), their covariance, and what is left, for one stretch."""
+    """Return floor and amplitude (2,), their covariance for weighted residuals of 1, and what is left, for one stretch."""
     design = np.column_stack([np.ones_like(diameter), np.exp(-diameter / decay)])
     weight = 1 / np.maximum(sd, 1e-3 * modulus)
     found, *_ = np.linalg.lstsq(design * weight[:, None], modulus * weight)
     left = (modulus - design @ found) * weight
-    spread = float(left @ left) / max(len(left) - 2, 1)
     scaled = design * weight[:, None]
-    covariance = np.asarray(np.linalg.pinv(scaled.T @ scaled) * max(spread, 1e-12), float)
+    covariance = np.asarray(np.linalg.pinv(scaled.T @ scaled), float)
     return np.asarray(found), covariance, float(left @ left)
 
 
-def _state(x: float, decay: float, decay_sd: float, diameter: Array, modulus: Array, sd: Array) -> StretchState:
+def _state(
+    x: float, decay: float, decay_sd: float, spread: float, diameter: Array, modulus: Array, sd: Array
+) -> StretchState:
     (floor, amplitude), covariance, _ = _line(decay, diameter, modulus, sd)
-    floor_sd, amplitude_sd = (float(v) for v in np.sqrt(np.diag(covariance)))
+    floor_sd, amplitude_sd = (float(v) for v in np.sqrt(np.diag(covariance) * spread))
     return StretchState(x, float(floor), floor_sd, float(amplitude), amplitude_sd, decay, decay_sd)
 
 
@@ -129,11 +138,17 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
     lefts = [_left(model, states, given) for model in made]
     best = made[int(np.argmin(lefts))]
     pressed = given.where(given.depth > 0)
-    if pressed.depth.max() > _SHALLOW:
-        pressed = pressed.where(pressed.depth >= _SHALLOW)
-    told = forces(best, pressed)
-    relative = math.sqrt(float(np.mean(((pressed.force - told) / np.maximum(told, 1e-3)) ** 2)))
-    return CalibratedHertz(states, best.log_scale, relative, given.range, provenance)
+    off = ((pressed.force - (told := forces(best, pressed))) / np.maximum(told, 1e-3)) ** 2
+    deep = pressed.depth >= SHALLOW - _ROUNDING
+    relative = math.sqrt(float(np.mean(off[deep] if deep.any() else off)))
+    shallow = _shallow(pressed.depth[~deep], off[~deep] - relative**2) if deep.any() else 0.0
+    return replace(best, relative_sd=relative, shallow_sd=shallow)
+
+
+def _shallow(depth: Array, more: Array) -> float:
+    """Return `shallow_sd` by what is left of forces lighter than `SHALLOW` (n,), m, in squares of parts, more than deeper down."""
+    nearer = (1 - depth / SHALLOW) ** 2
+    return math.sqrt(max(float(more.sum()), 0.0) / float((nearer**2).sum())) if len(depth) else 0.0
 
 
 def _left(model: CalibratedHertz, states: tuple[StretchState, ...], given: Measurements) -> float:

@@ -10,12 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
+from stretch_bt.model.conditioning import CONDITIONED, Conditioning
 from stretch_bt.model.force_model import Range
 from stretch_bt.model.measurements import Measurements
-from stretch_bt.model.membrane import PARAMETERS, Hand, MembraneModel
+from stretch_bt.model.membrane import MembraneModel
+from stretch_bt.model.membrane_hand import BOUNDS, PARAMETERS, Hand
 from stretch_bt.model.membrane_table import read_table
+from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["ROBOT_SD", "fit_membrane"]
+__all__ = ["ROBOT_SD", "at_an_end", "fit_membrane", "within_table"]
 
 Array = npt.NDArray[np.float64]
 
@@ -27,6 +30,8 @@ _OUTLIER = 55.0  # times the median square: five standard deviations
 _TOLD = 2e-3  # m; lighter presses say more of the zero of depth than of the model
 _RISE = 1.3  # power of depth that a force about goes with
 _AT_END = 1e-3  # of a logarithm
+_SETTLED = 1e-6  # of the deviation of a prior
+_EXACT = 1e-9  # m
 _ALONE = 0.02  # of a force, where there is nothing to leave out
 
 # mean and standard deviation of what is fitted: logarithms of the first two
@@ -38,32 +43,33 @@ _PRIOR: dict[str, tuple[float, float]] = {
     "friction": (0.65, 0.5),
     "softening": (0.08, 0.06),
 }
-_BOUNDS = {
-    "shear_modulus": (math.log(1e3), math.log(1e7)),
-    "thickness": (math.log(2e-4), math.log(0.02)),
-    "mount_prestretch": (0.0, 0.04),
-    "second_invariant": (0.0, 0.6),
-    "friction": (0.0, 2.0),
-    "softening": (0.0, 0.5),
-}
+_LOGARITHMS = PARAMETERS[:2]
+_BOUNDS = {n: tuple(map(math.log, ends)) if n in _LOGARITHMS else ends for n, ends in BOUNDS.items()}
+_SOFTENING = PARAMETERS.index("softening")
+_UNSOFTENED = (0.0, math.hypot(*_PRIOR["softening"]))  # what is not measured of it: how far from 0 it is
 
 
-def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) -> MembraneModel:
+def fit_membrane(
+    given: Measurements, provenance: dict[str, Any] | None = None, *, judged: bool = True
+) -> MembraneModel:
     """Return the membrane model that fits measured forces, with the covariance of its parameters.
 
     Shear modulus, thickness, mount pre-stretch, the share of the second invariant, friction, softening, and the zero of depth of all and of each
     indenter are found by robust least squares, each held by what such hands have: the sheet's physics decides what the
     measurements do not. `relative_sd` is the rms error of forces on a diameter that the fit did not see,
-    between others, at depths of 2 mm and more.
+    between others, at depths of 2 mm and more; where it is not to be `judged`, which takes a fit for each diameter, what such
+    models leave. Presses past the table's range are left out, and the provenance says which.
 
     Raises
     ------
     IllConditioned
-        There are too few presses, or the force does not grow with depth.
+        There are too few presses within the table's range, or the force does not grow with depth.
     """
+    given, notes = within_table(given)
     given.check()
-    found = _Fit.of(given, given.range.stretch[1])
-    relative = max(_left_out(given), _LEAST_MODEL)
+    conditioned = given.conditioned or Conditioning(given.range.stretch[1], given.range.depth[1])
+    found = _Fit.of(given, conditioned)
+    relative = max(_left_out(given, conditioned), _LEAST_MODEL) if judged else _ALONE
     if relative > _MOST_MODEL or found.at_an_end:
         left = (
             "has no shear modulus or thickness for these forces"
@@ -74,7 +80,54 @@ def fit_membrane(given: Measurements, provenance: dict[str, Any] | None = None) 
             f"the forces are not those of such a membrane: the model {left}; check the unit and the zero of the force sensor, and "
             f"the zero of depth"
         )
-    return found.model(relative, _range(given), provenance or {})
+    return found.model(relative, _range(given), {**(provenance or {}), **_said(given, conditioned), **notes})
+
+
+def within_table(given: Measurements) -> tuple[Measurements, dict[str, list[str]]]:
+    """Return the presses that the table of the sheet can tell, and by the key `left_out` what was left out, if anything.
+
+    Raises
+    ------
+    IllConditioned
+        Nothing is left.
+    """
+    table = read_table()
+    least, most = float(table.diameters[0]), float(table.diameters[-1])
+    far = float(table.spans[-1]) - _PRIOR["mount_prestretch"][0]
+    sizes = (given.radius * 2 >= least - _EXACT) & (given.radius * 2 <= most + _EXACT)
+    notes = [
+        f"diameter {_mm(d)}, outside of {_mm(least)} to {_mm(most)}"
+        for d in given.diameters
+        if not sizes[given.of_diameter(d)].any()
+    ]
+    near, shallow = given.stretch <= far, given.depth <= float(table.depths[-1])
+    notes += _presses("stretches", given.stretch[sizes & ~near], far)
+    notes += _presses("depths", given.depth[sizes & near & ~shallow], float(table.depths[-1]))
+    kept = sizes & near & shallow
+    if not kept.any():
+        raise IllConditioned(
+            f"the membrane model can tell none of the presses: left out are {'; '.join(notes)}; measure within, or use the paper's model"
+        )
+    return given.where(kept), {"left_out": notes} if notes else {}
+
+
+def _presses(name: str, values: Array, most: float) -> list[str]:
+    return [f"{len(values)} presses at {name} to {_mm(values.max())}, past {_mm(most)}"] if len(values) else []
+
+
+def _mm(length: float) -> str:
+    return format_quantity(float(length), KINDS["Length"])
+
+
+def _said(given: Measurements, conditioned: Conditioning) -> dict[str, Any]:
+    """Return what the provenance tells of the conditioning, and of what was taken to be so."""
+    if given.conditioned is None:
+        note = "not said by what was measured; taken as the largest stretch and depth in it"
+    elif not conditioned.softens:
+        note = "not conditioned: softening is held at 0, and its deviation is that of membranes that are"
+    else:
+        return {CONDITIONED: conditioned.to_json()}
+    return {CONDITIONED: {**conditioned.to_json(), "note": note}}
 
 
 def _range(given: Measurements) -> Range:
@@ -84,7 +137,7 @@ def _range(given: Measurements) -> Range:
     return Range(radii, (0.0, max(measured.stretch[1], 0.08)), (0.0, float(table.depths[-1])))
 
 
-def _left_out(given: Measurements) -> float:
+def _left_out(given: Measurements, conditioned: Conditioning) -> float:
     """Return the rms relative error of the force on diameters between others, or on all where there are two, that a fit has not seen.
 
     Depths count from the zero that the fit found, what noise adds is taken off, and outliers are left out. Where there is one
@@ -95,7 +148,7 @@ def _left_out(given: Measurements) -> float:
     errors = []
     for diameter in given.diameters[1:-1] or given.diameters:
         mask = given.of_diameter(diameter)
-        fit = _Fit.of(given.where(~mask), given.range.stretch[1])
+        fit = _Fit.of(given.where(~mask), conditioned)
         model, left = fit.model(0.0, _range(given), {}), given.where(mask & (given.depth >= _TOLD))
         places = zip(left.radius, left.stretch, left.depth + fit.common, strict=True)
         told = np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in places])
@@ -114,14 +167,15 @@ class _Fit:
     covariance: Array
     conditioned: float
     common: float
+    measured: Range
 
     @classmethod
-    def of(cls, given: Measurements, conditioned: float) -> _Fit:
+    def of(cls, given: Measurements, conditioned: Conditioning) -> _Fit:
         from scipy.optimize import least_squares
 
         problem = _Problem(given.where(given.depth > 0), conditioned)
         low, high = (np.array([_BOUNDS[n][k] for n in PARAMETERS] + problem.offsets(s)) for k, s in ((0, -20), (1, 20)))
-        start = np.array([_PRIOR[n][0] for n in PARAMETERS] + problem.offsets(0))
+        start = np.array([problem.prior[n][0] for n in PARAMETERS] + problem.offsets(0))
         done = least_squares(
             problem.residuals, start, bounds=(low, high), loss="soft_l1", f_scale=3.0, x_scale=problem.scale
         )
@@ -131,7 +185,10 @@ class _Fit:
         covariance = np.linalg.inv(jac.T @ jac)
         n = len(PARAMETERS)
         spread = max(1.0, float(np.median(np.abs(done.fun[: len(problem)])) / 0.6745)) ** 2
-        return cls(done.x[:n], covariance[:n, :n] * spread, conditioned, float(done.x[n]))
+        values = _settled(done.x[:n])
+        if not conditioned.softens:
+            values[_SOFTENING] = 0.0
+        return cls(values, covariance[:n, :n] * spread, problem.conditioned, float(done.x[n]), given.range)
 
     @property
     def at_an_end(self) -> bool:
@@ -144,14 +201,17 @@ class _Fit:
         scale = np.array([math.exp(self.values[0]), math.exp(self.values[1])] + [1.0] * (len(PARAMETERS) - 2))
         covariance = self.covariance * np.outer(scale, scale)
         rows = tuple(tuple(float(v) for v in row) for row in covariance)
-        return MembraneModel(_hand(self.values), rows, relative, limits, provenance, self.conditioned)
+        return MembraneModel(_hand(self.values), rows, relative, limits, provenance, self.conditioned, self.measured)
 
 
 class _Problem:
     """Residuals of forces over their standard deviations, and of parameters over those of their priors."""
 
-    def __init__(self, given: Measurements, conditioned: float) -> None:
-        self.table, self.conditioned = read_table(), conditioned
+    def __init__(self, given: Measurements, conditioned: Conditioning) -> None:
+        self.table = read_table()
+        self.softens = conditioned.softens
+        self.conditioned = conditioned.stretch if self.softens else given.range.stretch[1]
+        self.prior = _PRIOR if self.softens else {**_PRIOR, "softening": _UNSOFTENED}
         self.given = given
         self.indenters = given.diameters
         self.indenter = np.array([int(np.argmin([abs(2 * r - d) for d in self.indenters])) for r in given.radius])
@@ -169,7 +229,7 @@ class _Problem:
     @property
     def scale(self) -> Array:
         """The size of a step in each parameter."""
-        return np.array([_PRIOR[n][1] for n in PARAMETERS] + self.offsets(1))
+        return np.array([self.prior[n][1] for n in PARAMETERS] + self.offsets(1))
 
     def offsets(self, sds: float) -> list[float]:
         """Return the offset of all depths, and those of each indenter, at so many standard deviations, m."""
@@ -178,9 +238,11 @@ class _Problem:
     def residuals(self, values: Array) -> Array:
         """Return (n + parameters,) float."""
         hand, n = _hand(values), len(PARAMETERS)
+        if not self.softens:
+            hand = hand._replace(softening=0.0)
         common, offsets = values[n], values[n + 1 :]
         told = self.forces(hand, np.maximum(self.given.depth + common + offsets[self.indenter], 1e-6))
-        held = [(values[k] - _PRIOR[name][0]) / _PRIOR[name][1] for k, name in enumerate(PARAMETERS)]
+        held = [(values[k] - self.prior[name][0]) / self.prior[name][1] for k, name in enumerate(PARAMETERS)]
         return np.concatenate([(told - self.given.force) / self.sd, held, [common / COMMON_SD], offsets / OFFSET_SD])
 
     def forces(self, hand: Hand, depth: Array) -> Array:
@@ -191,6 +253,20 @@ class _Problem:
         unit = hand.tension * self.table.gauge / 100
         found: Array = unit * np.exp(np.einsum("nk,nk->n", at, lines[self.state]))
         return found
+
+
+def at_an_end(name: str, value: float) -> bool:
+    """Tell whether a parameter stands at an end of what is allowed, so that the measurements may want it further."""
+    return value in BOUNDS[name]
+
+
+def _settled(values: Array) -> Array:
+    """Return values with those that stand at an end of what is allowed, but for rounding, at that end."""
+    for k, name in enumerate(PARAMETERS):
+        for end in _BOUNDS[name]:
+            if abs(values[k] - end) < _SETTLED * _PRIOR[name][1]:
+                values[k] = end
+    return values
 
 
 def _hand(values: Array) -> Hand:

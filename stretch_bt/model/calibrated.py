@@ -11,13 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.model.checks import MOST_SD, require_within
 from stretch_bt.model.force_model import ForceModel, Range, require_force
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["CalibratedHertz", "StretchState"]
+__all__ = ["SHALLOW", "CalibratedHertz", "StretchState"]
+
+SHALLOW = 5e-3  # m, below which the formula of Hertz is not that of a membrane
 
 _STIFF = 4 / 3 / (1 - 0.5**2)  # of a sphere on an incompressible half-space, as `hertz_force` has it
 _LENGTH = KINDS["Length"]
+_LEAST_SCALE, _MOST_SCALE = 1e-6, 10.0  # m
+_MOST_SHALLOW = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +57,9 @@ class CalibratedHertz(ForceModel):
     """The paper's model: E* a negative exponential in diameter at each stretch, a logarithm across stretches.
 
     E*(x) = p + q ln(1 + x / log_scale) is fitted by least squares to the states' E* at the sphere's diameter; the
-    force follows from the Hertz sphere. `relative_sd` is what the law itself leaves unexplained, as a part of the force.
+    force follows from the Hertz sphere. `relative_sd` is what the law itself leaves unexplained, as a part of the force; at depths
+    below 5 mm `shallow_sd` comes to it, times the square of how near to first contact a press is, 1 there and 0 at 5 mm: a membrane
+    that is pressed slightly follows another power of depth than the formula of Hertz.
     """
 
     kind: ClassVar[str] = "calibrated_hertz"
@@ -61,12 +68,14 @@ class CalibratedHertz(ForceModel):
     relative_sd: float
     range: Range
     provenance: dict[str, Any] = field(default_factory=dict)
+    shallow_sd: float = 0.0
 
     def __post_init__(self) -> None:
         if len({state.stretch for state in self.states}) < 2:
             raise InvalidInput("a calibration needs at least two different stretches, to tell how E* rises")
-        if not (math.isfinite(self.log_scale) and self.log_scale > 0 and self.relative_sd >= 0):
-            raise InvalidInput("a calibration needs a log_scale above 0 m and a relative_sd of 0 or more")
+        require_within("log_scale", self.log_scale, _LEAST_SCALE, _MOST_SCALE)
+        require_within("relative_sd", self.relative_sd, 0.0, MOST_SD)
+        require_within("shallow_sd", self.shallow_sd, 0.0, _MOST_SHALLOW)
 
     @cached_property
     def _fit(self) -> npt.NDArray[np.float64]:
@@ -102,7 +111,8 @@ class CalibratedHertz(ForceModel):
         self.range.check(depth=depth)
         modulus, sd = self.modulus(radius, stretch)
         force = _STIFF * modulus * math.sqrt(depth**3 * radius)
-        return force, force * math.hypot(self.relative_sd, sd / modulus)
+        shallow = self.shallow_sd * max(1 - depth / SHALLOW, 0.0) ** 2
+        return force, force * math.hypot(self.relative_sd, shallow, sd / modulus)
 
     def depth_for(self, radius: float, stretch: float, force: float) -> float:
         """Return the depth, m, at which the force, N, is this one."""
@@ -139,10 +149,11 @@ class CalibratedHertz(ForceModel):
         """Return the parameters, SI."""
         return {
             "provenance": self.provenance,
-            "units": "SI: m, Pa; relative_sd is a part of the force",
-            "range": asdict(self.range),
+            "units": "SI: m, Pa; relative_sd and shallow_sd are parts of the force",
+            "range": self.range.to_json(),
             "log_scale": self.log_scale,
             "relative_sd": self.relative_sd,
+            "shallow_sd": self.shallow_sd,
             "states": [asdict(state) for state in self.states],
         }
 
@@ -150,5 +161,5 @@ class CalibratedHertz(ForceModel):
     def from_json(cls, fields: dict[str, Any]) -> CalibratedHertz:
         """Return the model with these parameters."""
         states = tuple(StretchState(**state) for state in fields["states"])
-        limits = Range(**{name: (float(low), float(high)) for name, (low, high) in fields["range"].items()})
-        return cls(states, fields["log_scale"], fields["relative_sd"], limits, fields["provenance"])
+        limits, shallow = Range.from_json(fields["range"]), fields.get("shallow_sd", 0.0)
+        return cls(states, fields["log_scale"], fields["relative_sd"], limits, fields["provenance"], shallow)

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
-from stretch_bt.model.calibrate_membrane import fit_membrane
+from stretch_bt.model.calibrate_membrane import fit_membrane, within_table
 from stretch_bt.model.calibrated import CalibratedHertz
-from stretch_bt.model.force_model import ForceModel, Range, model_of_kind
+from stretch_bt.model.force_model import PAPER, ForceModel, Range, model_of_kind
 from stretch_bt.model.measurements import Measurements, forces
 
-__all__ = ["CALIBRATIONS", "Calibration", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
+__all__ = ["CALIBRATIONS", "Calibration", "Fit", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
 
 Fit = Callable[[Measurements, dict[str, Any] | None], ForceModel]
 
@@ -26,8 +26,19 @@ def _fit_sheet(given: Measurements, provenance: dict[str, Any] | None = None) ->
     return model_of_kind("sheet").from_json(fit_membrane(given, provenance).to_json())
 
 
+def _guess_membrane(given: Measurements, provenance: dict[str, Any] | None = None) -> ForceModel:
+    """Return the membrane model without an error of its own, which takes a fit for each diameter."""
+    return fit_membrane(given, provenance, judged=False)
+
+
+def _guess_sheet(given: Measurements, provenance: dict[str, Any] | None = None) -> ForceModel:
+    return model_of_kind("sheet").from_json(_guess_membrane(given, provenance).to_json())
+
+
 #: fits by the name of the model
 CALIBRATIONS: dict[str, Fit] = {"membrane": fit_membrane, "paper": fit_calibrated_hertz, "sheet": _fit_sheet}
+#: the same, for models of which only the forces are asked
+_UNJUDGED: dict[str, Fit] = {"membrane": _guess_membrane, "paper": fit_calibrated_hertz, "sheet": _guess_sheet}
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +75,17 @@ class Calibration:
     residuals: tuple[StateResidual, ...]
     left_out: tuple[LeftOut, ...]
 
+    @property
+    def warnings(self) -> list[str]:
+        """What of the measurements the model was not fitted to."""
+        return [f"left out: {text}" for text in self.model.provenance.get("left_out", [])]
+
     def to_json(self) -> dict[str, Any]:
         """Return what `stretch-bt calibrate` prints."""
         return {
             "kind": self.model.kind,
             **self.model.to_json(),
+            "warnings": self.warnings,
             "residuals": [asdict(r) for r in self.residuals],
             "leave_one_out": [asdict(r) for r in self.left_out],
         }
@@ -87,7 +104,8 @@ def calibrate(given: Measurements, model: str = "membrane", provenance: dict[str
     if model not in CALIBRATIONS:
         raise InvalidInput(f"no model {model!r}; choose one of {', '.join(CALIBRATIONS)}")
     fitted = CALIBRATIONS[model](given, provenance)
-    return Calibration(fitted, tuple(_residuals(fitted, given)), tuple(leave_one_out(given, CALIBRATIONS[model])))
+    used = given if model == PAPER else within_table(given)[0]
+    return Calibration(fitted, tuple(_residuals(fitted, used)), tuple(leave_one_out(used, _UNJUDGED[model])))
 
 
 def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
@@ -100,7 +118,7 @@ def leave_one_out(given: Measurements, fit: Fit) -> list[LeftOut]:
             model = widened(fit(given.where(~mask), None), given)
             found.append(_told(model, given.where(mask & (given.depth > 0)), diameter, outer))
         except IllConditioned as refusal:
-            found.append(LeftOut(diameter, outer, None, None, str(refusal)))
+            found.append(LeftOut(diameter, outer, None, None, f"no model of the other diameters: {refusal}"))
     return found
 
 
@@ -109,7 +127,7 @@ def widened(model: ForceModel, given: Measurements) -> ForceModel:
     if not isinstance(model, CalibratedHertz):
         return model
     limits = Range(given.range.radius, given.range.stretch, given.range.depth)
-    return CalibratedHertz(model.states, model.log_scale, model.relative_sd, limits, model.provenance)
+    return replace(model, range=limits)
 
 
 def _told(model: ForceModel, given: Measurements, diameter: float, outer: bool) -> LeftOut:

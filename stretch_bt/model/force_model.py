@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, ClassVar
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.model.checks import is_number
 from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["FORMAT", "PAPER", "SHIPPED", "ForceModel", "Range", "model_of_kind", "require_force", "shipped"]
@@ -31,6 +32,11 @@ SHIPPED = {
     "sheet": ("default_membrane", "sheet"),
 }
 _LENGTH = KINDS["Length"]
+#: m, that any range of a calibration file may reach
+MOST = {"radius": 1.0, "stretch": 0.2, "depth": 0.1}
+#: m, by which gripper and arm may stand off where they were sent
+STRETCH_OFF, DEPTH_OFF = 1e-3, 2e-4
+_SAME = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +55,27 @@ class Range:
                 asked, least, most = (format_quantity(v, _LENGTH) for v in (value, low, high))
                 raise InvalidInput(f"{name} {asked} is outside the calibrated range; use {least} to {most}")
 
+    def holds(self, radius: float, stretch: float, depth: float) -> bool:
+        """Tell whether a place lies inside, as far as arm and gripper stand where they are sent."""
+        places = ((self.radius, radius, _SAME), (self.stretch, stretch, STRETCH_OFF), (self.depth, depth, DEPTH_OFF))
+        return all(low - off <= value <= high + off for (low, high), value, off in places)
+
+    def to_json(self) -> dict[str, list[float]]:
+        """Return the ends, SI, by name."""
+        return {name: list(ends) for name, ends in asdict(self).items()}
+
+    @classmethod
+    def from_json(cls, fields: Any, name: str = "range") -> Range:
+        """Return the range of a calibration file, in which it is called `name`."""
+        if not isinstance(fields, dict) or set(fields) != set(MOST):
+            raise InvalidInput(f"{name}: it has the ends of {', '.join(MOST)}, m, not {fields!r}")
+        for key, most in MOST.items():
+            ends = fields[key]
+            numbers = isinstance(ends, list) and len(ends) == 2 and all(map(is_number, ends))
+            if not (numbers and 0 <= ends[0] <= ends[1] <= most):
+                raise InvalidInput(f"{name}.{key}: its ends are numbers that rise, from 0 to {most:g} m, not {ends!r}")
+        return cls(**{key: (float(low), float(high)) for key, (low, high) in fields.items()})
+
 
 class ForceModel(ABC):
     """The force of the hand on a sphere as a function of the sphere's radius, the stretch and the depth.
@@ -61,6 +88,8 @@ class ForceModel(ABC):
     range: Range
     relative_sd: float
     provenance: dict[str, Any]
+    #: what was measured, where the model also answers beyond
+    measured: Range | None = None
 
     @abstractmethod
     def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
@@ -73,6 +102,14 @@ class ForceModel(ABC):
     @abstractmethod
     def stretch_for(self, radius: float, depth: float, force: float) -> float:
         """Return the stretch at which the force is this one; exact inverse of `predict`."""
+
+    def in_range(self, radius: float, stretch: float, depth: float) -> bool:
+        """Tell whether forces were measured around there; the model may answer beyond, with a larger deviation."""
+        return (self.measured or self.range).holds(radius, stretch, depth)
+
+    def deepest(self, radius: float, stretch: float) -> float:
+        """Return the deepest press, m, that the model answers for."""
+        return self.range.depth[1]
 
     @abstractmethod
     def to_json(self) -> dict[str, Any]:
@@ -104,6 +141,8 @@ class ForceModel(ABC):
             raise InvalidInput(
                 f"{path}: the calibration cannot be read ({error.strerror}); name a file that calibrate wrote, or one of {names}"
             ) from None
+        except InvalidInput as error:
+            raise InvalidInput(f"{path}: {error}; restore the file, or calibrate again") from None
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise InvalidInput(f"{path}: this is not a calibration ({error})") from None
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.characterization import Table
+from stretch_bt.model.conditioning import Conditioning
 from stretch_bt.model.force_model import ForceModel, Range
 
 __all__ = ["Measurements", "forces"]
@@ -23,13 +24,17 @@ _SAME = 1e-3  # m
 
 @dataclass(frozen=True)
 class Measurements:
-    """Arrays (n,), m and N: the sphere's radius, the stretch, the depth past first contact, the force and its standard deviation."""
+    """Arrays (n,), m and N: the sphere's radius, the stretch, the depth past first contact, the force and its standard deviation.
+
+    `conditioned` is how the membrane was softened before, None where that is not known.
+    """
 
     radius: Array
     stretch: Array
     depth: Array
     force: Array
     force_sd: Array
+    conditioned: Conditioning | None = None
 
     def __post_init__(self) -> None:
         arrays = [self.radius, self.stretch, self.depth, self.force, self.force_sd]
@@ -48,16 +53,18 @@ class Measurements:
             raise IllConditioned("the table holds no press of a hemisphere, which is what force models are fitted to")
         columns = (table.size / 2, table.stretch, table.depth, table.force, table.force_sd)
         radius, stretch, depth, force, sd = (column[ball] for column in columns)
-        return cls(radius, np.maximum(_together(stretch), 0.0), np.maximum(depth, 0.0), force, sd)
+        stretch, depth = np.maximum(_together(stretch), 0.0), np.maximum(depth, 0.0)
+        return cls(radius, stretch, depth, force, sd, Conditioning.of(table.provenance))
 
     def __len__(self) -> int:
         return len(self.radius)
 
     def where(self, kept: Mask) -> Measurements:
         """Return those where a mask (n,) is true."""
-        return Measurements(
-            self.radius[kept], self.stretch[kept], self.depth[kept], self.force[kept], self.force_sd[kept]
+        radius, stretch, depth, force, sd = (
+            column[kept] for column in (self.radius, self.stretch, self.depth, self.force, self.force_sd)
         )
+        return Measurements(radius, stretch, depth, force, sd, self.conditioned)
 
     @property
     def diameters(self) -> list[float]:
@@ -93,8 +100,9 @@ class Measurements:
 
 
 def forces(model: ForceModel, given: Measurements) -> Array:
-    """Return (n,) float, N: what a model says of the presses."""
-    return np.array([model.predict(*row)[0] for row in zip(given.radius, given.stretch, given.depth, strict=True)])
+    """Return (n,) float, N: what a model says of the presses, and of one too deep for it at the deepest."""
+    rows = zip(given.radius, given.stretch, given.depth, strict=True)
+    return np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in rows])
 
 
 def _together(values: Array) -> Array:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
-from stretch_bt.model.force_model import ForceModel, Range, require_force
+from stretch_bt.model.checks import MOST_SD, require_covariance, require_within
+from stretch_bt.model.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceModel, Range, require_force
+from stretch_bt.model.membrane_hand import BOUNDS, PARAMETERS, Hand
 from stretch_bt.model.membrane_table import Axis, read_table
 from stretch_bt.model.root import rising_root
 from stretch_bt.units import KINDS, format_quantity
@@ -23,49 +25,11 @@ Array = npt.NDArray[np.float64]
 
 _LENGTH = KINDS["Length"]
 _STEP = 1e-4
-_SOFTENED = 0.5  # of its stress, that the table's membrane has lost
 _EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
-
-
-class Hand(NamedTuple):
-    """What a calibration finds of a hand: Pa, m, m, and three numbers without a unit.
-
-    `second_invariant` is the share of I2 in Mooney and Rivlin's energy, and `friction` that of the force which the table's
-    coefficient of 0.5 adds. `softening` is the part of its stress that the membrane has lost where it was stretched much
-    further before (Mullins).
-    """
-
-    shear_modulus: float
-    thickness: float
-    mount_prestretch: float
-    second_invariant: float = 0.0
-    friction: float = 0.0
-    softening: float = 0.0
-
-    @property
-    def tension(self) -> float:
-        """Shear modulus times thickness, N/m: what all forces are proportional to."""
-        return self.shear_modulus * self.thickness
-
-    def logarithms(self, stretches: Array, conditioned: float) -> Array:
-        """Return (diameters, n, depths) float, the logarithm of the force over tension and unit, at stretches (n,), m.
-
-        `conditioned` is the stretch, m, up to which the membrane was pressed before.
-        """
-        table = read_table()
-        return table.logarithms(
-            self.mount_prestretch + stretches,
-            share=self.second_invariant,
-            friction=self.friction,
-            bending=(self.thickness / table.thickness) ** 2,
-            weight=table.modulus / self.shear_modulus,
-            softening=self.softening / _SOFTENED,
-            softened=self.mount_prestretch + conditioned,
-        )
-
-
-PARAMETERS = Hand._fields
+# parts of a force, for each factor e in diameter and in depth, and for each m of stretch past what was measured: an assumption, on
+# top of what the covariance says, for what no sheet of the table has
+_BEYOND_SIZE, _BEYOND_STRETCH, _BEYOND_DEPTH = 0.01, 0.5, 0.01
 
 
 @dataclass(frozen=True)
@@ -73,7 +37,8 @@ class MembraneModel(ForceModel):
     """The force of a hemisphere in the middle of the membrane, from presses of the finite-strain sheet (`MembraneTable`).
 
     `covariance` (6, 6) is that of the parameters in the order of `Hand`; `relative_sd` is what the model leaves unexplained,
-    as a part of the force, and `conditioned` the stretch, m, up to which the membrane was pressed before.
+    as a part of the force, and `conditioned` the stretch, m, up to which the membrane was pressed before. Within `range`, but beyond
+    what was `measured`, the deviation grows with how far beyond.
     """
 
     kind: ClassVar[str] = "membrane"
@@ -83,21 +48,24 @@ class MembraneModel(ForceModel):
     range: Range
     provenance: dict[str, Any] = field(default_factory=dict)
     conditioned: float = 0.08
+    measured: Range | None = None
 
     def __post_init__(self) -> None:
-        values = [*self.hand, self.relative_sd, *(v for row in self.covariance for v in row)]
-        if not all(isinstance(v, int | float) and math.isfinite(v) for v in values):
-            raise InvalidInput(f"a membrane model needs finite numbers, got {self.hand}")
-        if len(self.covariance) != len(PARAMETERS) or any(len(row) != len(PARAMETERS) for row in self.covariance):
-            raise InvalidInput(f"a membrane model needs a covariance of {len(PARAMETERS)} by {len(PARAMETERS)}")
-        if min(self.hand[:2]) <= 0 or self.hand.mount_prestretch < 0 or self.relative_sd < 0:
-            raise InvalidInput("shear modulus and thickness must be above 0, pre-stretch and relative_sd at least 0")
-        if not (
-            isinstance(self.conditioned, int | float) and math.isfinite(self.conditioned) and self.conditioned >= 0
-        ):
-            raise InvalidInput(
-                f"the stretch a membrane was conditioned at must be a length of at least 0 m, not {self.conditioned!r}"
-            )
+        for name, (low, high) in BOUNDS.items():
+            require_within(f"hand.{name}", getattr(self.hand, name), low * (1 - _CLOSE), high * (1 + _CLOSE))
+        require_within("relative_sd", self.relative_sd, 0.0, MOST_SD)
+        require_within("conditioned", self.conditioned, 0.0, MOST["stretch"])
+        require_covariance("covariance", self.covariance, len(PARAMETERS))
+        self._check_range()
+
+    def _check_range(self) -> None:
+        """Raise InvalidInput where the range reaches past the table's."""
+        table = read_table()
+        radii = float(table.diameters[0]) / 2, float(table.diameters[-1]) / 2
+        ends = {"radius": radii, "stretch": (0.0, float(table.spans[-1])), "depth": (0.0, float(table.depths[-1]))}
+        for name, (low, high) in ends.items():
+            for end in getattr(self.range, name):
+                require_within(f"range.{name}", end, low, high)
 
     def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
         """Return the force, N, and its standard deviation."""
@@ -107,7 +75,9 @@ class MembraneModel(ForceModel):
         at, down = math.log(depth), self.grids.depth
         level, spread = _curves(self, radius, stretch)
         force = self._unit * math.exp(_along(down, level, at))
-        return force, force * math.hypot(self.relative_sd, _along(down, spread, at))
+        return force, force * math.hypot(
+            self.relative_sd, _along(down, spread, at), *self._beyond(radius, stretch, depth)
+        )
 
     def depth_for(self, radius: float, stretch: float, force: float) -> float:
         """Return the depth, m, at which the force, N, is this one."""
@@ -158,6 +128,20 @@ class MembraneModel(ForceModel):
         """Return the deepest press, m, that the range allows and the membrane can bear."""
         return min(self.range.depth[1], read_table().reach(2 * radius, self.hand.mount_prestretch + stretch))
 
+    def _beyond(self, radius: float, stretch: float, depth: float) -> tuple[float, ...]:
+        """Return what a force is off by, as parts of it, because radius, stretch and depth lie past what was measured."""
+        if self._seen is None:
+            return ()
+        low, high, slack, tense, deep = self._seen
+        if low <= radius <= high and slack <= stretch <= tense and depth <= deep:
+            return ()
+        assert self.measured is not None
+        radii, stretches, depths = self.measured.radius, self.measured.stretch, self.measured.depth
+        size = max(math.log(radii[0] / radius), math.log(radius / radii[1]), 0.0)
+        out = max(stretches[0] - stretch, stretch - stretches[1], 0.0)
+        deeper = math.log(max(depth / depths[1], 1.0)) if depths[1] > 0 else 1.0
+        return _BEYOND_SIZE * size, _BEYOND_STRETCH * out, _BEYOND_DEPTH * deeper
+
     @property
     def _unit(self) -> float:
         return self.hand.tension * read_table().gauge / 100
@@ -177,18 +161,19 @@ class MembraneModel(ForceModel):
         return {
             "provenance": self.provenance,
             "units": "SI: Pa, m; second_invariant, friction and softening without a unit; relative_sd is a part of the force",
-            "range": asdict(self.range),
+            "range": self.range.to_json(),
             "hand": self.hand._asdict(),
             "sd": dict(zip(PARAMETERS, sds.tolist(), strict=True)),
             "covariance": [list(row) for row in self.covariance],
             "relative_sd": self.relative_sd,
             "conditioned": self.conditioned,
+            "measured": self.measured.to_json() if self.measured else None,
         }
 
     @classmethod
     def from_json(cls, fields: dict[str, Any]) -> MembraneModel:
         """Return the model with these parameters."""
-        limits = Range(**{name: (float(low), float(high)) for name, (low, high) in fields["range"].items()})
+        limits, measured = Range.from_json(fields["range"]), fields.get("measured")
         covariance = tuple(tuple(row) for row in fields["covariance"])
         return cls(
             Hand(**fields["hand"]),
@@ -197,7 +182,16 @@ class MembraneModel(ForceModel):
             limits,
             fields["provenance"],
             fields["conditioned"],
+            None if measured is None else Range.from_json(measured, "measured"),
         )
+
+    @cached_property
+    def _seen(self) -> tuple[float, float, float, float, float] | None:
+        """Bounds of radius, stretch and depth within which nothing comes to the deviation, as `Range.holds` has them."""
+        if self.measured is None:
+            return None
+        (low, high), (slack, tense), (_, deep) = self.measured.radius, self.measured.stretch, self.measured.depth
+        return low, high, slack - STRETCH_OFF, tense + STRETCH_OFF, deep + DEPTH_OFF
 
     @cached_property
     def grids(self) -> _Grids:

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from stretch_bt.perception.shapes.cylinder import fit_cylinder as fit_cylinder
     from stretch_bt.perception.shapes.noise_area import surface_noise as surface_noise
     from stretch_bt.perception.shapes.plane import fit_plane as fit_plane
+    from stretch_bt.perception.shapes.pooled import pooled_sphere as pooled_sphere
     from stretch_bt.perception.shapes.shape import fit_shape as fit_shape
     from stretch_bt.perception.shapes.sphere import fit_sphere as fit_sphere
     from stretch_bt.perception.size.measure import diameters as diameters
@@ -105,6 +106,7 @@ _MODULES = {
     "find_contact": "contact",
     "fit_cone": "shapes.cone",
     "fit_contact_sphere": "shapes.cap",
+    "pooled_sphere": "shapes.pooled",
     "fit_cylinder": "shapes.cylinder",
     "fit_plane": "shapes.plane",
     "fit_shape": "shapes.shape",
@@ -178,6 +180,7 @@ __all__ = [
     "measure_object",
     "outline_of",
     "pixel_noise",
+    "pooled_sphere",
     "segment",
     "surface_noise",
     "tension_ratio",

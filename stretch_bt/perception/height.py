@@ -24,8 +24,13 @@ AROUND = 1.5  # radii of those within which a top is sought
 REACH = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
 
 
-def track_height(points: FloatArray, valid: MaskArray, labels: LabelArray) -> Estimate:
+def track_height(
+    points: FloatArray, valid: MaskArray, labels: LabelArray, *, curvature: Estimate | None = None
+) -> Estimate:
     """Return the height of the object's top, z of the membrane frame, m.
+
+    The vertex of a free quadratic over a disc has four times the variance of the mean; where the curvature of a round top is known, the
+    mean and that tell its height.
 
     Parameters
     ----------
@@ -33,6 +38,8 @@ def track_height(points: FloatArray, valid: MaskArray, labels: LabelArray) -> Es
     valid : (h, w) bool
     labels : (h, w) uint8
         Classes as `segment` gives them, of this frame or of an earlier one with the same contact.
+    curvature
+        Of the top, 1/m, where something else knows it; left aside where the points say otherwise by three standard deviations.
 
     Returns
     -------
@@ -51,7 +58,9 @@ def track_height(points: FloatArray, valid: MaskArray, labels: LabelArray) -> Es
         raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
     places = np.flatnonzero(labels == CONTACT)
     places = places[valid.reshape(-1)[places]]
-    return _best(*_cloud(points.reshape(-1, 3)[places], places))
+    if curvature is not None and not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
+        raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
+    return _best(*_cloud(points.reshape(-1, 3)[places], places), curvature)
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -79,14 +88,14 @@ def _cloud(points: FloatArray, places: Places | None) -> tuple[Array, Places]:
     return cloud, apart
 
 
-def _best(cloud: Array, places: Places) -> Estimate:
+def _best(cloud: Array, places: Places, known: Estimate | None = None) -> Estimate:
     """Return the height from a disc that the membrane's bend at the rim leaves alone."""
     middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
     away = _away(cloud, middle)
     radius = math.sqrt(2.0 * quantile(away))
     reach = RIM * radius
     near, kept = _disc(cloud, places, away, reach)
-    top = Top(near, kept, middle, even=False)
+    top = Top(near, kept, middle, even=False).bent(known)
     if not top.is_curved:
         top, reach = _of_highest(cloud, places, top, reach)
     if top.is_curved:
@@ -94,7 +103,7 @@ def _best(cloud: Array, places: Places) -> Estimate:
         middle = top.vertex(radius)
         before, (near, kept) = kept, _disc(cloud, places, _away(cloud, middle), within)
         if not np.array_equal(before, kept):
-            top = Top(near, kept, middle, even=False)
+            top = Top(near, kept, middle, even=False).bent(known)
     if top.is_curved:
         return top.estimate(radius)
     return _faint(Top(near, kept, middle, even=True), near[2], kept, radius)

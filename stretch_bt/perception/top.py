@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,8 @@ ENOUGH_PAIRS = 30
 SCALES = 2  # times that the noise is estimated anew
 ROUNDS = 8  # of weights at one scale
 CLEARLY = 3.0  # standard deviations at which a top counts as curved
+ROUND = 0.02  # of its curvature, by which that of a round top differs from one direction to another
+APART = 14.2  # chi2 of three values with three degrees of freedom beyond which 0.27 % lie, as beyond three standard deviations of one
 EVEN: Array = np.array(
     [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float
 )
@@ -78,6 +81,22 @@ class Top:
         self.q[0] += offset
         if even:
             self.q, self.covariance = EVEN @ self.q, EVEN @ self.covariance @ EVEN.T
+
+    def bent(self, known: Estimate | None) -> Top:
+        """Return it with the curvature, 1/m, that something else knows, the same in all directions; or as it is where it is clearly not so."""
+        if known is None:
+            return self
+        size = self.size**2
+        level, spread, uneven = known.value * size, (known.sd * size) ** 2, (ROUND * known.value * size) ** 2
+        off = np.array([level, 0.0, level]) - self.q[3:]
+        told = np.array([[spread + uneven, 0.0, spread], [0.0, uneven, 0.0], [spread, 0.0, spread + uneven]])
+        apart = np.linalg.inv(self.covariance[3:, 3:] + told)
+        if off @ apart @ off > APART:
+            return self
+        gain = self.covariance[:, 3:] @ apart
+        made = copy(self)
+        made.q, made.covariance = self.q + gain @ off, self.covariance - gain @ self.covariance[3:]
+        return made
 
     @property
     def curvature(self) -> float:

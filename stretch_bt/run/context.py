@@ -11,6 +11,7 @@ from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Journal, NoJournal
+from stretch_bt.hardware.limits import Limits
 
 __all__ = ["MAX_AGE", "RunContext", "Seen"]
 
@@ -70,6 +71,7 @@ class RunContext:
         self.ticks = 0
         self.hand = hand or Hand()
         self.memory: dict[Any, Any] = {}
+        self.limits: Limits | None = None
         self.about: Mapping[str, Any] = {}
         self.folder: Path | None = None
         self.repeated: Path | None = None

@@ -120,11 +120,12 @@ def execute(
         raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
     if spec is None:
         task.scene = None
+    task.prepare(spec)
     scene = _load_scene(task, spec)
     real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
     clock: Clock = RealClock() if real else VirtualClock()
     record = RunRecord(Path(out) if out is not None else None)
-    task.context.about, task.context.folder = task.header(), record.folder
+    task.context.folder = record.folder
     record.start(task.context.about, task.run_info(spec))
     run = _Run(task, clock, record, view, watch)
     with signals(run.interrupted):

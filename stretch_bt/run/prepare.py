@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import CellError, InvalidInput
+from stretch_bt.hardware.hand import Hand
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.mocks import Mocks
 from stretch_bt.source import Map, Scalar
@@ -50,6 +51,12 @@ class Task:
         self.built = build(self.program, self.context, self.mocks)
         if self.mocks is not None:
             self.mocks.check_matches(self.built, self.program)
+
+    def prepare(self, spec: CellSpec | None) -> None:
+        """Let every node look at what is known before any device is opened: parameters, the hand and the limits of the cell."""
+        self.context.about = self.header()
+        if spec is not None:
+            self.context.hand, self.context.limits = Hand(spec.hand), spec.limits
         for node in self.built.nodes.values():
             if isinstance(node, Behavior):
                 node.prepare()

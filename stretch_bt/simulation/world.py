@@ -18,6 +18,7 @@ from stretch_bt.simulation.effects import Active
 from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.make import Membrane, make_fidelity
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.objects.base import Moved, ObjectSpec, Standing
 from stretch_bt.simulation.objects.response import Law
 from stretch_bt.simulation.scene import Scene
@@ -84,9 +85,18 @@ class World:
         self.stats = Stats()
         on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
         self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
-        self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(seed), None, (0.0, 0.0))])
+        self._past: deque[_Past] = deque([_Past(-math.inf, self.specimen.start(seed), self._conditioned(), (0.0, 0.0))])
         self._known: OrderedDict[Any, Contact] = OrderedDict()
         self._skin: tuple[Any, Any, Skin] | None = None
+
+    def _conditioned(self) -> Any:
+        """Return what the membrane remembers of the press that the scene's hand had before the task."""
+        before = self.scene.hand.conditioned
+        if before is None or not self.fidelity.remembers:
+            return None
+        radius = before.diameter / 2
+        place = Place(Sphere(before.diameter), None, (0.0, 0.0), 0.0, (0.0, 0.0), radius, before.stretch)
+        return self.fidelity.released(self.fidelity.press(place, before.depth, None).state)
 
     def exchange(self, spec: ObjectSpec) -> None:
         """Put another object, as it is at the begin of a run, in the place of the present one.

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.limits import Limits
 
 __all__ = ["Context"]
 
@@ -17,6 +18,7 @@ class Context(Protocol):
     now: float
     ticks: int
     hand: Hand
+    limits: Limits | None  # of the cell, where the run has one
     memory: dict[Any, Any]  # what the nodes of one run remember together
     about: Mapping[str, Any]  # what identifies the run: the header of its record
     folder: Path | None  # of the run's record, where it has one

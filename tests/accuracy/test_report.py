@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -17,8 +18,8 @@ from stretch_bt.errors import InvalidInput
 KINDS = {"force": Kind("%", 100.0), "surface": Kind("um", 1e6)}
 
 
-def row(case, setting, error, seconds=0.01, status="ok", kind="force"):
-    return Row("membrane", case, setting, None, error, kind, seconds, status, {"python": "3"}, "a <processor>")
+def row(case, setting, error, seconds=0.01, status="ok", kind="force", robot=None):
+    return Row("membrane", case, setting, None, error, kind, seconds, status, {"python": "3"}, "a <processor>", robot)
 
 
 ROWS = [
@@ -75,6 +76,36 @@ def test_the_picture_is_xml_with_a_panel_a_kind_and_each_series_by_name():
     assert "peer" not in words
     empty = ET.fromstring(draw("membrane", KINDS, []))
     assert list(empty.iter("{http://www.w3.org/2000/svg}circle")) == []
+
+
+def test_where_a_robot_takes_time_that_is_the_cost():
+    rows = [row(f"case {k}", f"a: {k}", k * 1e-2, 9.0, robot=10.0 * k) for k in (1, 2, 3)]
+    text = table("palpation", "against what", KINDS, rows)
+    head, spread, line = text.splitlines()[3:6]
+    assert head.split()[:7] == ["setting", "cases", "failed", "robot", "s", "CPU", "ms"]
+    assert spread.split()[:6] == ["median", "/", "p95"] * 2
+    assert line.split()[:9] == ["a:", "1", "1", "0", "10", "/", "10", "9000", "/"]
+    assert "robot s" not in table("membrane", "against what", KINDS, ROWS)
+    picture = draw("palpation", KINDS, rows)
+    assert "robot s" in picture
+    assert "CPU ms" not in picture
+    places = {float(y) for y in re.findall(r'<circle cx="[^"]*" cy="([^"]*)" r="3.5" fill="[^"]*"><title>', picture)}
+    assert len(places) == 3
+    assert [("robot_seconds" in r.to_json()) for r in (rows[0], ROWS[0])] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("costs", "marks"),
+    [
+        ([12.0, 40.0], ["10", "20", "50"]),
+        ([0.011], ["0.01", "0.02"]),
+        ([1.0, 3e4], ["1", "10", "100", "1000", "10000", "100000"]),
+    ],
+)
+def test_an_axis_is_marked_from_below_the_least_to_above_the_largest(costs, marks):
+    rows = [row(f"case {k}", f"a: {k}", 0.01, robot=cost) for k, cost in enumerate(costs)]
+    picture = draw("palpation", {"force": Kind("%", 100.0)}, rows)
+    assert re.findall(r'<text class="e"[^>]*>([^<]*)</text>', picture) == marks
 
 
 def test_files_hold_every_row(tmp_path):

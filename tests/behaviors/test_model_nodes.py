@@ -1,30 +1,41 @@
 """Nodes that compute: what they write carries its error, and what has no answer is a FAILURE with its reason."""
 
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.behaviors._readings import Reading, frames_at, readings_of
-from stretch_bt.model import ForceModel, hertz_force
+from stretch_bt.behaviors._readings import Reading, Touch, frames_at, readings_of, tell_again
+from stretch_bt.errors import InvalidInput
+from stretch_bt.model import CalibratedHertz, ForceModel, hertz_force
+from stretch_bt.perception.types import CONTACT, UNDEFORMED
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
+from stretch_bt.units import Estimate
 
 radii = st.floats(0.006, 0.040)
 stretches = st.floats(0.0, 0.060)
 depths = st.floats(0.004, 0.014)
 
 
-def run(name: str, **inputs: Any) -> tuple[Behavior, Cell]:
+def made(name: str, **inputs: Any) -> Behavior:
     info = lookup(name)
     assert info is not None
     node = info.cls(f"main/{name}")
     node.context = RunContext()
     for port in info.of(Role.INPUT):
         node.wiring[port.name] = partial(inputs.get, port.name, port.default)
+    return node
+
+
+def run(name: str, **inputs: Any) -> tuple[Behavior, Cell]:
+    node = made(name, **inputs)
     for _ in node.tick():
         pass
     return node, next(iter(node.sinks.values()))
@@ -151,10 +162,38 @@ def test_a_drop_is_read_off_all_presses_together() -> None:
     assert -1 < node.sinks["together"].value < 0
 
 
+def touch(height: float, bent: float = 1 / 0.03) -> Touch:
+    """Return a first touch that shows a cap of so much curvature, 1/m, at a height above the membrane, m."""
+    x, y = np.meshgrid(*[np.arange(-20, 21) * 4e-4] * 2)
+    points = np.stack([x, y, height - bent * (x**2 + y**2) / 2], axis=-1)
+    labels = np.where(np.hypot(x, y) < 6e-3, CONTACT, UNDEFORMED).astype(np.uint8)
+    return Touch(points, np.ones(x.shape, bool), labels, 32)
+
+
+def test_heights_of_touches_are_told_again_when_the_radius_is_known() -> None:
+    noise, known = np.random.default_rng(3).normal(0, 3e-4, (41, 41)), Estimate(1 / 0.03, 0.5)
+    readings = []
+    for height in (0.0015, 0.0025):
+        seen = touch(height)
+        seen.points[..., 2] += noise
+        readings.append(Reading(0.0, height + 3e-4, height + 0.05, 1e-4, seen))
+    tell_again(readings, known)
+    for reading, height in zip(readings, (0.0015, 0.0025), strict=True):
+        assert reading.depth == pytest.approx(height, abs=3e-5)
+        assert reading.hand == pytest.approx(0.05 - 3e-4)
+    before = list(readings)
+    tell_again(readings, known)
+    assert all(one is other for one, other in zip(readings, before, strict=True)), "once for each radius"
+    tell_again(readings, Estimate(1 / 0.02, 5.0))
+    assert all(one.height != other.height for one, other in zip(readings, before, strict=True))
+
+
 def test_an_approach_gives_the_top_by_its_readings_alone() -> None:
     node = tracked([])
     readings = readings_of(node.context)
-    readings.extend(Reading(0.0, top_of(d) - (0.06 - d), top_of(d), 2e-5, touch=True) for d in (0.002, 0.004))
+    readings.extend(
+        Reading(0.0, top_of(d) - (0.06 - d), top_of(d), 2e-5, touch(top_of(d) - (0.06 - d))) for d in (0.002, 0.004)
+    )
     look(node, 0.012, top_of(0.012), contact_height=0.07, power=1.0, power_sd=0.1)
     assert node.sinks["top"].value == pytest.approx(0.06, abs=1e-4)
 
@@ -181,6 +220,27 @@ def test_what_follows_from_the_curve_needs_one(name: str) -> None:
     node, _ = run(name, radius=0.03, contact_height=0.06, drop=0.0015)
     assert node.status is Status.FAILURE
     assert "track_drop" in node.reason
+
+
+def calibrated_to(folder: Path, stretch: float) -> str:
+    """Return a calibration file of a model that holds up to a stretch, m."""
+    model = ForceModel.default()
+    assert isinstance(model, CalibratedHertz)
+    path = folder / "hand.json"
+    replace(model, range=replace(model.range, stretch=(0.0, stretch))).save(path)
+    return str(path)
+
+
+@pytest.mark.parametrize("name", ["plan_press", "plan_active"])
+def test_a_model_that_does_not_reach_the_largest_stretch_is_refused_before_the_run(name: str, tmp_path: Path) -> None:
+    short = calibrated_to(tmp_path, 0.06)
+    node = made(name, radius=0.03, contact_height=0.06, drop=0.0015, model=short)
+    with pytest.raises(
+        InvalidInput, match=r"max_stretch: 80 mm is past 60 mm, up to which the model '.*hand.json' holds"
+    ):
+        node.prepare()
+    for inputs in ({"model": short, "max_stretch": 0.06}, {"model": "paper"}, {"model": "fitted"}):
+        made(name, radius=0.03, contact_height=0.06, drop=0.0015, **inputs).prepare()
 
 
 def follow(node: Behavior, name: str, **inputs: Any) -> Behavior:

@@ -56,6 +56,39 @@ def test_what_lies_outside_has_no_answer(cli, record, tmp_path):
     assert "stretch 200 mm" in found["reason"]
 
 
+def test_beyond_what_was_measured_is_not_in_range(cli, record, tmp_path):
+    out = tmp_path / "hand.json"
+    cli("calibrate", record, "--out", out)
+    asked = ("predict", "--calibration", out, "--radius", "12mm", "--stretch", "78mm", "--depth", "8mm")
+    code, printed, _ = cli(*asked, "--json")
+    found = json.loads(printed)
+    assert (code, found["in_range"]) == (0, False)
+    assert found["force_N"] > found["sd_N"] > 0.01 * found["force_N"]
+    assert "beyond what was measured" in cli(*asked)[1]
+
+
+def test_an_indenter_that_the_table_does_not_know_is_left_out_with_a_warning(cli, record, tmp_path):
+    path = record / NAME
+    rows = [line for line in path.read_text("utf-8").splitlines(True) if line.startswith("sphere,10,")]
+    with path.open("a") as file:
+        file.writelines(row.replace("sphere,10,", "sphere,6,") for row in rows)
+    code, printed, errors = cli("calibrate", record, "--out", tmp_path / "hand.json", "--json")
+    assert code == 0
+    assert json.loads(printed)["warnings"] == ["left out: diameter 6 mm, outside of 8 mm to 120 mm"]
+    assert "warning: left out: diameter 6 mm" in errors
+    assert json.loads((tmp_path / "hand.json").read_text())["provenance"]["left_out"]
+
+
+def test_a_parameter_at_its_bound_is_said_to_be_there(cli, record, tmp_path):
+    printed = cli("calibrate", record, "--out", tmp_path / "hand.json")[1]
+    hand = json.loads((tmp_path / "hand.json").read_text())["hand"]
+    at_bound = [name for name, value in hand.items() if value == 0]
+    assert at_bound
+    for name in hand:
+        line = next(line for line in printed.splitlines() if line.startswith(name))
+        assert ("0 (at its bound)" in line) == (name in at_bound)
+
+
 @pytest.mark.parametrize(
     ("spoil", "code", "said"),
     [

@@ -98,7 +98,11 @@ def test_a_model_survives_its_file(tmp_path):
         ({"kind": "oracle"}, "oracle"),
         ({"states": []}, "two different stretches"),
         ({"log_scale": 0.0}, "log_scale"),
-        ({"range": {"radius": [0, 1]}}, "not a calibration"),
+        ({"range": {"radius": [0, 1]}}, "range: it has the ends of"),
+        ({"range": {"radius": [0, 5], "stretch": [0, 0.08], "depth": [0, 0.01]}}, "range.radius: .* from 0 to 1 m"),
+        ({"range": {"radius": [0, 0.1], "stretch": [0, 5], "depth": [0, 0.01]}}, "range.stretch: .* from 0 to 0.2 m"),
+        ({"relative_sd": -1}, "relative_sd: .* not -1"),
+        ({"shallow_sd": "much"}, "shallow_sd: .* not 'much'"),
     ],
 )
 def test_a_bad_file_is_refused(tmp_path, change, said):

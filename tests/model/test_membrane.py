@@ -1,5 +1,6 @@
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,6 +97,79 @@ def test_no_answer_is_said_so():
     with pytest.raises(InvalidInput, match="force"):
         MODEL.depth_for(0.01, 0.0, -1.0)
     assert MODEL.depth_for(0.01, 0.0, 0.0) == 0.0
+
+
+def broken(**changes):
+    """Return a calibration file's fields with some changed, by dotted names."""
+
+    def change(kept):
+        for name, value in changes.items():
+            *path, last = name.split("__")
+            inner = kept
+            for key in path:
+                inner = inner[key]
+            inner[last] = value
+        return kept
+
+    return change
+
+
+def spoiled(kept):
+    kept["covariance"][0][1] = kept["covariance"][1][0] = 2 * math.sqrt(
+        kept["covariance"][0][0] * kept["covariance"][1][1]
+    )
+    return kept
+
+
+def turned(kept):
+    kept["covariance"][2][2] *= -1
+    return kept
+
+
+def lopsided(kept):
+    kept["covariance"][0][1] = 0.5 * math.sqrt(kept["covariance"][0][0] * kept["covariance"][1][1])
+    return kept
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (broken(hand__softening=3), "hand.softening: it is a number from 0 to 0.5, not 3"),
+        (broken(hand__shear_modulus=-1), "hand.shear_modulus: .* not -1"),
+        (broken(hand__friction="much"), "hand.friction: .* not 'much'"),
+        (spoiled, "covariance: some sum of the parameters has a variance below 0"),
+        (turned, "covariance: a variance is not below 0"),
+        (lopsided, "covariance: it is not symmetric"),
+        (broken(covariance=[[1.0]]), "covariance: it has 6 rows of 6"),
+        (broken(range__stretch=[0, 5]), "range.stretch: its ends are numbers that rise, from 0 to 0.2 m"),
+        (broken(range__stretch=[0, 0.15]), "range.stretch: it is a number from 0 to 0.12, not 0.15"),
+        (broken(range__depth=[0, 0.05]), "range.depth: .* 0.025"),
+        (broken(range__radius=[0.001, 0.03]), "range.radius: .* from 0.004 to 0.06"),
+        (broken(range__radius=[0.03, 0.01]), "range.radius: its ends are numbers that rise"),
+        (broken(range=5), "range: it has the ends of radius, stretch, depth"),
+        (broken(measured={"radius": [0, 1]}), "measured: it has the ends"),
+        (broken(relative_sd=-0.1), "relative_sd"),
+        (broken(conditioned=7), "conditioned: .* 0.2"),
+    ],
+)  # fmt: skip
+def test_a_file_that_holds_no_such_hand_is_refused_by_file_and_field(tmp_path, change, said):
+    path = tmp_path / "hand.json"
+    replace(MODEL, measured=LIMITS).save(path)
+    assert ForceModel.load(path).measured == LIMITS
+    path.write_text(json.dumps(change(json.loads(path.read_text()))))
+    with pytest.raises(InvalidInput, match=rf"hand\.json: {said}"):
+        ForceModel.load(path)
+
+
+def test_a_file_without_what_was_measured_is_read(tmp_path):
+    path = tmp_path / "hand.json"
+    MODEL.save(path)
+    kept = json.loads(path.read_text())
+    del kept["measured"]
+    path.write_text(json.dumps(kept))
+    assert ForceModel.load(path) == MODEL
+    assert MODEL.in_range(0.02, 0.08, 0.02)
+    assert not MODEL.in_range(0.07, 0.08, 0.02)
 
 
 def test_a_file_holds_it(tmp_path):

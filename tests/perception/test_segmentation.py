@@ -21,6 +21,7 @@ from stretch_bt.perception import (
     view_rays,
 )
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED
+from stretch_bt.units import Estimate
 
 NOISE = 0.3e-3
 
@@ -252,6 +253,25 @@ def test_height_of_the_top_is_right_within_its_deviation(surfaces, shape, top):
         stated.append(height.sd)
     assert abs(np.mean(errors)) < 0.03e-3
     assert 0.5 < np.mean(stated) / np.std(errors) < 2.0
+
+
+def test_a_known_curvature_halves_the_error_of_a_height_and_is_left_aside_where_it_is_wrong(surfaces):
+    lens, radius = surfaces.camera(), 30e-3
+    depth = surfaces.render(surfaces.sphere_press(radius, np.radians(12)), lens)
+    truth = surfaces.PLANE_DISTANCE - depth.min()
+    known = {"free": None, "known": Estimate(1 / radius, 0.3), "wrong": Estimate(5 / radius, 0.3)}
+    errors = {name: [] for name in known}
+    for seed in range(16):
+        points, valid = deproject(surfaces.noisy(depth, NOISE, np.random.default_rng(seed)), lens)
+        points = to_membrane(points, surfaces.PLANE_DISTANCE)
+        for name, curvature in known.items():
+            height = track_height(points, valid, segment(points, valid), curvature=curvature)
+            errors[name].append(height.value - truth)
+    spread = {name: np.std(e) for name, e in errors.items()}
+    assert spread["known"] < 0.7 * spread["free"]
+    assert errors["wrong"] == errors["free"]
+    with pytest.raises(InvalidInput, match="curvature"):
+        track_height(points, valid, segment(points, valid), curvature=Estimate(np.nan, 1.0))
 
 
 def test_height_needs_contact_points():

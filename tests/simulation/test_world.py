@@ -64,6 +64,18 @@ def test_a_rigid_object_has_no_stiffness(fidelity):
     assert all(math.isfinite(v) for v in truth.values())
 
 
+@pytest.mark.parametrize(
+    ("made", "effects"),
+    [(scene(), "{compliance: off}"), (load_scene("water_balloon"), "none")],
+    ids=["sphere", "balloon"],
+)
+def test_what_is_kept_from_giving_way_has_no_stiffness(made, effects):
+    still = made.with_(fidelity="hertz", effects=scene(effects=effects).effects)
+    for given, gives in ((made.with_(fidelity="hertz"), True), (still, False)):
+        truth = World(given).truth(Pose((0, 0, given.object.top - 0.01)), 0.03)
+        assert ("stiffness" in truth, truth["deflection"] > 0) == (gives, gives)
+
+
 @pytest.mark.parametrize("fidelity", ["hertz", "sheet"])
 def test_force_rises_with_depth_and_stretch(fidelity):
     world = World(scene(fidelity=fidelity))
@@ -130,6 +142,17 @@ def test_softening_stays_in_the_membrane_when_the_object_is_exchanged():
         made.exchange(rigid(20))
         forces.append(made.truth(low, 0.0, 3.0)["force"])
     assert forces[1] < 0.95 * forces[0]
+
+
+def test_a_membrane_that_was_conditioned_begins_at_its_softest():
+    ball, low = "type: sphere, diameter: 30 mm", Pose((0, 0, 0.060))
+    forces = {}
+    for effects in ("{mullins: on}", "{mullins: off}"):
+        for hand in ("", "hand: {conditioned: {diameter: 30 mm, stretch: 40 mm, depth: 10 mm}}\n"):
+            made = World(scene("rigid: true, base: 40 mm", kind=ball, fidelity="sheet", effects=effects, more=hand))
+            forces[effects, bool(hand)] = made.truth(low, 0.02)["force"]
+    assert forces["{mullins: on}", True] < 0.95 * forces["{mullins: on}", False]
+    assert forces["{mullins: off}", True] == forces["{mullins: off}", False]
 
 
 def test_one_solution_for_each_state_and_none_until_somebody_looks():

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.simulated.operator import indenter
 from stretch_bt.model.characterization import NAME, read_table
@@ -142,15 +143,33 @@ def test_an_interrupted_run_is_gone_on_with(characterize, tmp_path, tick):
 
 
 def test_the_membrane_is_first_taken_where_it_is_softest(characterize):
-    targets = []
+    targets, said = [], []
     for condition in (True, False):
         result = characterize(
             params={"diameters": [0.02], "stretches": [0.01, 0.04], "trials": 1, "condition": condition}
         )
-        where = table_of(result).contact_height[0]
+        table = table_of(result)
+        where = table.contact_height[0]
+        said.append(table.provenance["conditioned"])
         owners = [e for e in events_of(result) if e["type"] == "command" and e["owner"].endswith("/soften/press")]
         targets.append([where - e["arguments"]["target"]["position"][2] for e in owners])
     assert targets == [[pytest.approx(0.004)], []]
+    assert said == [{"stretch": 0.04, "depth": 0.004}, {"stretch": 0.0, "depth": 0.0}]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"stretches": ["200 mm"]}, "stretches: 200 mm .* 0 mm to 80 mm"),
+        ({"depths": ["40 mm"]}, "depths: 40 mm .* 0 mm to 30 mm"),
+        ({"table": "none/table.csv"}, "there is no folder none"),
+    ],
+)
+def test_what_no_run_can_reach_ends_before_anything_moves(characterize, tmp_path, wrong, said):
+    record = tmp_path / "record"
+    with pytest.raises(InvalidInput, match=said):
+        characterize(params=wrong, out=record)
+    assert not record.exists()
 
 
 def test_too_much_force_ends_the_task_and_raises_the_hand(characterize):

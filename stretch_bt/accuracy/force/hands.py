@@ -17,7 +17,7 @@ import numpy.typing as npt
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.model.measurements import Measurements
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
-from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
+from stretch_bt.simulation.membrane.materials import rubber
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects, Mullins
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.hanging import lowest
@@ -67,14 +67,12 @@ class TrueHand:
         random = np.random.default_rng([seed, 61])
         modulus, thickness, mount = np.array([SHEAR_MODULUS, 0.002, MOUNT_PRESTRETCH]) * random.uniform(0.8, 1.2, 3)
         share, friction, softening = random.uniform([0.05, 0.2, 0.05], [0.24, 0.6, 0.15])
-        return cls(modulus, thickness, mount, share if seed % 2 else 0.0, friction, softening)
+        return cls(*map(float, (modulus, thickness, mount, share if seed % 2 else 0.0, friction, softening)))
 
     def sheet(self) -> Sheet:
         """Return its membrane."""
-        neo = NeoHookean(self.shear_modulus)
         effects = Effects(sag=DENSITY, bending=True, friction=self.friction, mullins=Mullins(r=1 / self.softening))
-        material = MooneyRivlin(self.shear_modulus, self.share) if self.share else neo
-        return Sheet(0.1, 0.09, self.thickness, material, self.mount_prestretch, effects)
+        return Sheet(0.1, 0.09, self.thickness, rubber(self.shear_modulus, self.share), self.mount_prestretch, effects)
 
 
 def true_forces(seed: int) -> Array:

@@ -11,6 +11,7 @@ from stretch_bt.run.record.folder import REPORT, refuse
 from stretch_bt.run.report.details import commands, facts, faults, last_readings
 from stretch_bt.run.report.history import History, gather
 from stretch_bt.run.report.outputs import outputs
+from stretch_bt.run.report.panels import panels
 from stretch_bt.run.report.pictures import pictures
 from stretch_bt.run.report.plot import plot
 from stretch_bt.run.report.style import STYLE
@@ -45,6 +46,7 @@ def _page(record: RecordReader) -> str:
             _head(record, title),
             section("Outputs", outputs(record.result or {})),
             last_readings(record, history),
+            panels(record),
             section("Nodes over time", timeline(history.spans, history.start, history.end), legend()),
             section("Keys", _plots(history.keys, history), "each value holds until the next; the band is ± one sd"),
             section("Readings", _plots(history.readings, history), "as handed to nodes"),

@@ -220,5 +220,8 @@ class Specimen:
         return state if self.response is None else self.response.after(state, moved.drop, moved.dt)
 
     def known(self, state: Any, drop: float) -> dict[str, float]:
-        """Return what a perfect observer would say of it now, at a drop of its top, m; SI."""
-        return self.spec.known()
+        """Return what a perfect observer would say of it now, at a drop of its top, m; SI. What does not give way has no stiffness."""
+        known = self.spec.known()
+        if self.response is None:
+            known.pop("stiffness", None)
+        return known

@@ -12,7 +12,7 @@ from stretch_bt.units import Angle, Length, Pressure, Speed, Time, Within
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.materials import Material
 
-__all__ = ["CameraPose", "Conditions", "Cup", "Hand", "Table", "Tolerance"]
+__all__ = ["CameraPose", "Conditioned", "Conditions", "Cup", "Hand", "Table", "Tolerance"]
 
 #: those for which E* of a 20 mm hemisphere, fitted over depths of 1 to 15 mm in steps of 1 mm, is 4 kPa at stretch 0 and 9 kPa at
 #: 60 mm, with the weight and the bending of the membrane: a fit to two figures of the paper (arXiv 2105.08154), not a measurement
@@ -64,6 +64,14 @@ class CameraPose(_Model):
     tilt_y: _Tilt = Field(default=0.0, description="turned about its y axis")
 
 
+class Conditioned(_Model):
+    """A press of a ball in the middle of the membrane, deep enough that the membrane is at its softest afterwards."""
+
+    diameter: Annotated[Length, Within(0.002, 0.2, "Length")] = Field(default=0.060, description="of the ball")
+    stretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(default=0.080, description="of the membrane")
+    depth: Annotated[Length, Within(0.0005, 0.05, "Length")] = Field(default=0.015, description="past first contact")
+
+
 class Hand(_Model):
     """The hand as it really is; its size is that of the cell file."""
 
@@ -76,15 +84,17 @@ class Hand(_Model):
     mount_prestretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(
         default=MOUNT_PRESTRETCH, description="by how much the mounts stretch the membrane at stretch 0"
     )
+    conditioned: Conditioned | None = Field(
+        default=None,
+        description="pressed so before the task, which a membrane with `mullins` remembers; without it the membrane is fresh",
+    )
     camera: CameraPose = CameraPose()
 
     def material(self) -> Material:
         """Return what the membrane is made of."""
-        from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
+        from stretch_bt.simulation.membrane.materials import rubber
 
-        if self.second_invariant == 0:
-            return NeoHookean(self.shear_modulus)
-        return MooneyRivlin(self.shear_modulus, self.second_invariant)
+        return rubber(self.shear_modulus, self.second_invariant)
 
 
 class Table(_Model):

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.membrane.materials import Material, MooneyRivlin, NeoHookean
+from stretch_bt.simulation.membrane.materials import Material, MooneyRivlin, NeoHookean, rubber
 from stretch_bt.simulation.membrane.materials.base import energy, tensions
 from stretch_bt.simulation.membrane.sheet.energy_kernel import strain_energy
 
@@ -70,3 +70,8 @@ def test_bad_moduli(bad):
         NeoHookean(bad)
     with pytest.raises(InvalidInput):
         MooneyRivlin(1.0, bad if bad else -0.1)
+
+
+def test_a_rubber_without_the_second_invariant_is_neo_hookean():
+    assert rubber(40e3) == rubber(40e3, 0.0) == NeoHookean(40e3)
+    assert rubber(40e3, 0.15) == MooneyRivlin(40e3, 0.15)

@@ -7,13 +7,17 @@ where strains vary slowly the second derivatives of the place are the curvatures
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.spline import Array, Axis, Table
 
 __all__ = ["Bending"]
+
+Places = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -36,21 +40,31 @@ class Bending:
 
     def gradient(self, control: Array) -> Array:
         """Return the gradient (ny, nx, 3); the energy is half its product with the control points."""
-        terms = (k * np.einsum("jm,in,mnc->jic", y, x, control, optimize=True) for k, y, x in self._terms())
-        return np.asarray(sum(terms))
+        parts = np.ascontiguousarray(control.transpose(2, 0, 1))
+        terms = (k * (y @ parts @ x.T) for k, y, x in self._terms())
+        return np.ascontiguousarray(sum(terms).transpose(1, 2, 0))  # type: ignore[union-attr]
 
     def add(self, band: Array) -> None:
         """Add the Hessian of the unclamped rows to a lower band (n, width)."""
+        rows, columns, values = self._hessian
+        band[rows, columns] += values
+
+    @cached_property
+    def _hessian(self) -> tuple[Places, Places, Array]:
+        """Rows, columns and values (m,) in a lower band; each place once."""
         ny, nx = len(self.y[0]), len(self.x[0])
         cells = np.arange((ny - 2) * nx).reshape(ny - 2, nx)
+        found: list[tuple[Places, Places, Array]] = []
         for down in range(3):
             for right in range(-2 if down else 0, 3):
                 rows, columns = slice(1, ny - 1 - down), slice(max(0, -right), nx - max(0, right))
                 j, i = np.arange(ny)[rows], np.arange(nx)[columns]
                 value = sum(k * y[j, j + down][:, None] * x[i, i + right] for k, y, x in self._terms())
-                target = 3 * cells[: len(j), columns]
-                for c in range(3):
-                    band[target + c, 3 * (down * nx + right)] += value
+                target = 3 * cells[: len(j), columns].ravel()
+                column = np.full(target.shape, 3 * (down * nx + right))
+                found += [(target + c, column, np.asarray(value).ravel()) for c in range(3)]
+        rows_, columns_, values = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        return rows_, columns_, values
 
 
 def _matrices(axis: Axis, table: Table) -> tuple[Array, Array, Array]:

@@ -1,0 +1,69 @@
+"""A balloon palpated by a protocol, with what the scene knows on the way."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.accuracy.palpation.protocols import LEVELS, OWN, PROTOCOLS
+from stretch_bt.run.execute import RunResult
+from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.run.runner import Runner
+from stretch_bt.run.task import run
+from stretch_bt.simulation.scene import load_scene
+
+__all__ = ["Seen", "palpated"]
+
+
+@dataclass
+class Seen(Onlooker):
+    """Notes what the scene knows: the force at each press' end, the error of each height that was seen, when the object was met."""
+
+    runner: Runner
+    top: float
+    forces: list[float] = field(default_factory=list)
+    errors: list[float] = field(default_factory=list)
+    touched: float | None = None
+
+    def begin_tick(self, tick: int, time: float) -> None:
+        """Note when the flat membrane first stands at the object's top."""
+        if self.touched is None and self.runner.context.devices["arm"].pose(1.0).value.height <= self.top:
+            self.touched = time
+
+    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
+        """Note it."""
+        cell: Any = self.runner.cell
+        if key.endswith("/pressed"):
+            self.forces.append(cell.truth()["force"])
+        elif "track_height" in path:
+            self.errors.append(value - cell.truth()["height"])
+
+    def falls(self) -> int:
+        """Return at how many presses the force fell."""
+        pairs = zip(self.forces, self.forces[1:], strict=False)
+        return sum(after < before - max(0.02 * before, 0.01) for before, after in pairs)
+
+
+def palpated(
+    protocol: str, level: int, balloon: str, fidelity: str, seed: int, extra: Mapping[str, Any]
+) -> tuple[RunResult, Seen]:
+    """Return the result of a run with the params of LEVELS and `extra`, and what the scene knew on its way."""
+    notes: list[Seen] = []
+
+    def watch(runner: Runner) -> None:
+        notes.append(Seen(runner, load_scene(f"{balloon}_balloon").object.top))
+        runner.watchers.append(notes[0])
+
+    shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene.yaml"
+        scene.write_text(shipped.read_text("utf-8") + f"fidelity: {fidelity}\n", encoding="utf-8")
+        params = {**LEVELS[protocol][level], "model": OWN[fidelity], **extra}
+        result = run(
+            PROTOCOLS[protocol], scene=scene, seed=seed, params=params, out=Path(folder) / "record", watch=watch
+        )
+    return result, notes[0]

@@ -1,0 +1,38 @@
+"""The protocols that are compared, and how much each averages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["AVERAGING", "BALLOONS", "LEVELS", "OWN", "PROTOCOLS"]
+
+BALLOONS = ("air", "water", "pudding", "seeds")
+PROTOCOLS = {
+    "shipped": "palpate_stiffness",
+    "active": "palpate_active",
+    "from zero": str(Path(__file__).parent / "palpate_from_zero.yaml"),
+}
+#: the force model that is the twin's own, by fidelity
+OWN = {"sheet": "membrane", "hertz": "paper"}
+AVERAGING = ("least", "less", "as shipped", "most")
+#: the params of each protocol, by AVERAGING
+LEVELS = {
+    "shipped": [
+        {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "hold": 0.2, "settle": 0.0},
+        {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "hold": 1.5, "settle": 0.5},
+        {"touch_frames": 32, "sensing_frames": 24, "frames": 16, "hold": 3.5, "settle": 1.5},
+        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "hold": 6.0, "settle": 2.0},
+    ],
+    "active": [
+        {"touch_frames": 4, "sensing_frames": 8, "wanted": 0.12, "hold": 0.2, "settle": 0.0},
+        {"touch_frames": 16, "sensing_frames": 16, "wanted": 0.08, "hold": 1.5, "settle": 0.5},
+        {"touch_frames": 32, "sensing_frames": 24, "wanted": 0.05, "hold": 3.5, "settle": 0.5},
+        {"touch_frames": 64, "sensing_frames": 64, "wanted": 0.04, "hold": 6.0, "settle": 1.0},
+    ],
+    "from zero": [
+        {"touch_frames": 4, "sensing_frames": 8, "frames": 2, "hold": 0.2, "settle": 0.0},
+        {"touch_frames": 8, "sensing_frames": 16, "frames": 4, "hold": 1.5, "settle": 0.5},
+        {"touch_frames": 8, "sensing_frames": 24, "frames": 12, "hold": 3.5, "settle": 1.5},
+        {"touch_frames": 8, "sensing_frames": 64, "frames": 32, "hold": 6.0, "settle": 2.0},
+    ],
+}

@@ -1,0 +1,65 @@
+"""The numbers by which one hand differs from another, and what they do to the table of forces."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.model.membrane_table import read_table
+
+__all__ = ["BOUNDS", "PARAMETERS", "Hand"]
+
+Array = npt.NDArray[np.float64]
+
+_SOFTENED = 0.5  # of its stress, that the table's membrane has lost
+
+
+class Hand(NamedTuple):
+    """What a calibration finds of a hand: Pa, m, m, and three numbers without a unit.
+
+    `second_invariant` is the share of I2 in Mooney and Rivlin's energy, and `friction` that of the force which the table's
+    coefficient of 0.5 adds. `softening` is the part of its stress that the membrane has lost where it was stretched much
+    further before (Mullins).
+    """
+
+    shear_modulus: float
+    thickness: float
+    mount_prestretch: float
+    second_invariant: float = 0.0
+    friction: float = 0.0
+    softening: float = 0.0
+
+    @property
+    def tension(self) -> float:
+        """Shear modulus times thickness, N/m: what all forces are proportional to."""
+        return self.shear_modulus * self.thickness
+
+    def logarithms(self, stretches: Array, conditioned: float) -> Array:
+        """Return (diameters, n, depths) float, the logarithm of the force over tension and unit, at stretches (n,), m.
+
+        `conditioned` is the stretch, m, up to which the membrane was pressed before.
+        """
+        table = read_table()
+        return table.logarithms(
+            self.mount_prestretch + stretches,
+            share=self.second_invariant,
+            friction=self.friction,
+            bending=(self.thickness / table.thickness) ** 2,
+            weight=table.modulus / self.shear_modulus,
+            softening=self.softening / _SOFTENED,
+            softened=self.mount_prestretch + conditioned,
+        )
+
+
+PARAMETERS = Hand._fields
+#: least and most of each parameter of a hand: what lies beyond is no such membrane
+BOUNDS: dict[str, tuple[float, float]] = {
+    "shear_modulus": (1e3, 1e7),
+    "thickness": (2e-4, 0.02),
+    "mount_prestretch": (0.0, 0.04),
+    "second_invariant": (0.0, 0.6),
+    "friction": (0.0, 2.0),
+    "softening": (0.0, 0.5),
+}

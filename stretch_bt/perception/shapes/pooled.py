@@ -1,0 +1,31 @@
+"""One sphere from two fits of the same."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stretch_bt.perception.types import Sphere
+
+__all__ = ["pooled_sphere"]
+
+
+def pooled_sphere(before: Sphere, now: Sphere) -> Sphere:
+    """Return the sphere whose curvature is the mean of two independent fits, weighted by their variances, at the latter's top.
+
+    Where the two differ by more than their standard deviations say, that of the mean grows by as much (Birge, Physical Review 40,
+    207, 1932). `before` counts nothing where its curvature has the other sign.
+    """
+    if before.curvature * now.curvature <= 0:
+        return now
+    weights = before.curvature_sd**-2, now.curvature_sd**-2
+    curvature = (weights[0] * before.curvature + weights[1] * now.curvature) / sum(weights)
+    apart = abs(before.curvature - now.curvature) / math.hypot(before.curvature_sd, now.curvature_sd)
+    curvature_sd = max(1.0, apart) / math.sqrt(sum(weights))
+    radius = 1 / abs(curvature)
+    center, center_sd = now.center.copy(), now.center_sd.copy()
+    center[2] += math.copysign(now.radius - radius, curvature)
+    radius_sd = curvature_sd * radius**2
+    center_sd[2] = math.hypot(np.sqrt(max(center_sd[2] ** 2 - now.radius_sd**2, 0.0)), radius_sd)
+    return Sphere(radius, radius_sd, center, center_sd, curvature, curvature_sd)

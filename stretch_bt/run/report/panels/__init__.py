@@ -1,0 +1,15 @@
+"""Parts of the report that only some tasks have: a module each, whose `panel(record)` returns HTML, or nothing."""
+
+from __future__ import annotations
+
+from stretch_bt.run.record import RecordReader
+from stretch_bt.run.report.panels import palpation
+
+__all__ = ["panels"]
+
+PANELS = (palpation,)
+
+
+def panels(record: RecordReader) -> str:
+    """Return all that the record has what they need for."""
+    return "".join(module.panel(record) for module in PANELS)
