@@ -126,8 +126,9 @@ def _cell(place: tuple[float, ...], group: list[Sensed], method: str) -> Cell:
     size, stretch, depth = place
     if not told:
         return Cell(size, stretch, depth, len(group), len(group), None, None, None)
-    i, j = (float(v) for v in np.mean(told, axis=0))
-    absolute = float(np.mean([_absolute(errors) for errors in told]))
+    # rounded, so that errors that are alike have one rank
+    i, j = (round(float(v), 9) for v in np.mean(told, axis=0))
+    absolute = round(float(np.mean([_absolute(errors) for errors in told])), 9)
     return Cell(size, stretch, depth, len(group), len(group) - len(told), i, j, absolute)
 
 
