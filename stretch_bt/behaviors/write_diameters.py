@@ -31,13 +31,16 @@ class WriteDiameters(Behavior):
 
     def update(self) -> Status:
         """Write."""
-        hand, table = self.context.hand, table_of(self.context, self.table, Sensed)
+        press = self._press()
+        table = table_of(self.context, self.table, Sensed)
+        table.append(press)
+        self.rows = len(table.presses)
+        return Status.SUCCESS
+
+    def _press(self) -> Sensed:
+        hand = self.context.hand
         depth = hand.depth(self.arm.pose(MAX_AGE).value.height)
         if depth is None:
             raise NoContact("the height of first contact is not known; run 'approach' first")
         stretch = hand.geometry.stretch(self.gripper.opening(MAX_AGE).value)
-        table.append(
-            Sensed("cylinder", self.diameter, stretch, depth, self.trial, tuple(self.found), self.context.time)
-        )
-        self.rows = len(table.presses)
-        return Status.SUCCESS
+        return Sensed("cylinder", self.diameter, stretch, depth, self.trial, tuple(self.found), self.context.time)
