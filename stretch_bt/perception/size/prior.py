@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from importlib import resources
 
 import numpy as np
@@ -117,7 +117,7 @@ def _regression(fields: dict[str, list[float]]) -> Regression:
     return Regression(**{**arrays, **whole})  # type: ignore[arg-type]
 
 
-@lru_cache(maxsize=2)
+@cache
 def shipped_prior(skirt: str = "thin") -> SkirtPrior:
     """Return the prior of the hand's own sheet, 100 x 90 x 2 mm: without bending stiffness, `thin`, or with it, `thick`."""
     if skirt not in SKIRTS:
