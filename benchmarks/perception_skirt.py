@@ -71,8 +71,13 @@ def weak_prior() -> SkirtPrior:
 
 def row_of(press: Press) -> list[float] | None:
     """Return diameter, stretch, depth, radius as fitted, and the nine targets of the prior; None where none is found."""
+    return row_of_view(seen(press), press)
+
+
+def row_of_view(view: Seen, press: Press) -> list[float] | None:
+    """Return the row of a press that was solved."""
     assert isinstance(press.indenter, Cylinder)
-    cells = fine_cells(seen(press))
+    cells = fine_cells(view)
     shape = Circle(Context(press.stretch, press.indenter.rim, 0.0, weak_prior()))
     diameter = press.indenter.diameter
     begin = min(shape.starts(start_of(cells)), key=lambda q: abs(float(q[2]) - diameter / 2))

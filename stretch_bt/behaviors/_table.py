@@ -1,48 +1,108 @@
-"""The table that a characterisation writes: one a run, in the record and where it was asked for."""
+"""The table that a characterisation or a sensitivity map writes: one a run, in the record and where it was asked for."""
 
 from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.characterization import FORMAT, NAME, Press, first_lines, parse_table, read_table, table_line
+from stretch_bt.model import characterization, sensitivity
 from stretch_bt.model.conditioning import CONDITIONED, Conditioning
+from stretch_bt.model.protocol import State
 from stretch_bt.tree.context import Context
 
 __all__ = ["TableFile", "check_table", "opened", "table_of"]
 
-#: in the record of a run that goes on with a table: how that was at first
-_BEFORE = "characterization_before.csv"
 #: what must be alike for rows to belong to one table
 _ALIKE = ("hand", "scene", "cell", "protocol")
 
 
-class TableFile:
-    """A table that grows by a row at a time, each on the disk before the next press; `presses` are its rows."""
+class _Parsed(Protocol):
+    """A table as it is read."""
 
-    def __init__(self, files: list[Path], provenance: Mapping[str, Any], presses: list[Press]) -> None:
+    @property
+    def provenance(self) -> Mapping[str, Any]: ...
+
+    def presses(self) -> Iterable[State]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of table: its name in a record, its format, its presses and how many lines each has, and how it is written and read."""
+
+    name: str
+    format: str
+    press: type[State]
+    lines: int
+    first_lines: Callable[[Mapping[str, Any]], str]
+    line: Callable[[Any], str]
+    parse: Callable[[str, str], _Parsed]
+
+    @property
+    def before(self) -> str:
+        """In the record of a run that goes on with a table: how that was at first."""
+        return f"{Path(self.name).stem}_before.csv"
+
+    def read(self, path: Path) -> _Parsed:
+        """Return a table; raises InvalidInput where it is none."""
+        try:
+            return self.parse(path.read_text(encoding="utf-8"), str(path))
+        except UnicodeDecodeError:
+            raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
+
+
+_FORCES = _Kind(
+    characterization.NAME,
+    characterization.FORMAT,
+    characterization.Press,
+    1,
+    characterization.first_lines,
+    characterization.table_line,
+    characterization.parse_table,
+)
+_SIZES = _Kind(
+    sensitivity.NAME,
+    sensitivity.FORMAT,
+    sensitivity.Sensed,
+    len(sensitivity.METHODS),
+    sensitivity.first_lines,
+    sensitivity.sensed_lines,
+    sensitivity.parse_sensitivity,
+)
+
+
+def _kind_of(protocol: str) -> _Kind:
+    return _SIZES if protocol == "sensitivity" else _FORCES
+
+
+class TableFile:
+    """A table that grows by a press at a time, each on the disk before the next one; `presses` are those it holds."""
+
+    def __init__(self, kind: _Kind, files: list[Path], provenance: Mapping[str, Any], presses: list[Any]) -> None:
+        self.kind = kind
         self.files = files
         self.provenance = provenance
         self.presses = presses
 
-    def append(self, press: Press) -> None:
-        """Write a row to every copy."""
-        line = table_line(press)
+    def append(self, press: State) -> None:
+        """Write a press to every copy."""
+        line = self.kind.line(press)
         for file in self.files:
             _write(file, line, "a")
         self.presses.append(press)
 
 
-def table_of(context: Context, name: str) -> TableFile:
-    """Return the table that this run works on; raises IllConditioned before `next_state` has looked at it."""
+def table_of(context: Context, name: str, press: type[State] = characterization.Press) -> TableFile:
+    """Return the table of such presses that this run works on; raises IllConditioned before `next_state` has looked at it."""
     found = context.memory.get((TableFile, name))
     if not isinstance(found, TableFile):
         raise IllConditioned("no table is open; run 'next_state' with the same 'table' first")
+    if found.kind.press is not press:
+        raise IllConditioned(f"the open table is a {found.kind.name}; run 'next_state' with another 'protocol'")
     return found
 
 
@@ -61,7 +121,7 @@ def opened(context: Context, name: str, protocol: str, conditioned: Conditioning
     """
     key = (TableFile, name)
     if key not in context.memory:
-        context.memory[key] = _open(context, name, _provenance(context, protocol, conditioned))
+        context.memory[key] = _open(context, name, _kind_of(protocol), _provenance(context, protocol, conditioned))
     found: TableFile = context.memory[key]
     return found
 
@@ -74,16 +134,16 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
     InvalidInput
         What `opened` would refuse, or a place where nothing can be written.
     """
-    path = Path(name)
+    path, kind = Path(name), _kind_of(protocol)
     if path.is_dir() or not path.parent.is_dir():
         what = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
         raise InvalidInput(f"{path}: the table cannot be written ({what}); name a file in a folder that exists")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise InvalidInput(f"{path}: the table cannot be written (no permission); name another file")
-    content = _whole(path.read_bytes()) if path.exists() else b""
+    content = _whole(kind, path.read_bytes()) if path.exists() else b""
     if content:
         try:
-            table = parse_table(content.decode(), name)
+            table = kind.parse(content.decode(), name)
             _check_alike(path, table.provenance, _provenance(context, protocol, conditioned))
         except UnicodeDecodeError:
             raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
@@ -91,25 +151,25 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
             raise InvalidInput(str(refusal)) from None
 
 
-def _open(context: Context, name: str, provenance: Mapping[str, Any]) -> TableFile:
+def _open(context: Context, name: str, kind: _Kind, provenance: Mapping[str, Any]) -> TableFile:
     folder = context.folder or Path()
-    own = folder / NAME
+    own = folder / kind.name
     files = [own] if context.repeated is not None or not name else [Path(name), own]
     source = files[0]
     if context.repeated is not None:
-        before = context.repeated / _BEFORE
+        before = context.repeated / kind.before
         if before.exists():
             shutil.copyfile(before, own)
-    _mend(source)
+    _mend(kind, source)
     if not source.exists() or source.stat().st_size == 0:
-        _write(source, first_lines(provenance), "w")
+        _write(source, kind.first_lines(provenance), "w")
     elif context.repeated is None and source != own and context.folder is not None:
-        shutil.copyfile(source, folder / _BEFORE)
+        shutil.copyfile(source, folder / kind.before)
     if source != own:
         shutil.copyfile(source, own)
-    table = read_table(source)
+    table = kind.read(source)
     _check_alike(source, table.provenance, provenance)
-    return TableFile(files, table.provenance, list(table.presses()))
+    return TableFile(kind, files, table.provenance, list(table.presses()))
 
 
 def _provenance(context: Context, protocol: str, conditioned: Conditioning) -> dict[str, Any]:
@@ -142,23 +202,24 @@ def _check_alike(path: Path, found: Mapping[str, Any], wanted: Mapping[str, Any]
         )
 
 
-def _mend(path: Path) -> None:
-    """Remove what follows the last line end of a table, a row that was cut short; all of it when its head is not whole."""
+def _mend(kind: _Kind, path: Path) -> None:
+    """Remove from the end of a table a press that was cut short; all of it when its head is not whole."""
     if not path.exists():
         return
     try:
         with path.open("r+b") as file:
-            file.truncate(len(_whole(file.read())))
+            file.truncate(len(_whole(kind, file.read())))
     except OSError as error:
         raise _unwritten(path, error) from None
 
 
-def _whole(content: bytes) -> bytes:
-    """Return a table without a last row that was cut short; what is no table stays as it is."""
-    kept = content[: content.rfind(b"\n") + 1]
-    if not f"# {FORMAT}".encode().startswith(content[: len(FORMAT) + 2]):
+def _whole(kind: _Kind, content: bytes) -> bytes:
+    """Return a table without a last press that was cut short; what is no table stays as it is."""
+    if not f"# {kind.format}".encode().startswith(content[: len(kind.format) + 2]):
         return content
-    return kept if kept.count(b"\n") >= 2 else b""
+    lines = content[: content.rfind(b"\n") + 1].splitlines(keepends=True)
+    whole = len(lines) - (len(lines) - 2) % kind.lines
+    return b"".join(lines[:whole]) if len(lines) >= 2 else b""
 
 
 def _write(path: Path, text: str, mode: str) -> None:

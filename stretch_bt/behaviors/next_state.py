@@ -1,4 +1,4 @@
-"""What is left to measure of a characterisation."""
+"""What is left to measure of a characterisation or a sensitivity map."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -28,7 +28,9 @@ class NextState(Behavior):
 
     kind = "model"
     instant = True
-    protocol: In[Literal["tasks", "paper"]] = "tasks"  # presses that the shipped tasks need, or those of the paper
+    protocol: In[Literal["tasks", "paper", "sensitivity"]] = (
+        "tasks"  # presses that the shipped tasks need, the paper's, or its flat cylinders
+    )
     table: In[str] = ""  # a CSV file, relative to the working folder; without it a new one in the record of the run
     diameters: In[Sequence[Length]] = ()  # of spheres and cylinders, in place of the protocol's
     stretches: In[Sequence[Length]] = ()  # in place of the protocol's

@@ -70,9 +70,11 @@ _TO_60 = _mm(0, 10, 20, 30, 40, 50, 60)
 _TO_15 = _mm(*range(16))
 _FIVE = _mm(10, 15, 20, 25, 30)
 
-#: that of the StRETcH paper (arXiv 2105.08154), and that of the shipped tasks: balloons are 60 mm across, dough is pressed at 80 mm
+#: that of the StRETcH paper (arXiv 2105.08154); that of the shipped tasks: balloons are 60 mm across, dough is pressed at 80 mm; and the
+#: paper's flat cylinders, whose diameters are felt
 PROTOCOLS = {
     "paper": Protocol(_FIVE, _FIVE, (_CONE,), _TO_60, _TO_15, 5),
+    "sensitivity": Protocol((), _FIVE, (), _TO_60, _TO_15[1:], 1),
     "tasks": Protocol(_mm(10, 20, 30, 45, 60), (), (), (*_TO_60, *_mm(80)), _TO_15, 5),
 }
 
@@ -98,7 +100,7 @@ def protocol(
     chosen = _rising("diameters", diameters)
     return replace(
         found,
-        spheres=chosen or found.spheres,
+        spheres=found.spheres and (chosen or found.spheres),
         cylinders=found.cylinders and (chosen or found.cylinders),
         stretches=_rising("stretches", stretches) or found.stretches,
         depths=_rising("depths", depths) or found.depths,

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from stretch_bt.perception.size.measure import measure_contact as measure_contact
     from stretch_bt.perception.size.result import ContactSize as ContactSize
     from stretch_bt.perception.size.result import Diameters as Diameters
+    from stretch_bt.perception.size.width import contact_width as contact_width
     from stretch_bt.perception.tension import expected_ratio as expected_ratio
     from stretch_bt.perception.tension import tension_ratio as tension_ratio
     from stretch_bt.perception.tracker import HeightTracker as HeightTracker
@@ -97,6 +98,7 @@ _MODULES = {
     "circularity": "outlines.roundness",
     "classify": "segmentation",
     "cloud_of": "clouds.cloud",
+    "contact_width": "size.width",
     "curvatures": "curvature",
     "deproject": "deprojection",
     "diameters": "size.measure",
@@ -158,6 +160,7 @@ __all__ = [
     "circularity",
     "classify",
     "cloud_of",
+    "contact_width",
     "curvatures",
     "deproject",
     "diameters",

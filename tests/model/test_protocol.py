@@ -8,7 +8,7 @@ import pytest
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model.protocol import PROTOCOLS, missing, protocol
 
-COUNTS = {"paper": 11 * 7 * 16 * 5, "tasks": 5 * 8 * 16 * 5}
+COUNTS = {"paper": 11 * 7 * 16 * 5, "sensitivity": 5 * 7 * 15, "tasks": 5 * 8 * 16 * 5}
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
@@ -27,6 +27,9 @@ def test_the_protocols_are_those_of_the_paper_and_of_the_tasks():
     assert list(tasks.indenters()) == [("sphere", d) for d in (0.010, 0.020, 0.030, 0.045, 0.060)]
     assert paper.stretches == (0.0, 0.010, 0.020, 0.030, 0.040, 0.050, 0.060)
     assert tasks.stretches == (*paper.stretches, 0.080)
+    flat = PROTOCOLS["sensitivity"]
+    assert list(flat.indenters()) == [i for i in paper.indenters() if i[0] == "cylinder"]
+    assert (flat.stretches, flat.depths, flat.trials) == (paper.stretches, paper.depths[1:], 1)
     assert paper.depths == tasks.depths == tuple(k / 1000 for k in range(16))
 
 
@@ -36,9 +39,10 @@ def test_what_takes_longest_changes_most_seldom_and_depths_rise(name):
     pairs = list(itertools.pairwise(states))
     assert sum(a.indenter != b.indenter for a, b in pairs) == len(list(protocol(name).indenters())) - 1
     stretched = sum((a.indenter, a.stretch) != (b.indenter, b.stretch) for a, b in pairs)
-    assert stretched == COUNTS[name] // (16 * 5) - 1
+    wanted = protocol(name)
+    assert stretched == COUNTS[name] // (len(wanted.depths) * wanted.trials) - 1
     assert all(a.depth < b.depth for a, b in pairs if a.series == b.series)
-    assert all(b.depth == 0.0 for a, b in pairs if a.series != b.series)
+    assert all(b.depth == wanted.depths[0] for a, b in pairs if a.series != b.series)
 
 
 def test_lengths_and_trials_may_be_others():
@@ -48,6 +52,7 @@ def test_lengths_and_trials_may_be_others():
     ]
     assert protocol("paper", diameters=[0.02]).cylinders == (0.02,)
     assert protocol("tasks", diameters=[0.02]).cylinders == ()
+    assert list(protocol("sensitivity", diameters=[0.02]).indenters()) == [("cylinder", 0.02)]
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
@@ -81,7 +86,7 @@ def test_a_press_counts_for_the_state_that_it_is_near(changes, counts):
 
 
 def test_what_is_no_protocol_is_refused():
-    with pytest.raises(InvalidInput, match="write one of paper, tasks"):
+    with pytest.raises(InvalidInput, match="write one of paper, sensitivity, tasks"):
         protocol("papers")
     for name in ("diameters", "stretches", "depths"):
         for bad in (-0.001, math.nan, math.inf):

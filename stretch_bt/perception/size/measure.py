@@ -74,7 +74,7 @@ def measure_contact(
     labels : (h, w) uint8
         As `segment` returns them. They only say where to look.
     stretch : float, m, or None
-        Of the membrane, if known: the skirt's prior is several times narrower with it.
+        Of the membrane, if known, that of its mounts included: the skirt's prior is several times narrower with it.
     hypothesis : str
         A shape to fit, or "auto": a circle unless the evidence is clearly for another.
     fillet, fillet_sd : float, m
@@ -83,7 +83,7 @@ def measure_contact(
     noise : float, m, or None
         Standard deviation of one pixel, if known; the frame may show more, never less.
     prior : SkirtPrior or None
-        Of another sheet than the hand's own.
+        Of another sheet than the hand's own without bending stiffness.
 
     Raises
     ------

@@ -3,7 +3,7 @@
 Presses of the sheet solver without noise, fitted by the same model, give for each the logarithm of the tension ratio, the
 skirt's coefficients over the depth, and what the size misses by. Their regression on stretch, depth and size is the mean
 of the prior, the covariance of what the regression leaves is its width, so that a membrane that differs is not forced.
-`benchmarks/perception_skirt.py` makes the file.
+`benchmarks/perception_skirt.py` and `benchmarks/perception_skirt_thick.py` make the files.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from importlib import resources
 
 import numpy as np
@@ -19,10 +19,11 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["Regression", "SkirtPrior", "features", "powers", "shipped_prior"]
+__all__ = ["SKIRTS", "Regression", "SkirtPrior", "features", "powers", "shipped_prior"]
 
 Array = npt.NDArray[np.float64]
 
+SKIRTS = {"thin": "skirt.json", "thick": "skirt_thick.json"}
 SLACK, GAIN = 1e-3, 40.0  # m, 1/m: a press stretches a slack sheet by about GAIN depth^2
 
 
@@ -116,7 +117,9 @@ def _regression(fields: dict[str, list[float]]) -> Regression:
     return Regression(**{**arrays, **whole})  # type: ignore[arg-type]
 
 
-@lru_cache(maxsize=1)
-def shipped_prior() -> SkirtPrior:
-    """Return the prior of the hand's own sheet, 100 x 90 x 2 mm."""
-    return SkirtPrior.from_json(resources.files(__package__).joinpath("skirt.json").read_text(encoding="utf-8"))
+@cache
+def shipped_prior(skirt: str = "thin") -> SkirtPrior:
+    """Return the prior of the hand's own sheet, 100 x 90 x 2 mm: without bending stiffness, `thin`, or with it, `thick`."""
+    if skirt not in SKIRTS:
+        raise InvalidInput(f"there is no skirt {skirt!r}; write one of {', '.join(SKIRTS)}")
+    return SkirtPrior.from_json(resources.files(__package__).joinpath(SKIRTS[skirt]).read_text(encoding="utf-8"))

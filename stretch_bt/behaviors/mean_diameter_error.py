@@ -1,0 +1,27 @@
+"""How far off the diameters of a sensitivity map are."""
+
+from typing import Literal
+
+from stretch_bt.behaviors._table import table_of
+from stretch_bt.model.sensitivity import Sensed
+from stretch_bt.model.sensitivity_trends import mean_error
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Length
+
+
+@node
+class MeanDiameterError(Behavior):
+    """Tell the mean absolute error of diameters along i and j over a table's presses; FAILURE when all were refused."""
+
+    kind = "model"
+    instant = True
+    table: In[str] = ""  # as `next_state` has it
+    method: In[Literal["fit", "paper_fit", "paper_width"]] = "fit"  # as `compare_diameters` has them
+    least_depth: In[Length] = port(5e-3, min=0.0, doc="of the presses that count, or the deepest")
+    error: Out[Length]  # what a method refused does not count
+
+    def update(self) -> Status:
+        """Average."""
+        self.error = mean_error(table_of(self.context, self.table, Sensed).presses, self.method, self.least_depth)
+        return Status.SUCCESS

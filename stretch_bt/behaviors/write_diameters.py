@@ -1,0 +1,46 @@
+"""Writing down a press of a sensitivity map."""
+
+from stretch_bt.behaviors._table import table_of
+from stretch_bt.errors import NoContact
+from stretch_bt.hardware.interfaces import Arm, Gripper
+from stretch_bt.model.sensitivity import Found, Sensed
+from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Length
+
+MAX_AGE = 0.5
+
+
+@node
+class WriteDiameters(Behavior):
+    """Add what was found of a flat cylinder to the table that `next_state` opened, and return once the disk has it.
+
+    Stretch and depth are those that gripper and arm tell, not those that were asked for; the depth counts from the contact that
+    `approach` found.
+    """
+
+    kind = "model"
+    instant = True
+    arm: Uses[Arm]
+    gripper: Uses[Gripper]
+    diameter: In[Length] = port(min=0.0, doc="of the cylinder that is mounted")
+    trial: In[int] = port(1, min=1, doc="from 1")
+    found: In[tuple[Found, ...]]  # as `compare_diameters` has it
+    table: In[str] = ""  # as `next_state` has it
+    rows: Out[int]  # presses that the table holds now
+
+    def update(self) -> Status:
+        """Write."""
+        press = self._press()
+        table = table_of(self.context, self.table, Sensed)
+        table.append(press)
+        self.rows = len(table.presses)
+        return Status.SUCCESS
+
+    def _press(self) -> Sensed:
+        hand = self.context.hand
+        depth = hand.depth(self.arm.pose(MAX_AGE).value.height)
+        if depth is None:
+            raise NoContact("the height of first contact is not known; run 'approach' first")
+        stretch = hand.geometry.stretch(self.gripper.opening(MAX_AGE).value)
+        return Sensed("cylinder", self.diameter, stretch, depth, self.trial, tuple(self.found), self.context.time)

@@ -1,0 +1,54 @@
+"""How wide a contact is, without a model of its rim."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import NoContact
+from stretch_bt.perception.size.result import Diameters
+from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
+
+__all__ = ["contact_width"]
+
+BAND = 1.5e-3  # m to either side of the middle, within which lines are measured
+MEDIAN = 1.2533  # by which the standard deviation of a median exceeds that of a mean
+
+
+def contact_width(points: FloatArray, labels: LabelArray) -> Diameters:
+    """Return how far the pixels in contact reach along i and along j through their middle.
+
+    Each is the median over the lines of pixels within 1.5 mm of the middle, from the first to the last that is in contact.
+    Nothing is corrected: the fillet of an edge, and what a segmentation takes in or leaves out, are part of it.
+
+    Parameters
+    ----------
+    points : (h, w, 3) float, m
+    labels : (h, w) uint8
+        As `segment` returns them.
+
+    Raises
+    ------
+    NoContact
+        No pixel is in contact.
+    """
+    touching = (labels == CONTACT) & np.isfinite(points[..., 2])
+    if not touching.any():
+        raise NoContact("no pixel is in contact")
+    x, y = (np.where(touching, points[..., axis], np.nan) for axis in (0, 1))
+    i, i_sd = _reach(x, y, touching)
+    j, j_sd = _reach(y.T, x.T, touching.T)
+    return Diameters(i, i_sd, j, j_sd)
+
+
+def _reach(along: npt.NDArray[np.float64], across: npt.NDArray[np.float64], touching: MaskArray) -> tuple[float, float]:
+    """Return how far the rows near the middle reach, m, and its standard deviation, of which half a pixel at either end is part."""
+    rows = np.flatnonzero(touching.any(axis=1))
+    place = np.nanmean(across[rows], axis=1)
+    near = rows[np.abs(place - np.nanmedian(across)) <= max(BAND, float(np.abs(place - np.nanmedian(across)).min()))]
+    spans = np.nanmax(along[near], axis=1) - np.nanmin(along[near], axis=1)
+    pitch = float(np.median(spans / np.maximum(np.count_nonzero(touching[near], axis=1) - 1, 1)))
+    spread = float(np.std(spans, ddof=1)) / math.sqrt(len(spans)) if len(spans) > 1 else 0.0
+    return float(np.median(spans)) + pitch, math.hypot(MEDIAN * spread, pitch / math.sqrt(6.0))

@@ -1,0 +1,118 @@
+"""The table of a sensitivity map: what is written is what is read, and a wrong line is named."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.model.sensitivity import (
+    COLUMNS,
+    METHODS,
+    Found,
+    Sensed,
+    first_lines,
+    parse_sensitivity,
+    read_sensitivity,
+    sensed_lines,
+)
+
+WIDTH = st.floats(1e-4, 0.2)
+REASONS = st.sampled_from(["", "no contact, nothing", 'it is "round", not flat', "one\nline\r\nor two"])
+
+
+@st.composite
+def found_by(draw, method):
+    reason = draw(REASONS)
+    if reason:
+        return Found(method, refused=" ".join(reason.split()))
+    return Found(method, draw(WIDTH), draw(WIDTH), draw(WIDTH), draw(WIDTH), draw(st.sampled_from(["", "circle"])))
+
+
+PRESSES = st.builds(
+    Sensed,
+    st.just("cylinder"),
+    st.floats(5e-3, 8e-2),
+    st.floats(0, 0.08),
+    st.floats(-1e-3, 0.03),
+    st.integers(1, 9),
+    st.tuples(*(found_by(method) for method in METHODS)),
+    st.floats(0, 1e5),
+)
+
+
+def text_of(*presses):
+    return first_lines({"seed": 3}) + "".join(map(sensed_lines, presses))
+
+
+@given(st.lists(PRESSES, max_size=4))
+def test_what_is_written_is_what_is_read(presses):
+    table = parse_sensitivity(text_of(*presses))
+    assert table.provenance == {"seed": 3}
+    assert len(table.rows) == len(presses)
+    for read, press in zip(table.rows, presses, strict=True):
+        for name in ("size", "stretch", "depth", "time"):
+            assert getattr(read, name) == pytest.approx(getattr(press, name), rel=1e-8, abs=1e-15)
+        assert read.trial == press.trial
+        for a, b in zip(read.found, press.found, strict=True):
+            assert (a.method, a.shape, a.refused) == (b.method, b.shape, b.refused)
+            assert (a.i, a.i_sd, a.j, a.j_sd) == pytest.approx((b.i, b.i_sd, b.j, b.j_sd), rel=1e-8)
+
+
+def press(i=0.021, j=0.018, refused=""):
+    first = Found("fit", refused=refused) if refused else Found("fit", i, 1e-4, j, 2e-4, "ellipse")
+    return Sensed(
+        "cylinder", 0.02, 0.01, 0.005, 1, (first, *(Found(m, 0.03, 0.0, 0.05, 0.0) for m in METHODS[1:])), 7.0
+    )
+
+
+def test_the_columns_are_those_of_a_tidy_table():
+    first, second, _ = sensed_lines(press()).splitlines()
+    row = dict(zip(COLUMNS, first.split(","), strict=True))
+    assert (row["diameter_mm"], row["stretch_mm"], row["depth_mm"], row["method"]) == ("20", "10", "5", "fit")
+    assert [float(row[f"error_{axis}_mm"]) for axis in "ij"] == pytest.approx([1.0, -2.0])
+    assert float(row["absolute_error_mm"]) == pytest.approx(1.5)
+    assert second.split(",")[4] == "paper_fit"
+    refused = dict(zip(COLUMNS, sensed_lines(press(refused="nothing")).splitlines()[0].split(","), strict=True))
+    assert refused["refused"] == "nothing"
+    assert {
+        value for name, value in refused.items() if name.startswith(("diameter_i", "diameter_j", "error", "abs"))
+    } == {""}
+
+
+def test_a_number_that_is_none_is_never_written():
+    with pytest.raises(InvalidInput, match="finite"):
+        sensed_lines(press(i=float("nan")))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda t: t.replace("stretch-sensitivity/1", "stretch-other/1"), r"x\.csv:1: a table begins with"),
+        (lambda t: t.replace('{"seed": 3}', '{"seed"'), r"x\.csv:1: .* no JSON"),
+        (lambda t: t.replace("diameter_mm,", "diameter,", 1), r"x\.csv:2: the header"),
+        (lambda t: t[:-5], "the last press is not whole; remove its lines, or run contact_sensitivity"),
+        (lambda t: "\n".join(t.split("\n")[:-2]) + "\n", "the last press is not whole"),
+        (lambda t: t.replace("20,10,5,1,fit", "20,10,1,fit"), r"x\.csv:3: a row has 15 columns"),
+        (lambda t: t.replace(",fit,", ",fitt,"), r"x\.csv:3: method: there is no 'fitt'"),
+        (lambda t: t.replace(",paper_fit,", ",paper_width,"), r"x\.csv:3: a press has a line for each of"),
+        (lambda t: t.replace("20,10,5,1,paper_fit", "20,10,6,1,paper_fit"), "a press has a line for each of"),
+        (lambda t: t.replace("20,10,5,1,fit", "20,10,deep,1,fit"), "depth_mm: 'deep' is no finite number"),
+        (lambda t: t.replace("20,10,5,1,fit", "20,10,5,1.5,fit"), "trial: '1.5' is no whole number"),
+        (lambda t: t.replace("20,10,5,1,fit", "20,-10,5,1,fit"), "stretch_mm: -10 is below -1"),
+    ],
+)
+def test_a_wrong_table_is_refused_with_its_line(change, said, tmp_path):
+    text = change(text_of(press()))
+    assert text != text_of(press())
+    path = tmp_path / "x.csv"
+    path.write_text(text, newline="")
+    with pytest.raises(InvalidInput, match=said):
+        read_sensitivity(path)
+
+
+def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
+    with pytest.raises(InvalidInput, match="cannot be read"):
+        read_sensitivity(tmp_path / "none.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"# stretch-sensitivity/1 \xff\n")
+    with pytest.raises(InvalidInput, match="is no text"):
+        read_sensitivity(tmp_path / "bytes.csv")
