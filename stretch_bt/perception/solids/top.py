@@ -1,0 +1,155 @@
+"""The top of what was felt: where it is, and whether it is flat, a crest or round."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.solids.views import View
+
+__all__ = ["Height", "Top", "height_map", "peaks_of", "top_of"]
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+CELL = 1e-3  # m
+NEAR_TOP = 0.45e-3  # m below the top that counts as top
+LEVEL = 0.8e-3  # m
+PATCH = 6e-3  # m round the middle over which it is judged
+FEWEST = 25  # cells of a patch
+FLOOR = 0.05e-3  # m by which the top of a shape under a membrane differs from a simple surface
+ALIKE = 6.0  # cells that err as one
+SMOOTH, APART = 1.2, 4  # cells: what heights are smoothed by to find peaks, and how far these are apart
+STANDS = 0.2e-3  # m by which a peak stands out of the saddle to a higher one
+
+
+@dataclass(frozen=True, slots=True)
+class Height:
+    """Least height (h, w), m, of the membrane over a grid of the world, NaN where none was; `corner` (2,), m, of cell (0, 0).
+
+    `touched` (h, w) tells where any view found contact.
+    """
+
+    z: Array
+    corner: Array
+    touched: Mask
+
+    def place(self, cells: Array) -> Array:
+        """Return world places (n, 2), m, of cells (n, 2) given as (row along x, column along y)."""
+        return np.asarray(self.corner + (np.asarray(cells, float) + 0.5) * CELL)
+
+
+@dataclass(frozen=True, slots=True)
+class Top:
+    """Middle (2,), m, and height, m, of the top, `along` (2,) the direction that it is longest in, and the half lengths of it, m.
+
+    `curvatures` (2,), 1/m, are those across and along, positive where the top is convex. `evidence` is that for "flat",
+    "crest" and "round", nats, 0 for the best.
+    """
+
+    middle: Array
+    height: float
+    along: Array
+    half: tuple[float, float]
+    curvatures: tuple[float, float]
+    evidence: dict[str, float]
+
+
+def height_map(views: list[View]) -> Height:
+    """Return the lowest membrane over each place: no object stands above any."""
+    every = np.concatenate([view.points[:, :2] for view in views])
+    corner = np.floor(every.min(axis=0) / CELL) * CELL
+    shape = tuple((np.floor((every.max(axis=0) - corner) / CELL).astype(int) + 1).tolist())
+    lowest = np.full(shape, np.inf)
+    touched = np.zeros(shape, dtype=bool)
+    for view in views:
+        cells = np.floor((view.points[:, :2] - corner) / CELL).astype(int)
+        flat = np.ravel_multi_index((cells[:, 0], cells[:, 1]), shape)
+        count = np.bincount(flat, minlength=lowest.size)
+        total = np.bincount(flat, view.points[:, 2], lowest.size)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = np.where(count > 0, total / count, np.inf).reshape(shape)
+        lowest = np.minimum(lowest, mean)
+        touched[tuple(cells[view.touching].T)] = True
+    return Height(np.where(np.isfinite(lowest), lowest, np.nan), corner, touched)
+
+
+def peaks_of(heights: Height, low: float) -> list[Array]:
+    """Return the places (2,), m, of peaks above a height, m, the highest first, each standing out of the saddle to a higher one."""
+    from scipy.ndimage import gaussian_filter, maximum_filter
+
+    known = np.isfinite(heights.z)
+    z = np.where(known, heights.z, np.nanmin(heights.z))
+    smooth = gaussian_filter(z, SMOOTH)
+    tops = np.argwhere((smooth == maximum_filter(smooth, size=2 * APART + 1)) & (smooth > low) & heights.touched)
+    tops = tops[np.argsort(-smooth[tuple(tops.T)])]
+    kept: list[npt.NDArray[np.int64]] = []
+    for peak in tops:
+        level = float(smooth[tuple(peak)])
+        if all(level - _saddle(smooth, peak, other) > STANDS for other in kept):
+            kept.append(peak)
+    return [heights.place(peak) for peak in kept]
+
+
+def _saddle(z: Array, one: npt.NDArray[np.int64], other: npt.NDArray[np.int64]) -> float:
+    """Return the lowest height on the straight way between two cells, m."""
+    steps = np.linspace(0.0, 1.0, int(np.abs(other - one).max()) + 1)[:, None]
+    way = np.rint(one + steps * (other - one)).astype(int)
+    return float(z[tuple(way.T)].min())
+
+
+def top_of(heights: Height) -> Top:
+    """Return the highest part of a height map, and what it is like.
+
+    Raises
+    ------
+    IllConditioned
+        Too little of it is seen.
+    """
+    from scipy.ndimage import gaussian_filter, label
+
+    known = np.isfinite(heights.z)
+    if known.sum() < FEWEST:
+        raise IllConditioned("the surface is too small to tell its top")
+    smooth = gaussian_filter(np.where(known, heights.z, np.nanmin(heights.z)), 1.0)
+    peak = np.unravel_index(int(np.argmax(np.where(known, smooth, -np.inf))), smooth.shape)
+    # A hump of noise on a flat top is no top of its own: what counts is the level of all that is nearly as high.
+    level = float(np.median(smooth[known & (smooth > smooth[peak] - LEVEL)]))
+    parts, _ = label((smooth > min(level, float(smooth[peak])) - NEAR_TOP) & known)
+    cells = np.argwhere(parts == parts[peak])
+    places = heights.place(cells)
+    middle = (places.min(axis=0) + places.max(axis=0)) / 2 if len(cells) < 4 else places.mean(axis=0)
+    axes = np.linalg.eigh(np.cov((places - middle).T) + 1e-12 * np.eye(2))[1][:, ::-1].T
+    reach = np.abs((places - middle) @ axes.T).max(axis=0)
+    every = heights.place(np.argwhere(known))
+    near = np.hypot(*(every - middle).T) < PATCH
+    if near.sum() < FEWEST:
+        raise IllConditioned("too little of the top of the object is seen")
+    z = heights.z[known][near]
+    evidence, curvatures, height = _judged(every[near] - middle, z)
+    return Top(middle, height, axes[0], (float(reach[0]), float(reach[1])), curvatures, evidence)
+
+
+def _judged(at: Array, z: Array) -> tuple[dict[str, float], tuple[float, float], float]:
+    """Return the evidence for each kind of top, the curvatures, 1/m, and the height in the middle, m."""
+    x, y = at.T
+    design = np.column_stack([np.ones_like(x), x, y, x * x / 2, x * y, y * y / 2])
+    fit = np.linalg.lstsq(design, z, rcond=None)[0]
+    curvatures, vectors = np.linalg.eigh(-np.array([[fit[3], fit[4]], [fit[4], fit[5]]]))
+    across = vectors[:, 1] if abs(curvatures[1]) >= abs(curvatures[0]) else vectors[:, 0]
+    t = at @ across
+    crest = np.column_stack([np.ones_like(x), x, y, t * t / 2])
+    found = {}
+    for kind, columns, count in (("flat", design[:, :3], 3), ("crest", crest, 5), ("round", design, 6)):
+        left = z - columns @ np.linalg.lstsq(columns, z, rcond=None)[0]
+        # one number for each term, by Schwarz
+        found[kind] = -0.5 * float(left @ left) / FLOOR**2 / ALIKE - 0.5 * count * float(np.log(len(z) / ALIKE))
+    # A top that is hollow bends the other way: it is no crest and not round.
+    if max(curvatures) < abs(min(curvatures)):
+        found["crest"] = found["round"] = min(found.values())
+    best = max(found.values())
+    large, small = sorted(curvatures, key=abs, reverse=True)
+    return {kind: value - best for kind, value in found.items()}, (float(large), float(small)), float(fit[0])
