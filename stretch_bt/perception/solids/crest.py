@@ -25,9 +25,10 @@ MIDDLE = 0.6  # share of a crest's half length over which its cross-section is t
 BAND = 1.5e-3  # m to either side of a crest along which its ends are sought
 REACH = 14e-3  # m to either side of a crest
 SHARED = 0.15e-3  # m by which all heights, or all bends of an end, err alike
-LAYER, LAYER_SD = 2.4e-3, 0.35e-3  # m: sqrt(bending stiffness / tension) of the hand's membrane near a ridge, over presses
-ROUND_SD = 0.25  # of the logarithm of a radius as a membrane that resists bending shows it
+LAYER, LAYER_SD = 2.4e-3, 0.2e-3  # m: sqrt(bending stiffness / tension) of the hand's membrane near a ridge, over presses
+ROUND_SD = 0.15  # of the logarithm of a radius by the arc
 RADIUS_SD = 0.12  # of a radius by the arc, over presses
+DIFFERENT = 0.75  # of the logarithm of a radius, by which it is not that of a shape that stands on the table
 PLAIN = 4.0  # nats that a radius costs that does not follow from the height
 
 
@@ -68,11 +69,11 @@ def crest_of(views: list[View], top: Top) -> Crest:
 def evidence_of_crest(crest: Crest) -> dict[str, float]:
     """Return the evidence, nats, for a ridge and for a half-cylinder.
 
-    A ridge is rounded by the membrane's own stiffness alone; a half-cylinder on the table is as high as its radius.
+    A ridge is rounded by the membrane's own stiffness alone. A half-cylinder on the table is as high as its radius, and the
+    membrane that lies on it is no sharper; where it is rounder it touches along a line, and does not tell.
     """
     sharper = max(crest.layer - LAYER, 0.0) / LAYER_SD
-    height = crest.top.height
-    off = math.log(crest.radius / max(height, 1e-4)) / ROUND_SD
+    off = max(math.log(max(crest.top.height, 1e-4) / crest.radius), 0.0) / ROUND_SD
     return {"ridge": -0.5 * sharper**2, "half_cylinder": -0.5 * min(off**2, 2 * PLAIN)}
 
 
@@ -94,10 +95,11 @@ def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[f
 
 def on_table(seen: Dimension, height: Dimension) -> Dimension:
     """Return a radius by what an arc shows and by the height of a shape that stands on the table with its flat side."""
-    if abs(math.log(seen.value / max(height.value, 1e-6))) > 3 * ROUND_SD:
+    if math.log(max(height.value, 1e-6) / seen.value) > DIFFERENT:
         return seen
-    both = pooled([seen, height])
-    return Dimension(both.value, max(both.sd, height.sd), {"table": both.value - seen.value})
+    weights = seen.sd**-2, height.sd**-2
+    value = (weights[0] * min(seen.value, 1.5 * height.value) + weights[1] * height.value) / sum(weights)
+    return Dimension(value, max(sum(weights) ** -0.5, height.sd), {"table": value - seen.value})
 
 
 def _height(crest: Crest, floor: float) -> Dimension:

@@ -17,7 +17,7 @@ from stretch_bt.perception.solids.crest import crest_of, evidence_of_crest, half
 from stretch_bt.perception.solids.domes import domes, domes_of, evidence_of_domes, point
 from stretch_bt.perception.solids.outline import Fitted, outlines, rays_of
 from stretch_bt.perception.solids.result import KINDS, Dimension, Kind, Solid, Weighed
-from stretch_bt.perception.solids.top import Height, Top, height_map, peaks_of, top_of
+from stretch_bt.perception.solids.top import Top, height_map, peaks_of, top_of
 from stretch_bt.perception.solids.views import View, views_of
 from stretch_bt.perception.solids.wire import is_hollow, wire_circle, wire_triangle
 from stretch_bt.perception.types import Contact
@@ -28,6 +28,7 @@ Array = npt.NDArray[np.float64]
 Made = Callable[[], Mapping[str, Dimension]]
 
 LOWEST = 2e-3  # m above the lowest hand from which a peak counts
+HANG_SD = 0.2e-3  # m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
 MARGIN = 10e-3  # m beyond the top within which its outline is sought
 
 
@@ -36,8 +37,8 @@ class _Case:
 
     def __init__(self, views: list[View], cloud: Cloud, fillet: tuple[float, float]) -> None:
         self.views, self.cloud, self.fillet = views, cloud, fillet
-        self.heights: Height = height_map(views)
-        self.top: Top = top_of(self.heights)
+        self.floor = math.hypot(cloud.floor, HANG_SD)
+        self.top: Top = top_of(height_map(views))
         self.heading = math.atan2(float(self.top.along[1]), float(self.top.along[0]))
         self.middle: Array = self.top.middle
         self.made: dict[Kind, Made] = {}
@@ -118,7 +119,7 @@ def _flat(case: _Case) -> None:
     best = max(f.evidence for f in fits.values())
     size = float(np.median(np.hypot(*(rays.places - top.middle).T)))
     hollow = is_hollow(case.views, top.middle, size)
-    floor, fillet, views = case.cloud.floor, case.fillet, case.views
+    floor, fillet, views = case.floor, case.fillet, case.views
 
     def offer(kind: Kind, name: str, made: Made, *, wire: bool) -> None:
         case.offer(kind, family + fits[name].evidence - best - (0.0 if wire is hollow else 5.0), made)
@@ -144,7 +145,7 @@ def _crest(case: _Case) -> None:
     except IllConditioned as error:
         case.refused.update({"ridge": str(error), "half_cylinder": str(error)})
         return
-    evidence, floor = evidence_of_crest(crest), case.cloud.floor
+    evidence, floor = evidence_of_crest(crest), case.floor
     case.offer("ridge", family + longish + evidence["ridge"], lambda: ridge(case.views, crest, floor, case.fillet))
     case.offer(
         "half_cylinder",
@@ -158,12 +159,12 @@ def _round(case: _Case) -> None:
     family = case.top.evidence["round"]
     low = min(float(view.hand[2]) for view in case.views) + LOWEST
     try:
-        found = domes_of(case.views, peaks_of(case.heights, low))
+        found = domes_of(case.views, peaks_of(case.views, low))
     except IllConditioned as error:
         case.refused.update({"domes": str(error), "point": str(error)})
         return
     short = 0.0 if case.top.half[0] <= 2.0 * case.top.half[1] else -8.0
-    evidence, floor = evidence_of_domes(found), case.cloud.floor
+    evidence, floor = evidence_of_domes(found), case.floor
     case.offer("domes", family + short + evidence["domes"], lambda: domes(found, floor))
     case.offer("point", family + short + evidence["point"], lambda: point(found, floor))
 

@@ -22,8 +22,8 @@ PATCH = 6e-3  # m round the middle over which it is judged
 FEWEST = 25  # cells of a patch
 FLOOR = 0.05e-3  # m by which the top of a shape under a membrane differs from a simple surface
 ALIKE = 6.0  # cells that err as one
-SMOOTH, APART = 1.2, 4  # cells: what heights are smoothed by to find peaks, and how far these are apart
-STANDS = 0.2e-3  # m by which a peak stands out of the saddle to a higher one
+SCALE, APART = 2.2, 5  # cells: what heights are smoothed by to find humps, and how far these are apart
+CURVED = 45.0  # 1/m: least sum of the curvatures of a hump at that scale
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,28 +77,27 @@ def height_map(views: list[View]) -> Height:
     return Height(np.where(np.isfinite(lowest), lowest, np.nan), corner, touched)
 
 
-def peaks_of(heights: Height, low: float) -> list[Array]:
-    """Return the places (2,), m, of peaks above a height, m, the highest first, each standing out of the saddle to a higher one."""
-    from scipy.ndimage import gaussian_filter, maximum_filter
+def peaks_of(views: list[View], low: float) -> list[Array]:
+    """Return the places (2,), m, of humps of the membrane above a height, m, the highest first.
 
-    known = np.isfinite(heights.z)
-    z = np.where(known, heights.z, np.nanmin(heights.z))
-    smooth = gaussian_filter(z, SMOOTH)
-    tops = np.argwhere((smooth == maximum_filter(smooth, size=2 * APART + 1)) & (smooth > low) & heights.touched)
-    tops = tops[np.argsort(-smooth[tuple(tops.T)])]
-    kept: list[npt.NDArray[np.int64]] = []
-    for peak in tops:
-        level = float(smooth[tuple(peak)])
-        if all(level - _saddle(smooth, peak, other) > STANDS for other in kept):
-            kept.append(peak)
-    return [heights.place(peak) for peak in kept]
+    A small dome beside a large one makes no summit under a membrane; that the surface is most curved there shows it. Free
+    membrane has no mean curvature, or one to the other side.
+    """
+    from scipy.ndimage import gaussian_filter, gaussian_laplace, maximum_filter
 
-
-def _saddle(z: Array, one: npt.NDArray[np.int64], other: npt.NDArray[np.int64]) -> float:
-    """Return the lowest height on the straight way between two cells, m."""
-    steps = np.linspace(0.0, 1.0, int(np.abs(other - one).max()) + 1)[:, None]
-    way = np.rint(one + steps * (other - one)).astype(int)
-    return float(z[tuple(way.T)].min())
+    grid = height_map(views)
+    total, count = np.zeros(grid.z.shape), np.zeros(grid.z.shape)
+    for view in views:
+        cells = tuple(np.floor((view.points[:, :2] - grid.corner) / CELL).astype(int).T)
+        np.add.at(total, cells, view.points[:, 2])
+        np.add.at(count, cells, 1.0)
+    known = count > 0
+    z = np.where(known, total / np.maximum(count, 1.0), np.median(total[known] / count[known]))
+    whole = gaussian_filter(known.astype(float), SCALE) > 0.97
+    curved = np.where(whole & grid.touched, -gaussian_laplace(z, SCALE) / CELL**2, 0.0)
+    tops = np.argwhere((curved == maximum_filter(curved, size=2 * APART + 1)) & (curved > CURVED) & (z > low))
+    humps = gaussian_filter(z, 1.0)[tuple(tops.T)]
+    return [grid.place(cell) for cell in tops[np.argsort(-humps)]]
 
 
 def top_of(heights: Height) -> Top:
