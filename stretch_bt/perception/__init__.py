@@ -57,6 +57,9 @@ if TYPE_CHECKING:
     from stretch_bt.perception.size.measure import measure_contact as measure_contact
     from stretch_bt.perception.size.result import ContactSize as ContactSize
     from stretch_bt.perception.size.result import Diameters as Diameters
+    from stretch_bt.perception.solids.fit import fit_object as fit_object
+    from stretch_bt.perception.solids.result import Dimension as Dimension
+    from stretch_bt.perception.solids.result import Solid as Solid
     from stretch_bt.perception.tension import expected_ratio as expected_ratio
     from stretch_bt.perception.tension import tension_ratio as tension_ratio
     from stretch_bt.perception.tracker import HeightTracker as HeightTracker
@@ -79,6 +82,7 @@ _MODULES = {
     "Curvatures": "curvature",
     "Cylinder": "types",
     "Diameters": "size.result",
+    "Dimension": "solids.result",
     "Dimensions": "clouds.dimensions",
     "FrameNoise": "noise",
     "FreeView": "pattern",
@@ -90,6 +94,7 @@ _MODULES = {
     "Roundness": "outlines.roundness",
     "Segmentation": "segmentation",
     "Shape": "types",
+    "Solid": "solids.result",
     "Sphere": "types",
     "SurfaceNoise": "types",
     "average_frames": "average",
@@ -108,6 +113,7 @@ _MODULES = {
     "fit_contact_sphere": "shapes.cap",
     "pooled_sphere": "shapes.pooled",
     "fit_cylinder": "shapes.cylinder",
+    "fit_object": "solids.fit",
     "fit_plane": "shapes.plane",
     "fit_shape": "shapes.shape",
     "fit_sphere": "shapes.sphere",
@@ -140,6 +146,7 @@ __all__ = [
     "Curvatures",
     "Cylinder",
     "Diameters",
+    "Dimension",
     "Dimensions",
     "FrameNoise",
     "FreeView",
@@ -151,6 +158,7 @@ __all__ = [
     "Roundness",
     "Segmentation",
     "Shape",
+    "Solid",
     "Sphere",
     "SurfaceNoise",
     "average_frames",
@@ -168,6 +176,7 @@ __all__ = [
     "fit_cone",
     "fit_contact_sphere",
     "fit_cylinder",
+    "fit_object",
     "fit_plane",
     "fit_shape",
     "fit_sphere",

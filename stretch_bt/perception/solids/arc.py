@@ -64,10 +64,13 @@ def fit_arc(profile: Profile, start: float, *, reach: float, layer: tuple[float,
     best = min(fits, key=lambda f: float(f.cost))
     fit, residual = _linear(part, best.x)
     rms = math.sqrt(float(np.mean(residual**2)))
+    jacobian: Array = np.asarray(best.jac)
     wider = max(1.0, rms / scale) * math.sqrt(ALIKE)
-    sd = 1e-3 * wider * np.sqrt(np.maximum(np.diag(np.linalg.pinv(best.jac.T @ best.jac)), 0.0))
+    sd = 1e-3 * wider * np.sqrt(np.maximum(np.diag(np.linalg.pinv(jacobian.T @ jacobian)), 0.0))
     height_sd = max(rms, MODEL, profile.noise / math.sqrt(float(part.count.sum()) / ALIKE**2))
-    return Arc(float(best.x[0]) * 1e-3, float(sd[0]), float(fit[0]), height_sd, float(best.x[1]) * 1e-3, float(sd[1]), rms)
+    return Arc(
+        float(best.x[0]) * 1e-3, float(sd[0]), float(fit[0]), height_sd, float(best.x[1]) * 1e-3, float(sd[1]), rms
+    )
 
 
 def _linear(part: Profile, q: Array) -> tuple[Array, Array]:
@@ -75,7 +78,9 @@ def _linear(part: Profile, q: Array) -> tuple[Array, Array]:
     place, radius, left, right, layer = q * 1e-3
     u = part.at - place
     shape = np.where(u < 0, _side(-u, radius, left, layer), _side(u, radius, right, layer))
-    design = np.column_stack([np.ones_like(u), np.maximum(-u - left, 0.0) ** 2 / 2, np.maximum(u - right, 0.0) ** 2 / 2])
+    design = np.column_stack(
+        [np.ones_like(u), np.maximum(-u - left, 0.0) ** 2 / 2, np.maximum(u - right, 0.0) ** 2 / 2]
+    )
     weights = np.sqrt(part.count / part.count.mean())
     fit = np.linalg.lstsq(design * weights[:, None], (part.height - shape) * weights, rcond=None)[0]
     return fit, (shape + design @ fit - part.height) * weights

@@ -117,7 +117,8 @@ def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3) -> Bend:
     rms = math.sqrt(float(np.mean(residual**2)))
     # A place errs by what neighbours share: the residuals of a profile are smooth.
     noise = max(rms * math.sqrt(ALIKE), MODEL, part.noise / math.sqrt(float(part.count.mean())) * math.sqrt(ALIKE))
-    covariance = noise**2 * np.linalg.pinv(found.jac.T @ found.jac)
+    jacobian: Array = np.asarray(found.jac)
+    covariance = noise**2 * np.linalg.pinv(jacobian.T @ jacobian)
     return Bend(
         place,
         math.sqrt(float(covariance[0, 0])),

@@ -40,7 +40,9 @@ def block(views: list[View], outline: Fitted, floor: float, fillet: tuple[float,
     return {"length": length, "width": width, "height": flat_height(views, inside, floor)}
 
 
-def _span(views: list[View], middle: Array, along: Array, half: float, across: float, fillet: tuple[float, float]) -> Dimension:
+def _span(
+    views: list[View], middle: Array, along: Array, half: float, across: float, fillet: tuple[float, float]
+) -> Dimension:
     """Return the distance of two opposite sides, m."""
     ends = [_side(views, middle, sign * along, half, across, fillet) for sign in (1.0, -1.0)]
     value, moved = sum(e.value for e in ends), sum(e.steps["membrane"] for e in ends)
@@ -54,7 +56,9 @@ def _fillet_sd(end: Dimension, fillet: tuple[float, float]) -> float:
     return fillet[1] * end.steps["membrane"] / max(fillet[0], 1e-6)
 
 
-def _side(views: list[View], middle: Array, outward: Array, half: float, across: float, fillet: tuple[float, float]) -> Dimension:
+def _side(
+    views: list[View], middle: Array, outward: Array, half: float, across: float, fillet: tuple[float, float]
+) -> Dimension:
     """Return how far a side is from the middle, m, as a mean over the views that show it."""
     found = []
     for view in views:
@@ -66,13 +70,19 @@ def _side(views: list[View], middle: Array, outward: Array, half: float, across:
             continue
         if abs(bend.place - half) < 4e-3 and abs(bend.near) < 0.15:
             beyond = beyond_edge(bend, fillet[0], 0.0)
-            found.append(Dimension(bend.place + beyond.shift, math.hypot(bend.sd, beyond.sd), {"membrane": beyond.shift}))
+            found.append(
+                Dimension(bend.place + beyond.shift, math.hypot(bend.sd, beyond.sd), {"membrane": beyond.shift})
+            )
     if not found:
-        raise IllConditioned("no view shows the membrane on both sides of one of the edges of the top; press nearer to it")
+        raise IllConditioned(
+            "no view shows the membrane on both sides of one of the edges of the top; press nearer to it"
+        )
     return pooled(found, SHARED)
 
 
-def disc(views: list[View], outline: Fitted, rays: Rays, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+def disc(
+    views: list[View], outline: Fitted, rays: Rays, floor: float, fillet: tuple[float, float]
+) -> dict[str, Dimension]:
     """Return radius, diameter and height of a flat top with a round outline."""
     beyond = [beyond_edge(bend, fillet[0], 0.0) for bend in rays.bends]
     moved = float(np.mean([b.shift for b in beyond]))
@@ -100,4 +110,3 @@ def flat_height(views: list[View], inside: list[npt.NDArray[np.bool_]], floor: f
 def _inside(view: View, middle: Array, axes: Array, half: tuple[float, ...]) -> npt.NDArray[np.bool_]:
     away = np.abs((view.points[:, :2] - middle) @ axes.T)
     return np.asarray((away < INNER * np.array(half)).all(axis=1))
-

@@ -25,7 +25,10 @@ MIDDLE = 0.6  # share of a crest's half length over which its cross-section is t
 BAND = 1.5e-3  # m to either side of a crest along which its ends are sought
 REACH = 14e-3  # m to either side of a crest
 SHARED = 0.15e-3  # m by which all heights, or all bends of an end, err alike
-LAYER, LAYER_SD = 2.4e-3, 0.2e-3  # m: sqrt(bending stiffness / tension) of the hand's membrane near a ridge, over presses
+LAYER, LAYER_SD = (
+    2.4e-3,
+    0.2e-3,
+)  # m: sqrt(bending stiffness / tension) of the hand's membrane near a ridge, over presses
 ROUND_SD = 0.15  # of the logarithm of a radius by the arc
 RADIUS_SD = 0.12  # of a radius by the arc, over presses
 DIFFERENT = 0.75  # of the logarithm of a radius, by which it is not that of a shape that stands on the table

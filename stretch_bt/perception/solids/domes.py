@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.solids.bend import fit_bend
+from stretch_bt.perception.solids.bend import LONGEST, fit_bend
 from stretch_bt.perception.solids.crest import LAYER, LAYER_SD, PLAIN, on_table
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
@@ -43,7 +43,7 @@ def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
     Raises
     ------
     IllConditioned
-        There is no peak, or none that a view shows whole.
+        There is no peak, or none that a view shows.
     """
     found = []
     for peak in peaks:
@@ -52,7 +52,7 @@ def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
         except IllConditioned:
             continue
     if not found:
-        raise IllConditioned("no view shows the membrane around a peak")
+        raise IllConditioned("no view shows a peak")
     return found
 
 
@@ -67,11 +67,10 @@ def _dome(views: list[View], peak: Array) -> Dome:
         for along in np.eye(2):
             try:
                 bend = fit_bend(profile_of(view, peak, along, BAND, -2 * REACH, 2 * REACH), 0.0, reach=REACH)
-            except IllConditioned:
-                continue
-            layers.append(bend.length)
-    if not layers:
-        raise IllConditioned("no view shows the membrane on both sides of the peak")
+            except IllConditioned:  # it is too round to be one
+                layers.append(LONGEST)
+            else:
+                layers.append(bend.length)
     return Dome(peak, pooled(tops), float(np.median(radii)), float(np.median(layers)))
 
 

@@ -28,7 +28,15 @@ Array = npt.NDArray[np.float64]
 Made = Callable[[], Mapping[str, Dimension]]
 
 LOWEST = 2e-3  # m above the lowest hand from which a peak counts
-HANG_SD = 0.2e-3  # m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
+RIVAL = 12.0  # nats by which a shape may have less evidence than the best and still stand in for one that cannot be measured
+FAMILY = {
+    **dict.fromkeys(("block", "disc", "wire_circle", "wire_triangle"), "flat"),
+    **dict.fromkeys(("ridge", "half_cylinder"), "crest"),
+    **dict.fromkeys(("domes", "point"), "round"),
+}
+HANG_SD = (
+    0.2e-3  # m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
+)
 MARGIN = 10e-3  # m beyond the top within which its outline is sought
 
 
@@ -60,7 +68,8 @@ def fit_object(
     """Fit the shape of an object on the table to what contacts show of it, and return its dimensions.
 
     What the top is like chooses among families: flat, a crest, or round. Within one the shapes are compared by their
-    evidence, and the best that can be measured is taken; where none can, the extents of the cloud are what is known.
+    evidence, and the best that can be measured is taken; where none can, or none is about as likely, the extents of the cloud
+    are what is known.
 
     Parameters
     ----------
@@ -97,10 +106,20 @@ def fit_object(
         if shape not in ("auto", "extents"):
             raise
         return _extents(cloud, [Weighed("extents", 0.0)], str(error))
+    other = case.top.another
+    if other is not None and case.top.evidence["round"] < 0.0:
+        raise IllConditioned(
+            f"there are two tops as high, {_millimetres(case.middle)} and {_millimetres(other)}: measure separate objects one"
+            " at a time, each with its own contacts"
+        )
     _flat(case)
     _crest(case)
     _round(case)
     return _best(case, shape)
+
+
+def _millimetres(place: Array) -> str:
+    return f"({place[0] * 1e3:.0f}, {place[1] * 1e3:.0f}) mm"
 
 
 def _flat(case: _Case) -> None:
@@ -173,7 +192,10 @@ def _best(case: _Case, shape: str) -> Solid:
     """Return the first kind by evidence that can be measured."""
     order = sorted(case.evidence, key=lambda kind: -case.evidence[kind])
     most = case.evidence[order[0]] if order else 0.0
-    asked = [kind for kind in order if shape in ("auto", kind)]
+    family = max(case.top.evidence, key=lambda name: case.top.evidence[name])
+    asked = [kind for kind in order if kind == shape]
+    if shape == "auto":
+        asked = [kind for kind in order if FAMILY[kind] == family and case.evidence[kind] > most - RIVAL]
     chosen: tuple[Kind, Mapping[str, Dimension]] | None = None
     for kind in asked:
         try:

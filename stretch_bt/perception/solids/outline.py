@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,9 +81,10 @@ def circle_outline(places: Array) -> Fitted:
     middle = places.mean(axis=0)
 
     def off(q: Array) -> Array:
-        return np.hypot(*(places - q[:2]).T) - q[2]
+        return np.asarray(np.hypot(*(places - q[:2]).T) - q[2])
 
-    return _settled("circle", off, [np.array([*middle, np.hypot(*(places - middle).T).mean()])], lambda q: 0.0, len(places))
+    start = np.array([*middle, np.hypot(*(places - middle).T).mean()])
+    return _settled("circle", off, [start], slice(2, 3), None, len(places))
 
 
 def rectangle_outline(places: Array) -> Fitted:
@@ -92,13 +94,13 @@ def rectangle_outline(places: Array) -> Fitted:
     def off(q: Array) -> Array:
         x, y = _turned(places - q[:2], q[4])
         outside = np.abs(np.column_stack([x, y])) - q[2:4]
-        return np.where((outside > 0).all(axis=1), np.hypot(*outside.T), outside.max(axis=1))
+        return np.asarray(np.where((outside > 0).all(axis=1), np.hypot(*outside.T), outside.max(axis=1)))
 
     starts = []
     for angle in np.radians([0.0, 22.5, 45.0, 67.5]):
         half = np.abs(np.array(_turned(places - middle, angle))).max(axis=1)
         starts.append(np.array([*middle, *half, angle]))
-    return _settled("rectangle", off, starts, lambda q: q[4], len(places))
+    return _settled("rectangle", off, starts, slice(2, 4), 4, len(places))
 
 
 def polygon_outline(places: Array, sides: int) -> Fitted:
@@ -112,7 +114,7 @@ def polygon_outline(places: Array, sides: int) -> Fitted:
 
     size = np.quantile(np.hypot(*(places - middle).T), 0.2)
     starts = [np.array([*middle, size, angle]) for angle in np.linspace(0.0, 2 * np.pi / sides, 4, endpoint=False)]
-    return _settled("triangle", off, starts, lambda q: q[3], len(places))
+    return _settled("triangle", off, starts, slice(2, 3), 3, len(places))
 
 
 def _turned(places: Array, angle: float) -> tuple[Array, Array]:
@@ -120,12 +122,19 @@ def _turned(places: Array, angle: float) -> tuple[Array, Array]:
     return places[:, 0] * c + places[:, 1] * s, places[:, 1] * c - places[:, 0] * s
 
 
-def _settled(name: str, off, starts: list[Array], heading, count: int) -> Fitted:  # type: ignore[no-untyped-def]
+def _settled(
+    name: str, off: Callable[[Array], Array], starts: list[Array], sizes: slice, heading: int | None, count: int
+) -> Fitted:
+    """Return the outline that lies nearest to places, from the best of several starts."""
     from scipy.optimize import least_squares
 
-    fits = [least_squares(lambda q: off(q) / OFF, start, loss="soft_l1", x_scale=np.maximum(np.abs(start), 1e-3)) for start in starts]
+    def pulls(q: Array) -> Array:
+        return off(q) / OFF
+
+    fits = [least_squares(pulls, start, loss="soft_l1", x_scale=np.maximum(np.abs(start), 1e-3)) for start in starts]
     best = min(fits, key=lambda f: float(f.cost))
-    q = best.x
-    sizes = tuple(float(v) for v in (q[2:4] if name == "rectangle" else q[2:3]))
+    q: Array = np.asarray(best.x)
     # neighbouring rays err alike
-    return Fitted(name, q[:2], sizes, float(heading(q)), -float(best.cost) / 2 - 0.5 * len(q) * float(np.log(count)))
+    evidence = -float(best.cost) / 2 - 0.5 * len(q) * float(np.log(count))
+    turn = 0.0 if heading is None else float(q[heading])
+    return Fitted(name, q[:2], tuple(float(v) for v in q[sizes]), turn, evidence)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,31 +14,27 @@ from stretch_bt.perception.solids.views import View
 __all__ = ["Height", "Top", "height_map", "peaks_of", "top_of"]
 
 Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 CELL = 1e-3  # m
 NEAR_TOP = 0.45e-3  # m below the top that counts as top
 LEVEL = 0.8e-3  # m
 PATCH = 6e-3  # m round the middle over which it is judged
 FEWEST = 25  # cells of a patch
+LARGE = 0.3  # share of the top's area from which a part as high is another object's
 FLOOR = 0.05e-3  # m by which the top of a shape under a membrane differs from a simple surface
 ALIKE = 6.0  # cells that err as one
-SCALE, APART = 2.2, 5  # cells: what heights are smoothed by to find humps, and how far these are apart
-CURVED = 45.0  # 1/m: least sum of the curvatures of a hump at that scale
+SCALE, APART = 2.8, 6  # cells: what heights are smoothed by to find humps, and how far these are apart
+CURVED = 58.0  # 1/m: least sum of the curvatures of a hump at that scale
 
 
 @dataclass(frozen=True, slots=True)
 class Height:
-    """Least height (h, w), m, of the membrane over a grid of the world, NaN where none was; `corner` (2,), m, of cell (0, 0).
-
-    `touched` (h, w) tells where any view found contact.
-    """
+    """Least height (h, w), m, of the membrane over a grid of the world, NaN where none was; `corner` (2,), m, of cell (0, 0)."""
 
     z: Array
     corner: Array
-    touched: Mask
 
-    def place(self, cells: Array) -> Array:
+    def place(self, cells: npt.NDArray[Any]) -> Array:
         """Return world places (n, 2), m, of cells (n, 2) given as (row along x, column along y)."""
         return np.asarray(self.corner + (np.asarray(cells, float) + 0.5) * CELL)
 
@@ -47,7 +44,8 @@ class Top:
     """Middle (2,), m, and height, m, of the top, `along` (2,) the direction that it is longest in, and the half lengths of it, m.
 
     `curvatures` (2,), 1/m, are those across and along, positive where the top is convex. `evidence` is that for "flat",
-    "crest" and "round", nats, 0 for the best.
+    "crest" and "round", nats, 0 for the best. `another` (2,), m, is where
+    there is a second top as high and about as large, apart from it.
     """
 
     middle: Array
@@ -56,6 +54,7 @@ class Top:
     half: tuple[float, float]
     curvatures: tuple[float, float]
     evidence: dict[str, float]
+    another: Array | None
 
 
 def height_map(views: list[View]) -> Height:
@@ -64,7 +63,6 @@ def height_map(views: list[View]) -> Height:
     corner = np.floor(every.min(axis=0) / CELL) * CELL
     shape = tuple((np.floor((every.max(axis=0) - corner) / CELL).astype(int) + 1).tolist())
     lowest = np.full(shape, np.inf)
-    touched = np.zeros(shape, dtype=bool)
     for view in views:
         cells = np.floor((view.points[:, :2] - corner) / CELL).astype(int)
         flat = np.ravel_multi_index((cells[:, 0], cells[:, 1]), shape)
@@ -73,8 +71,7 @@ def height_map(views: list[View]) -> Height:
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = np.where(count > 0, total / count, np.inf).reshape(shape)
         lowest = np.minimum(lowest, mean)
-        touched[tuple(cells[view.touching].T)] = True
-    return Height(np.where(np.isfinite(lowest), lowest, np.nan), corner, touched)
+    return Height(np.where(np.isfinite(lowest), lowest, np.nan), corner)
 
 
 def peaks_of(views: list[View], low: float) -> list[Array]:
@@ -94,7 +91,7 @@ def peaks_of(views: list[View], low: float) -> list[Array]:
     known = count > 0
     z = np.where(known, total / np.maximum(count, 1.0), np.median(total[known] / count[known]))
     whole = gaussian_filter(known.astype(float), SCALE) > 0.97
-    curved = np.where(whole & grid.touched, -gaussian_laplace(z, SCALE) / CELL**2, 0.0)
+    curved = np.where(whole, -gaussian_laplace(z, SCALE) / CELL**2, 0.0)
     tops = np.argwhere((curved == maximum_filter(curved, size=2 * APART + 1)) & (curved > CURVED) & (z > low))
     humps = gaussian_filter(z, 1.0)[tuple(tops.T)]
     return [grid.place(cell) for cell in tops[np.argsort(-humps)]]
@@ -129,7 +126,18 @@ def top_of(heights: Height) -> Top:
         raise IllConditioned("too little of the top of the object is seen")
     z = heights.z[known][near]
     evidence, curvatures, height = _judged(every[near] - middle, z)
-    return Top(middle, height, axes[0], (float(reach[0]), float(reach[1])), curvatures, evidence)
+    half = (float(reach[0]), float(reach[1]))
+    return Top(middle, height, axes[0], half, curvatures, evidence, _another(heights, parts, int(parts[peak])))
+
+
+def _another(heights: Height, parts: npt.NDArray[Any], own: int) -> Array | None:
+    """Return the middle of the largest part that is as high as the top, m, where it is nearly as large."""
+    sizes = np.bincount(parts.ravel())
+    whole = sizes[own]
+    sizes[[0, own]] = 0
+    if sizes.max() < max(LARGE * whole, FEWEST):
+        return None
+    return heights.place(np.argwhere(parts == int(sizes.argmax()))).mean(axis=0)
 
 
 def _judged(at: Array, z: Array) -> tuple[dict[str, float], tuple[float, float], float]:

@@ -48,9 +48,7 @@ def wire_circle(rays: Rays, floor: float, wire: tuple[float, float]) -> dict[str
     return {"radius": Dimension(radius, sd, {"membrane": radius - seen}), "height": _height(rays.bends, floor)}
 
 
-def wire_triangle(
-    views: list[View], outline: Fitted, floor: float, wire: tuple[float, float]
-) -> dict[str, Dimension]:
+def wire_triangle(views: list[View], outline: Fitted, floor: float, wire: tuple[float, float]) -> dict[str, Dimension]:
     """Return the mean side of a triangle of wire, along the middle of the wire with sharp corners, and the height of its top.
 
     Raises
@@ -76,7 +74,9 @@ def _side(
 ) -> tuple[Dimension, list[Bend]]:
     found, bends = [], []
     for view in views:
-        profile = profile_of(view, middle, outward, PART * 2 * math.sqrt(3) * away / 2, away - 2 * WINDOW, away + 2 * WINDOW)
+        profile = profile_of(
+            view, middle, outward, PART * 2 * math.sqrt(3) * away / 2, away - 2 * WINDOW, away + 2 * WINDOW
+        )
         try:
             bend = fit_bend(profile, away, reach=WINDOW)
         except IllConditioned:
