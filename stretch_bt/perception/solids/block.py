@@ -53,7 +53,7 @@ def _span(
 
 
 def _fillet_sd(end: Dimension, fillet: tuple[float, float]) -> float:
-    return fillet[1] * end.steps["membrane"] / max(fillet[0], 1e-6)
+    return min(fillet[1], fillet[1] * end.steps["membrane"] / max(fillet[0], 1e-6))
 
 
 def _side(

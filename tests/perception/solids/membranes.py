@@ -23,6 +23,10 @@ def inset(fall=FALL):
     return FILLET * (1 - np.tan(np.arctan(fall) / 2))
 
 
+#: further inside where it leaves the fillet no steeper than that
+GENTLE = 0.25 * MM * (1 - FALL / 0.75)
+
+
 def turned(x, y, heading):
     c, s = np.cos(heading), np.sin(heading)
     return c * x + s * y, c * y - s * x
@@ -31,7 +35,7 @@ def turned(x, y, heading):
 def block(length, width, height, heading=0.0):
     def z(x, y):
         x, y = turned(x, y, heading)
-        out = np.stack([np.abs(x) - length / 2 + inset(), np.abs(y) - width / 2 + inset()])
+        out = np.stack([np.abs(x) - length / 2 + inset() + GENTLE, np.abs(y) - width / 2 + inset() + GENTLE])
         away = np.hypot(*np.maximum(out, 0.0)) + np.minimum(out.max(axis=0), 0.0)
         return height - FALL * bend(away, 0.3 * MM)
 
@@ -39,7 +43,7 @@ def block(length, width, height, heading=0.0):
 
 
 def disc(diameter, height):
-    return lambda x, y: height - FALL * bend(np.hypot(x, y) - diameter / 2 + inset(), 0.3 * MM)
+    return lambda x, y: height - FALL * bend(np.hypot(x, y) - diameter / 2 + inset() + GENTLE, 0.3 * MM)
 
 
 def crest(length, height, across, heading, more):
@@ -47,7 +51,7 @@ def crest(length, height, across, heading, more):
 
     def z(x, y):
         x, y = turned(x, y, heading)
-        return height + across(np.abs(y)) - FALL * bend(np.abs(x) - length / 2 + inset() + more, 1.2 * MM)
+        return height + across(np.abs(y)) - FALL * bend(np.abs(x) - length / 2 + inset() + 2 * GENTLE + more, 1.2 * MM)
 
     return z
 

@@ -65,8 +65,8 @@ def test_a_shape_stands_where_it_stands_and_is_turned_as_it_is():
 
 def test_a_dimension_says_by_how_much_the_roundness_of_the_membrane_moved_it():
     length = fit_object(*m.felt(m.block(0.040, 0.030, 0.040), 0.040)).dimensions["length"]
-    assert length.steps["membrane"] == pytest.approx(2 * m.inset(), abs=0.1 * MM)
-    assert length.seen == pytest.approx(0.040 - 2 * m.inset(), abs=0.15 * MM)
+    assert length.steps["membrane"] == pytest.approx(2 * (m.inset() + m.GENTLE), abs=0.1 * MM)
+    assert length.seen == pytest.approx(0.040 - 2 * (m.inset() + m.GENTLE), abs=0.15 * MM)
     sharper = fit_object(*m.felt(m.block(0.040, 0.030, 0.040), 0.040), fillet=0.2 * MM, fillet_sd=0.0)
     assert sharper.dimensions["length"].value < length.value - 1.0 * MM
 
@@ -75,7 +75,7 @@ def test_a_shape_that_is_asked_for_is_taken_or_refused():
     felt = m.felt(m.disc(0.030, 0.040), 0.040)
     assert fit_object(*felt, shape="disc").kind == "disc"
     assert fit_object(*felt, shape="wire_circle").kind == "wire_circle"
-    with pytest.raises(IllConditioned, match="no block fits|wire"):
+    with pytest.raises(IllConditioned, match="no block fits"):
         fit_object(*m.felt(m.point(0.034), 0.034), shape="block")
     with pytest.raises(InvalidInput, match="shape is 'auto' or one of"):
         fit_object(*felt, shape="egg")
