@@ -137,7 +137,7 @@ def _another(heights: Height, parts: npt.NDArray[Any], own: int) -> Array | None
     sizes[[0, own]] = 0
     if sizes.max() < max(LARGE * whole, FEWEST):
         return None
-    return heights.place(np.argwhere(parts == int(sizes.argmax()))).mean(axis=0)
+    return np.asarray(heights.place(np.argwhere(parts == int(sizes.argmax()))).mean(axis=0))
 
 
 def _judged(at: Array, z: Array) -> tuple[dict[str, float], tuple[float, float], float]:
