@@ -123,6 +123,26 @@ def test_fit_sphere_writes_what_it_finds() -> None:
     assert abs(sphere.radius - 0.03) < 4 * sphere.radius_sd < 0.01
 
 
+def test_fit_sphere_counts_an_earlier_fit_which_stands_where_there_is_no_other() -> None:
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-0.01, 0.01, (2, 400))
+    noise = rng.normal(0, 1e-4, 400)
+    cap = contact_of(np.column_stack((x, y, np.sqrt(0.03**2 - x**2 - y**2) - 0.02 + noise)))
+    flat = contact_of(np.column_stack((x, y, 0.01 + noise)))
+    alone = node("fit_sphere", {}, contact=cap)
+    assert tick(alone) is Status.SUCCESS
+    before = alone.sinks["sphere"].value
+    for contact in (cap, flat):
+        fit = node("fit_sphere", {}, contact=contact, before=before)
+        assert tick(fit) is Status.SUCCESS
+        told = fit.sinks["sphere"].value
+        assert (told is before) == (contact is flat)
+        assert told.radius == pytest.approx(before.radius)
+    both = node("fit_sphere", {}, contact=cap, before=before)
+    tick(both)
+    assert both.sinks["sphere"].value.radius_sd == pytest.approx(before.radius_sd / np.sqrt(2))
+
+
 @pytest.fixture
 def approached(cell: Callable[..., Any], virtual_clock: VirtualClock) -> Callable[..., tuple[Behavior, Any]]:
     """Run `approach` alone from a little above the object; returns the node after it ended, and the cell."""
