@@ -31,7 +31,9 @@ LAYER, LAYER_SD = (
 )  # m: sqrt(bending stiffness / tension) of the hand's membrane near a ridge, over presses
 ROUND_SD = 0.15  # of the logarithm of a radius by the arc
 RADIUS_SD = 0.12  # of a radius by the arc, over presses
-DIFFERENT = 0.75  # of the logarithm of a radius, by which it is not that of a shape that stands on the table
+DIFFERENT = (
+    0.36  # of the logarithm of a radius, by which a height is more than that of a shape that stands on the table
+)
 PLAIN = 4.0  # nats that a radius costs that does not follow from the height
 
 
@@ -96,9 +98,9 @@ def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[f
     return {"length": length, "radius": on_table(seen, height), "height": height}
 
 
-def on_table(seen: Dimension, height: Dimension) -> Dimension:
+def on_table(seen: Dimension, height: Dimension, different: float = DIFFERENT) -> Dimension:
     """Return a radius by what an arc shows and by the height of a shape that stands on the table with its flat side."""
-    if math.log(max(height.value, 1e-6) / seen.value) > DIFFERENT:
+    if math.log(max(height.value, 1e-6) / seen.value) > different:
         return seen
     weights = seen.sd**-2, height.sd**-2
     value = (weights[0] * min(seen.value, 1.5 * height.value) + weights[1] * height.value) / sum(weights)

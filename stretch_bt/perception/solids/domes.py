@@ -24,6 +24,7 @@ REACH = 7e-3  # m
 PATCH = 3e-3  # m round a peak over which its height is taken
 MOST = 12e-3  # m from a peak to the hand within which a view shows it well
 SHARED = 0.15e-3  # m
+DIFFERENT = 0.75  # of the logarithm of a radius, by which a height is more than that of a half-sphere on the table
 RADIUS_SD = 0.35  # of a radius that a light touch of a round top shows
 
 
@@ -106,7 +107,7 @@ def domes(found: list[Dome], floor: float) -> dict[str, Dimension]:
     shared = math.hypot(floor, SHARED)
     heights = [Dimension(d.height.value, math.hypot(d.height.sd, shared), {}) for d in found]
     radii = [
-        on_table(Dimension(d.radius, RADIUS_SD * d.radius, {}), height)
+        on_table(Dimension(d.radius, RADIUS_SD * d.radius, {}), height, DIFFERENT)
         for d, height in zip(found, heights, strict=True)
     ]
     ordered = sorted(radii, key=lambda d: -d.value)

@@ -71,6 +71,16 @@ def test_a_dimension_says_by_how_much_the_roundness_of_the_membrane_moved_it():
     assert sharper.dimensions["length"].value < length.value - 1.0 * MM
 
 
+def test_a_crest_on_a_plinth_has_the_radius_of_its_arc():
+    on_table, raised = (m.half_cylinder(0.040, 0.020), lambda x, y: m.half_cylinder(0.040, 0.020)(x, y) + 0.020)
+    low = fit_object(*m.felt(on_table, 0.020), shape="half_cylinder").dimensions["radius"]
+    high = fit_object(*m.felt(raised, 0.040), shape="half_cylinder").dimensions["radius"]
+    assert low.sd < 0.5 * MM
+    assert "table" not in high.steps
+    assert high.sd > 2 * MM
+    assert abs(high.value - 0.020) < 2 * high.sd
+
+
 def test_a_shape_that_is_asked_for_is_taken_or_refused():
     felt = m.felt(m.disc(0.030, 0.040), 0.040)
     assert fit_object(*felt, shape="disc").kind == "disc"
