@@ -9,7 +9,7 @@ from stretch_bt.perception.types import Contact
 MM = 1e-3
 PIXEL = 0.42 * MM
 FILLET = 1 * MM
-PLACES = ((0.0, 0.0), (0.012, 0.0), (-0.012, 0.0), (0.0, 0.012), (0.0, -0.012))
+PLACES = ((0.0, 0.0), (0.012, 0.0), (0.0, -0.012))
 FALL = 0.5  # slope of a skirt
 
 
