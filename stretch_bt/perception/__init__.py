@@ -58,6 +58,9 @@ if TYPE_CHECKING:
     from stretch_bt.perception.size.result import ContactSize as ContactSize
     from stretch_bt.perception.size.result import Diameters as Diameters
     from stretch_bt.perception.size.width import contact_width as contact_width
+    from stretch_bt.perception.solids.fit import fit_object as fit_object
+    from stretch_bt.perception.solids.result import Dimension as Dimension
+    from stretch_bt.perception.solids.result import Solid as Solid
     from stretch_bt.perception.tension import expected_ratio as expected_ratio
     from stretch_bt.perception.tension import tension_ratio as tension_ratio
     from stretch_bt.perception.tracker import HeightTracker as HeightTracker
@@ -80,6 +83,7 @@ _MODULES = {
     "Curvatures": "curvature",
     "Cylinder": "types",
     "Diameters": "size.result",
+    "Dimension": "solids.result",
     "Dimensions": "clouds.dimensions",
     "FrameNoise": "noise",
     "FreeView": "pattern",
@@ -91,6 +95,7 @@ _MODULES = {
     "Roundness": "outlines.roundness",
     "Segmentation": "segmentation",
     "Shape": "types",
+    "Solid": "solids.result",
     "Sphere": "types",
     "SurfaceNoise": "types",
     "average_frames": "average",
@@ -110,6 +115,7 @@ _MODULES = {
     "fit_contact_sphere": "shapes.cap",
     "pooled_sphere": "shapes.pooled",
     "fit_cylinder": "shapes.cylinder",
+    "fit_object": "solids.fit",
     "fit_plane": "shapes.plane",
     "fit_shape": "shapes.shape",
     "fit_sphere": "shapes.sphere",
@@ -142,6 +148,7 @@ __all__ = [
     "Curvatures",
     "Cylinder",
     "Diameters",
+    "Dimension",
     "Dimensions",
     "FrameNoise",
     "FreeView",
@@ -153,6 +160,7 @@ __all__ = [
     "Roundness",
     "Segmentation",
     "Shape",
+    "Solid",
     "Sphere",
     "SurfaceNoise",
     "average_frames",
@@ -171,6 +179,7 @@ __all__ = [
     "fit_cone",
     "fit_contact_sphere",
     "fit_cylinder",
+    "fit_object",
     "fit_plane",
     "fit_shape",
     "fit_sphere",

@@ -108,7 +108,7 @@ class World:
         InvalidInput
             Nothing stands in for it at the scene's fidelity; all stays as it was.
         """
-        scene = self.scene.with_(object=spec)
+        scene = self.scene.with_(object=spec, dimensions={})
         if not scene.stands_in():
             raise InvalidInput(f"nothing stands in for a {spec.type} at {scene.fidelity} fidelity; use fidelity: sheet")
         specimen = spec.specimen(Active(e for e in self.effects if e.refusal(spec) is None))
@@ -225,12 +225,14 @@ class World:
     def truth(self, pose: Pose, stretch: float, time: float = 0.0) -> dict[str, float]:
         """Return what a perfect observer would report, SI; a rigid object has no stiffness.
 
-        `height` is that of the object's top and `contact_height` that of the hand at first contact.
+        The scene's `dimensions` are among it. `height` is that of the object's top and `contact_height` that of the hand at first
+        contact.
         """
         contact = self.contact(pose, stretch, time)
         top = self.specimen.standing(self._before(time).thing, 0.0).top
         return {
             **self.specimen.known(self._before(time).thing, contact.drop),
+            **self.scene.dimensions,
             "force": math.hypot(*contact.force),
             "deflection": contact.drop,
             "stretch": stretch,

@@ -1,6 +1,7 @@
 """Nodes that measure objects: outline, cloud and dimensions, alone and in a tree."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -89,6 +90,54 @@ def test_measure_object_writes_lengths_or_refuses() -> None:
     small = node("fuse_contact", contact=disc(0.0006))
     assert tick(small) is Status.FAILURE
     assert "too small" in small.reason
+
+
+def block(x: float) -> Contact:
+    """A contact with a block 30 mm by 24 mm, 40 mm high, by a hand at x, 10 mm deep: flat, then falling with a slope of 0.5."""
+    v, u = np.mgrid[-110:111, -105:106] * 0.42e-3
+    away = np.maximum(np.abs(x + u) - 0.0143, np.abs(v) - 0.0113)
+    z = np.maximum(0.010 - 0.5 * np.maximum(away, 0.0), 0.0)
+    z += 1e-5 * np.random.default_rng(0).normal(size=z.shape)
+    surface = np.stack([u, v, z], axis=2)
+    labels = np.where(z > 0.009, 2, 1).astype(np.uint8)
+    points = surface[labels == 2]
+    rays = points - [0.0, 0.0, 0.2]
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return Contact(points, rays, labels, 1e-5, 0.03, 0.0, 0.0, surface, np.ones(z.shape), Pose((x, 0.0, 0.03)))
+
+
+def test_contacts_are_kept_and_their_shape_is_fitted() -> None:
+    cloud, contacts = Cell("cloud"), Cell("contacts")
+    for x in (0.0, 0.01):
+        for name, key in (("fuse_contact", cloud), ("keep_contact", contacts)):
+            made = node(name, contact=block(x))
+            made.sinks[name.replace("fuse_contact", "cloud").replace("keep_contact", "contacts")] = key
+            assert tick(made) is Status.SUCCESS
+    assert len(contacts.value) == 2
+    fit = node("fit_object", cloud=cloud.value, contacts=contacts.value)
+    assert tick(fit) is Status.SUCCESS, fit.reason
+    assert fit.sinks["kind_found"].value == "block"
+    for name, value in (("length", 0.030), ("width", 0.024), ("height", 0.040)):
+        found = fit.sinks[name]
+        assert found.sd is not None
+        assert abs(found.value - value) < 3 * found.sd < 2e-3
+    assert fit.sinks["radius"].value is MISSING
+    wrong = node("fit_object", cloud=cloud.value, contacts=[])
+    assert tick(wrong) is Status.FAILURE
+    assert "no contact" in wrong.reason
+
+
+def test_kept_contacts_begin_anew_and_are_bounded() -> None:
+    key = Cell("contacts")
+    for x, reset, most, count in ((0.0, False, 9, 1), (0.01, False, 9, 2), (0.02, False, 2, 2), (0.0, True, 9, 1)):
+        keep = node("keep_contact", contact=disc(0.01, x), reset=reset, most=most)
+        keep.sinks["contacts"] = key
+        assert tick(keep) is Status.SUCCESS
+        assert len(key.value) == count
+        assert key.value[-1].pose.position[0] == x
+    nowhere = node("keep_contact", contact=replace(disc(0.01), pose=None))
+    assert tick(nowhere) is Status.FAILURE
+    assert "pose" in nowhere.reason
 
 
 TREE = """\

@@ -291,6 +291,8 @@ def show_default(field: Any, value: Any) -> str:
         return code(str(value).lower())
     if isinstance(value, list):
         return code(json.dumps(value))
+    if value == {}:
+        return "none"
     return code(shown(value, kinds[0] if kinds else None)) if value != "" else "empty"
 
 

@@ -68,6 +68,7 @@ class SnowmanObject(SolidSpec):
         return Rough(max(self._radii), self.roughly, edge=min(self._radii))
 
     def known(self) -> dict[str, float]:
-        """Return its length, width, height and the radius of its largest dome, m, and its stiffness, N/m."""
+        """Return its length, width, height, the radius of its largest dome and of each, the largest first, m; its stiffness, N/m."""
         r = max(self._radii)
-        return {"length": self._length, "width": 2 * r, "height": r, "radius": r, **super().known()}
+        each = {f"radius_{k}": radius for k, radius in enumerate(sorted(self._radii, reverse=True), 1)}
+        return {"length": self._length, "width": 2 * r, "height": r, "radius": r, **each, **super().known()}

@@ -51,7 +51,7 @@ class WireTriangle(WireSpec):
         return WirePolygon(self.thickness, self.side, bend=self.bend)
 
     def known(self) -> dict[str, float]:
-        """Return its length along x and width along y, outside, and its height, m."""
+        """Return its length along x and width along y, outside, its height and its side, m."""
         length = self.side - 2 * (math.sqrt(3) - 1) * self.bend + self.thickness
         width = self.side * math.sqrt(3) / 2 - self.bend + self.thickness
-        return {"length": length, "width": width, "height": self.thickness}
+        return {"length": length, "width": width, "height": self.thickness, "side": self.side}

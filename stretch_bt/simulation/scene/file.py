@@ -16,7 +16,7 @@ from stretch_bt.simulation.effects import registry
 from stretch_bt.simulation.effects.base import Effect
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.registry import kinds
-from stretch_bt.simulation.scene.sections import USUAL, Conditions, Cup, Hand, Table, Tolerance
+from stretch_bt.simulation.scene.sections import USUAL, Conditions, Cup, Dimension, Hand, Table, Tolerance
 from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, resolve, validate
 
 __all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_schema"]
@@ -40,6 +40,10 @@ class Scene(BaseModel):
     hand: Hand = Hand()
     tolerance: Tolerance = Field(default=USUAL, description="what `effects: auto` goes by")
     conditions: Conditions = Conditions()
+    dimensions: dict[str, Dimension] = Field(
+        default={},
+        description="what a press from above can feel of the object, by name, such as `length: 40 mm`; `height` counts from the table",
+    )
     effects: Any = Field(
         default="auto", description="which effects act; each is judged by the advisor unless it is named"
     )

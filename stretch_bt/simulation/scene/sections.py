@@ -12,11 +12,14 @@ from stretch_bt.units import Angle, Length, Pressure, Speed, Time, Within
 if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.materials import Material
 
-__all__ = ["CameraPose", "Conditioned", "Conditions", "Cup", "Hand", "Table", "Tolerance"]
+__all__ = ["CameraPose", "Conditioned", "Conditions", "Cup", "Dimension", "Hand", "Table", "Tolerance"]
 
 #: those for which E* of a 20 mm hemisphere, fitted over depths of 1 to 15 mm in steps of 1 mm, is 4 kPa at stretch 0 and 9 kPa at
 #: 60 mm, with the weight and the bending of the membrane: a fit to two figures of the paper (arXiv 2105.08154), not a measurement
 SHEAR_MODULUS, MOUNT_PRESTRETCH = 68.4e3, 11.9e-3
+
+#: a graded dimension of the object
+Dimension = Annotated[Length, Within(1e-5, 1.0, "Length")]
 
 _Offset = Annotated[Length, Within(-0.05, 0.05, "Length")]
 _Tilt = Annotated[Angle, Within(-0.35, 0.35, "Angle")]

@@ -82,3 +82,28 @@ def test_with_all_its_effects_its_force_rises_from_nothing(name):
     forces = np.array([law(drop)[0] for drop in np.linspace(0, 2e-3, 40)])
     assert forces[0] == 0.0
     assert (np.diff(forces) > 0).all()
+
+
+RECONSTRUCTED = [name for name in SCENES if not name.startswith("calibration")]
+
+
+@pytest.mark.parametrize("name", RECONSTRUCTED)
+def test_the_dimensions_that_are_graded_are_those_of_the_object(name):
+    scene = load_scene(name)
+    known = {**scene.object.known(), "height": scene.object.top}
+    assert "height" in scene.dimensions
+    for dimension, value in scene.dimensions.items():
+        assert value == pytest.approx(known[dimension], abs=1e-6), dimension
+
+
+def test_the_truth_says_the_dimensions_of_the_scene_and_not_of_an_object_that_came_instead():
+    from stretch_bt.frames import Pose
+    from stretch_bt.simulation.world import World
+
+    scene = load_scene("wire_triangle")
+    world, above = World(scene), Pose((0.0, 0.0, 0.1))
+    truth = world.truth(above, 0.0)
+    assert {name: truth[name] for name in scene.dimensions} == pytest.approx(scene.dimensions)
+    world.exchange(load_scene("wooden_cube").object)
+    assert "side" not in world.truth(above, 0.0)
+    assert world.truth(above, 0.0)["length"] == pytest.approx(0.040)

@@ -1,0 +1,55 @@
+"""Fitting the shape of an object."""
+
+from typing import Literal
+
+from stretch_bt import perception
+from stretch_bt.perception.clouds.cloud import Cloud
+from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
+from stretch_bt.perception.solids.result import Solid
+from stretch_bt.perception.types import Contact
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Length
+
+Wanted = Literal[
+    "auto", "block", "disc", "ridge", "half_cylinder", "domes", "point", "wire_circle", "wire_triangle", "extents"
+]
+
+
+@node
+class FitObject(Behavior):
+    """Fit the shape of an object on the table to the contacts felt on it; FAILURE when it cannot be measured.
+
+    Outputs are written as far as the shape has them: a block has length, width and height, domes have the radius of each,
+    the largest first.
+    """
+
+    kind = "perception"
+    instant = True
+    cloud: In[Cloud]  # the contacts, fused
+    contacts: In[list[Contact]]  # of which the cloud was fused, with the pose of the hand
+    shape: In[Wanted] = port("auto", doc="a shape to take for granted, or the one with most evidence")
+    fillet: In[Length] = port(FILLET, min=1e-4, max=0.01, doc="radius of the object's edges, or of its wire")
+    fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="its standard deviation")
+    solid: Out[Solid]  # the shape with all its dimensions, and how all compare
+    kind_found: Out[str]  # which shape
+    length: Out[Length]  # the longer side of the top, or the length of a crest
+    width: Out[Length]  # the shorter side of the top
+    height: Out[Length]  # of the top above the table
+    radius: Out[Length]  # of a disc, a half-cylinder, the largest dome or a circle of wire, outside
+    side: Out[Length]  # of a triangle of wire, along its middle
+    radius_1: Out[Length]  # of the largest dome
+    radius_2: Out[Length]  # of the second dome
+    radius_3: Out[Length]  # of the third dome
+
+    def update(self) -> Status:
+        """Fit."""
+        found = perception.fit_object(
+            self.cloud, self.contacts, shape=self.shape, fillet=self.fillet, fillet_sd=self.fillet_sd
+        )
+        self.solid, self.kind_found = found, found.kind
+        for name in ("length", "width", "height", "radius", "side", "radius_1", "radius_2", "radius_3"):
+            known = found.dimensions.get(name)
+            if known is not None:
+                setattr(self, name, Estimate(known.value, known.sd))
+        return Status.SUCCESS

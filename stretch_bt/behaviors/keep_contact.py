@@ -1,0 +1,31 @@
+"""Keeping contacts for a fit of them all."""
+
+from stretch_bt.errors import NoContact
+from stretch_bt.perception.types import Contact
+from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+
+
+@node
+class KeepContact(Behavior):
+    """Add a contact to the list in a key, or begin one; FAILURE when the contact does not know the pose of the hand.
+
+    `fit_object` takes the list beside the cloud that `fuse_contact` makes of the same contacts. Past `most` the oldest
+    one goes.
+    """
+
+    kind = "perception"
+    instant = True
+    contact: In[Contact]  # from any pose of the hand
+    most: In[int] = port(64, min=1, max=1000, doc="how many to keep")
+    reset: In[bool] = False  # whether to begin a new list
+    contacts: Out[list[Contact]]  # with this contact as the last
+
+    def update(self) -> Status:
+        """Keep."""
+        if self.contact.pose is None:
+            raise NoContact("the contact does not know the pose of the hand; use an arm beside the camera")
+        before = MISSING if self.reset else self.contacts
+        known = [] if before is MISSING else list(before)
+        self.contacts = [*known, self.contact][-self.most :]
+        return Status.SUCCESS

@@ -1,0 +1,1 @@
+"""Solids: the shape that felt surfaces are of, and its dimensions."""

@@ -1,0 +1,148 @@
+"""Where a membrane bends over an edge, a ridge or a wire: the meeting point of its straight parts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.solids.profile import Profile
+
+__all__ = ["Bend", "fit_bend", "search_bend"]
+
+Array = npt.NDArray[np.float64]
+
+SHORTEST, LONGEST = 0.1e-3, 6e-3  # m over which a membrane bends
+FEWEST = 12  # places of a profile
+BESIDE = 4e-3  # m that must be seen on either side of a bend
+MODEL = 5e-6  # m by which a profile of a membrane differs from a bend at the least
+ALIKE = 8.0  # neighbouring places of a profile that err as one
+STEEPEST, LEAST = 3.0, 0.04  # change of slope
+STARTS = 1.5e-3  # m between places at which the search begins
+
+
+@dataclass(frozen=True, slots=True)
+class Bend:
+    """A bend of a profile: straight on its near side, straight but for a steady curvature on its far one.
+
+    `place`, m, is where the straight parts meet, `height`, m, that of this point; `near` and `far` are their slopes and
+    `length`, m, is over what the membrane passes from one to the other: its slope changes as 1 - exp(-|u| / length).
+    """
+
+    place: float
+    sd: float
+    height: float
+    height_sd: float
+    near: float
+    far: float
+    length: float
+    length_sd: float
+    rms: float
+
+    @property
+    def change(self) -> float:
+        """By how much the slope falls."""
+        return self.near - self.far
+
+    @property
+    def surface(self) -> float:
+        """Height of the membrane itself at the place, m, which the straight parts pass above."""
+        return self.height - self.change * self.length / 2
+
+    @property
+    def radius(self) -> float:
+        """Radius of curvature of the membrane at the place, m."""
+        return 2 * self.length / max(self.change, 1e-9)
+
+
+def search_bend(profile: Profile, low: float, high: float, *, reach: float = 12e-3) -> Bend:
+    """Return the bend of a profile that explains it best, between two places, m.
+
+    Raises
+    ------
+    IllConditioned
+        There is none.
+    """
+    found = []
+    for start in np.arange(low, high, STARTS):
+        try:
+            found.append(_cost(profile, float(start), 1e-3, reach))
+        except IllConditioned:
+            continue
+    if not found:
+        raise IllConditioned("the profile shows no bend")
+    begin = min(found)[1]
+    return fit_bend(profile, begin, reach=reach)
+
+
+def _cost(profile: Profile, place: float, length: float, reach: float) -> tuple[float, float]:
+    """Return how badly a bend at a place explains the whole profile, and the place; what does not bend down is none."""
+    part = profile.between(place - reach, place + reach)
+    _check(part, place)
+    fit, left = _linear(part, place, length)
+    if not LEAST < fit[2] < STEEPEST:
+        raise IllConditioned("no bend")
+    # windows differ, so that the change of slope, surely known, decides
+    return float(np.mean(left**2)) / fit[2] ** 2, place
+
+
+def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3) -> Bend:
+    """Fit a bend near a place, m, to what of a profile lies within `reach`, m, of it.
+
+    Raises
+    ------
+    IllConditioned
+        Too little of the profile is seen on one side, or it does not bend down.
+    """
+    from scipy.optimize import least_squares
+
+    part = profile.between(start - reach, start + reach)
+    _check(part, start)
+
+    def left(q: Array) -> Array:
+        return _linear(part, q[0] * 1e-3, q[1] * 1e-3)[1] * 1e3
+
+    slack = min(6.0, reach * 0.6e3)
+    bounds = ([start * 1e3 - slack, SHORTEST * 1e3], [start * 1e3 + slack, LONGEST * 1e3])
+    found = least_squares(left, [start * 1e3, 1.0], bounds=bounds)
+    place, length = (float(v) * 1e-3 for v in found.x)
+    _check(part, place)
+    fit, residual = _linear(part, place, length)
+    change = float(fit[2])
+    if not LEAST < change < STEEPEST:
+        raise IllConditioned("the profile does not bend down there")
+    rms = math.sqrt(float(np.mean(residual**2)))
+    # A place errs by what neighbours share: the residuals of a profile are smooth.
+    noise = max(rms * math.sqrt(ALIKE), MODEL, part.noise / math.sqrt(float(part.count.mean())) * math.sqrt(ALIKE))
+    jacobian: Array = np.asarray(found.jac)
+    covariance = noise**2 * np.linalg.pinv(jacobian.T @ jacobian)
+    return Bend(
+        place,
+        math.sqrt(float(covariance[0, 0])),
+        float(fit[0]),
+        noise,
+        float(fit[1]),
+        float(fit[1] - change),
+        length,
+        math.sqrt(float(covariance[1, 1])),
+        rms,
+    )
+
+
+def _check(part: Profile, place: float) -> None:
+    if len(part.at) < FEWEST or part.at[0] > place - BESIDE or part.at[-1] < place + BESIDE:
+        raise IllConditioned("too little of the membrane is seen on one side of the bend")
+
+
+def _linear(part: Profile, place: float, length: float) -> tuple[Array, Array]:
+    """Return height, slope, its change and the far curvature of a bend, and the weighted residuals (n,), m."""
+    u = part.at - place
+    beyond = np.maximum(u, 0.0)
+    turn = beyond + length / 2 * np.exp(-np.abs(u) / length)
+    design = np.column_stack([np.ones_like(u), u, -turn, beyond * beyond / 2])
+    weights = np.sqrt(part.count / part.count.mean())
+    fit = np.linalg.lstsq(design * weights[:, None], part.height * weights, rcond=None)[0]
+    return fit, (design @ fit - part.height) * weights

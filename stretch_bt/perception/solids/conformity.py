@@ -1,0 +1,62 @@
+"""How far the place where a membrane bends is from the edge, the end or the wire that it bends over."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stretch_bt.perception.solids.bend import Bend
+
+__all__ = ["FILLET", "FILLET_SD", "Beyond", "beyond_edge", "beyond_end", "inside_wire"]
+
+FILLET, FILLET_SD = 1e-3, 0.2e-3  # m: radius of an edge or a wire, where the caller knows no better
+EDGE_SD = 0.12e-3  # m by which the rule for an edge errs (benchmarks/conformity.py)
+#: m by which a membrane that leaves an edge, or the end of a crest, at no slope meets itself further inside than the rule says, and
+#: the slope from where it does not (benchmarks/conformity.py)
+GENTLE_EDGE, GENTLE_END, STEEP = 0.25e-3, 0.5e-3, 0.75
+#: m from the bend to the end of a crest beyond the rule for an edge, of a sharp one and of a round one, and its standard
+#: deviation: a thin crest draws the bend in, as the membrane falls off to three sides (benchmarks/conformity.py)
+SHARP_END, ROUND_END, END_SD = 0.45e-3, -0.35e-3, 0.2e-3
+STIFF = 0.7e-3  # m over which a membrane that resists bending passes from slope to slope, at least
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """By how much to move a place outwards, m, and the standard deviation of that, m."""
+
+    shift: float
+    sd: float
+
+
+def beyond_edge(bend: Bend, fillet: float = FILLET, fillet_sd: float = FILLET_SD) -> Beyond:
+    """Return how far beyond a bend the side of a block stands whose edge has a radius of `fillet`, m.
+
+    The membrane leaves the fillet where its slope is theta; the straight parts meet f (1 - tan(theta / 2)) inside the side, and a
+    little more where it leaves gently.
+    """
+    return _beyond(bend, fillet, fillet_sd, GENTLE_EDGE)
+
+
+def _beyond(bend: Bend, fillet: float, fillet_sd: float, gentle: float) -> Beyond:
+    share = 1.0 - math.tan(math.atan(max(bend.change, 0.0)) / 2)
+    more = gentle * max(1.0 - bend.change / STEEP, 0.0)
+    return Beyond(fillet * share + more, math.hypot(fillet_sd * share, EDGE_SD))
+
+
+def beyond_end(bend: Bend, *, sharp: bool, fillet: float = FILLET, fillet_sd: float = FILLET_SD) -> Beyond:
+    """Return how far beyond a bend along a crest its end is, for a ridge or for the crest of a half-cylinder."""
+    stiff = bend.length > STIFF
+    edge = _beyond(bend, fillet, fillet_sd, GENTLE_END if stiff else GENTLE_EDGE)
+    more = (SHARP_END if sharp else ROUND_END) if stiff else 0.0
+    return Beyond(edge.shift + more, math.hypot(edge.sd, END_SD if more else 0.0))
+
+
+def inside_wire(bend: Bend, radius: float = FILLET, radius_sd: float = FILLET_SD) -> Beyond:
+    """Return how far from a bend the middle of a wire of some radius, m, is: negative is nearer to the origin.
+
+    A wire carries the membrane by a force through its own middle, half-way between the two slopes, and the straight parts
+    meet on the line of that force, above the wire.
+    """
+    lean = -(bend.near + bend.far) / 2
+    above = bend.change * bend.length / 2 + radius
+    return Beyond(-above * lean, math.hypot(0.3 * above * lean, math.hypot(radius_sd * lean, EDGE_SD)))

@@ -1,0 +1,137 @@
+"""A crest: the ridge of a prism, or that of a half-cylinder."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.solids.arc import Arc, fit_arc
+from stretch_bt.perception.solids.bend import Bend, fit_bend, search_bend
+from stretch_bt.perception.solids.conformity import beyond_end
+from stretch_bt.perception.solids.profile import profile_of
+from stretch_bt.perception.solids.result import Dimension, pooled
+from stretch_bt.perception.solids.top import Top
+from stretch_bt.perception.solids.views import View
+
+__all__ = ["Crest", "crest_of", "evidence_of_crest", "half_cylinder", "ridge"]
+
+Array = npt.NDArray[np.float64]
+
+MIDDLE = 0.6  # share of a crest's half length over which its cross-section is taken
+BAND = 1.5e-3  # m to either side of a crest along which its ends are sought
+REACH = 14e-3  # m to either side of a crest
+SHARED = 0.15e-3  # m by which all heights, or all bends of an end, err alike
+LAYER, LAYER_SD = (
+    2.4e-3,
+    0.2e-3,
+)  # m: sqrt(bending stiffness / tension) of the hand's membrane near a ridge, over presses
+ROUND_SD = 0.15  # of the logarithm of a radius by the arc
+RADIUS_SD = 0.12  # of a radius by the arc, over presses
+DIFFERENT = (
+    0.36  # of the logarithm of a radius, by which a height is more than that of a shape that stands on the table
+)
+PLAIN = 4.0  # nats that a radius costs that does not follow from the height
+
+
+@dataclass(frozen=True, slots=True)
+class Crest:
+    """A crest with its cross-sections as bends and as arcs, one of a view each."""
+
+    top: Top
+    bends: list[Bend]
+    arcs: list[Arc]
+    radius: float
+    layer: float
+
+
+def crest_of(views: list[View], top: Top) -> Crest:
+    """Return the cross-section of a crest by the views that show it.
+
+    Raises
+    ------
+    IllConditioned
+        None does.
+    """
+    across = np.array([-top.along[1], top.along[0]])
+    bends, arcs = [], []
+    for view in views:
+        profile = profile_of(view, top.middle, across, MIDDLE * top.half[0], -1.5 * REACH, 1.5 * REACH)
+        try:
+            bends.append(fit_bend(profile, 0.0, reach=REACH))
+            arcs.append(fit_arc(profile, bends[-1].place, reach=REACH, layer=(LAYER, LAYER_SD)))
+        except IllConditioned:
+            continue
+    if not arcs:
+        raise IllConditioned("no view shows the membrane on both sides of the crest")
+    radius = math.exp(float(np.median([math.log(a.radius) for a in arcs])))
+    return Crest(top, bends, arcs, radius, float(np.median([b.length for b in bends])))
+
+
+def evidence_of_crest(crest: Crest) -> dict[str, float]:
+    """Return the evidence, nats, for a ridge and for a half-cylinder.
+
+    A ridge is rounded by the membrane's own stiffness alone. A half-cylinder on the table is as high as its radius, and the
+    membrane that lies on it is no sharper; where it is rounder it touches along a line, and does not tell.
+    """
+    sharper = max(crest.layer - LAYER, 0.0) / LAYER_SD
+    off = max(math.log(max(crest.top.height, 1e-4) / crest.radius), 0.0) / ROUND_SD
+    return {"ridge": -0.5 * sharper**2, "half_cylinder": -0.5 * min(off**2, 2 * PLAIN)}
+
+
+def ridge(views: list[View], crest: Crest, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+    """Return the length and the height of a ridge."""
+    return {"length": _length(views, crest, fillet, sharp=True), "height": _height(crest, floor)}
+
+
+def half_cylinder(views: list[View], crest: Crest, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+    """Return length, radius and height of a half-cylinder that lies on its flat side.
+
+    Its radius is the mean of what its arc shows and of its height, where these agree; else what the arc shows.
+    """
+    height = _height(crest, floor)
+    seen = Dimension(crest.radius, RADIUS_SD * crest.radius, {})
+    length = _length(views, crest, fillet, sharp=False)
+    return {"length": length, "radius": on_table(seen, height), "height": height}
+
+
+def on_table(seen: Dimension, height: Dimension, different: float = DIFFERENT) -> Dimension:
+    """Return a radius by what an arc shows and by the height of a shape that stands on the table with its flat side."""
+    if math.log(max(height.value, 1e-6) / seen.value) > different:
+        return seen
+    weights = seen.sd**-2, height.sd**-2
+    value = (weights[0] * min(seen.value, 1.5 * height.value) + weights[1] * height.value) / sum(weights)
+    return Dimension(value, max(sum(weights) ** -0.5, height.sd), {"table": value - seen.value})
+
+
+def _height(crest: Crest, floor: float) -> Dimension:
+    found = [Dimension(arc.height, arc.height_sd, {}) for arc in crest.arcs]
+    return pooled(found, math.hypot(floor, SHARED))
+
+
+def _length(views: list[View], crest: Crest, fillet: tuple[float, float], *, sharp: bool) -> Dimension:
+    ends = [_end(views, crest, sign, fillet, sharp=sharp) for sign in (1.0, -1.0)]
+    steps = {"membrane": sum(e.steps["membrane"] for e in ends)}
+    return Dimension(sum(e.value for e in ends), math.hypot(*(e.sd for e in ends)), steps)
+
+
+def _end(views: list[View], crest: Crest, sign: float, fillet: tuple[float, float], *, sharp: bool) -> Dimension:
+    """Return how far an end of the crest is from its middle, m, by the views that show it."""
+    top, found = crest.top, []
+    for view in views:
+        profile = profile_of(view, top.middle, sign * top.along, BAND, 0.0, top.half[0] + 16e-3)
+        try:
+            bend = search_bend(profile, max(top.half[0] - 4e-3, 2e-3), top.half[0] + 4e-3)
+        except IllConditioned:
+            continue
+        if abs(bend.near) < 0.15:
+            beyond = beyond_end(bend, sharp=sharp, fillet=fillet[0], fillet_sd=fillet[1])
+            sd = math.hypot(bend.sd, SHARED)
+            found.append(Dimension(bend.place + beyond.shift, sd, {"membrane": beyond.shift}))
+    if not found:
+        raise IllConditioned("no view shows the membrane on both sides of an end of the crest; press nearer to it")
+    end = pooled(found, SHARED)
+    return Dimension(end.value, math.hypot(end.sd, beyond.sd), end.steps)

@@ -1,0 +1,121 @@
+"""Domes in any number, and points: tops that are round both ways."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.solids.bend import LONGEST, fit_bend
+from stretch_bt.perception.solids.crest import LAYER, LAYER_SD, PLAIN, on_table
+from stretch_bt.perception.solids.profile import profile_of
+from stretch_bt.perception.solids.result import Dimension, pooled
+from stretch_bt.perception.solids.views import View
+
+__all__ = ["Dome", "domes", "domes_of", "evidence_of_domes", "point"]
+
+Array = npt.NDArray[np.float64]
+
+BAND = 1.5e-3  # m to either side of a line through a peak
+REACH = 7e-3  # m
+PATCH = 3e-3  # m round a peak over which its height is taken
+MOST = 12e-3  # m from a peak to the hand within which a view shows it well
+SHARED = 0.15e-3  # m
+DIFFERENT = 0.75  # of the logarithm of a radius, by which a height is more than that of a half-sphere on the table
+RADIUS_SD = 0.35  # of a radius that a light touch of a round top shows
+
+
+@dataclass(frozen=True, slots=True)
+class Dome:
+    """A peak: where (2,), m, its height, the radius of curvature that shows there, m, and over what the membrane bends, m."""
+
+    middle: Array
+    height: Dimension
+    radius: float
+    layer: float
+
+
+def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
+    """Return what shows at each peak.
+
+    Raises
+    ------
+    IllConditioned
+        There is no peak, or none that a view shows.
+    """
+    found = []
+    for peak in peaks:
+        try:
+            found.append(_dome(views, peak))
+        except IllConditioned:
+            continue
+    if not found:
+        raise IllConditioned("no view shows a peak")
+    return found
+
+
+def _dome(views: list[View], peak: Array) -> Dome:
+    nearest = sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - peak))))
+    close = [v for v in nearest if np.hypot(*(v.hand[:2] - peak)) < MOST] or nearest[:1]
+    tops, radii, layers = [], [], []
+    for view in close:
+        top, curvatures = _vertex(view, peak)
+        tops.append(Dimension(top, max(view.noise / 2, view.shared, 1e-5), {}))
+        radii.append(1 / max(float(np.mean(curvatures)), 1.0))
+        for along in np.eye(2):
+            try:
+                bend = fit_bend(profile_of(view, peak, along, BAND, -2 * REACH, 2 * REACH), 0.0, reach=REACH)
+            except IllConditioned:  # it is too round to be one
+                layers.append(LONGEST)
+            else:
+                layers.append(bend.length)
+    return Dome(peak, pooled(tops), float(np.median(radii)), float(np.median(layers)))
+
+
+def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float]]:
+    """Return the height of a quadric's highest point near a peak, m, and its curvatures, 1/m."""
+    away = view.points[:, :2] - peak
+    near = np.hypot(*away.T) < PATCH
+    if near.sum() < 30:
+        raise IllConditioned("the view does not show the peak")
+    (x, y), z = away[near].T, view.points[near, 2]
+    design = np.column_stack([np.ones_like(x), x, y, x * x / 2, x * y, y * y / 2])
+    fit = np.linalg.lstsq(design, z, rcond=None)[0]
+    bend = -np.array([[fit[3], fit[4]], [fit[4], fit[5]]])
+    small, large = np.linalg.eigvalsh(bend)
+    if small <= 0:
+        return float(fit[0]), (max(float(small), 0.0), float(large))
+    rise = 0.5 * float(fit[1:3] @ np.linalg.solve(bend, fit[1:3]))
+    return float(fit[0]) + min(rise, 0.5e-3), (float(small), float(large))
+
+
+def evidence_of_domes(found: list[Dome]) -> dict[str, float]:
+    """Return the evidence, nats, for half-spheres on the table and for points, on the mean over all."""
+    off = [0.5 * min((math.log(d.radius / max(d.height.value, 1e-4)) / RADIUS_SD) ** 2, 2 * PLAIN) for d in found]
+    sharp = [0.5 * (max(d.layer - LAYER, 0.0) / LAYER_SD) ** 2 for d in found]
+    return {"domes": -float(np.mean(off)), "point": -float(np.mean(sharp)) - 1.0 * (len(found) - 1)}
+
+
+def domes(found: list[Dome], floor: float) -> dict[str, Dimension]:
+    """Return the height of the highest dome and the radius of each, the largest first.
+
+    A half-sphere on the table is as high as its radius, and the curvature of its top must agree with that.
+    """
+    shared = math.hypot(floor, SHARED)
+    heights = [Dimension(d.height.value, math.hypot(d.height.sd, shared), {}) for d in found]
+    radii = [
+        on_table(Dimension(d.radius, RADIUS_SD * d.radius, {}), height, DIFFERENT)
+        for d, height in zip(found, heights, strict=True)
+    ]
+    ordered = sorted(radii, key=lambda d: -d.value)
+    named = {f"radius_{k}": radius for k, radius in enumerate(ordered, 1)}
+    return {**named, "radius": ordered[0], "height": max(heights, key=lambda d: d.value)}
+
+
+def point(found: list[Dome], floor: float) -> dict[str, Dimension]:
+    """Return the height of a point, as of a pyramid."""
+    top = found[0].height
+    return {"height": Dimension(top.value, math.hypot(top.sd, math.hypot(floor, SHARED)), {})}

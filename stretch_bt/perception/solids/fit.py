@@ -1,0 +1,232 @@
+"""The shape of an object from the contacts felt on it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.perception.clouds.cloud import Cloud
+from stretch_bt.perception.clouds.dimensions import measure_object
+from stretch_bt.perception.solids.block import block, disc
+from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
+from stretch_bt.perception.solids.crest import crest_of, evidence_of_crest, half_cylinder, ridge
+from stretch_bt.perception.solids.domes import domes, domes_of, evidence_of_domes, point
+from stretch_bt.perception.solids.outline import Fitted, outlines, rays_of
+from stretch_bt.perception.solids.result import KINDS, Dimension, Kind, Solid, Weighed
+from stretch_bt.perception.solids.top import Top, height_map, peaks_of, top_of
+from stretch_bt.perception.solids.views import View, views_of
+from stretch_bt.perception.solids.wire import is_hollow, wire_circle, wire_triangle
+from stretch_bt.perception.types import Contact
+
+__all__ = ["fit_object"]
+
+Array = npt.NDArray[np.float64]
+Made = Callable[[], Mapping[str, Dimension]]
+
+LOWEST = 2e-3  # m above the lowest hand from which a peak counts
+RIVAL = 12.0  # nats by which a shape may have less evidence than the best and still stand in for one that cannot be measured
+FAMILY = {
+    **dict.fromkeys(("block", "disc", "wire_circle", "wire_triangle"), "flat"),
+    **dict.fromkeys(("ridge", "half_cylinder"), "crest"),
+    **dict.fromkeys(("domes", "point"), "round"),
+}
+HANG_SD = (
+    0.2e-3  # m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
+)
+MARGIN = 10e-3  # m beyond the top within which its outline is sought
+
+
+class _Case:
+    """What all kinds of shapes are judged by."""
+
+    def __init__(self, views: list[View], cloud: Cloud, fillet: tuple[float, float]) -> None:
+        self.views, self.cloud, self.fillet = views, cloud, fillet
+        self.floor = math.hypot(cloud.floor, HANG_SD)
+        self.top: Top = top_of(height_map(views))
+        self.heading = math.atan2(float(self.top.along[1]), float(self.top.along[0]))
+        self.middle: Array = self.top.middle
+        self.made: dict[Kind, Made] = {}
+        self.evidence: dict[Kind, float] = {}
+        self.refused: dict[Kind, str] = {}
+
+    def offer(self, kind: Kind, evidence: float, made: Made) -> None:
+        self.evidence[kind], self.made[kind] = evidence, made
+
+
+def fit_object(
+    cloud: Cloud,
+    contacts: Sequence[Contact],
+    *,
+    shape: str = "auto",
+    fillet: float = FILLET,
+    fillet_sd: float = FILLET_SD,
+) -> Solid:
+    """Fit the shape of an object on the table to what contacts show of it, and return its dimensions.
+
+    What the top is like chooses among families: flat, a crest, or round. Within one the shapes are compared by their
+    evidence, and the best that can be measured is taken; where none can, or none is about as likely, the extents of the cloud
+    are what is known.
+
+    Parameters
+    ----------
+    cloud : Cloud
+        The contacts fused, in the world.
+    contacts : sequence of Contact
+        Those that the cloud was fused from, with the pose of the hand.
+    shape : str
+        A kind of shape to take for granted, or "auto".
+    fillet, fillet_sd : float, m
+        Radius of the object's edges, or of its wire, with its standard deviation.
+
+    Raises
+    ------
+    NoContact
+        Cloud or contacts are empty.
+    IllConditioned
+        The shape that was asked for cannot be measured, with the reason; or nothing can.
+    InvalidInput
+        The cloud or a contact is not in the world, or an argument has a wrong value.
+    """
+    if shape != "auto" and shape not in KINDS:
+        raise InvalidInput(f"shape is 'auto' or one of {', '.join(KINDS)}, got {shape!r}")
+    if not (0 < fillet < 0.02 and 0 <= fillet_sd < 0.02):
+        raise InvalidInput(f"fillet is a radius in m, from 0 to 0.02, got {fillet} +- {fillet_sd}")
+    if cloud.frame != "world":
+        raise InvalidInput("a shape on the table takes a cloud in the world; this one is in the frame of the hand")
+    if not len(cloud):
+        raise NoContact("the cloud has no point")
+    views = views_of(contacts)
+    try:
+        case = _Case(views, cloud, (fillet, fillet_sd))
+    except IllConditioned as error:
+        if shape not in ("auto", "extents"):
+            raise
+        return _extents(cloud, [Weighed("extents", 0.0)], str(error))
+    other = case.top.another
+    if other is not None and case.top.evidence["round"] < 0.0:
+        raise IllConditioned(
+            f"there are two tops as high, {_millimetres(case.middle)} and {_millimetres(other)}: measure separate objects one"
+            " at a time, each with its own contacts"
+        )
+    _flat(case)
+    _crest(case)
+    _round(case)
+    return _best(case, shape)
+
+
+def _millimetres(place: Array) -> str:
+    return f"({place[0] * 1e3:.0f}, {place[1] * 1e3:.0f}) mm"
+
+
+def _flat(case: _Case) -> None:
+    """Offer block, disc and wires."""
+    top, family = case.top, case.top.evidence["flat"]
+    kinds: tuple[Kind, ...] = ("block", "disc", "wire_circle", "wire_triangle")
+    if family < -50.0:
+        case.refused.update(dict.fromkeys(kinds, "the top is not flat"))
+        return
+    try:
+        rays = rays_of(case.views, top.middle, max(top.half) + MARGIN)
+    except IllConditioned as error:
+        case.refused.update(dict.fromkeys(kinds, str(error)))
+        return
+    fits: dict[str, Fitted] = {fitted.name: fitted for fitted in outlines(rays.places)}
+    best = max(f.evidence for f in fits.values())
+    size = float(np.median(np.hypot(*(rays.places - top.middle).T)))
+    hollow = is_hollow(case.views, top.middle, size)
+    floor, fillet, views = case.floor, case.fillet, case.views
+
+    def offer(kind: Kind, name: str, made: Made, *, wire: bool) -> None:
+        case.offer(kind, family + fits[name].evidence - best - (0.0 if wire is hollow else 5.0), made)
+
+    offer("block", "rectangle", lambda: block(views, fits["rectangle"], floor, fillet), wire=False)
+    offer("disc", "circle", lambda: disc(views, fits["circle"], rays, floor, fillet), wire=False)
+    offer("wire_circle", "circle", lambda: wire_circle(rays, floor, fillet), wire=True)
+    offer("wire_triangle", "triangle", lambda: wire_triangle(views, fits["triangle"], floor, fillet), wire=True)
+    chosen = max(fits.values(), key=lambda f: f.evidence)
+    if family == 0.0:
+        case.middle = chosen.middle
+        turn = math.pi / 2 if chosen.name == "rectangle" and chosen.sizes[1] > chosen.sizes[0] else 0.0
+        case.heading = chosen.heading + turn
+
+
+def _crest(case: _Case) -> None:
+    """Offer ridge and half-cylinder."""
+    family = case.top.evidence["crest"]
+    # A round top is a crest too, a short one, and a long crest whose ends are in view may be taken for round.
+    longish = 0.0 if case.top.half[0] > 2.0 * case.top.half[1] else -8.0
+    try:
+        crest = crest_of(case.views, case.top)
+    except IllConditioned as error:
+        case.refused.update({"ridge": str(error), "half_cylinder": str(error)})
+        return
+    evidence, floor = evidence_of_crest(crest), case.floor
+    case.offer("ridge", family + longish + evidence["ridge"], lambda: ridge(case.views, crest, floor, case.fillet))
+    case.offer(
+        "half_cylinder",
+        family + longish + evidence["half_cylinder"],
+        lambda: half_cylinder(case.views, crest, floor, case.fillet),
+    )
+
+
+def _round(case: _Case) -> None:
+    """Offer domes and a point."""
+    family = case.top.evidence["round"]
+    low = min(float(view.hand[2]) for view in case.views) + LOWEST
+    try:
+        found = domes_of(case.views, peaks_of(case.views, low))
+    except IllConditioned as error:
+        case.refused.update({"domes": str(error), "point": str(error)})
+        return
+    short = 0.0 if case.top.half[0] <= 2.0 * case.top.half[1] else -8.0
+    evidence, floor = evidence_of_domes(found), case.floor
+    case.offer("domes", family + short + evidence["domes"], lambda: domes(found, floor))
+    case.offer("point", family + short + evidence["point"], lambda: point(found, floor))
+
+
+def _best(case: _Case, shape: str) -> Solid:
+    """Return the first kind by evidence that can be measured."""
+    order = sorted(case.evidence, key=lambda kind: -case.evidence[kind])
+    most = case.evidence[order[0]] if order else 0.0
+    family = max(case.top.evidence, key=lambda name: case.top.evidence[name])
+    asked = [kind for kind in order if kind == shape]
+    if shape == "auto":
+        asked = [kind for kind in order if FAMILY[kind] == family and case.evidence[kind] > most - RIVAL]
+    chosen: tuple[Kind, Mapping[str, Dimension]] | None = None
+    for kind in asked:
+        try:
+            chosen = kind, case.made[kind]()
+            break
+        except IllConditioned as error:
+            case.refused[kind] = str(error)
+    ranking = [Weighed(kind, case.evidence[kind] - most, case.refused.get(kind, "")) for kind in order]
+    ranking += [Weighed(kind, -math.inf, why) for kind, why in case.refused.items() if kind not in case.evidence]
+    if chosen is None:
+        reasons = "; ".join(f"{w.kind}: {w.refused}" for w in ranking if w.refused and shape in ("auto", w.kind))
+        if shape not in ("auto", "extents"):
+            raise IllConditioned(f"no {shape} fits what was felt: {reasons or 'the top is of another kind'}")
+        return _extents(case.cloud, ranking, reasons)
+    kind, dimensions = chosen
+    heading = (case.heading + math.pi / 2) % math.pi - math.pi / 2
+    middle = np.array([*case.middle, dimensions["height"].value])
+    return Solid(kind, dimensions, middle, heading, tuple(ranking))
+
+
+def _extents(cloud: Cloud, ranking: list[Weighed], why: str) -> Solid:
+    """Return the extents of a cloud as the dimensions of no shape in particular."""
+    found = measure_object(cloud)
+    named = zip(("length", "width", "height"), found.lengths, found.sd, found.short, strict=True)
+    # how far an extent falls short is known no better than by half of it
+    dimensions = {
+        name: Dimension(float(v + short / 2), float(math.hypot(sd, short / 2)), {"membrane": float(short / 2)})
+        for name, v, sd, short in named
+    }
+    middle = np.array([*np.median(cloud.points[:, :2], axis=0), dimensions["height"].value])
+    heading = math.atan2(float(found.axes[0, 1]), float(found.axes[0, 0]))
+    first = Weighed("extents", 0.0, why)
+    others = tuple(w for w in ranking if w.kind != "extents")
+    return Solid("extents", dimensions, middle, (heading + math.pi / 2) % math.pi - math.pi / 2, (first, *others))

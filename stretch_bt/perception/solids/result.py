@@ -1,0 +1,89 @@
+"""What the fit of a shape hands on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from stretch_bt.perception.types import FloatArray
+from stretch_bt.units import Angle, Length
+
+__all__ = ["KINDS", "Dimension", "Kind", "Solid", "Weighed", "pooled"]
+
+Kind = Literal["block", "disc", "ridge", "half_cylinder", "domes", "point", "wire_circle", "wire_triangle", "extents"]
+KINDS: tuple[Kind, ...] = (
+    "block",
+    "disc",
+    "ridge",
+    "half_cylinder",
+    "domes",
+    "point",
+    "wire_circle",
+    "wire_triangle",
+    "extents",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """A dimension and its standard deviation, m, and by how much each step of it moved the value that was seen, m.
+
+    `steps` has, by name, "membrane" for what the membrane's own roundness adds or takes, and "table" for what follows from
+    the shape standing on the table. The value less all of them is what the surface shows.
+    """
+
+    value: Length
+    sd: Length
+    steps: Mapping[str, float]
+
+    @property
+    def seen(self) -> Length:
+        """What the surface shows, m."""
+        return self.value - sum(self.steps.values())
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """A kind of shape with its evidence in nats, 0 for the best, or why it was refused."""
+
+    kind: Kind
+    evidence: float
+    refused: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A shape on the table: its kind, its dimensions by name, where it stands and how it is turned.
+
+    `middle` (3,), m, world, is the middle of its top; `heading`, rad, the direction of its length from the world's x, in
+    (-pi/2, pi/2]. `ranking` has all kinds that were compared, the best first.
+    """
+
+    kind: Kind
+    dimensions: Mapping[str, Dimension]
+    middle: FloatArray
+    heading: Angle
+    ranking: tuple[Weighed, ...]
+
+    @property
+    def height(self) -> Length:
+        """Of its top above the table, m."""
+        return self.dimensions["height"].value
+
+
+def pooled(found: list[Dimension], shared: float = 0.0) -> Dimension:
+    """Return the mean of one dimension from several places, by 1 / sd^2; `shared`, m, is a deviation that all have in common.
+
+    Where they differ by more than they say, the standard deviation of the mean grows by as much (Birge, 1932).
+    """
+    weights = [d.sd**-2 for d in found]
+    total = sum(weights)
+    value = sum(w * d.value for w, d in zip(weights, found, strict=True)) / total
+    spread = sum(w * (d.value - value) ** 2 for w, d in zip(weights, found, strict=True))
+    wider = max(1.0, spread / max(len(found) - 1, 1))
+    steps = {
+        name: sum(w * d.steps.get(name, 0.0) for w, d in zip(weights, found, strict=True)) / total
+        for name in dict.fromkeys(name for d in found for name in d.steps)
+    }
+    return Dimension(value, float((wider / total + shared**2) ** 0.5), steps)

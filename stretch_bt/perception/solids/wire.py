@@ -1,0 +1,99 @@
+"""A wire that lies flat, bent to a circle or to a triangle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.solids.bend import Bend, fit_bend
+from stretch_bt.perception.solids.conformity import inside_wire
+from stretch_bt.perception.solids.outline import Fitted, Rays, circle_outline
+from stretch_bt.perception.solids.profile import profile_of
+from stretch_bt.perception.solids.result import Dimension, pooled
+from stretch_bt.perception.solids.views import View
+
+__all__ = ["is_hollow", "wire_circle", "wire_triangle"]
+
+Array = npt.NDArray[np.float64]
+
+HOLLOW = 0.06e-3  # m by which the membrane over a wire hangs lower in the middle than near the wire, at least
+SHARED = 0.25e-3  # m by which the middle of a wire errs all around
+PART = 0.35  # share of a side to either side of its middle along which its profile is taken
+WINDOW = 10e-3  # m
+
+
+def is_hollow(views: list[View], middle: Array, size: float) -> bool:
+    """Whether a flat outline of some size, m, has no face: a membrane that resists bending rises inside a wire."""
+    found = []
+    for view in views:
+        away = np.hypot(*(view.points[:, :2] - middle).T)
+        inner, outer = view.points[away < 0.3 * size, 2], view.points[(away > 0.6 * size) & (away < 0.8 * size), 2]
+        if len(inner) > 20 and len(outer) > 20:
+            found.append(float(np.quantile(outer, 0.8) - np.quantile(inner, 0.5) - 0.84 * view.noise))
+    return bool(found) and float(np.median(found)) > HOLLOW
+
+
+def wire_circle(rays: Rays, floor: float, wire: tuple[float, float]) -> dict[str, Dimension]:
+    """Return the outer radius of a circle of wire, whose own radius is `wire` with its sd, m, and the height of its top."""
+    moved = [inside_wire(bend, *wire) for bend in rays.bends]
+    places = rays.places + np.array([m.shift for m in moved])[:, None] * rays.directions
+    fitted = circle_outline(places)
+    seen = circle_outline(rays.places).sizes[0]
+    spread = float(np.std(np.hypot(*(places - fitted.middle).T))) / math.sqrt(len(moved) / 4)
+    sd = math.hypot(math.hypot(spread, SHARED), wire[1])
+    radius = fitted.sizes[0] + wire[0]
+    return {"radius": Dimension(radius, sd, {"membrane": radius - seen}), "height": _height(rays.bends, floor)}
+
+
+def wire_triangle(views: list[View], outline: Fitted, floor: float, wire: tuple[float, float]) -> dict[str, Dimension]:
+    """Return the mean side of a triangle of wire, along the middle of the wire with sharp corners, and the height of its top.
+
+    Raises
+    ------
+    IllConditioned
+        A side is not seen.
+    """
+    found, bends = [], []
+    for k in range(3):
+        angle = outline.heading + k * 2 * math.pi / 3
+        side, seen = _side(views, outline.middle, np.array([math.cos(angle), math.sin(angle)]), outline.sizes[0], wire)
+        found.append(side)
+        bends += seen
+    # The distances of any place from the sides of an equilateral triangle sum to its height.
+    grow = 2 / math.sqrt(3)
+    value, moved = (grow * sum(v) for v in ([d.value for d in found], [d.steps["membrane"] for d in found]))
+    sd = grow * math.hypot(math.hypot(*(d.sd for d in found)), SHARED)
+    return {"side": Dimension(value, sd, {"membrane": moved}), "height": _height(bends, floor)}
+
+
+def _side(
+    views: list[View], middle: Array, outward: Array, away: float, wire: tuple[float, float]
+) -> tuple[Dimension, list[Bend]]:
+    found, bends = [], []
+    for view in views:
+        profile = profile_of(
+            view, middle, outward, PART * 2 * math.sqrt(3) * away / 2, away - 2 * WINDOW, away + 2 * WINDOW
+        )
+        try:
+            bend = fit_bend(profile, away, reach=WINDOW)
+        except IllConditioned:
+            continue
+        beyond = inside_wire(bend, *wire)
+        sd = math.hypot(math.hypot(bend.sd, beyond.sd), SHARED)
+        found.append(Dimension(bend.place + beyond.shift, sd, {"membrane": beyond.shift}))
+        bends.append(bend)
+    if not found:
+        raise IllConditioned("no view shows the membrane on both sides of one of the wire's sides; press nearer to it")
+    return pooled(found), bends
+
+
+def _height(bends: list[Bend], floor: float) -> Dimension:
+    """Return the height of the wire's top, m: that of the membrane where it bends."""
+    surfaces = [b.surface for b in bends]
+    sd = float(np.std(surfaces)) / math.sqrt(max(len(surfaces) / 4, 1.0))
+    seen = float(np.median([b.height for b in bends]))
+    value = float(np.median(surfaces))
+    return Dimension(value, math.hypot(math.hypot(sd, SHARED), floor), {"membrane": value - seen})

@@ -1,0 +1,169 @@
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.perception import Dimension, cloud_of, fit_object
+from stretch_bt.perception.solids.bend import fit_bend
+from stretch_bt.perception.solids.profile import Profile
+from stretch_bt.perception.solids.result import pooled
+
+_spec = importlib.util.spec_from_file_location("membranes", Path(__file__).with_name("membranes.py"))
+m = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(m)
+MM = 1e-3
+
+# what is felt, its top, its kind, its dimensions
+SHAPES = {
+    "block": (m.block(0.040, 0.030, 0.040), 0.040, "block", {"length": 0.040, "width": 0.030, "height": 0.040}),
+    "turned block": (m.block(0.036, 0.028, 0.040, 0.5), 0.040, "block", {"length": 0.036, "width": 0.028}),
+    "disc": (m.disc(0.030, 0.040), 0.040, "disc", {"radius": 0.015, "diameter": 0.030, "height": 0.040}),
+    "ridge": (m.ridge(0.040, 0.030), 0.030, "ridge", {"length": 0.040, "height": 0.030}),
+    "turned ridge": (m.ridge(0.040, 0.030, 0.7), 0.030, "ridge", {"length": 0.040, "height": 0.030}),
+    "half-cylinder": (
+        m.half_cylinder(0.040, 0.020, 0.3),
+        0.020,
+        "half_cylinder",
+        {"length": 0.040, "radius": 0.020, "height": 0.020},
+    ),
+    "domes": (
+        m.domes([(-0.019, 0.014), (0.006, 0.011)]),
+        0.014,
+        "domes",
+        {"radius_1": 0.014, "radius_2": 0.011, "height": 0.014},
+    ),
+    "point": (m.point(0.034), 0.034, "point", {"height": 0.034}),
+    "wire circle": (m.wire_circle(0.050, 0.022), 0.022, "wire_circle", {"radius": 0.025, "height": 0.022}),
+    "wire triangle": (m.wire_triangle(0.050, 0.022), 0.022, "wire_triangle", {"side": 0.050, "height": 0.022}),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_shape_is_found_with_its_dimensions_within_their_deviations(name):
+    height, top, kind, known = SHAPES[name]
+    found = fit_object(*m.felt(height, top))
+    assert found.kind == kind, found.ranking
+    assert found.ranking[0].evidence == 0.0
+    for dimension, value in known.items():
+        measured = found.dimensions[dimension]
+        assert abs(measured.value - value) < 3 * measured.sd, dimension
+        assert abs(measured.value - value) < 0.6 * MM, dimension
+        assert measured.sd < 0.7 * MM, dimension
+    assert found.height == found.dimensions["height"].value
+
+
+def test_a_shape_stands_where_it_stands_and_is_turned_as_it_is():
+    found = fit_object(*m.felt(m.block(0.040, 0.028, 0.040, 0.5), 0.040))
+    assert np.abs(found.middle - [0.0, 0.0, 0.040]).max() < 0.2 * MM
+    assert found.heading == pytest.approx(0.5, abs=0.02)
+    found = fit_object(*m.felt(m.ridge(0.040, 0.030, -0.6), 0.030))
+    assert found.heading == pytest.approx(-0.6, abs=0.02)
+
+
+def test_a_dimension_says_by_how_much_the_roundness_of_the_membrane_moved_it():
+    length = fit_object(*m.felt(m.block(0.040, 0.030, 0.040), 0.040)).dimensions["length"]
+    assert length.steps["membrane"] == pytest.approx(2 * (m.inset() + m.GENTLE), abs=0.1 * MM)
+    assert length.seen == pytest.approx(0.040 - 2 * (m.inset() + m.GENTLE), abs=0.15 * MM)
+    sharper = fit_object(*m.felt(m.block(0.040, 0.030, 0.040), 0.040), fillet=0.2 * MM, fillet_sd=0.0)
+    assert sharper.dimensions["length"].value < length.value - 1.0 * MM
+
+
+def test_a_crest_on_a_plinth_has_the_radius_of_its_arc():
+    on_table, raised = (m.half_cylinder(0.040, 0.020), lambda x, y: m.half_cylinder(0.040, 0.020)(x, y) + 0.020)
+    low = fit_object(*m.felt(on_table, 0.020), shape="half_cylinder").dimensions["radius"]
+    high = fit_object(*m.felt(raised, 0.040), shape="half_cylinder").dimensions["radius"]
+    assert low.sd < 0.5 * MM
+    assert "table" not in high.steps
+    assert high.sd > 2 * MM
+    assert abs(high.value - 0.020) < 2 * high.sd
+
+
+def test_a_shape_that_is_asked_for_is_taken_or_refused():
+    felt = m.felt(m.disc(0.030, 0.040), 0.040)
+    assert fit_object(*felt, shape="disc").kind == "disc"
+    assert fit_object(*felt, shape="wire_circle").kind == "wire_circle"
+    with pytest.raises(IllConditioned, match="no block fits"):
+        fit_object(*m.felt(m.point(0.034), 0.034), shape="block")
+    with pytest.raises(InvalidInput, match="shape is 'auto' or one of"):
+        fit_object(*felt, shape="egg")
+    with pytest.raises(InvalidInput, match="fillet"):
+        fit_object(*felt, fillet=-1 * MM)
+
+
+def test_a_top_wider_than_every_view_is_measured_between_views_or_as_extents():
+    height = m.block(0.100, 0.030, 0.040)
+    middle = fit_object(*m.felt(height, 0.040, places=((0.0, 0.0),)))
+    assert middle.kind == "extents"
+    assert middle.height == pytest.approx(0.040, abs=0.3 * MM)
+    assert "press nearer" in middle.ranking[0].refused
+    with pytest.raises(IllConditioned, match="press nearer"):
+        fit_object(*m.felt(height, 0.040, places=((0.0, 0.0),)), shape="block")
+
+
+def test_hard_cases_end_with_a_reason():
+    cloud, contacts = m.felt(m.block(0.040, 0.030, 0.040), 0.040)
+    with pytest.raises(NoContact, match="no contact"):
+        fit_object(cloud, [])
+    with pytest.raises(NoContact, match="no point"):
+        fit_object(cloud_of(np.zeros((0, 3)), 1e-4), contacts)
+    with pytest.raises(InvalidInput, match="pose"):
+        fit_object(cloud, [replace(contacts[0], pose=None)])
+    with pytest.raises(InvalidInput, match="frame of the hand"):
+        fit_object(replace(cloud, frame="hand"), contacts)
+    small = replace(contacts[0], labels=np.where(contacts[0].labels == 2, 2, 255)[:8], surface=contacts[0].surface[:8])
+    with pytest.raises(NoContact, match="takes 200"):
+        fit_object(cloud, [small])
+
+
+def test_two_objects_are_told_and_not_measured_as_one():
+    one, other = m.block(0.018, 0.018, 0.040), m.block(0.018, 0.018, 0.040)
+
+    def both(x, y):
+        return np.maximum(one(x - 0.018, y), other(x + 0.018, y))
+
+    with pytest.raises(IllConditioned, match="two tops"):
+        fit_object(*m.felt(both, 0.040))
+
+
+def test_points_on_one_line_carry_no_shape():
+    _, contacts = m.felt(m.block(0.040, 0.030, 0.040), 0.040, places=((0.0, 0.0),))
+    labels = np.full_like(contacts[0].labels, 255)
+    labels[100:102] = contacts[0].labels[100:102]
+    line = replace(contacts[0], labels=labels)
+    points = np.column_stack([np.linspace(0, 0.02, 200), np.zeros(200), np.full(200, 0.04)])
+    with pytest.raises(IllConditioned, match="line"):
+        fit_object(cloud_of(points, 1e-4), [line])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_bend_is_where_its_straight_parts_meet_within_its_deviation(seed):
+    rng = np.random.default_rng(seed)
+    at = np.arange(-12.0, 12.0, 0.4) * MM
+    place, length = rng.uniform(-1, 1) * MM, rng.uniform(0.5, 2.5) * MM
+    z = 0.03 + 0.02 * (at - place) - 0.5 * m.bend(at - place, length) + 2e-6 * rng.normal(size=at.size)
+    found = fit_bend(Profile(at, z, np.full(at.size, 20.0), 10e-6), 0.5 * MM)
+    assert abs(found.place - place) < 3 * found.sd < 0.3 * MM
+    assert abs(found.length - length) < 3 * found.length_sd < 0.6 * MM
+    assert (found.near, found.far) == pytest.approx((0.02, -0.48), abs=0.01)
+    assert found.surface == pytest.approx(0.03 - 0.5 * length / 2, abs=0.02 * MM)
+
+
+def test_a_profile_without_a_bend_has_none():
+    at = np.arange(-12.0, 12.0, 0.4) * MM
+    for z, reason in ((np.full(at.size, 0.03), "bend down"), (0.03 + 0.5 * np.maximum(at, 0.0), "bend down")):
+        with pytest.raises(IllConditioned, match=reason):
+            fit_bend(Profile(at, z, np.ones(at.size), 1e-5), 0.0)
+    with pytest.raises(IllConditioned, match="too little"):
+        fit_bend(Profile(at[:20], 0 * at[:20], np.ones(20), 1e-5), 10 * MM)
+
+
+def test_pooling_widens_where_places_differ():
+    one, other = Dimension(0.010, 1e-4, {"membrane": 1e-3}), Dimension(0.012, 1e-4, {"membrane": 2e-3})
+    apart = pooled([one, other])
+    assert apart.value == pytest.approx(0.011)
+    assert apart.sd > 0.9e-3
+    assert apart.steps["membrane"] == pytest.approx(1.5e-3)
+    assert pooled([one, one], shared=1e-3).sd == pytest.approx(1e-3, rel=0.01)
