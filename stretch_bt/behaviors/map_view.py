@@ -37,9 +37,7 @@ class MapView(Behavior):
         geometry = self.context.hand.geometry
         half = 0.5 * (geometry.gauge + (deep.stretch or 0.0))
         surface = surface_of(deep)
-        view = view_of(
-            surface, surface_of(shallow), deep_pose=deep.pose, shallow_pose=shallow.pose, half_length=half
-        )
+        view = view_of(surface, surface_of(shallow), deep_pose=deep.pose, shallow_pose=shallow.pose, half_length=half)
         relief = add_view(view, None if self.relief is MISSING else self.relief)
         before = None if self.cloud is MISSING else self.cloud
         contact = contact_of(deep, surface, view, relief)

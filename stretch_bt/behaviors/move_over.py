@@ -47,4 +47,4 @@ class MoveOver(MotionBehavior):
     def _turn(self, now: Pose) -> float:
         """Return the wanted turn, or the half turn from it that is nearer: the membrane is the same."""
         have = turn_of(now)
-        return self.yaw + math.pi * round((have - self.yaw) / math.pi) if abs(have - self.yaw) > math.pi / 2 else self.yaw
+        return self.yaw + math.pi * round((have - self.yaw) / math.pi)

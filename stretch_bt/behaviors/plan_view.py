@@ -112,8 +112,10 @@ def pose_of(text: str) -> tuple[float, float, float]:
     if len(parts) not in (2, 3):
         raise InvalidInput(f"poses: {text!r} is not 'x, y' or 'x, y, turn', such as '10 mm, 0 mm, 90 deg'")
     found = [parse_quantity(part) for part in parts]
-    for part, (_, dimension), wanted in zip(parts, found, (KINDS["Length"].dimension,) * 2 + (KINDS["Angle"].dimension,), strict=False):
-        if dimension != wanted:
-            raise InvalidInput(f"poses: {part!r} in {text!r} has another unit than it takes, as in '10 mm, 0 mm, 90 deg'")
+    for part, (_, dimension), kind in zip(parts, found, ("Length", "Length", "Angle"), strict=False):
+        if dimension != KINDS[kind].dimension:
+            raise InvalidInput(
+                f"poses: {part!r} in {text!r} has another unit than it takes, as in '10 mm, 0 mm, 90 deg'"
+            )
     x, y, *turn = (value for value, _ in found)
     return x, y, turn[0] if turn else 0.0

@@ -14,7 +14,8 @@ __all__ = ["SLOPE", "WIDTH", "Hidden", "coverage", "hidden"]
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-SLOPE = np.tan(np.radians(40.0))  # of the steepest surface that is looked for; the map rounds off the last degrees to 45
+#: of the steepest surface that is looked for; the map rounds off the last degrees to 45
+SLOPE = np.tan(np.radians(40.0))
 WIDTH = 6e-3  # m beyond what was felt that a surface is expected to go on
 STEP = (1.0, np.sqrt(2.0))
 

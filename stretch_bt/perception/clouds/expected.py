@@ -11,7 +11,7 @@ Array = npt.NDArray[np.float64]
 
 TENSIONS = 3.0  # those towards the clamps over those across, of the sheet solver at stretch 0
 OVER = 1.8  # relaxation
-ROUNDS = 90
+ROUNDS = 40
 
 
 def drape(ground: Array, level: Array) -> Array:

@@ -18,12 +18,12 @@ __all__ = ["LookFrom", "next_view"]
 
 Array = npt.NDArray[np.float64]
 
-GRID = 2.5e-3  # m, of the sheet that stands in for the membrane
+GRID = 3e-3  # m, of the sheet that stands in for the membrane
 NEAR = 0.3e-3  # m from the ground within which it touches
-OFFSETS = (-0.024, -0.012, 0.0, 0.012, 0.024)  # m from the middle of the object
-MOST = 24  # places over what was not seen that are tried beside those
+OFFSETS = (-0.028, -0.014, 0.0, 0.014, 0.028)  # m from the middle of the object
+MOST = 12  # places over what was not seen that are tried beside those
 FINGER = 0.015  # m, of the fingers beyond the clamps
-FLANK, MARGIN = np.tan(np.radians(65.0)), 5e-3  # of the object beside what was felt, and m; no finger goes there
+FLANK, MARGIN = np.tan(np.radians(65.0)), 4e-3  # of the object beside what was felt, and m; no finger goes there
 LITTLE = (12e-6, 0.015)  # m^2, and share of what was felt: less is not worth a press
 TAKEN = (8e-3, np.radians(30.0))  # m and rad: as near to a pose that was used, another shows nothing new
 
@@ -74,11 +74,11 @@ def next_view(
     """
     if not min(depth, length, width) > 0:
         raise InvalidInput(f"depth, length and width must be above 0 m, got {depth}, {length} and {width}")
-    unseen = hidden(relief) if unseen is None else unseen
+    top, unseen = relief.top, hidden(relief) if unseen is None else unseen
     poses = _poses(relief, unseen, x, y)
     if not len(poses) or not unseen.cells.any():
         return None
-    level, reach = max(relief.top - depth, 0.0), round(FINGER / GRID)
+    level, reach = max(top - depth, 0.0), round(FINGER / GRID)
     x_at, y_at = _grid(poses, length, width)
     under = _at(relief, _in_the_way(relief, level), x_at, y_at, False)
     clear = ~(under[:, :, : reach + 1].any(axis=(1, 2)) | under[:, :, -reach - 1 :].any(axis=(1, 2)))

@@ -27,11 +27,13 @@ Mask = npt.NDArray[np.bool_]
 CELL = 1e-3  # m
 TOLERANCE = 0.35e-3  # m by which a contact may stand above the ceiling: what averaged frames leave of a camera's error
 CLAMP = 6e-3  # m from the clamps within which the membrane is bent by them, and no contact is believed
-STAYS, LAG = 0.10e-3, 0.03  # m, and share of the hand's rise, by which a membrane in contact may seem to rise
+STAYS, LAG = 0.12e-3, 0.02  # m, and share of the hand's rise, by which a membrane in contact may seem to rise
 LEAST_RISE = 0.8e-3  # m
+HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camera sees beyond its sides is lower
 RIM = 2  # cells from the rim of a contact within which it may be none
 MOVED = 1.2e-3  # m by which two views of one place disagree that neither noise nor a slack membrane explains
-FEWEST, SHARE = 25, 0.08  # cells that disagree, and their share of those seen twice, from which the object has moved
+WRONG, SHARE = 60, 0.15  # cells that disagree, and their share of those seen twice, from which the object has moved
+FEWEST = 25  # cells or points of a part that is worth telling
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +126,13 @@ class Relief:
 
 
 def view_of(
-    deep: FloatArray, shallow: FloatArray, *, deep_pose: Pose, shallow_pose: Pose, half_length: float, cell: float = CELL
+    deep: FloatArray,
+    shallow: FloatArray,
+    *,
+    deep_pose: Pose,
+    shallow_pose: Pose,
+    half_length: float,
+    cell: float = CELL,
 ) -> View:
     """Return what a press shows in the cells of the world, from the membrane at two heights of the hand.
 
@@ -172,7 +180,7 @@ def turn_of(pose: Pose) -> float:
 def _placed(surface: FloatArray, pose: Pose, half_length: float) -> tuple[Array, Array]:
     """Return points in the world (n, 3), m, and which lie clear of the clamps."""
     points = np.asarray(surface, np.float64).reshape(-1, 3)
-    points = points[np.isfinite(points).all(axis=1)]
+    points = points[np.isfinite(points).all(axis=1) & (np.nan_to_num(points[:, 2]) > -HANGS)]
     if not len(points):
         raise NoContact("the frame has no valid pixel")
     clear = half_length - np.abs(points[:, 1]) > CLAMP
@@ -229,7 +237,9 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
     t, u, found = t[counts], u[counts], found[counts]
     weight[t, u] += 1.0
     height[t, u] += (found - height[t, u]) / weight[t, u]
-    return replace(relief, ceiling=ceiling, height=height, weight=weight, views=relief.views + 1, poses=(*relief.poses, view.pose))
+    return replace(
+        relief, ceiling=ceiling, height=height, weight=weight, views=relief.views + 1, poses=(*relief.poses, view.pose)
+    )
 
 
 def carved(cloud: Cloud, relief: Relief) -> Cloud:
@@ -271,7 +281,7 @@ def _check_still(relief: Relief, view: View) -> None:
     raised = binary_erosion(touched, iterations=RIM) & (seen - relief.ceiling > MOVED)
     twice = int((inner & np.isfinite(seen)).sum())
     wrong = int(pierced.sum() + raised.sum())
-    if wrong > max(FEWEST, SHARE * twice):
+    if wrong > max(WRONG, SHARE * twice):
         worst = float(np.nanmax(np.abs(np.where(pierced, relief.height, relief.ceiling) - seen)[pierced | raised]))
         raise IllConditioned(
             f"the object moved or gave way since the press before: {wrong} mm^2 of its surface disagree with what was felt, "

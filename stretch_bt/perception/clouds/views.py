@@ -26,7 +26,9 @@ def surface_of(frame: DepthFrame) -> Array:
         The frame does not say how far the flat membrane is.
     """
     if frame.plane_distance is None:
-        raise InvalidInput("the points of a membrane need a frame with plane_distance, the distance to the flat membrane")
+        raise InvalidInput(
+            "the points of a membrane need a frame with plane_distance, the distance to the flat membrane"
+        )
     points, valid = points_of(frame, None, -1.0, frame.plane_distance)
     return np.where(valid[..., None], points, np.nan)
 
