@@ -162,3 +162,7 @@ class OperatorDriver(Driver, ABC):
     @abstractmethod
     def mount(self, geometry: str, size: float) -> Poll:
         """Have an indenter mounted; `size` is a diameter, m, or an angle, rad."""
+
+    @abstractmethod
+    def confirm(self, request: str) -> Poll:
+        """Ask whether to go on."""

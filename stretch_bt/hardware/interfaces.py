@@ -193,6 +193,10 @@ class Operator(Device, Protocol):
         """
         ...
 
+    def confirm(self, request: str, *, owner: str) -> Motion:
+        """Look at what the robot is about to do, and let it go on."""
+        ...
+
 
 INTERFACES: dict[str, type] = {i.__name__: i for i in (Arm, Gripper, DepthCamera, ForceSensor, Operator)}
 

@@ -117,6 +117,10 @@ class ScriptedDevice:
         """Begin to mount an indenter."""
         return self._command("mount", owner, geometry=geometry, size=size)
 
+    def confirm(self, request: str, *, owner: str) -> ScriptedMotion:
+        """Begin to ask the operator."""
+        return self._command("confirm", owner, request=request)
+
     def pose(self, max_age: float) -> Reading[Pose]:
         """Return the next scripted pose."""
         return self._read("pose")

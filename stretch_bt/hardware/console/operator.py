@@ -42,6 +42,10 @@ class ConsoleOperator(OperatorDriver):
         """Ask for an indenter."""
         return self._ask(f"Mount {described(geometry, size)} on the stand, centred under the hand, then press Enter.")
 
+    def confirm(self, request: str) -> Poll:
+        """Ask whether to go on."""
+        return self._ask(f"{request} Press Enter to go on, Ctrl-C to end.")
+
     def _ask(self, text: str) -> Poll:
         """Return how it stands with a request; what was typed before it was made does not answer it."""
         self._asked += 1

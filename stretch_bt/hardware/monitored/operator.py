@@ -27,3 +27,12 @@ class MonitoredOperator(Mover[OperatorDriver]):
         with self.faults():
             poll = self.driver.mount(geometry, size)
         return self.own(poll, owner)
+
+    def confirm(self, request: str, *, owner: str) -> Motion:
+        """Wait until the operator lets the robot go on."""
+        self.check_ready()
+        self.take_over()
+        self.command("confirm", {"request": request}, owner)
+        with self.faults():
+            poll = self.driver.confirm(request)
+        return self.own(poll, owner)

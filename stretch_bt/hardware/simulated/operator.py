@@ -28,6 +28,9 @@ class _Options(Options):
     delay: Annotated[Time, Within(0.0, 3600.0, "Time")] = Field(
         default=20.0, description="until what is asked for is done"
     )
+    look: Annotated[Time, Within(0.0, 3600.0, "Time")] = Field(
+        default=5.0, description="until what the robot is about to do is confirmed"
+    )
 
 
 class SimulatedOperator(OperatorDriver):
@@ -54,6 +57,11 @@ class SimulatedOperator(OperatorDriver):
             return MotionState.DONE
 
         return poll
+
+    def confirm(self, request: str) -> Poll:
+        """Agree after as long as it takes to look."""
+        end = self.bench.now() + self.options.look
+        return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else MotionState.DONE
 
     def _exchange(self, spec: ObjectSpec) -> None:
         try:

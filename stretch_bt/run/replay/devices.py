@@ -122,6 +122,9 @@ class _ReplayedOperator(_ReplayedDevice):
     def mount(self, geometry: str, size: float, *, owner: str) -> Motion:
         return self.command("mount", {"geometry": geometry, "size": size}, owner)
 
+    def confirm(self, request: str, *, owner: str) -> Motion:
+        return self.command("confirm", {"request": request}, owner)
+
 
 _REPLAYED: dict[str, type[_ReplayedDevice]] = {
     "Arm": _ReplayedArm,

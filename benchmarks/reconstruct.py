@@ -1,0 +1,190 @@
+"""Reconstruction in the twin: coverage, presses, robot time and error of the surface, against what the scene knows.
+
+    python -m benchmarks.reconstruct [--seeds 1] [--random 3] [--grid wooden_cube ...]
+
+The shipped objects; then random convex polyhedra and ellipsoids, as mesh files; then, for the scenes after --grid, the coarsest square grid of
+presses that covers as much with no larger error. Coverage is the share of the upper surface, with normals within 45 degrees of the
+vertical, in whose cell of 1 mm a point of the cloud lies; the error is the distance of the cloud's points from the true surface.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stretch_bt import run
+from stretch_bt.accuracy.twin.above import distances, upper_surface
+from stretch_bt.simulation.scene import Scene, load_scene
+
+SHIPPED = (
+    "wooden_cube",
+    "wooden_prism",
+    "wooden_half_cylinder",
+    "wooden_bridge",
+    "glass_snowman",
+    "paper_cube",
+    "paper_half_cylinder",
+    "paper_pyramid",
+    "wire_circle",
+    "wire_triangle",
+)
+BEARS = {"paper_cube": 0.8, "paper_half_cylinder": 0.4, "paper_pyramid": 1.5}  # N, below the loads at which they buckle
+HEAD = "object                  coverage  stated   rms mm  worst 5 %  height mm  presses  limited  robot s   CPU s"
+GRIDS = (1, 2, 3, 4, 5)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What came of a run: shares, m, s."""
+
+    coverage: float
+    stated: float
+    rms: float
+    worst: float
+    height: float
+    presses: int
+    limited: int
+    seconds: float
+    cpu: float
+
+    def __str__(self) -> str:
+        return (
+            f"{100 * self.coverage:8.1f}  {100 * self.stated:6.1f}  {1e3 * self.rms:7.2f}  {1e3 * self.worst:9.2f}"
+            f"  {1e3 * self.height:+9.2f}  {self.presses:7d}  {self.limited:7d}  {self.seconds:7.1f}  {self.cpu:6.1f}"
+        )
+
+
+def main() -> None:
+    """Print a line for each object."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--random", type=int, default=3)
+    parser.add_argument("--scenes", nargs="*", default=list(SHIPPED))
+    parser.add_argument("--grid", nargs="*", default=[])
+    given = parser.parse_args()
+    print(HEAD, flush=True)
+    for name in given.scenes:
+        for seed in range(given.seeds):
+            _line(name, name, seed, _limits(name))
+    with tempfile.TemporaryDirectory() as folder:
+        for kind, make in (("polyhedron", _polyhedron), ("ellipsoid", _ellipsoid)):
+            kept = [
+                _line(f"{kind} {k}", _scene(Path(folder), f"{kind}{k}", make(np.random.default_rng(k))), k, {})
+                for k in range(given.random)
+            ]
+            good = [f for f in kept if f is not None]
+            if good:
+                shares, errors = np.array([f.coverage for f in good]), np.array([f.rms for f in good])
+                print(
+                    f"{kind}: {len(good)} of {len(kept)} answered; coverage mean {100 * shares.mean():.1f} %, over 90 % in "
+                    f"{(shares > 0.9).sum()}; rms mean {1e3 * errors.mean():.2f} mm, under 1 mm in {(errors < 1e-3).sum()}; "
+                    f"presses {np.mean([f.presses for f in good]):.1f}",
+                    flush=True,
+                )
+    for name in given.grid:
+        _against_grid(name)
+
+
+def _limits(name: str) -> dict[str, Any]:
+    return {"max_force": BEARS[name]} if name in BEARS else {}
+
+
+def _line(label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | None:
+    found = reconstructed(scene, seed, params)
+    print(f"{label:22s}  {found}", flush=True)
+    return found if isinstance(found, Found) else None
+
+
+def _against_grid(name: str) -> None:
+    """Print how many presses a square grid takes to cover as much as the planned ones."""
+    planned = reconstructed(name, 0, _limits(name))
+    if not isinstance(planned, Found):
+        print(f"{name}: {planned}")
+        return
+    spec = load_scene(name).object
+    surface = upper_surface(spec)
+    low, high = surface.places.min(axis=0), surface.places.max(axis=0)
+    for count in GRIDS:
+        lines = [(np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high, strict=True)]
+        poses = [f"{1e3 * x:.2f} mm, {1e3 * y:.2f} mm" for x in lines[0] for y in lines[1]]
+        found = reconstructed(name, 0, {**_limits(name), "poses": poses, "max_presses": count**2})
+        print(f"{name} {count} x {count}".ljust(22) + f"  {found}", flush=True)
+        if isinstance(found, Found) and found.coverage >= planned.coverage - 0.01 and found.rms <= 1.05 * planned.rms:
+            break
+    print(f"{name}: planned {planned.presses} presses, grid {count**2}", flush=True)
+
+
+def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | str:
+    """Return what comes of a run against the scene's truth, or why nothing did."""
+    began = time.process_time()
+    known: Scene = load_scene(scene)
+    with tempfile.TemporaryDirectory() as folder:
+        record = Path(folder) / "record"
+        result = run("reconstruct", scene=scene, seed=seed, params=dict(params), out=record)
+        if result.status != "SUCCESS":
+            return f"{result.status}: {result.reason[:150]}"
+        points = points_of(record / "cloud.ply")
+    off, above = distances(known.object, points), upper_surface(known.object)
+    cells = {tuple(c) for c in np.floor(points[:, :2] / 1e-3).astype(int)}
+    felt = np.array([tuple(c) in cells for c in np.floor(above.places / 1e-3).astype(int)])
+    out = {name: value["value"] for name, value in result.outputs.items()}
+    return Found(
+        coverage=float(above.areas[felt].sum() / above.areas.sum()),
+        stated=out["coverage"],
+        rms=float(np.sqrt(np.mean(off**2))),
+        worst=float(np.percentile(np.abs(off), 95)),
+        height=1e-3 * out["top"] - known.object.top,
+        presses=out["presses"],
+        limited=out["limited"],
+        seconds=out["robot_time"],
+        cpu=time.process_time() - began,
+    )
+
+
+def points_of(path: Path) -> np.ndarray:
+    """Return the points (n, 3), m, of a PLY file that `save_cloud` wrote."""
+    head, _, body = path.read_bytes().partition(b"end_header\n")
+    count = int(head.split(b"element vertex ")[1].split()[0])
+    kinds = [("at", "<f8", 3), ("colour", "u1", 3), ("sd", "<f4"), ("seen", "<i4")]
+    return np.frombuffer(body, dtype=np.dtype(kinds), count=count)["at"]
+
+
+def _polyhedron(random: np.random.Generator) -> Any:
+    """Return the hull of 14 random points in a ball that is pressed flat, mm."""
+    import trimesh
+
+    points = random.normal(size=(14, 3))
+    points *= (random.uniform(0.6, 1.0, size=14) ** (1 / 3) / np.linalg.norm(points, axis=1))[:, None]
+    return trimesh.convex.convex_hull(points * random.uniform([18, 18, 11], [28, 28, 18]))
+
+
+def _ellipsoid(random: np.random.Generator) -> Any:
+    """Return the upper three quarters of an ellipsoid, mm."""
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    ball.apply_scale(random.uniform([16, 16, 12], [26, 26, 18]))
+    return ball
+
+
+def _scene(folder: Path, name: str, mesh: Any) -> Path:
+    mesh.export(folder / f"{name}.stl")
+    path = folder / f"{name}.yaml"
+    path.write_text(
+        f"format: stretch-scene/1\nobject: {{type: mesh, file: {name}.stl, edge: 1 mm, rigid: true}}\n"
+        "tolerance: {height: 0.3 mm, size: 1 mm}\n"
+        "conditions: {stretch: 0 mm, depth: 10 mm, hold: 0.5 s, speed: 0 mm/s, frames: 8, presses: 1, travel: 0 mm}\n",
+        encoding="utf-8",
+    )
+    return path
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+"""Adding a press to the map of an object."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stretch_bt import perception
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.clouds.cloud import CELL, Cloud
+from stretch_bt.perception.clouds.relief import Relief, add_view, carved, view_of
+from stretch_bt.perception.clouds.views import contact_of, surface_of
+from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status
+from stretch_bt.tree.registry import node
+
+
+@node
+class MapView(Behavior):
+    """Tell contact from free membrane by what stays as the hand rises, and add it to a map and a cloud of the object.
+
+    FAILURE when the press disagrees with those before by more than noise explains: the object moved or gave way. Map and cloud
+    are then left as they were.
+    """
+
+    kind = "perception"
+    instant = True
+    deep: In[DepthFrame]  # with the hand lowered
+    shallow: In[DepthFrame]  # with the hand raised a little, still in contact
+    relief: Out[Relief]  # the map with this press in it
+    cloud: Out[Cloud]  # of the points in contact, without what later presses undercut
+
+    def update(self) -> Status:
+        """Add."""
+        deep, shallow = self.deep, self.shallow
+        if deep.pose is None or shallow.pose is None:
+            raise InvalidInput("the frames do not say where the hand was; declare an arm")
+        geometry = self.context.hand.geometry
+        half = 0.5 * (geometry.gauge + (deep.stretch or 0.0))
+        surface = surface_of(deep)
+        view = view_of(surface, surface_of(shallow), deep_pose=deep.pose, shallow_pose=shallow.pose, half_length=half)
+        relief = add_view(view, None if self.relief is MISSING else self.relief)
+        before = None if self.cloud is MISSING else self.cloud
+        contact = contact_of(deep, surface, view, relief)
+        cloud = before if contact is None else perception.fuse_contact(contact, before, cell=CELL)
+        self.relief = relief
+        if cloud is not None:
+            self.cloud = carved(cloud, relief)
+        top = relief.height[relief.felt]
+        if top.size and self.context.hand.contact_height is not None:
+            self.context.hand.contact_height = max(self.context.hand.contact_height, float(np.percentile(top, 99)))
+        return Status.SUCCESS

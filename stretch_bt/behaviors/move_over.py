@@ -1,0 +1,50 @@
+"""Taking the hand to another place above the object."""
+
+from __future__ import annotations
+
+import math
+
+from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.interfaces import Arm, Motion
+from stretch_bt.perception.clouds.relief import turn_of
+from stretch_bt.tree.ports import In, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Angle, Length, Speed
+
+MAX_AGE = 0.5
+STRAIGHT = 1e-6  # of the hand's axis from the vertical that is still called upright
+
+
+@node
+class MoveOver(MotionBehavior):
+    """Raise the hand above all that was felt, take it across and turn it; it never moves across below that height.
+
+    Before anything was felt it goes across where it stands. The limits of the cell bound where it may go: a place outside them
+    is a fault before the hand moves.
+    """
+
+    arm: Uses[Arm]
+    x: In[Length]  # of the hand, world
+    y: In[Length]  # of the hand, world
+    yaw: In[Angle] = port(0.0, min=-math.pi, max=math.pi, doc="turn about the vertical")
+    clearance: In[Length] = port(0.020, min=0.005, max=0.300, doc="above the highest place that was felt")
+    speed: In[Speed] = port(0.100, min=0.001, max=0.250, doc="of the hand")
+
+    def start(self) -> Motion:
+        """Go up, then across."""
+        now = self.arm.pose(MAX_AGE).value
+        if now.matrix()[2, 2] < 1.0 - STRAIGHT:
+            raise InvalidInput("the hand is tilted; 'move_over' turns only a hand that points straight down")
+        contact = self.context.hand.contact_height
+        high = now.height if contact is None else max(now.height, contact + self.clearance)
+        across = Pose((self.x, self.y, high), (0.0, 0.0, self._turn(now)))
+        raised = now.at_height(high)
+        path = [across] if high - now.height < 1e-4 else [raised, across]
+        return self.arm.follow(path, speed=self.speed, owner=self.path)
+
+    def _turn(self, now: Pose) -> float:
+        """Return the wanted turn, or the half turn from it that is nearer: the membrane is the same."""
+        have = turn_of(now)
+        return self.yaw + math.pi * round((have - self.yaw) / math.pi)

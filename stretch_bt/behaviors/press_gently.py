@@ -1,0 +1,100 @@
+"""Pressing as far as an object bears."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.views import surface_of
+from stretch_bt.tree.ports import In, Out, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Force, Length, Speed
+
+MAX_AGE = 0.2
+SAFE = 0.8  # of the force at which the cell stops the arm
+LEAST = 0.0005  # m below the height of first contact: less is no press
+LATEST = 6  # frames whose mean tells whether the top has fallen
+AROUND = 0.003  # m round the highest place
+
+
+@node
+class PressGently(MotionBehavior):
+    """Lower the hand to a depth, and stop before where the force reaches a limit or the object's top gives way.
+
+    Depths count from the height of first contact. The force stays below four fifths of that at which the cell stops the arm.
+    With a map of what was felt the top is watched while the hand sinks. SUCCESS however it ended, with what ended it;
+    FAILURE when the limit is reached before the hand is below first contact.
+    """
+
+    arm: Uses[Arm]
+    camera: Uses[DepthCamera]
+    gripper: Uses[Gripper | None]
+    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="at most, past first contact")
+    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand")
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop here")
+    max_drop: In[Length] = port(0.001, min=0.0001, max=0.02, doc="stop when the top has fallen by this")
+    relief: In[Relief | None] = None  # what was felt before
+    reached: Out[Length]  # depth at which the hand stands now
+    ended: Out[str]  # by what: `depth`, `force` or `drop`
+
+    def initialise(self) -> None:
+        """Take frames from now on."""
+        super().initialise()
+        self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.tops: list[float] = []
+        self.place = None if self.relief is None else self.relief.summit
+
+    def start(self) -> Motion:
+        """Move straight down."""
+        contact = self._contact()
+        pose = self.arm.pose(MAX_AGE).value
+        return self.arm.move(pose.at_height(max(contact - self.depth, 0.0)), speed=self.speed, owner=self.path)
+
+    def watch(self) -> Status | None:
+        """Stop at the limit of force, or when the top gives way."""
+        if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit():
+            return self._end("force")
+        frame = None if self.place is None else self.source.next()
+        if frame is not None and self._fell(self.source.corrected(frame)):
+            return self._end("drop")
+        return None
+
+    def arrived(self) -> Status:
+        """Tell how deep it is."""
+        return self._end("force" if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit() else "depth")
+
+    def _contact(self) -> float:
+        contact = self.context.hand.contact_height
+        if contact is None:
+            raise NoContact("the height of first contact is not known; run 'approach' first")
+        return contact
+
+    def _limit(self) -> float:
+        limits = self.context.limits
+        return self.max_force if limits is None else min(self.max_force, SAFE * limits.force)
+
+    def _fell(self, frame: DepthFrame) -> bool:
+        """Tell whether the highest place known stands lower than it was felt; one that is out of sight does not."""
+        assert self.place is not None
+        x, y, height = self.place
+        points = surface_of(frame).reshape(-1, 3)
+        if frame.pose is None:
+            raise InvalidInput("the frame does not say where the hand is; declare an arm")
+        world = points @ (frame.pose.matrix() * [1.0, -1.0, 1.0]).T + frame.pose.position
+        near = world[np.hypot(world[:, 0] - x, world[:, 1] - y) < AROUND, 2]
+        if len(near):
+            self.tops = [*self.tops, float(near.mean())][-LATEST:]
+        return len(self.tops) == LATEST and float(np.mean(self.tops)) < height - self.max_drop
+
+    def _end(self, ended: str) -> Status:
+        depth = self._contact() - self.arm.pose(MAX_AGE).value.height
+        if depth < LEAST:
+            self.reason = f"the limit of {ended} was reached {-depth * 1e3:.1f} mm above first contact: something else is in the way"
+            return Status.FAILURE
+        self.reached, self.ended = depth, ended
+        return Status.SUCCESS

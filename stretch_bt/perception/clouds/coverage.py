@@ -1,0 +1,86 @@
+"""How much of an object's upper surface was felt, and what of it may lie where a hand has not been yet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.clouds.relief import TOLERANCE, Relief
+
+__all__ = ["SLOPE", "WIDTH", "Hidden", "coverage", "hidden"]
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+#: of the steepest surface that is looked for; the map rounds off the last degrees to 45
+SLOPE = np.tan(np.radians(40.0))
+WIDTH = 6e-3  # m beyond what was felt that a surface is expected to go on
+STEP = (1.0, np.sqrt(2.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Hidden:
+    """Where a surface may go on unseen: the cells, (n, m) bool, and its height if it falls as `SLOPE`, (n, m), m.
+
+    `height` is that of what was felt in the cells that were, and minus infinity where nothing is expected.
+    """
+
+    cells: Mask
+    height: Array
+
+
+def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH) -> Hidden:
+    """Return where the upper surface may go on beyond what was felt.
+
+    From each place that was felt a surface may fall off at `slope`. Where the membrane hung below that, there is none of
+    it: it is carved away. Nor is any more than `width` beyond, or than a part is wide that was felt: what follows is looked
+    for once the next press has shown that there is more.
+
+    Parameters
+    ----------
+    relief : Relief
+    slope : float
+        Tangent of the steepest surface looked for.
+    width : float, m
+        How far beyond what was felt to look.
+    """
+    felt = relief.felt
+    start = np.where(felt, relief.height, -np.inf)
+    room = np.where(felt, _half_width(felt, relief.cell) + relief.cell, -np.inf)
+    height, reach = start.copy(), np.minimum(room, width)
+    for _ in range(round(width / relief.cell)):
+        height, reach = _spread(height, reach, slope * relief.cell, relief.cell)
+    height[felt] = relief.height[felt]
+    cells = ~felt & np.isfinite(height) & (height > 0) & (relief.ceiling - height > TOLERANCE)
+    return Hidden(cells, np.where(cells | felt, height, -np.inf))
+
+
+def coverage(relief: Relief, unseen: Hidden | None = None) -> float:
+    """Return the share of the upper surface that was felt, as seen from above; what may be there counts as there."""
+    felt = int(relief.felt.sum())
+    more = int((hidden(relief) if unseen is None else unseen).cells.sum())
+    return felt / (felt + more) if felt else 0.0
+
+
+def _half_width(felt: Mask, cell: float) -> Array:
+    """Return how wide the part is to which each cell belongs: the largest distance to its rim nearby, m."""
+    from scipy.ndimage import distance_transform_edt, maximum_filter
+
+    inside = distance_transform_edt(np.pad(felt, 1))[1:-1, 1:-1] * cell
+    return np.asarray(maximum_filter(inside, size=15))
+
+
+def _spread(height: Array, reach: Array, fall: float, cell: float) -> tuple[Array, Array]:
+    """Return heights and what is left to go, spread by a cell to each side and corner."""
+    best, left = height.copy(), reach.copy()
+    padded, ways = np.pad(height, 1, constant_values=-np.inf), np.pad(reach, 1, constant_values=-np.inf)
+    n, m = height.shape
+    for di in (0, 1, 2):
+        for dj in (0, 1, 2):
+            far = STEP[di != 1 and dj != 1]
+            up, way = padded[di : di + n, dj : dj + m] - fall * far, ways[di : di + n, dj : dj + m] - cell * far
+            better = (way > -1e-9) & (up > best)
+            best[better], left[better] = up[better], way[better]
+    return best, left

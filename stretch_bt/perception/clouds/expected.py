@@ -1,0 +1,41 @@
+"""What a membrane is expected to show of a surface: a taut sheet hung over it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["drape"]
+
+Array = npt.NDArray[np.float64]
+
+TENSIONS = 3.0  # those towards the clamps over those across, of the sheet solver at stretch 0
+OVER = 1.8  # relaxation
+ROUNDS = 40
+
+
+def drape(ground: Array, level: Array) -> Array:
+    """Return the heights of sheets clamped at two ends over grounds, m.
+
+    Off contact a membrane in tension obeys T_i z_xx + T_j z_yy = 0; on contact it lies on the ground. The sides are free. It is
+    solved by projected over-relaxation, all sheets at once.
+
+    Parameters
+    ----------
+    ground : (k, n, m) float, m
+        Heights under each sheet; axis 1 across, axis 2 from clamp to clamp, whose ends are the clamps. Square cells.
+    level : (k,) float, m
+        Height of the clamps.
+    """
+    k, n, m = ground.shape
+    sheet = np.maximum(np.broadcast_to(level[:, None, None], (k, n, m)), ground)
+    sheet[:, :, 0] = sheet[:, :, -1] = level[:, None]
+    i, j = np.indices((n, m - 2))
+    for turn in range(2 * ROUNDS):
+        near = np.pad(sheet, ((0, 0), (1, 1), (0, 0)), mode="edge")
+        across, along = near[:, :-2, 1:-1] + near[:, 2:, 1:-1], sheet[:, :, :-2] + sheet[:, :, 2:]
+        wanted = (across + TENSIONS * along) / (2 + 2 * TENSIONS)
+        inner = sheet[:, :, 1:-1]
+        moved = np.maximum(inner + OVER * (wanted - inner), ground[:, :, 1:-1])
+        sheet[:, :, 1:-1] = np.where((i + j) % 2 == turn % 2, moved, inner)
+    return np.asarray(sheet)

@@ -1,0 +1,58 @@
+"""reconstruct in the twin: a cube by planned presses, by poses of the operator, and what it cannot press."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+CUBE = """\
+format: stretch-scene/1
+object: {{type: box, length: 40 mm, width: 40 mm, height: 40 mm, edge: 1 mm, rigid: true, position: {{x: {x}, y: 0 mm}}}}
+effects: none
+"""
+QUICK = {"frames": 2, "touch_frames": 2, "speed": 0.05}
+
+
+@pytest.fixture
+def reconstruct(run, tmp_path):
+    def make(x="3 mm", **params):
+        path = tmp_path / "scene.yaml"
+        path.write_text(CUBE.format(x=x))
+        return run("reconstruct", scene=path, params={**QUICK, **params})
+
+    return make
+
+
+def commands(result, name):
+    events = [json.loads(line) for line in (Path(result.record) / "events.jsonl").read_text().splitlines()]
+    return [e["arguments"] for e in events if e["type"] == "command" and e["name"] == name]
+
+
+def test_a_cube_is_covered_by_planned_presses(reconstruct):
+    result = reconstruct(max_presses=4)
+    assert result.status == "SUCCESS", result.reason
+    out = {name: value["value"] for name, value in result.outputs.items()}
+    assert out["coverage"] > 0.85
+    assert out["felt"] == pytest.approx(1600, rel=0.12)
+    assert out["height"] == pytest.approx(40.0, abs=0.3)
+    assert out["top"] == pytest.approx(40.0, abs=0.3)
+    assert 2 <= out["presses"] <= 4
+    assert (out["pieces"], out["limited"]) == (1, 0)
+    assert commands(result, "confirm") == []
+    for name in ("cloud.ply", "cloud.png"):
+        assert (Path(result.record) / name).stat().st_size > 1000
+
+
+def test_poses_of_the_operator_are_confirmed_one_by_one_and_a_light_press_ends_by_its_force(reconstruct):
+    result = reconstruct(poses=["3 mm, 0 mm", "3 mm, 0 mm, 90 deg"], max_force=0.4)
+    assert result.status == "SUCCESS", result.reason
+    assert (result.outputs["presses"]["value"], result.outputs["limited"]["value"]) == (2, 2)
+    asked = [c["request"] for c in commands(result, "confirm")]
+    assert len(asked) == 2
+    assert "x 3 mm, y 0 mm, turned by 90 deg" in asked[1]
+
+
+def test_no_object_under_the_hand_is_no_contact(reconstruct):
+    result = reconstruct(x="250 mm")
+    assert result.status == "FAILURE"
+    assert "nothing was met" in result.reason
