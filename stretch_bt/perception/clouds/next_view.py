@@ -91,7 +91,8 @@ def next_view(
     best = int(gains.argmax())
     if gains[best] < max(LITTLE[0], LITTLE[1] * relief.felt_area):
         return None
-    return LookFrom(*(float(v) for v in poses[best]), float(gains[best]))
+    at_x, at_y, yaw = (float(v) for v in poses[best])
+    return LookFrom(at_x, at_y, yaw, float(gains[best]))
 
 
 def _poses(
@@ -130,7 +131,7 @@ def _at(relief: Relief, values: npt.NDArray[Any], x: Array, y: Array, outside: A
     i, j = (np.floor(at / relief.cell).astype(int) - o for at, o in zip((x, y), relief.origin, strict=True))
     n, m = values.shape
     known = (i >= 0) & (i < n) & (j >= 0) & (j < m)
-    return np.where(known, values[np.clip(i, 0, n - 1), np.clip(j, 0, m - 1)], outside)
+    return np.asarray(np.where(known, values[np.clip(i, 0, n - 1), np.clip(j, 0, m - 1)], outside))
 
 
 def _in_the_way(relief: Relief, level: float) -> npt.NDArray[np.bool_]:

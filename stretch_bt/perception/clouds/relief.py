@@ -110,14 +110,17 @@ class Relief:
         """How many parts the felt surface is in, of those that are larger than a few cells."""
         from scipy.ndimage import binary_closing, label
 
-        parts, count = label(binary_closing(np.pad(self.felt, 2), np.ones((3, 3))), np.ones((3, 3)))
+        parts, count = label(
+            binary_closing(np.pad(self.felt, 2), np.ones((3, 3), dtype=bool)), np.ones((3, 3), dtype=np.int64)
+        )
         return int((np.bincount(parts.ravel())[1 : count + 1] > FEWEST).sum())
 
     def holds(self, points: Array) -> Mask:
         """Return which points (n, 3), m, world, lie on the surface that was felt."""
         index = _index(points, self.cell) - self.origin
         inside = ((index >= 0) & (index < self.ceiling.shape)).all(axis=1)
-        i, j = np.where(inside[:, None], index, 0).T
+        safe = np.where(inside[:, None], index, 0)
+        i, j = safe[:, 0], safe[:, 1]
         return np.asarray(inside & self.felt[i, j] & (np.abs(points[:, 2] - self.height[i, j]) < MOVED))
 
     def place(self, cells: npt.NDArray[np.int64]) -> Array:

@@ -54,7 +54,8 @@ def contact_of(frame: DepthFrame, surface: Array, view: View, relief: Relief) ->
     touched = np.zeros(relief.ceiling.shape, dtype=bool)
     i, j = (view.cells - relief.origin).T
     touched[i, j] = view.touched
-    a, b = (np.floor(world[:, :2] / relief.cell).astype(np.int64) - relief.origin).T
+    index = np.floor(world[:, :2] / relief.cell).astype(np.int64) - np.asarray(relief.origin)
+    a, b = index[:, 0], index[:, 1]
     on = relief.holds(world) & touched[np.clip(a, 0, touched.shape[0] - 1), np.clip(b, 0, touched.shape[1] - 1)]
     if on.sum() < FEWEST:
         return None
@@ -70,7 +71,7 @@ def contact_of(frame: DepthFrame, surface: Array, view: View, relief: Relief) ->
         stretch=frame.stretch,
         time=frame.time,
         surface=surface,
-        confidence=known.astype(np.float32),
+        confidence=np.asarray(known, dtype=np.float32),
         pose=frame.pose,
     )
 
