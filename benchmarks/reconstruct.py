@@ -113,7 +113,7 @@ def _against_grid(name: str) -> None:
     low, high = surface.places.min(axis=0), surface.places.max(axis=0)
     for count in GRIDS:
         lines = [(np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high, strict=True)]
-        poses = [f"{1e3 * x:.2f} mm, {1e3 * y:.2f} mm" for x in lines[0] for y in lines[1]]
+        poses = [f"{1e3 * x:.2f} mm; {1e3 * y:.2f} mm" for x in lines[0] for y in lines[1]]
         found = reconstructed(name, 0, {**_limits(name), "poses": poses, "max_presses": count**2})
         print(f"{name} {count} x {count}".ljust(22) + f"  {found}", flush=True)
         if isinstance(found, Found) and found.coverage >= planned.coverage - 0.01 and found.rms <= 1.05 * planned.rms:

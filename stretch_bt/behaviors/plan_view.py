@@ -39,7 +39,7 @@ class PlanView(Behavior):
     wanted: In[float] = port(0.95, min=0.0, max=1.0, doc="share of the upper surface that is enough")
     max_presses: In[int] = port(12, min=1, max=1000)
     presses: In[int] = port(0, min=0, doc="made so far")
-    poses: In[Sequence[str]] = ()  # each `x, y` or `x, y, turn`, such as `10 mm, 0 mm, 90 deg`
+    poses: In[Sequence[str]] = ()  # each `x; y` or `x; y; turn`, such as `10 mm; 0 mm; 90 deg`
     done: Out[bool]  # whether nothing is left; x, y and yaw are then where the hand is
     x: Out[Length]  # of the hand, world
     y: Out[Length]  # of the hand, world
@@ -108,14 +108,14 @@ class PlanView(Behavior):
 
 def pose_of(text: str) -> tuple[float, float, float]:
     """Return x, y, m, and turn, rad, of a pose as text; raises InvalidInput when it is none."""
-    parts = [part.strip() for part in text.split(",")]
+    parts = [part.strip() for part in text.replace(";", ",").split(",")]
     if len(parts) not in (2, 3):
-        raise InvalidInput(f"poses: {text!r} is not 'x, y' or 'x, y, turn', such as '10 mm, 0 mm, 90 deg'")
+        raise InvalidInput(f"poses: {text!r} is not 'x; y' or 'x; y; turn', such as '10 mm; 0 mm; 90 deg'")
     found = [parse_quantity(part) for part in parts]
     for part, (_, dimension), kind in zip(parts, found, ("Length", "Length", "Angle"), strict=False):
         if dimension != KINDS[kind].dimension:
             raise InvalidInput(
-                f"poses: {part!r} in {text!r} has another unit than it takes, as in '10 mm, 0 mm, 90 deg'"
+                f"poses: {part!r} in {text!r} has another unit than it takes, as in '10 mm; 0 mm; 90 deg'"
             )
     x, y, *turn = (value for value, _ in found)
     return x, y, turn[0] if turn else 0.0

@@ -118,7 +118,7 @@ class Relief:
     def holds(self, points: Array) -> Mask:
         """Return which points (n, 3), m, world, lie on the surface that was felt."""
         index = _index(points, self.cell) - self.origin
-        inside = ((index >= 0) & (index < self.ceiling.shape)).all(axis=1)
+        inside = np.asarray(((index >= 0) & (index < self.ceiling.shape)).all(axis=1))
         safe = np.where(inside[:, None], index, 0)
         i, j = safe[:, 0], safe[:, 1]
         return np.asarray(inside & self.felt[i, j] & (np.abs(points[:, 2] - self.height[i, j]) < MOVED))

@@ -49,19 +49,21 @@ def contact_of(frame: DepthFrame, surface: Array, view: View, relief: Relief) ->
     """
     if frame.pose is None or frame.plane_distance is None:
         raise InvalidInput("a contact in the world needs a frame with pose and plane_distance")
-    known = np.isfinite(surface).all(axis=2)
-    world = surface[known] @ (frame.pose.matrix() * [1.0, -1.0, 1.0]).T + frame.pose.position
-    touched = np.zeros(relief.ceiling.shape, dtype=bool)
+    known = np.asarray(np.isfinite(surface).all(axis=2))
+    seen = surface.reshape(-1, 3)[known.ravel()]
+    world = seen @ (frame.pose.matrix() * [1.0, -1.0, 1.0]).T + frame.pose.position
+    n, m = relief.ceiling.shape
+    touched = np.zeros((n, m), dtype=bool)
     i, j = (view.cells - relief.origin).T
     touched[i, j] = view.touched
     index = np.floor(world[:, :2] / relief.cell).astype(np.int64) - np.asarray(relief.origin)
     a, b = index[:, 0], index[:, 1]
-    on = relief.holds(world) & touched[np.clip(a, 0, touched.shape[0] - 1), np.clip(b, 0, touched.shape[1] - 1)]
+    on = relief.holds(world) & touched[np.clip(a, 0, n - 1), np.clip(b, 0, m - 1)]
     if on.sum() < FEWEST:
         return None
     labels = np.full(known.shape, INVALID, np.uint8)
     labels[known] = np.where(on, CONTACT, DEFORMED)
-    points = surface[known][on]
+    points = seen[on]
     return Contact(
         points=points,
         rays=view_rays(points, (0.0, 0.0, frame.plane_distance)),
