@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model import calibrate_membrane
+from stretch_bt.model import calibrate_hertz, calibrate_membrane
 from stretch_bt.model.calibration import calibrate
 from stretch_bt.model.characterization import Press, as_table
 from stretch_bt.model.conditioning import Conditioning
@@ -88,6 +88,20 @@ def test_the_papers_model_states_how_far_it_is_off_at_each_depth(diameters):
         told = [(model.predict(r, x, depth), HAND.predict(r, x, depth)[0]) for r, x in places]
         ratio = math.sqrt(np.mean([((force - own) / sd) ** 2 for (force, sd), own in told]))
         assert 0.5 < ratio < 1.6, depth
+
+
+def test_presses_at_first_contact_do_not_loosen_the_papers_model_deeper_down():
+    """An arm that is sent to no depth stands at some hundredths of a millimetre, where a force is noise over next to nothing."""
+    given = presses(depths=(1, 2, 3, 5, 8, 11, 15), noise=0.005)
+    rows = range(0, len(given), 7)
+    noise = np.random.default_rng(1).normal(0.01, 0.006, len(rows))
+    beside = {n: np.insert(getattr(given, n), rows, getattr(given, n)[rows]) for n in ("radius", "stretch", "force_sd")}
+    touched = changed(
+        given, depth=np.insert(given.depth, rows, 3e-5), force=np.insert(given.force, rows, noise), **beside
+    )
+    without, found = (calibrate_hertz.fit_calibrated_hertz(g) for g in (given, touched))
+    assert found.shallow_sd == pytest.approx(without.shallow_sd, rel=0.01)
+    assert found.relative_sd == pytest.approx(without.relative_sd, rel=0.01)
 
 
 def test_three_diameters_state_what_all_stretches_together_leave():
