@@ -249,6 +249,17 @@ def test_beyond_what_was_measured_it_answers_with_a_larger_deviation_and_says_so
     assert bare.predict(*beyond)[1] < far_sd
 
 
+def test_a_zero_of_depth_above_the_indenter_is_found():
+    """The hand counts from 2.5 mm above first contact, so that the first presses do not touch."""
+    given = presses(depths=(1, 2, 3, 4, 5, 8, 11, 15))
+    places = zip(given.radius, given.stretch, np.maximum(given.depth - 2.5e-3, 0.0), strict=True)
+    force = np.array([HAND.predict(*place)[0] for place in places]) + np.random.default_rng(0).normal(
+        0, 5e-3, len(given)
+    )
+    model = calibrate_membrane.fit_membrane(changed(given, force=force, force_sd=np.full(len(given), 5e-3)))
+    assert np.abs(told_of(model, (0.02, 0.045), (0.01, 0.05), (5, 11)) - 1).max() < 0.02
+
+
 def test_a_parameter_at_its_bound_stands_there_exactly():
     hand = replace(HAND, hand=HAND.hand._replace(softening=0.0, friction=0.0, second_invariant=0.0))
     given = replace(presses(hand), conditioned=Conditioning(0.08, 0.015))
