@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.calibrated import SHALLOW, CalibratedHertz, StretchState
+from stretch_bt.model.calibrated import MOST_SHALLOW, SHALLOW, CalibratedHertz, StretchState
+from stretch_bt.model.checks import MOST_SD
 from stretch_bt.model.hertz import hertz_force
 from stretch_bt.model.measurements import Measurements, forces
 from stretch_bt.units import Estimate
@@ -64,7 +65,7 @@ def fit_calibrated_hertz(given: Measurements, provenance: dict[str, Any] | None 
     Raises
     ------
     IllConditioned
-        Fewer than two stretches or three diameters, or moduli that do not fall with diameter.
+        Fewer than two stretches or three diameters, moduli that do not fall with diameter, or forces that are mostly noise.
     """
     given.check()
     diameter, stretch, modulus, sd = moduli(given)
@@ -143,9 +144,14 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
     off = ((pressed.force - (told := forces(best, pressed))) / np.maximum(told, 1e-3)) ** 2
     deep = pressed.depth >= SHALLOW - _ROUNDING
     relative = math.sqrt(float(np.mean(off[deep] if deep.any() else off)))
+    if relative > MOST_SD:
+        raise IllConditioned(
+            f"the paper's model leaves {relative:.3g} times the forces that it says itself, so it tells nothing of them; check the unit and "
+            f"the noise of the force sensor, and the zero of depth"
+        )
     light = ~deep & (pressed.depth >= _TOUCHES)
     shallow = _shallow(pressed.depth[light], off[light] - relative**2) if deep.any() else 0.0
-    return replace(best, relative_sd=relative, shallow_sd=shallow)
+    return replace(best, relative_sd=relative, shallow_sd=min(shallow, MOST_SHALLOW))
 
 
 def _shallow(depth: Array, more: Array) -> float:

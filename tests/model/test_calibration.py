@@ -286,6 +286,11 @@ REFUSED = {
     "forces in mN": (lambda: changed(presses(), force=1e3 * presses().force), "membrane", "unit"),
     "paper, one stretch": (lambda: presses(stretches=(0.02,)), "paper", "one stretch"),
     "paper, one diameter": (lambda: presses(diameters=(0.02,)), "paper", "there is 1;"),
+    "paper, all noise": (
+        lambda: changed(presses(), force=3e-3 * presses().force + np.random.default_rng(2).normal(0, 0.02, 150)),
+        "paper",
+        "times the forces that it says itself",
+    ),
     "paper, no decay": (lambda: flat(presses()), "paper", "no decay"),
 }
 
