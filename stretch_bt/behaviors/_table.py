@@ -138,8 +138,9 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
     if path.is_dir() or not path.parent.is_dir():
         what = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
         raise InvalidInput(f"{path}: the table cannot be written ({what}); name a file in a folder that exists")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise InvalidInput(f"{path}: the table cannot be written (no permission); name another file")
+    place, needed = (path, os.R_OK | os.W_OK) if path.exists() else (path.parent, os.W_OK | os.X_OK)
+    if not os.access(place, needed):
+        raise InvalidInput(f"{path}: the table cannot be read and written (no permission); name another file")
     content = _whole(kind, path.read_bytes()) if path.exists() else b""
     if content:
         try:

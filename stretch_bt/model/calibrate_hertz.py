@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.calibrated import SHALLOW, CalibratedHertz, StretchState
+from stretch_bt.model.calibrated import MOST_SHALLOW, SHALLOW, CalibratedHertz, StretchState
+from stretch_bt.model.checks import MOST_SD
 from stretch_bt.model.hertz import hertz_force
 from stretch_bt.model.measurements import Measurements, forces
 from stretch_bt.units import Estimate
@@ -23,6 +24,7 @@ _LOG_SCALES = np.geomspace(1e-3, 0.2, 60)  # m
 _DECAYS = np.geomspace(2e-3, 0.2, 80)  # m
 _STATES, _DIAMETERS = 2, 3
 _ROUNDING = 1e-9  # m
+_TOUCHES = 5e-4  # m; lighter presses say more of the zero of depth and of the sensor than of the law
 _FALL = 0.02  # of the modulus, that it falls by at least between the smallest and the largest diameter
 
 
@@ -57,12 +59,13 @@ def fit_calibrated_hertz(given: Measurements, provenance: dict[str, Any] | None 
     The decay is one for all stretches, and so is the scale of the logarithm, as each stretch has few diameters; both are the best of
     a grid, and the rest linear least squares. Standard deviations are by what all stretches together leave of their moduli: one of
     three diameters leaves next to nothing by itself. `relative_sd` is the rms of what is left of the forces at depths of 5 mm and
-    more, as a part of the model's; at lesser ones the formula of Hertz is further off, by `shallow_sd`.
+    more, as a part of the model's; at lesser ones the formula of Hertz is further off, by `shallow_sd`, which presses below 0.5 mm do
+    not tell.
 
     Raises
     ------
     IllConditioned
-        Fewer than two stretches or three diameters, or moduli that do not fall with diameter.
+        Fewer than two stretches or three diameters, moduli that do not fall with diameter, or forces that are mostly noise.
     """
     given.check()
     diameter, stretch, modulus, sd = moduli(given)
@@ -141,8 +144,14 @@ def _scaled(given: Measurements, states: tuple[StretchState, ...], provenance: d
     off = ((pressed.force - (told := forces(best, pressed))) / np.maximum(told, 1e-3)) ** 2
     deep = pressed.depth >= SHALLOW - _ROUNDING
     relative = math.sqrt(float(np.mean(off[deep] if deep.any() else off)))
-    shallow = _shallow(pressed.depth[~deep], off[~deep] - relative**2) if deep.any() else 0.0
-    return replace(best, relative_sd=relative, shallow_sd=shallow)
+    if relative > MOST_SD:
+        raise IllConditioned(
+            f"the paper's model leaves {relative:.3g} times the forces that it says itself, so it tells nothing of them; check the unit and "
+            f"the noise of the force sensor, and the zero of depth"
+        )
+    light = ~deep & (pressed.depth >= _TOUCHES)
+    shallow = _shallow(pressed.depth[light], off[light] - relative**2) if deep.any() else 0.0
+    return replace(best, relative_sd=relative, shallow_sd=min(shallow, MOST_SHALLOW))
 
 
 def _shallow(depth: Array, more: Array) -> float:

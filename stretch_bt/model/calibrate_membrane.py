@@ -150,7 +150,7 @@ def _left_out(given: Measurements, conditioned: Conditioning) -> float:
         mask = given.of_diameter(diameter)
         fit = _Fit.of(given.where(~mask), conditioned)
         model, left = fit.model(0.0, _range(given), {}), given.where(mask & (given.depth >= _TOLD))
-        places = zip(left.radius, left.stretch, left.depth + fit.common, strict=True)
+        places = zip(left.radius, left.stretch, np.maximum(left.depth + fit.common, 0.0), strict=True)
         told = np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in places])
         moved = math.hypot(ROBOT_SD, OFFSET_SD) * _RISE * left.force / left.depth
         errors.append(((told - left.force) ** 2 - left.force_sd**2 - moved**2) / np.maximum(told, 1e-3) ** 2)

@@ -15,14 +15,14 @@ from stretch_bt.model.checks import MOST_SD, require_within
 from stretch_bt.model.force_model import ForceModel, Range, require_force
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["SHALLOW", "CalibratedHertz", "StretchState"]
+__all__ = ["MOST_SHALLOW", "SHALLOW", "CalibratedHertz", "StretchState"]
 
 SHALLOW = 5e-3  # m, below which the formula of Hertz is not that of a membrane
+MOST_SHALLOW = 100.0  # of `shallow_sd`
 
 _STIFF = 4 / 3 / (1 - 0.5**2)  # of a sphere on an incompressible half-space, as `hertz_force` has it
 _LENGTH = KINDS["Length"]
 _LEAST_SCALE, _MOST_SCALE = 1e-6, 10.0  # m
-_MOST_SHALLOW = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class CalibratedHertz(ForceModel):
             raise InvalidInput("a calibration needs at least two different stretches, to tell how E* rises")
         require_within("log_scale", self.log_scale, _LEAST_SCALE, _MOST_SCALE)
         require_within("relative_sd", self.relative_sd, 0.0, MOST_SD)
-        require_within("shallow_sd", self.shallow_sd, 0.0, _MOST_SHALLOW)
+        require_within("shallow_sd", self.shallow_sd, 0.0, MOST_SHALLOW)
 
     @cached_property
     def _fit(self) -> npt.NDArray[np.float64]:

@@ -27,6 +27,7 @@ _LENGTH = KINDS["Length"]
 _STEP = 1e-4
 _EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
+_SAME = 1e-6  # m
 # parts of a force, for each factor e in diameter and in depth, and for each m of stretch past what was measured: an assumption, on
 # top of what the covariance says, for what no sheet of the table has
 _BEYOND_SIZE, _BEYOND_STRETCH, _BEYOND_DEPTH = 0.01, 0.5, 0.01
@@ -59,13 +60,15 @@ class MembraneModel(ForceModel):
         self._check_range()
 
     def _check_range(self) -> None:
-        """Raise InvalidInput where the range reaches past the table's."""
+        """Raise InvalidInput where the range, or a radius that was measured, lies past the table's."""
         table = read_table()
         radii = float(table.diameters[0]) / 2, float(table.diameters[-1]) / 2
         ends = {"radius": radii, "stretch": (0.0, float(table.spans[-1])), "depth": (0.0, float(table.depths[-1]))}
         for name, (low, high) in ends.items():
             for end in getattr(self.range, name):
                 require_within(f"range.{name}", end, low, high)
+        for end in self.measured.radius if self.measured else ():
+            require_within("measured.radius", end, radii[0] - _SAME, radii[1] + _SAME)
 
     def predict(self, radius: float, stretch: float, depth: float) -> tuple[float, float]:
         """Return the force, N, and its standard deviation."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model import calibrate_membrane
+from stretch_bt.model import calibrate_hertz, calibrate_membrane
 from stretch_bt.model.calibration import calibrate
 from stretch_bt.model.characterization import Press, as_table
 from stretch_bt.model.conditioning import Conditioning
@@ -88,6 +88,20 @@ def test_the_papers_model_states_how_far_it_is_off_at_each_depth(diameters):
         told = [(model.predict(r, x, depth), HAND.predict(r, x, depth)[0]) for r, x in places]
         ratio = math.sqrt(np.mean([((force - own) / sd) ** 2 for (force, sd), own in told]))
         assert 0.5 < ratio < 1.6, depth
+
+
+def test_presses_at_first_contact_do_not_loosen_the_papers_model_deeper_down():
+    """An arm that is sent to no depth stands at some hundredths of a millimetre, where a force is noise over next to nothing."""
+    given = presses(depths=(1, 2, 3, 5, 8, 11, 15), noise=0.005)
+    rows = range(0, len(given), 7)
+    noise = np.random.default_rng(1).normal(0.01, 0.006, len(rows))
+    beside = {n: np.insert(getattr(given, n), rows, getattr(given, n)[rows]) for n in ("radius", "stretch", "force_sd")}
+    touched = changed(
+        given, depth=np.insert(given.depth, rows, 3e-5), force=np.insert(given.force, rows, noise), **beside
+    )
+    without, found = (calibrate_hertz.fit_calibrated_hertz(g) for g in (given, touched))
+    assert found.shallow_sd == pytest.approx(without.shallow_sd, rel=0.01)
+    assert found.relative_sd == pytest.approx(without.relative_sd, rel=0.01)
 
 
 def test_three_diameters_state_what_all_stretches_together_leave():
@@ -235,6 +249,17 @@ def test_beyond_what_was_measured_it_answers_with_a_larger_deviation_and_says_so
     assert bare.predict(*beyond)[1] < far_sd
 
 
+def test_a_zero_of_depth_above_the_indenter_is_found():
+    """The hand counts from 2.5 mm above first contact, so that the first presses do not touch."""
+    given = presses(depths=(1, 2, 3, 4, 5, 8, 11, 15))
+    places = zip(given.radius, given.stretch, np.maximum(given.depth - 2.5e-3, 0.0), strict=True)
+    force = np.array([HAND.predict(*place)[0] for place in places]) + np.random.default_rng(0).normal(
+        0, 5e-3, len(given)
+    )
+    model = calibrate_membrane.fit_membrane(changed(given, force=force, force_sd=np.full(len(given), 5e-3)))
+    assert np.abs(told_of(model, (0.02, 0.045), (0.01, 0.05), (5, 11)) - 1).max() < 0.02
+
+
 def test_a_parameter_at_its_bound_stands_there_exactly():
     hand = replace(HAND, hand=HAND.hand._replace(softening=0.0, friction=0.0, second_invariant=0.0))
     given = replace(presses(hand), conditioned=Conditioning(0.08, 0.015))
@@ -261,6 +286,11 @@ REFUSED = {
     "forces in mN": (lambda: changed(presses(), force=1e3 * presses().force), "membrane", "unit"),
     "paper, one stretch": (lambda: presses(stretches=(0.02,)), "paper", "one stretch"),
     "paper, one diameter": (lambda: presses(diameters=(0.02,)), "paper", "there is 1;"),
+    "paper, all noise": (
+        lambda: changed(presses(), force=3e-3 * presses().force + np.random.default_rng(2).normal(0, 0.02, 150)),
+        "paper",
+        "times the forces that it says itself",
+    ),
     "paper, no decay": (lambda: flat(presses()), "paper", "no decay"),
 }
 

@@ -148,6 +148,7 @@ def lopsided(kept):
         (broken(range__radius=[0.03, 0.01]), "range.radius: its ends are numbers that rise"),
         (broken(range=5), "range: it has the ends of radius, stretch, depth"),
         (broken(measured={"radius": [0, 1]}), "measured: it has the ends"),
+        (broken(measured__radius=[0, 0.03]), "measured.radius: it is a number from .* not 0"),
         (broken(relative_sd=-0.1), "relative_sd"),
         (broken(conditioned=7), "conditioned: .* 0.2"),
     ],

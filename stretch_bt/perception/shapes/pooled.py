@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from stretch_bt.perception.types import Sphere
 
 __all__ = ["pooled_sphere"]
@@ -25,7 +23,7 @@ def pooled_sphere(before: Sphere, now: Sphere) -> Sphere:
     curvature_sd = max(1.0, apart) / math.sqrt(sum(weights))
     radius = 1 / abs(curvature)
     center, center_sd = now.center.copy(), now.center_sd.copy()
-    center[2] += math.copysign(now.radius - radius, curvature)
+    center[2] += math.copysign(1.0, curvature) * (now.radius - radius)
     radius_sd = curvature_sd * radius**2
-    center_sd[2] = math.hypot(np.sqrt(max(center_sd[2] ** 2 - now.radius_sd**2, 0.0)), radius_sd)
+    center_sd[2] = math.hypot(math.sqrt(max(center_sd[2] ** 2 - now.radius_sd**2, 0.0)), radius_sd)
     return Sphere(radius, radius_sd, center, center_sd, curvature, curvature_sd)

@@ -70,7 +70,9 @@ class CameraPose(_Model):
 class Conditioned(_Model):
     """A press of a ball in the middle of the membrane, deep enough that the membrane is at its softest afterwards."""
 
-    diameter: Annotated[Length, Within(0.002, 0.2, "Length")] = Field(default=0.060, description="of the ball")
+    diameter: Annotated[Length, Within(0.002, 0.2, "Length")] = Field(
+        default=0.060, description="of the ball that pressed the membrane before; without `conditioned` it is fresh"
+    )
     stretch: Annotated[Length, Within(0.0, 0.2, "Length")] = Field(default=0.080, description="of the membrane")
     depth: Annotated[Length, Within(0.0005, 0.05, "Length")] = Field(default=0.015, description="past first contact")
 
