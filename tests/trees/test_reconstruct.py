@@ -44,7 +44,7 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
 
 
 def test_poses_of_the_operator_are_confirmed_one_by_one_and_a_light_press_ends_by_its_force(reconstruct):
-    result = reconstruct(poses=["3 mm; 0 mm", "3 mm; 0 mm; 90 deg"], max_force=0.4)
+    result = reconstruct(poses=["3 mm; 0 mm", "3 mm; 0 mm; 90 deg"], max_force=0.8)
     assert result.status == "SUCCESS", result.reason
     assert (result.outputs["presses"]["value"], result.outputs["limited"]["value"]) == (2, 2)
     asked = [c["request"] for c in commands(result, "confirm")]
