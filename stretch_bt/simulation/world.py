@@ -34,6 +34,7 @@ _AGE = 2.5  # s for which the memory is kept, for what is asked of a moment ago
 _CREEP = 4e-6  # m; a shape that changes by itself is drawn in steps of this, far below what a camera tells apart
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
+_SWINGS = 8  # passes after which the drop is taken to swing about its value
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,7 +279,7 @@ class World:
         upright = where.upright  # the part of a drop that is a way along the hand's axis
         kinks = [kink * upright for kink in self.specimen.kinks(state)]
         start, rest = self.specimen.drop(state) * upright, self.specimen.rest(state, dt) * upright
-        for _ in range(_PASSES):
+        for turn in range(_PASSES):
             found = couple(
                 _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=close, near=near
             )
@@ -286,7 +287,8 @@ class World:
             changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
                 return found._replace(iterations=spent, drop=drop), changed
-            standing = changed
+            # drops that swing to and fro, as where friction holds, are met in their middle
+            standing = changed if turn < _SWINGS else self.specimen.standing(state, (drop + before) / 2)
             felt = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
         raise NoEquilibrium("membrane and object do not agree on the object's shape")
 
