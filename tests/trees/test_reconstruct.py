@@ -32,7 +32,7 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
     result = reconstruct(max_presses=4)
     assert result.status == "SUCCESS", result.reason
     out = {name: value["value"] for name, value in result.outputs.items()}
-    assert out["coverage"] > 0.85
+    assert out["coverage"] > 0.8
     assert out["felt"] == pytest.approx(1600, rel=0.12)
     assert out["height"] == pytest.approx(40.0, abs=0.3)
     assert out["top"] == pytest.approx(40.0, abs=0.3)
