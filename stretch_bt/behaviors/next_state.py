@@ -28,8 +28,8 @@ class NextState(Behavior):
 
     kind = "model"
     instant = True
-    protocol: In[Literal["tasks", "paper", "sensitivity"]] = (
-        "tasks"  # presses that the shipped tasks need, the paper's, or its flat cylinders
+    protocol: In[Literal["tasks", "paper", "sensitivity"]] = port(
+        "tasks", doc="which presses; the last are of flat cylinders alone"
     )
     table: In[str] = ""  # a CSV file, relative to the working folder; without it a new one in the record of the run
     diameters: In[Sequence[Length]] = ()  # of spheres and cylinders, in place of the protocol's

@@ -37,7 +37,7 @@ class PlanView(Behavior):
     relief: In[Relief | None] = None  # what was felt, nothing before the first press
     depth: In[Length] = port(0.015, min=0.001, max=MOST_DEPTH, doc="of the hand below the highest place felt")
     wanted: In[float] = port(0.95, min=0.0, max=1.0, doc="share of the upper surface that is enough")
-    max_presses: In[int] = port(12, min=1, max=1000)
+    max_presses: In[int] = port(12, min=1, max=1000, doc="after which no other is planned")
     presses: In[int] = port(0, min=0, doc="made so far")
     poses: In[Sequence[str]] = ()  # each `x; y` or `x; y; turn`, such as `10 mm; 0 mm; 90 deg`
     done: Out[bool]  # whether nothing is left; x, y and yaw are then where the hand is

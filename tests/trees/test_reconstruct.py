@@ -33,7 +33,7 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
     assert result.status == "SUCCESS", result.reason
     out = {name: value["value"] for name, value in result.outputs.items()}
     assert out["coverage"] > 0.8
-    assert out["felt"] == pytest.approx(1600, rel=0.12)
+    assert 0.95 * 40**2 < out["felt"] < 44**2, "at most 2 mm beyond its edges"
     assert out["height"] == pytest.approx(40.0, abs=0.3)
     assert out["top"] == pytest.approx(40.0, abs=0.3)
     assert 2 <= out["presses"] <= 4

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,7 +14,7 @@ from stretch_bt.cli.output import emit_json
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from stretch_bt.simulation.advisor.advise import Verdict
+    from stretch_bt.simulation.advisor.advise import LeftOff, Verdict
     from stretch_bt.simulation.scene import Scene
 
 __all__ = ["command"]
@@ -29,7 +30,7 @@ def command(
 ) -> None:
     """Show which effects a scene simulates, how large each one is against the tolerance, and why."""
     began = time.process_time()
-    from stretch_bt.simulation.advisor.advise import advise
+    from stretch_bt.simulation.advisor.advise import advise, left_off
     from stretch_bt.simulation.scene import load_scene
 
     read = load_scene(scene)
@@ -46,6 +47,7 @@ def command(
                 "fidelity": read.fidelity,
                 "camera": read.camera,
                 "effects": [verdict.to_json() for verdict in verdicts],
+                "left_off": [asdict(left) for left in left_off(verdicts)],
                 "seconds": done - ready,
             }
         )
@@ -61,6 +63,8 @@ def command(
 def _show(scene: Scene, verdicts: list[Verdict]) -> None:
     from rich.console import Console
 
+    from stretch_bt.simulation.advisor.advise import left_off
+
     console = Console()
     if not console.is_terminal:
         console.width = 2 * _WIDE  # a line for each effect, for grep
@@ -75,6 +79,8 @@ def _show(scene: Scene, verdicts: list[Verdict]) -> None:
     for verdict in verdicts:
         if verdict.near:
             console.print(f"warning: {_close(verdict)}", style="yellow", markup=False, highlight=False)
+    for left in left_off(verdicts):
+        console.print(f"warning: {_together(left)}", style="yellow", markup=False, highlight=False)
 
 
 def _impossible(verdicts: list[Verdict]) -> dict[str, list[str]]:
@@ -115,6 +121,11 @@ def _close(verdict: Verdict) -> str:
         f"{verdict.name} is {state} by a narrow margin: {verdict.observable} {size} against {limit}; "
         f"write 'effects: {{{verdict.name}: {other}}}' if you know better"
     )
+
+
+def _together(left: LeftOff) -> str:
+    total, limit = quantity(left.observable, left.estimate), quantity(left.observable, left.threshold)
+    return f"what is off may add up to {left.observable} {total} against {limit}: {', '.join(left.names)}"
 
 
 def quantity(observable: str, value: float) -> str:

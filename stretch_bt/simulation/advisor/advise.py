@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -10,7 +10,7 @@ from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.effects import Active, Effect, registry
 from stretch_bt.simulation.scene import Scene
 
-__all__ = ["Verdict", "advise", "switch_on"]
+__all__ = ["LeftOff", "Verdict", "advise", "left_off", "switch_on"]
 
 _NEAR = 3.0  # a verdict within this factor of the threshold comes with a warning
 _UNITS = {"height": "m", "size": "m"}
@@ -37,6 +37,30 @@ class Verdict:
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `scene explain --json` prints."""
         return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOff:
+    """What is off changes an observable together by `estimate` at most, SI, and so by more than `threshold`; the largest is named first."""
+
+    observable: str
+    estimate: float
+    threshold: float
+    names: tuple[str, ...]
+
+
+def left_off(verdicts: Iterable[Verdict]) -> list[LeftOff]:
+    """Return the observables in which the effects that are off, each small enough by itself, may add up to more than the tolerance."""
+    found: dict[str, list[Verdict]] = {}
+    for verdict in sorted(verdicts, key=lambda v: -(v.estimate or 0.0)):
+        if not verdict.on and verdict.observable is not None and verdict.estimate and verdict.threshold:
+            found.setdefault(verdict.observable, []).append(verdict)
+    told = []
+    for observable, parts in found.items():
+        total, limit = sum(v.estimate or 0.0 for v in parts), parts[0].threshold or 0.0
+        if total > limit:
+            told.append(LeftOff(observable, total, limit, tuple(v.name for v in parts)))
+    return told
 
 
 def advise(scene: Scene) -> list[Verdict]:

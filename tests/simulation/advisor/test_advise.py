@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from stretch_bt.simulation.advisor.advise import advise, switch_on
+from stretch_bt.simulation.advisor.advise import advise, left_off, switch_on
 from stretch_bt.simulation.effects import registry
 from stretch_bt.simulation.objects.registry import kinds
 from stretch_bt.simulation.scene import load_scene, parse_scene, scene_names
@@ -41,6 +41,26 @@ def test_each_effect_is_possible_with_some_object():
     able = {effect for kind in kinds().values() for effect in kind.effects}
     others = {v.name for v in advise(parse_scene(f"{SPHERE}effects: all\n")) if v.possible}
     assert able | others == set(registry())
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_what_is_off_is_added_up_where_it_may_matter_together(name):
+    verdicts = advise(SCENES[name])
+    told = {left.observable: left for left in left_off(verdicts)}
+    for observable, limit in SCENES[name].tolerance.named().items():
+        parts = [v.estimate for v in verdicts if not v.on and v.observable == observable]
+        assert (observable in told) == (sum(parts) > limit)
+        if observable in told:
+            assert told[observable].estimate == pytest.approx(sum(parts))
+            assert set(told[observable].names) == {
+                v.name for v in verdicts if not v.on and v.observable == observable and v.estimate
+            }
+
+
+def test_a_scene_without_effects_leaves_off_more_than_it_may():
+    (left,) = left_off(advise(parse_scene(f"{SPHERE}effects: none\ntolerance: {{stiffness: 1 %}}\n")))
+    assert left.observable == "stiffness"
+    assert left.names[0] == "compliance"
 
 
 @pairs
