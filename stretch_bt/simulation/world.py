@@ -250,13 +250,14 @@ class World:
         state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
         standing = self.specimen.standing(state, 0.0)
         where = seat(standing, pose)
-        nothing = Contact(0.0, self.specimen.rest(state, dt), (0.0, 0.0, 0.0))
+        rest = self.specimen.rest(state, dt)
+        nothing = Contact(0.0, rest, (0.0, 0.0, 0.0))
         if where.depth + self._lift(standing, where, min(stretch, 0.0)) <= 0:  # slack it hangs most
             return nothing
         lift = self._lift(standing, where, stretch)
         if where.depth + lift <= 0 or not self._covers(where, stretch):
             return nothing
-        found, standing = self._shared(past, standing, where, stretch, dt, lift)
+        found, standing = self._shared(past, standing, where, stretch, dt, lift, rest)
         if found.force <= 0:
             return replace(nothing, drop=found.drop)
         depth = found.depth - lift
@@ -266,7 +267,7 @@ class World:
         return Contact(depth, found.drop, force, place, felt, past.membrane, found.iterations)
 
     def _shared(
-        self, past: _Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float
+        self, past: _Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float, rest: float
     ) -> tuple[Equilibrium, Standing]:
         """Return how the travel is shared; a body that changes its shape with its drop is met as it is at the drop found."""
         law = self.specimen.law(past.thing, dt)
@@ -278,10 +279,10 @@ class World:
         own, close = _along(law, where.upright), self.fidelity.close
         upright = where.upright  # the part of a drop that is a way along the hand's axis
         kinks = [kink * upright for kink in self.specimen.kinks(state)]
-        start, rest = self.specimen.drop(state) * upright, self.specimen.rest(state, dt) * upright
+        start = self.specimen.drop(state) * upright
         for turn in range(_PASSES):
             found = couple(
-                _lifted(felt, lift), own, travel, rest=rest, start=start, kinks=kinks, close=close, near=near
+                _lifted(felt, lift), own, travel, rest=rest * upright, start=start, kinks=kinks, close=close, near=near
             )
             spent, before, drop = spent + found.iterations, drop, found.drop / upright
             changed = self.specimen.standing(state, drop)

@@ -14,6 +14,7 @@ import typing
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 from math import isfinite
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, overload
 
@@ -84,8 +85,14 @@ class Port:
     default: Any = MISSING
     min: float | None = None
     max: float | None = None
-    doc: str = ""
+    told: str = ""
     optional: bool = False
+    owner: type | None = None
+
+    @property
+    def doc(self) -> str:
+        """What it is for: as it was told, or as the comment on the line of its annotation says."""
+        return self.told or (_comments(self.owner).get(self.name, "") if self.owner else "")
 
     @property
     def required(self) -> bool:
@@ -279,21 +286,20 @@ def _declared_ports(cls: type) -> dict[str, Port]:
     if not annotations:
         return {}
     hints = typing.get_type_hints(cls, include_extras=True, localns={cls.__name__: cls})
-    comments = _comments(cls) if annotations else {}
     ports = {}
     for name in annotations:
         role, annotation, optional = _split(hints[name])
         if role is not None:
-            ports[name] = _make_port(cls, name, role, annotation, optional, comments.get(name, ""))
+            ports[name] = _make_port(cls, name, role, annotation, optional)
     return ports
 
 
-def _make_port(cls: type, name: str, role: Role, annotation: Any, optional: bool, comment: str) -> Port:
+def _make_port(cls: type, name: str, role: Role, annotation: Any, optional: bool) -> Port:
     given = cls.__dict__.get(name, MISSING)
     options = given if isinstance(given, _Options) else _Options(given, None, None, "")
     if role is not Role.INPUT and options.default is not MISSING:
         raise TypeError(f"{cls.__name__}.{name}: only an input port can have a default")
-    return Port(name, role, annotation, options.default, options.min, options.max, options.doc or comment, optional)
+    return Port(name, role, annotation, options.default, options.min, options.max, options.doc, optional, cls)
 
 
 def _split(hint: Any) -> tuple[Role | None, Any, bool]:
@@ -312,8 +318,9 @@ def _split(hint: Any) -> tuple[Role | None, Any, bool]:
     return roles[0], Annotated[(base, *rest)] if rest else base, optional
 
 
+@cache
 def _comments(cls: type) -> dict[str, str]:
-    """Return the comment on the line of each annotated attribute, where the source can be read."""
+    """Return the comment on the line of each annotated attribute, where the source can be read; no run needs to."""
     try:
         source = inspect.getsource(cls)
     except (OSError, TypeError):

@@ -89,9 +89,18 @@ class RecordReader:
         """Return everything that nodes were handed in a tick, in order; tick -1 is what came before the first."""
         return [self._object(message) for message in self._handed.get(tick, [])]
 
-    def readings(self, tick: int) -> list[tuple[str, str, Reading[Any]]]:
-        """Return the device, name and reading of each reading in a tick, in order."""
-        return [(h.device, h.name, h.value) for h in self.handed(tick) if h.kind == "reading"]
+    def readings(self, tick: int, *, frames: bool = True) -> list[tuple[str, str, Reading[Any]]]:
+        """Return the device, name and reading of each reading in a tick, in order; with or without those of frames."""
+        found = [m for m in self._handed.get(tick, []) if frames or m.schema != FRAME]
+        return [(h.device, h.name, h.value) for h in map(self._object, found) if h.kind == "reading"]
+
+    def framed(self) -> dict[str, list[int]]:
+        """Return for each camera the ticks in which it handed out frames, rising; reads none of them."""
+        found: dict[str, list[int]] = {}
+        for tick in sorted(self._handed):
+            for device in {m.device for m in self._handed[tick] if m.schema == FRAME}:
+                found.setdefault(device, []).append(tick)
+        return found
 
     def motions(self, tick: int) -> list[tuple[str, str, MotionState]]:
         """Return the device, owner and state of each polled motion in a tick, in order."""

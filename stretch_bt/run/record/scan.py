@@ -28,6 +28,8 @@ class ChunkFile:
         from mcap.opcode import Opcode
         from zstandard import ZstdError
 
+        # RuntimeError is what lz4 raises
+        broken = (McapError, ZstdError, RuntimeError, MemoryError, ValueError, OverflowError, struct.error)
         with self.path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 return
@@ -36,7 +38,7 @@ class ChunkFile:
                 if head[0] == Opcode.CHUNK:
                     try:
                         records = _records(content)
-                    except (McapError, ZstdError, MemoryError, ValueError, OverflowError, struct.error):
+                    except broken:
                         return
                     yield offset, records
                 elif head[0] == Opcode.DATA_END:

@@ -64,9 +64,25 @@ def gather(record: RecordReader) -> History:
         if event["type"] == "write":
             _take_write(history.keys, event, record.header)
     history.spans = _spans(record.events, history.end)
-    for tick, time in dict(record.ticks).items():
-        _take_readings(history, time, record.readings(tick))
+    ticks = dict(record.ticks)
+    for tick, time in ticks.items():
+        for device, name, reading in record.readings(tick, frames=False):
+            _take_reading(history.readings, f"{device}.{name}", time, reading.value)
+    history.last = next((found for tick in reversed(ticks) if (found := record.readings(tick))), [])
+    for device, seen in record.framed().items():
+        within = [tick for tick in seen if tick in ticks]
+        if within:
+            first, last = (
+                (ticks[k], _frame(record, k, device, which)) for k, which in ((within[0], 0), (within[-1], -1))
+            )
+            history.frames[device] = Frames(first, last)
     return history
+
+
+def _frame(record: RecordReader, tick: int, device: str, which: int) -> DepthFrame:
+    """Return one of the frames of a camera in a tick."""
+    found = [r.value for d, _, r in record.readings(tick) if d == device and isinstance(r.value, DepthFrame)]
+    return found[which]
 
 
 def _time(event: dict[str, Any]) -> float:
@@ -115,18 +131,6 @@ def _path_spans(changes: list[dict[str, Any]], end: float) -> list[Span]:
         )
         for change, until in zip(changes, ends, strict=True)
     ]
-
-
-def _take_readings(history: History, time: float, readings: list[tuple[str, str, Reading[Any]]]) -> None:
-    if readings:
-        history.last = readings
-    for device, name, reading in readings:
-        value = reading.value
-        if isinstance(value, DepthFrame):
-            frames = history.frames.setdefault(device, Frames((time, value), (time, value)))
-            frames.last = (time, value)
-        else:
-            _take_reading(history.readings, f"{device}.{name}", time, value)
 
 
 def _take_reading(series: dict[str, Series], name: str, time: float, value: Any) -> None:
