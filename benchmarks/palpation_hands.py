@@ -29,25 +29,18 @@ import numpy.typing as npt
 import yaml
 
 import stretch_bt
-from stretch_bt import run
 from stretch_bt.accuracy.force.hands import STRETCHES, TrueHand, measured
 from stretch_bt.accuracy.palpation.figures import DROP, figures
-from stretch_bt.accuracy.palpation.palpated import Seen
+from stretch_bt.accuracy.palpation.palpated import watched
 from stretch_bt.accuracy.palpation.protocols import BALLOONS
+from stretch_bt.accuracy.summary import rms
 from stretch_bt.model.calibrate_membrane import fit_membrane
-from stretch_bt.run.runner import Runner
-from stretch_bt.simulation.scene import load_scene
 
 Array = npt.NDArray[np.float64]
 
 RATIOS = np.array([1.06, 1.1, 1.15, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0])
 SCENES = Path(stretch_bt.__file__).parent / "trees" / "scenes"
 NEEDED = 1.3  # ratio of neighbours from which on the order is to be right
-
-
-def rms(values: Array) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def main() -> None:
@@ -87,24 +80,18 @@ def _kept(path: Path | None) -> Iterator[dict[str, Any]]:
 
 def palpated(hand: Path, tree: str, balloon: str, seed: int) -> dict[str, Any]:
     """Return the numbers of a run by a hand whose model knows a characterisation of it alone."""
-    notes: list[Seen] = []
-
-    def watch(runner: Runner) -> None:
-        notes.append(Seen(runner, load_scene(f"{balloon}_balloon").object.top))
-        runner.watchers.append(notes[0])
-
     index = int(hand.stem[-3:])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         fit_membrane(measured(np.load(hand)["force"], seed), None).save(folder / "hand.json")
         scene, cell = _scene(folder, balloon, TrueHand.drawn(index)), _cell(folder, TrueHand.drawn(index))
-        params = {"model": str(folder / "hand.json")}
-        result = run(tree, scene=scene, cell=cell, seed=seed, params=params, out=folder / "record", watch=watch)
+        params, out = {"model": str(folder / "hand.json")}, folder / "record"
+        result, seen = watched(balloon, tree, scene=scene, cell=cell, seed=seed, params=params, out=out)
     row = {"seed": seed, "hand": index, "balloon": balloon, "status": result.status, "reason": result.reason}
     if result.status != "SUCCESS":
         return row
     value = result.outputs["stiffness_at_drop"]["value"]
-    return {**row, "figures": figures(result, notes[0], balloon), "at_drop": value, "cpu": result.cpu_seconds}
+    return {**row, "figures": figures(result, seen, balloon), "at_drop": value, "cpu": result.cpu_seconds}
 
 
 def _scene(folder: Path, balloon: str, hand: TrueHand) -> Path:

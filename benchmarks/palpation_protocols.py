@@ -24,6 +24,7 @@ import numpy.typing as npt
 from stretch_bt.accuracy.palpation.figures import figures
 from stretch_bt.accuracy.palpation.palpated import palpated
 from stretch_bt.accuracy.palpation.protocols import BALLOONS, PROTOCOLS
+from stretch_bt.accuracy.summary import rms
 
 Array = npt.NDArray[np.float64]
 
@@ -39,11 +40,6 @@ HEAD = (
     f"{'protocol':10s} {'level':5s} {'balloon':8s} {'ok':>6s} {'bias':>7s} {'rms':>6s} {'err/sd':>6s} {'at drop':>8s} {'err/sd':>6s} {'drop mm':>8s} "
     f"{'sd':>6s} {'height':>7s} {'presses':>7s} {'s':>6s} {'past':>6s} {'falls':>6s}"
 )
-
-
-def rms(values: Array) -> float:
-    """Return the root of the mean square of those that are there."""
-    return float(np.sqrt(np.nanmean(values**2)))
 
 
 def row(protocol: str, level: int, balloon: str, runs: int, found: Array) -> str:

@@ -16,14 +16,12 @@ import numpy as np
 import numpy.typing as npt
 from perception_skirt import left_out, prior_from, row_of_view
 
-from stretch_bt.accuracy.perception.render import render
-from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen
+from stretch_bt.accuracy.perception.view import Press, seen_of
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.perception.size import prior as prior_module
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.press import press
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects
-from stretch_bt.simulation.membrane.sheet.result import SheetPress
 
 Array = npt.NDArray[np.float64]
 
@@ -55,21 +53,10 @@ def rows_of(
         except NoEquilibrium as error:
             print(f"{diameter:g} mm, stretch {stretch:g} mm, depth {depth:g} mm: {error}", file=sys.stderr)
             break
-        seen = view_of(wanted, last.detail)
-        row = row_of_view(seen, replace(wanted, stretch=wanted.stretch + mounted * 1e-3))
+        row = row_of_view(seen_of(wanted, last.detail), replace(wanted, stretch=wanted.stretch + mounted * 1e-3))
         if row is not None:
             found.append(row)
     return found
-
-
-def view_of(wanted: Press, solved: object) -> Seen:
-    """Return what the camera sees of a solved press."""
-    assert isinstance(solved, SheetPress)
-    depth, points = render(solved.shape, CAMERA, PLANE_DISTANCE)
-    visible = np.isfinite(points[..., 2])
-    touching = np.zeros(depth.shape, bool)
-    touching[visible] = solved.touches(points[visible])
-    return Seen(wanted, depth.astype(np.float32), touching, float(solved.force[2]))
 
 
 def main() -> None:

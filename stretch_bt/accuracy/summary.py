@@ -6,10 +6,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.accuracy.points import OK, REFERENCE, Row
 
-__all__ = ["Spread", "Summary", "summarise"]
+__all__ = ["Spread", "Summary", "rms", "summarise"]
+
+
+def rms(values: npt.ArrayLike) -> float:
+    """Return the root of the mean square of the values that are there, those that are not a number left out."""
+    return float(np.sqrt(np.nanmean(np.square(values))))
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model import characterization, sensitivity
 from stretch_bt.model.conditioning import CONDITIONED, Conditioning
+from stretch_bt.model.form import decoded, text_of
 from stretch_bt.model.protocol import State
 from stretch_bt.tree.context import Context
 
@@ -49,10 +50,7 @@ class _Kind:
 
     def read(self, path: Path) -> _Parsed:
         """Return a table; raises InvalidInput where it is none."""
-        try:
-            return self.parse(path.read_text(encoding="utf-8"), str(path))
-        except UnicodeDecodeError:
-            raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
+        return self.parse(text_of(path), str(path))
 
 
 _FORCES = _Kind(
@@ -144,10 +142,8 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
     content = _whole(kind, path.read_bytes()) if path.exists() else b""
     if content:
         try:
-            table = kind.parse(content.decode(), name)
+            table = kind.parse(decoded(content, path), name)
             _check_alike(path, table.provenance, _provenance(context, protocol, conditioned))
-        except UnicodeDecodeError:
-            raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
         except IllConditioned as refusal:
             raise InvalidInput(str(refusal)) from None
 

@@ -3,11 +3,10 @@
 from typing import Literal
 
 from stretch_bt import perception
+from stretch_bt.behaviors._size import Skirt, measured
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.model.sensitivity import Found
-from stretch_bt.perception.size.prior import shipped_prior
-from stretch_bt.perception.size.result import ContactSize
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
@@ -26,7 +25,7 @@ class CompareDiameters(Behavior):
     instant = True
     frame: In[DepthFrame]  # with the hand's stretch
     hypothesis: In[Literal["auto", "circle", "ellipse"]] = "auto"  # what `fit` fits
-    skirt: In[Literal["thin", "thick"]] = "thick"  # of a sheet that does not resist bending, or of one that does
+    skirt: In[Skirt] = "thick"  # of a sheet that does not resist bending, or of one that does
     mount_prestretch: In[Length] = port(
         0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"
     )
@@ -61,17 +60,10 @@ class CompareDiameters(Behavior):
         if method == "paper_width":
             width = perception.contact_width(contact.surface, contact.labels)
             return Found(method, width.i, width.i_sd, width.j, width.j_sd)
-        alone = method == "paper_fit"
-        size = perception.measure_contact(contact.surface, contact.labels) if alone else self._fit(contact)
+        if method == "paper_fit":
+            size = perception.measure_contact(contact.surface, contact.labels)
+        else:
+            size = measured(
+                contact, hypothesis=self.hypothesis, skirt=self.skirt, mount_prestretch=self.mount_prestretch
+            )
         return Found(method, size.diameter_i, size.diameter_i_sd, size.diameter_j, size.diameter_j_sd, size.shape)
-
-    def _fit(self, contact: Contact) -> ContactSize:
-        stretch = contact.stretch
-        return perception.measure_contact(
-            contact.surface,
-            contact.labels,
-            stretch=None if stretch is None else stretch + self.mount_prestretch,
-            hypothesis=self.hypothesis,
-            noise=contact.noise,
-            prior=shipped_prior(self.skirt),
-        )

@@ -1,16 +1,11 @@
 """Measuring the object in contact."""
 
-from typing import Literal
-
-from stretch_bt import perception
-from stretch_bt.perception.size.prior import shipped_prior
+from stretch_bt.behaviors._size import Skirt, Wanted, measured
 from stretch_bt.perception.size.result import ContactSize
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
-
-Wanted = Literal["auto", "circle", "ellipse", "rectangle", "free_form"]
 
 
 @node
@@ -23,7 +18,7 @@ class MeasureContact(Behavior):
     hypothesis: In[Wanted] = port("auto", doc="a shape, or the simplest that none clearly beats")
     fillet: In[Length] = port(1e-3, min=0.0, doc="radius of the object's edge, which no frame shows")
     fillet_sd: In[Length] = port(0.1e-3, min=0.0, doc="its standard deviation")
-    skirt: In[Literal["thin", "thick"]] = "thin"  # of a sheet that does not resist bending, or of one that does
+    skirt: In[Skirt] = "thin"  # of a sheet that does not resist bending, or of one that does
     mount_prestretch: In[Length] = port(
         0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"
     )
@@ -33,16 +28,13 @@ class MeasureContact(Behavior):
 
     def update(self) -> Status:
         """Measure."""
-        stretch = self.contact.stretch
-        size = perception.measure_contact(
-            self.contact.surface,
-            self.contact.labels,
-            stretch=None if stretch is None else stretch + self.mount_prestretch,
+        size = measured(
+            self.contact,
             hypothesis=self.hypothesis,
+            skirt=self.skirt,
+            mount_prestretch=self.mount_prestretch,
             fillet=self.fillet,
             fillet_sd=self.fillet_sd,
-            noise=self.contact.noise,
-            prior=shipped_prior(self.skirt),
         )
         self.diameter_i = Estimate(size.diameter_i, size.diameter_i_sd)
         self.diameter_j = Estimate(size.diameter_j, size.diameter_j_sd)

@@ -9,7 +9,7 @@ from contextlib import suppress
 from stretch_bt.behaviors._motion import MOST_DEPTH
 from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.hardware.interfaces import Arm, Gripper
-from stretch_bt.perception.clouds.coverage import coverage, hidden
+from stretch_bt.perception.clouds.coverage import Hidden, coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
 from stretch_bt.perception.clouds.relief import Relief, turn_of
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
@@ -76,14 +76,14 @@ class PlanView(Behavior):
         elif share >= self.wanted or count >= self.max_presses or self._gave_up(count, relief.felt_area, unseen):
             pose = None
         else:
-            pose = self._planned(relief)
+            pose = self._planned(relief, left)
         self.done = pose is None
         self.x, self.y, self.yaw = x, y, yaw = here if pose is None else pose
         place = f"x {x * 1e3:.4g} mm, y {y * 1e3:.4g} mm, turned by {math.degrees(yaw):.4g} deg"
         self.request = f"The hand is about to press at {place}." if self.poses and pose is not None else ""
         return Status.SUCCESS
 
-    def _planned(self, relief: Relief) -> tuple[float, float, float] | None:
+    def _planned(self, relief: Relief, left: Hidden) -> tuple[float, float, float] | None:
         geometry, limits = self.context.hand.geometry, self.context.limits
         stretch = 0.0 if self.gripper is None else geometry.stretch(self.gripper.opening(MAX_AGE).value)
         anywhere = (-math.inf, math.inf)
@@ -94,6 +94,7 @@ class PlanView(Behavior):
             width=geometry.width / math.sqrt(1.0 + stretch / geometry.gauge),
             x=anywhere if limits is None else (limits.x.min, limits.x.max),
             y=anywhere if limits is None else (limits.y.min, limits.y.max),
+            unseen=left,
         )
         return None if look is None else (look.x, look.y, look.yaw)
 

@@ -1,7 +1,6 @@
 """Pressing into the object."""
 
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
-from stretch_bt.errors import NoContact
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
 from stretch_bt.tree.registry import node
@@ -21,9 +20,7 @@ class Press(MotionBehavior):
 
     def start(self) -> Motion:
         """Move straight down, or up."""
-        contact = self.context.hand.contact_height
-        if contact is None:
-            raise NoContact("the height of first contact is not known; run 'approach' first")
+        contact = self.context.hand.touched_at
         pose = self.arm.pose(MAX_AGE).value
         return self.arm.move(pose.at_height(contact - self.depth), speed=self.speed, owner=self.path)
 

@@ -6,11 +6,12 @@ import numpy as np
 
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
-from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.clouds.views import surface_of
+from stretch_bt.perception.deprojection import to_world
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
@@ -51,7 +52,7 @@ class PressGently(MotionBehavior):
 
     def start(self) -> Motion:
         """Move straight down."""
-        contact = self._contact()
+        contact = self.context.hand.touched_at
         pose = self.arm.pose(MAX_AGE).value
         return self.arm.move(pose.at_height(max(contact - self.depth, 0.0)), speed=self.speed, owner=self.path)
 
@@ -68,12 +69,6 @@ class PressGently(MotionBehavior):
         """Tell how deep it is."""
         return self._end("force" if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit() else "depth")
 
-    def _contact(self) -> float:
-        contact = self.context.hand.contact_height
-        if contact is None:
-            raise NoContact("the height of first contact is not known; run 'approach' first")
-        return contact
-
     def _limit(self) -> float:
         limits = self.context.limits
         return self.max_force if limits is None else min(self.max_force, SAFE * limits.force)
@@ -85,14 +80,14 @@ class PressGently(MotionBehavior):
         points = surface_of(frame).reshape(-1, 3)
         if frame.pose is None:
             raise InvalidInput("the frame does not say where the hand is; declare an arm")
-        world = points @ (frame.pose.matrix() * [1.0, -1.0, 1.0]).T + frame.pose.position
+        world = to_world(points, frame.pose)
         near = world[np.hypot(world[:, 0] - x, world[:, 1] - y) < AROUND, 2]
         if len(near):
             self.tops = [*self.tops, float(near.mean())][-LATEST:]
         return len(self.tops) == LATEST and float(np.mean(self.tops)) < height - self.max_drop
 
     def _end(self, ended: str) -> Status:
-        depth = self._contact() - self.arm.pose(MAX_AGE).value.height
+        depth = self.context.hand.touched_at - self.arm.pose(MAX_AGE).value.height
         if depth < LEAST:
             self.reason = f"the limit of {ended} was reached {-depth * 1e3:.1f} mm above first contact: something else is in the way"
             return Status.FAILURE

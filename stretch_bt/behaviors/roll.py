@@ -3,7 +3,6 @@
 import math
 
 from stretch_bt.behaviors._motion import MotionBehavior
-from stretch_bt.errors import NoContact
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
@@ -24,9 +23,7 @@ class Roll(MotionBehavior):
 
     def start(self) -> Motion:
         """Follow the circle."""
-        contact = self.context.hand.contact_height
-        if contact is None:
-            raise NoContact("the height of first contact is not known; run 'approach' first")
+        contact = self.context.hand.touched_at
         start = self.arm.pose(MAX_AGE).value.at_height(contact - self.depth)
         angles = [2 * math.pi * k / STEPS for k in range(STEPS + 1)]
         path = [start.moved(x=self.radius * (math.cos(a) - 1), y=self.radius * math.sin(a)) for a in angles]

@@ -1,14 +1,12 @@
 """Writing down a press of a sensitivity map."""
 
+from stretch_bt.behaviors._pressed import pressed
 from stretch_bt.behaviors._table import table_of
-from stretch_bt.errors import NoContact
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.model.sensitivity import Found, Sensed
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length
-
-MAX_AGE = 0.5
 
 
 @node
@@ -38,9 +36,5 @@ class WriteDiameters(Behavior):
         return Status.SUCCESS
 
     def _press(self) -> Sensed:
-        hand = self.context.hand
-        depth = hand.depth(self.arm.pose(MAX_AGE).value.height)
-        if depth is None:
-            raise NoContact("the height of first contact is not known; run 'approach' first")
-        stretch = hand.geometry.stretch(self.gripper.opening(MAX_AGE).value)
+        stretch, depth = pressed(self.context.hand, self.arm, self.gripper)
         return Sensed("cylinder", self.diameter, stretch, depth, self.trial, tuple(self.found), self.context.time)

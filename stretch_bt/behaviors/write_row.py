@@ -1,14 +1,12 @@
 """Writing down a press of a characterisation."""
 
+from stretch_bt.behaviors._pressed import pressed
 from stretch_bt.behaviors._table import table_of
-from stretch_bt.errors import NoContact
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.model.characterization import Press
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Angle, Force, Length
-
-MAX_AGE = 0.5
 
 
 @node
@@ -40,12 +38,8 @@ class WriteRow(Behavior):
         return Status.SUCCESS
 
     def _press(self) -> Press:
-        hand = self.context.hand
-        depth = hand.depth(self.arm.pose(MAX_AGE).value.height)
-        if depth is None or hand.contact_height is None:
-            raise NoContact("the height of first contact is not known; run 'approach' first")
-        stretch = hand.geometry.stretch(self.gripper.opening(MAX_AGE).value)
+        stretch, depth = pressed(self.context.hand, self.arm, self.gripper)
         size = self.angle if self.geometry == "cone" else self.diameter
         force, sd = float(self.force), float(self.force_sd)
-        where = hand.contact_height
+        where = self.context.hand.touched_at
         return Press(self.geometry, size, stretch, depth, self.trial, force, sd, where, self.context.time)

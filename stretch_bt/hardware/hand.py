@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from stretch_bt.errors import NoContact
+
 __all__ = ["Hand", "HandGeometry"]
 
 
@@ -33,6 +35,19 @@ class Hand:
     geometry: HandGeometry = field(default_factory=HandGeometry)
     contact_height: float | None = None
     contact_height_sd: float | None = None
+
+    @property
+    def touched_at(self) -> float:
+        """World height of the hand at first contact, m.
+
+        Raises
+        ------
+        NoContact
+            No node has found it yet.
+        """
+        if self.contact_height is None:
+            raise NoContact("the height of first contact is not known; run 'approach' first")
+        return self.contact_height
 
     def depth(self, hand_height: float) -> float | None:
         """Return how far the hand is past first contact, m, or None before contact was found."""

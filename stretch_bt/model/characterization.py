@@ -6,7 +6,6 @@ other line is one press, blank where a column does not apply. A row is written w
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass, fields
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.model.form import Form, digits, text_of, wrong
 from stretch_bt.model.protocol import State
 
 __all__ = [
@@ -35,7 +35,6 @@ __all__ = [
 FORMAT = "stretch-characterization/1"
 #: how the table in the record of a run is called
 NAME = "characterization.csv"
-_MARK = f"# {FORMAT} "
 COLUMNS = (
     "geometry",
     "diameter_mm",
@@ -49,7 +48,8 @@ COLUMNS = (
     "time_s",
 )
 _GEOMETRIES = ("sphere", "cylinder", "cone")
-_HEADER = ",".join(COLUMNS)
+_LEAST = {"force_sd_N": 0.0, "trial": 1.0, "stretch_mm": -1.0, "diameter_mm": 0.0, "angle_deg": 0.0}
+_FORM = Form(FORMAT, COLUMNS, _LEAST, "characterize", "repair or remove the row")
 
 Array = npt.NDArray[np.float64]
 
@@ -96,7 +96,7 @@ class Table:
 
 def first_lines(provenance: Mapping[str, Any]) -> str:
     """Return the first two lines of a table."""
-    return f"{_MARK}{json.dumps(provenance, sort_keys=True, allow_nan=False)}\n{_HEADER}\n"
+    return _FORM.first_lines(provenance)
 
 
 def table_line(press: Press) -> str:
@@ -105,9 +105,9 @@ def table_line(press: Press) -> str:
     if not all(math.isfinite(v) for v in (*values, press.size, press.stretch, press.depth)):
         raise InvalidInput(f"a press of a table has finite numbers, got {press}")
     cone = press.geometry == "cone"
-    sizes = ("", _digits(math.degrees(press.size))) if cone else (_digits(press.size * 1e3), "")
-    where = (_digits(press.stretch * 1e3), _digits(press.depth * 1e3), str(press.trial))
-    return ",".join((press.geometry, *sizes, *where, *(_digits(v) for v in values))) + "\n"
+    sizes = ("", digits(math.degrees(press.size))) if cone else (digits(press.size * 1e3), "")
+    where = (digits(press.stretch * 1e3), digits(press.depth * 1e3), str(press.trial))
+    return ",".join((press.geometry, *sizes, *where, *(digits(v) for v in values))) + "\n"
 
 
 def read_table(path: str | Path) -> Table:
@@ -118,23 +118,15 @@ def read_table(path: str | Path) -> Table:
     InvalidInput
         The file is missing or is no table; the text names the line, and what to do.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput(f"{path}: the table cannot be read ({error.strerror}); name the file of a table") from None
-    except UnicodeDecodeError:
-        raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
-    return parse_table(text, str(path))
+    return parse_table(text_of(path), str(path))
 
 
 def parse_table(text: str, name: str = NAME) -> Table:
     """Return the table that a text holds, with the errors of `read_table`; `name` is how they call it."""
     lines = text.split("\n")
-    provenance = _provenance(lines[0], name)
-    if len(lines) < 3 or lines[1].rstrip("\r") != _HEADER:
-        raise _wrong(name, 2, f"the header of a table is {_HEADER}", "write it as the second line")
+    provenance = _FORM.provenance(lines, name)
     if lines[-1] != "":
-        raise _wrong(
+        raise wrong(
             name,
             len(lines),
             "the last line has no line end, so that it may be cut short",
@@ -151,29 +143,18 @@ def as_table(provenance: Mapping[str, Any], presses: list[Press]) -> Table:
     return Table(provenance, *(np.array(c, dtype=kind) for c, kind in zip(columns, kinds, strict=True)))
 
 
-def _provenance(line: str, name: str) -> Mapping[str, Any]:
-    if not line.startswith(_MARK):
-        raise _wrong(name, 1, f"a table begins with {_MARK!r}", "name the file of a table that characterize wrote")
-    try:
-        found = json.loads(line[len(_MARK) :])
-    except (ValueError, RecursionError) as error:
-        raise _wrong(name, 1, f"what the table comes from is no JSON ({error})", "restore the first line") from None
-    if not isinstance(found, dict):
-        raise _wrong(name, 1, "what the table comes from is a JSON object", "restore the first line")
-    return found
-
-
 def _press(line: str, name: str, number: int) -> Press:
     """Return the press of a line, SI."""
     given = line.split(",")
     if len(given) != len(COLUMNS):
-        raise _wrong(name, number, f"a row has {len(COLUMNS)} columns, this one {len(given)}", "repair or remove it")
+        raise wrong(name, number, f"a row has {len(COLUMNS)} columns, this one {len(given)}", "repair or remove it")
     geometry, *numbers = given
     if geometry not in _GEOMETRIES:
-        raise _wrong(name, number, f"geometry: there is no {geometry!r}", f"write one of {', '.join(_GEOMETRIES)}")
+        raise wrong(name, number, f"geometry: there is no {geometry!r}", f"write one of {', '.join(_GEOMETRIES)}")
     blank = "diameter_mm" if geometry == "cone" else "angle_deg"
     found = {c: _number(t, c, c == blank, name, number) for c, t in zip(COLUMNS[1:], numbers, strict=True)}
-    _check(found, name, number)
+    if not max(found["diameter_mm"], found["angle_deg"]) > 0:
+        raise wrong(name, number, "the size of the indenter is 0", _FORM.mend)
     size = math.radians(found["angle_deg"]) if geometry == "cone" else found["diameter_mm"] * 1e-3
     return Press(
         geometry,
@@ -193,28 +174,5 @@ def _number(text: str, column: str, blank: bool, name: str, number: int) -> floa
     if blank and text == "":
         return 0.0
     if blank:
-        raise _wrong(name, number, f"{column}: {text!r} stands where this geometry has none", "leave it blank")
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or (column == "trial" and value != int(value)):
-        kind = "whole number" if column == "trial" else "finite number"
-        raise _wrong(name, number, f"{column}: {text!r} is no {kind}", "repair or remove the row")
-    return value
-
-
-def _check(found: Mapping[str, float], name: str, number: int) -> None:
-    for column, least in (("force_sd_N", 0), ("trial", 1), ("stretch_mm", -1), ("diameter_mm", 0), ("angle_deg", 0)):
-        if found[column] < least:
-            raise _wrong(name, number, f"{column}: {found[column]:g} is below {least}", "repair or remove the row")
-    if not max(found["diameter_mm"], found["angle_deg"]) > 0:
-        raise _wrong(name, number, "the size of the indenter is 0", "repair or remove the row")
-
-
-def _wrong(name: str, line: int, message: str, hint: str) -> InvalidInput:
-    return InvalidInput(f"{name}:{line}: {message}; {hint}")
-
-
-def _digits(value: float) -> str:
-    return f"{value:.9g}"
+        raise wrong(name, number, f"{column}: {text!r} stands where this geometry has none", "leave it blank")
+    return _FORM.number(column, text, name, number)

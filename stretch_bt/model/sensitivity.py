@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.model.form import Form, digits, text_of, wrong
 from stretch_bt.model.protocol import State
 
 __all__ = [
@@ -55,9 +55,8 @@ COLUMNS = (
     "time_s",
     "refused",
 )
-_MARK = f"# {FORMAT} "
-_HEADER = ",".join(COLUMNS)
 _LEAST = {"diameter_mm": 0.0, "stretch_mm": -1.0, "trial": 1.0, "diameter_i_sd_mm": 0.0, "diameter_j_sd_mm": 0.0}
+_FORM = Form(FORMAT, COLUMNS, _LEAST, "contact_sensitivity", "repair or remove its press")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +102,7 @@ class Sensitivity:
 
 def first_lines(provenance: Mapping[str, Any]) -> str:
     """Return the first two lines of a table."""
-    return f"{_MARK}{json.dumps(provenance, sort_keys=True, allow_nan=False)}\n{_HEADER}\n"
+    return _FORM.first_lines(provenance)
 
 
 def sensed_lines(press: Sensed) -> str:
@@ -111,9 +110,9 @@ def sensed_lines(press: Sensed) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     for found in press.found:
-        where = [*(_digits(1e3 * v) for v in (press.size, press.stretch, press.depth)), str(press.trial)]
+        where = [*(digits(1e3 * v) for v in (press.size, press.stretch, press.depth)), str(press.trial)]
         writer.writerow(
-            [*where, found.method, found.shape, *_widths(found, press.size), _digits(press.time), _line(found.refused)]
+            [*where, found.method, found.shape, *_widths(found, press.size), digits(press.time), _line(found.refused)]
         )
     return out.getvalue()
 
@@ -126,24 +125,16 @@ def read_sensitivity(path: str | Path) -> Sensitivity:
     InvalidInput
         The file is missing or is no table; the text names the line, and what to do.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput(f"{path}: the table cannot be read ({error.strerror}); name the file of a table") from None
-    except UnicodeDecodeError:
-        raise InvalidInput(f"{path}: the table is no text; name the file of a table") from None
-    return parse_sensitivity(text, str(path))
+    return parse_sensitivity(text_of(path), str(path))
 
 
 def parse_sensitivity(text: str, name: str = NAME) -> Sensitivity:
     """Return the table that a text holds, with the errors of `read_sensitivity`; `name` is how they call it."""
     lines = text.split("\n")
-    provenance = _provenance(lines[0], name)
-    if len(lines) < 3 or lines[1].rstrip("\r") != _HEADER:
-        raise _wrong(name, 2, f"the header of a table is {_HEADER}", "write it as the second line")
+    provenance = _FORM.provenance(lines, name)
     rows = [_row(line.rstrip("\r"), name, number) for number, line in enumerate(lines[2:-1], 3)]
     if lines[-1] != "" or len(rows) % len(METHODS):
-        raise _wrong(
+        raise wrong(
             name,
             len(lines),
             "the last press is not whole",
@@ -160,55 +151,29 @@ def _widths(found: Found, diameter: float) -> list[str]:
     values = (found.i, found.i_sd, found.j, found.j_sd, *errors, (abs(errors[0]) + abs(errors[1])) / 2)
     if not all(math.isfinite(v) for v in values):
         raise InvalidInput(f"a press of a table has finite numbers, got {found}")
-    return [_digits(1e3 * v) for v in values]
-
-
-def _provenance(line: str, name: str) -> Mapping[str, Any]:
-    if not line.startswith(_MARK):
-        raise _wrong(
-            name, 1, f"a table begins with {_MARK!r}", "name the file of a table that contact_sensitivity wrote"
-        )
-    try:
-        found = json.loads(line[len(_MARK) :])
-    except (ValueError, RecursionError) as error:
-        raise _wrong(name, 1, f"what the table comes from is no JSON ({error})", "restore the first line") from None
-    if not isinstance(found, dict):
-        raise _wrong(name, 1, "what the table comes from is a JSON object", "restore the first line")
-    return found
+    return [digits(1e3 * v) for v in values]
 
 
 def _row(line: str, name: str, number: int) -> tuple[State, float, Found]:
     """Return the press, the time and the finding of a line, SI."""
     cells = next(csv.reader([line]), [])
     if len(cells) != len(COLUMNS):
-        raise _wrong(
+        raise wrong(
             name, number, f"a row has {len(COLUMNS)} columns, this one {len(cells)}", "repair or remove its press"
         )
     given = dict(zip(COLUMNS, cells, strict=True))
     if given["method"] not in METHODS:
-        raise _wrong(name, number, f"method: there is no {given['method']!r}", f"write one of {', '.join(METHODS)}")
+        raise wrong(name, number, f"method: there is no {given['method']!r}", f"write one of {', '.join(METHODS)}")
     size, stretch, depth, trial, time = (
-        _number(given, column, name, number) for column in ("diameter_mm", "stretch_mm", "depth_mm", "trial", "time_s")
+        _FORM.number(column, given[column], name, number)
+        for column in ("diameter_mm", "stretch_mm", "depth_mm", "trial", "time_s")
     )
     state = State("cylinder", size * 1e-3, stretch * 1e-3, depth * 1e-3, int(trial))
     if given["refused"]:
         return state, time, Found(given["method"], refused=given["refused"])
     widths = ("diameter_i_mm", "diameter_i_sd_mm", "diameter_j_mm", "diameter_j_sd_mm")
-    i, i_sd, j, j_sd = (_number(given, column, name, number) * 1e-3 for column in widths)
+    i, i_sd, j, j_sd = (_FORM.number(column, given[column], name, number) * 1e-3 for column in widths)
     return state, time, Found(given["method"], i, i_sd, j, j_sd, given["shape"])
-
-
-def _number(given: Mapping[str, str], column: str, name: str, number: int) -> float:
-    try:
-        value = float(given[column])
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or (column == "trial" and value != int(value)):
-        kind = "whole number" if column == "trial" else "finite number"
-        raise _wrong(name, number, f"{column}: {given[column]!r} is no {kind}", "repair or remove its press")
-    if value < _LEAST.get(column, -math.inf):
-        raise _wrong(name, number, f"{column}: {value:g} is below {_LEAST[column]:g}", "repair or remove its press")
-    return value
 
 
 def _press(group: list[tuple[State, float, Found]], name: str, number: int) -> Sensed:
@@ -216,16 +181,8 @@ def _press(group: list[tuple[State, float, Found]], name: str, number: int) -> S
     found = tuple(found for _, _, found in group)
     if any(other != state for other, _, _ in group) or tuple(f.method for f in found) != METHODS:
         methods = ", ".join(METHODS)
-        raise _wrong(name, number, f"a press has a line for each of {methods}, in this order", "repair or remove it")
+        raise wrong(name, number, f"a press has a line for each of {methods}, in this order", "repair or remove it")
     return Sensed(state.geometry, state.size, state.stretch, state.depth, state.trial, found, time)
-
-
-def _wrong(name: str, line: int, message: str, hint: str) -> InvalidInput:
-    return InvalidInput(f"{name}:{line}: {message}; {hint}")
-
-
-def _digits(value: float) -> str:
-    return f"{value:.9g}"
 
 
 def _line(text: str) -> str:

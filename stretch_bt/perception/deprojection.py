@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["deproject", "depth_of", "points_of", "to_membrane", "view_rays"]
+__all__ = ["deproject", "depth_of", "points_of", "to_membrane", "to_world", "view_rays", "world_turn"]
 
 PLAUSIBLE = (1e-3, 20.0)  # metres; a median depth outside it is in another unit
 
@@ -118,6 +118,21 @@ def to_membrane(points: FloatArray, plane_distance: float) -> FloatArray:
     """Move points (..., 3), m, from the camera frame to the membrane frame: z = plane_distance - depth."""
     moved: FloatArray = np.array(points, copy=True)
     moved[..., 2] = plane_distance - moved[..., 2]
+    return moved
+
+
+def world_turn(pose: Pose) -> npt.NDArray[np.float64]:
+    """Return (3, 3), which takes directions of the membrane frame of a hand into the world.
+
+    The membrane frame is left-handed; with its y reversed it is the hand frame.
+    """
+    turn: npt.NDArray[np.float64] = pose.matrix() * [1.0, -1.0, 1.0]
+    return turn
+
+
+def to_world(points: FloatArray, pose: Pose) -> npt.NDArray[np.float64]:
+    """Move points (n, 3), m, from the membrane frame of a hand into the world."""
+    moved: npt.NDArray[np.float64] = points @ world_turn(pose).T + pose.position
     return moved
 
 

@@ -86,8 +86,8 @@ class Top:
         """Return it with the curvature, 1/m, that something else knows, the same in all directions; or as it is where it is clearly not so."""
         if known is None:
             return self
-        size = self.size**2
-        level, spread, uneven = known.value * size, (known.sd * size) ** 2, (ROUND * known.value * size) ** 2
+        area = self.size**2
+        level, spread, uneven = known.value * area, (known.sd * area) ** 2, (ROUND * known.value * area) ** 2
         off = np.array([level, 0.0, level]) - self.q[3:]
         told = np.array([[spread + uneven, 0.0, spread], [0.0, uneven, 0.0], [spread, 0.0, spread + uneven]])
         apart = np.linalg.inv(self.covariance[3:, 3:] + told)

@@ -16,7 +16,7 @@ from stretch_bt.run.runner import Runner
 from stretch_bt.run.task import run
 from stretch_bt.simulation.scene import load_scene
 
-__all__ = ["Seen", "palpated"]
+__all__ = ["Seen", "palpated", "watched"]
 
 
 @dataclass
@@ -52,18 +52,20 @@ def palpated(
     protocol: str, level: int, balloon: str, fidelity: str, seed: int, extra: Mapping[str, Any]
 ) -> tuple[RunResult, Seen]:
     """Return the result of a run with the params of LEVELS and `extra`, and what the scene knew on its way."""
+    shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene.yaml"
+        scene.write_text(shipped.read_text("utf-8") + f"fidelity: {fidelity}\n", encoding="utf-8")
+        params = {**LEVELS[protocol][level], "model": OWN[fidelity], **extra}
+        return watched(balloon, PROTOCOLS[protocol], scene=scene, seed=seed, params=params, out=Path(folder) / "record")
+
+
+def watched(balloon: str, tree: str, **given: Any) -> tuple[RunResult, Seen]:
+    """Run a tree on a scene of a balloon as `run` does, and return its result and what the scene knew on its way."""
     notes: list[Seen] = []
 
     def watch(runner: Runner) -> None:
         notes.append(Seen(runner, load_scene(f"{balloon}_balloon").object.top))
         runner.watchers.append(notes[0])
 
-    shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
-    with tempfile.TemporaryDirectory() as folder:
-        scene = Path(folder) / "scene.yaml"
-        scene.write_text(shipped.read_text("utf-8") + f"fidelity: {fidelity}\n", encoding="utf-8")
-        params = {**LEVELS[protocol][level], "model": OWN[fidelity], **extra}
-        result = run(
-            PROTOCOLS[protocol], scene=scene, seed=seed, params=params, out=Path(folder) / "record", watch=watch
-        )
-    return result, notes[0]
+    return run(tree, watch=watch, **given), notes[0]

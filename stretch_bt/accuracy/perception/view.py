@@ -21,7 +21,7 @@ from stretch_bt.simulation.membrane.press import press
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
-__all__ = ["CAMERA", "PLANE_DISTANCE", "Press", "Seen", "seen"]
+__all__ = ["CAMERA", "PLANE_DISTANCE", "Press", "Seen", "seen", "seen_of"]
 
 PLANE_DISTANCE = 0.2
 CAMERA = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333)  # a crop of the sensor that holds the membrane
@@ -81,6 +81,11 @@ def seen(wanted: Press) -> Seen:
 def _solved(wanted: Press) -> Seen:
     settings = Settings(mesh=wanted.mesh, growth=1.4, budget=3000)
     solved = press(wanted.indenter, wanted.stretch, wanted.depth, at=wanted.at, settings=settings).detail
+    return seen_of(wanted, solved)
+
+
+def seen_of(wanted: Press, solved: object) -> Seen:
+    """Return what the camera sees of a press that the sheet solved."""
     assert isinstance(solved, SheetPress)
     depth, points = render(solved.shape, CAMERA, PLANE_DISTANCE)
     visible = np.isfinite(points[..., 2])

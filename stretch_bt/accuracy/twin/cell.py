@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from stretch_bt.errors import NoEquilibrium
@@ -43,14 +44,17 @@ class Bench:
         if state is not MotionState.DONE:
             raise NoEquilibrium(f"the hand did not get where it was sent: {state}")
 
-    def frame(self, count: int) -> DepthFrame:
-        """Return the mean of the next frames, as a node sees it: masked to the membrane."""
-        geometry, frames = self.cell.hand.geometry, []
+    def shots(self, count: int) -> Iterator[DepthFrame]:
+        """Yield the next frames, as a node sees them: masked to the membrane."""
+        geometry = self.cell.hand.geometry
         for _ in range(count):
             self.time += _PERIOD
             shot = self.devices["camera"].frame(1.0).value
-            frames.append(mask_membrane(shot, gauge=geometry.gauge, width=geometry.width, stretch=shot.stretch or 0.0))
-        return average_frames(frames)
+            yield mask_membrane(shot, gauge=geometry.gauge, width=geometry.width, stretch=shot.stretch or 0.0)
+
+    def frame(self, count: int) -> DepthFrame:
+        """Return the mean of the next frames."""
+        return average_frames(list(self.shots(count)))
 
     def force(self, count: int) -> float:
         """Return the mean force along z, N, of the next readings."""

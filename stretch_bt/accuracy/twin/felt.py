@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from stretch_bt.accuracy.twin.cell import Bench
 from stretch_bt.frames import Pose
-from stretch_bt.perception import FreeView, find_contact, mask_membrane, with_left_over, without_pattern
+from stretch_bt.perception import FreeView, find_contact, with_left_over, without_pattern
 from stretch_bt.perception.types import Contact
 from stretch_bt.simulation.scene import Scene
 
@@ -15,7 +15,6 @@ __all__ = ["around", "felt"]
 
 _CLEAR = 0.030  # m above the top, where the membrane is looked at
 _FREE = 24  # frames of the free membrane
-_PERIOD = 1 / 30  # s between frames
 _SETTLE = 0.5  # s
 _TRAVEL, _PRESS = 0.1, 0.005  # m/s
 
@@ -56,13 +55,11 @@ def felt(
     for x, y in places:
         above = Pose((x, y, top + _CLEAR))
         bench.go(above, _TRAVEL)
-        geometry, free = bench.cell.hand.geometry, FreeView()
-        for _ in range(_FREE):
-            bench.time += _PERIOD
-            shot = bench.devices["camera"].frame(1.0).value
-            free.add(mask_membrane(shot, gauge=geometry.gauge, width=geometry.width, stretch=shot.stretch or 0.0))
+        free = FreeView()
+        for shot in bench.shots(_FREE):
+            free.add(shot)
         free.settle()
-        pattern = free.pattern(geometry.gauge)
+        pattern = free.pattern(bench.cell.hand.geometry.gauge)
         bench.go(above.at_height(top - depth), _PRESS)
         bench.time += _SETTLE
         frame = bench.frame(frames)

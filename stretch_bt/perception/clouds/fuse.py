@@ -10,6 +10,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import CELL, FLOOR, Array, Cloud, Frame
+from stretch_bt.perception.deprojection import to_world, world_turn
 from stretch_bt.perception.types import Contact
 
 __all__ = ["fuse_contact", "placed"]
@@ -67,10 +68,7 @@ def fuse_contact(contact: Contact, cloud: Cloud | None = None, *, cell: float = 
 
 
 def placed(contact: Contact) -> tuple[Array, Array, Array, Frame]:
-    """Return points (n, 3), m, rays (n, 3) and noise along them (n,), m, in the world or the hand's frame, and which.
-
-    The membrane frame is left-handed; with its y reversed it is the hand frame.
-    """
+    """Return points (n, 3), m, rays (n, 3) and noise along them (n,), m, in the world or the hand's frame, and which."""
     points, rays = np.asarray(contact.points, np.float64), np.asarray(contact.rays, np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or rays.shape != points.shape:
         raise InvalidInput(f"points and rays of a contact have shape (n, 3), got {points.shape} and {rays.shape}")
@@ -83,10 +81,9 @@ def placed(contact: Contact) -> tuple[Array, Array, Array, Frame]:
     if len(points) <= NEIGHBOURS:
         raise IllConditioned(f"a contact of {len(points)} points is too small to fuse; it takes {NEIGHBOURS + 1}")
     pose = contact.pose or Pose((0.0, 0.0, contact.hand_height or 0.0))
-    turn = pose.matrix() * [1.0, -1.0, 1.0]
     along = max(contact.noise, LEAST_NOISE) / np.maximum(np.abs(rays[:, 2]), 0.1)
     frame: Frame = "hand" if contact.pose is None else "world"
-    return points @ turn.T + pose.position, rays @ turn.T, along, frame
+    return to_world(points, pose), rays @ world_turn(pose).T, along, frame
 
 
 def _sighting(points: Array, rays: Array, noise: Array, cloud: Cloud) -> Cloud:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -80,13 +79,13 @@ def next_view(
         return None
     level, reach = max(top - depth, 0.0), round(FINGER / GRID)
     x_at, y_at = _grid(poses, length, width)
-    under = _at(relief, _in_the_way(relief, level), x_at, y_at, False)
+    under = relief.at(_in_the_way(relief, level), x_at, y_at, False)
     clear = ~(under[:, :, : reach + 1].any(axis=(1, 2)) | under[:, :, -reach - 1 :].any(axis=(1, 2)))
     poses, x_at, y_at = poses[clear], x_at[clear, :, reach:-reach], y_at[clear, :, reach:-reach]
     if not len(poses):
         return None
-    ground = np.maximum(_at(relief, unseen.height, x_at, y_at, 0.0), 0.0)
-    fresh = _at(relief, unseen.cells, x_at, y_at, False)
+    ground = np.maximum(relief.at(unseen.height, x_at, y_at, 0.0), 0.0)
+    fresh = relief.at(unseen.cells, x_at, y_at, False)
     gains = (fresh & (drape(ground, np.full(len(poses), level)) - ground < NEAR)).sum(axis=(1, 2)) * GRID**2
     best = int(gains.argmax())
     if gains[best] < max(LITTLE[0], LITTLE[1] * relief.felt_area):
@@ -124,14 +123,6 @@ def _grid(poses: Array, length: float, width: float) -> tuple[Array, Array]:
     c, s = np.cos(poses[:, 2])[:, None, None], np.sin(poses[:, 2])[:, None, None]
     x, y = poses[:, 0][:, None, None], poses[:, 1][:, None, None]
     return x + c * u[:, None] - s * v, y + s * u[:, None] + c * v
-
-
-def _at(relief: Relief, values: npt.NDArray[Any], x: Array, y: Array, outside: Any) -> npt.NDArray[Any]:
-    """Return the values of the cells in which places lie."""
-    i, j = (np.floor(at / relief.cell).astype(int) - o for at, o in zip((x, y), relief.origin, strict=True))
-    n, m = values.shape
-    known = (i >= 0) & (i < n) & (j >= 0) & (j < m)
-    return np.asarray(np.where(known, values[np.clip(i, 0, n - 1), np.clip(j, 0, m - 1)], outside))
 
 
 def _in_the_way(relief: Relief, level: float) -> npt.NDArray[np.bool_]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import Cloud
+from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.types import FloatArray
 from stretch_bt.units import Area, Length
 
@@ -115,13 +117,18 @@ class Relief:
         )
         return int((np.bincount(parts.ravel())[1 : count + 1] > FEWEST).sum())
 
+    def at(self, values: npt.NDArray[Any], x: Array, y: Array, outside: Any) -> npt.NDArray[Any]:
+        """Return the values, one a cell, of the cells in which places x and y, m, world, of any one shape lie; `outside` beside the map."""
+        i, j = (np.floor(at / self.cell).astype(np.int64) - o for at, o in zip((x, y), self.origin, strict=True))
+        n, m = values.shape
+        known = (i >= 0) & (i < n) & (j >= 0) & (j < m)
+        return np.asarray(np.where(known, values[np.clip(i, 0, n - 1), np.clip(j, 0, m - 1)], outside))
+
     def holds(self, points: Array) -> Mask:
         """Return which points (n, 3), m, world, lie on the surface that was felt."""
-        index = _index(points, self.cell) - self.origin
-        inside = np.asarray(((index >= 0) & (index < self.ceiling.shape)).all(axis=1))
-        safe = np.where(inside[:, None], index, 0)
-        i, j = safe[:, 0], safe[:, 1]
-        return np.asarray(inside & self.felt[i, j] & (np.abs(points[:, 2] - self.height[i, j]) < MOVED))
+        x, y, z = points.T
+        height = self.at(np.where(self.felt, self.height, np.inf), x, y, np.inf)
+        return np.asarray(np.abs(z - height) < MOVED)
 
     def place(self, cells: npt.NDArray[np.int64]) -> Array:
         """Return the middle, x and y, m, of cells (n, 2) that are told by their index in the map."""
@@ -187,7 +194,7 @@ def _placed(surface: FloatArray, pose: Pose, half_length: float) -> tuple[Array,
     if not len(points):
         raise NoContact("the frame has no valid pixel")
     clear = half_length - np.abs(points[:, 1]) > CLAMP
-    return points @ (pose.matrix() * [1.0, -1.0, 1.0]).T + pose.position, clear.astype(np.float64)
+    return to_world(points, pose), clear.astype(np.float64)
 
 
 def _index(points: Array, cell: float) -> npt.NDArray[np.int64]:

@@ -7,7 +7,7 @@ import numpy as np
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clouds.relief import Array, Relief, View
-from stretch_bt.perception.deprojection import points_of, view_rays
+from stretch_bt.perception.deprojection import points_of, to_world, view_rays
 from stretch_bt.perception.noise import pixel_noise
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact
 
@@ -51,14 +51,11 @@ def contact_of(frame: DepthFrame, surface: Array, view: View, relief: Relief) ->
         raise InvalidInput("a contact in the world needs a frame with pose and plane_distance")
     known = np.asarray(np.isfinite(surface).all(axis=2))
     seen = surface.reshape(-1, 3)[known.ravel()]
-    world = seen @ (frame.pose.matrix() * [1.0, -1.0, 1.0]).T + frame.pose.position
-    n, m = relief.ceiling.shape
-    touched = np.zeros((n, m), dtype=bool)
+    world = to_world(seen, frame.pose)
+    touched = np.zeros(relief.ceiling.shape, dtype=bool)
     i, j = (view.cells - relief.origin).T
     touched[i, j] = view.touched
-    index = np.floor(world[:, :2] / relief.cell).astype(np.int64) - np.asarray(relief.origin)
-    a, b = index[:, 0], index[:, 1]
-    on = relief.holds(world) & touched[np.clip(a, 0, n - 1), np.clip(b, 0, m - 1)]
+    on = relief.holds(world) & relief.at(touched, world[:, 0], world[:, 1], False)
     if on.sum() < FEWEST:
         return None
     labels = np.full(known.shape, INVALID, np.uint8)

@@ -46,7 +46,8 @@ class _Case:
     def __init__(self, views: list[View], cloud: Cloud, fillet: tuple[float, float]) -> None:
         self.views, self.cloud, self.fillet = views, cloud, fillet
         self.floor = math.hypot(cloud.floor, HANG_SD)
-        self.top: Top = top_of(height_map(views))
+        self.heights = height_map(views)
+        self.top: Top = top_of(self.heights)
         self.heading = math.atan2(float(self.top.along[1]), float(self.top.along[0]))
         self.middle: Array = self.top.middle
         self.made: dict[Kind, Made] = {}
@@ -178,7 +179,7 @@ def _round(case: _Case) -> None:
     family = case.top.evidence["round"]
     low = min(float(view.hand[2]) for view in case.views) + LOWEST
     try:
-        found = domes_of(case.views, peaks_of(case.views, low))
+        found = domes_of(case.views, peaks_of(case.heights, case.views, low))
     except IllConditioned as error:
         case.refused.update({"domes": str(error), "point": str(error)})
         return

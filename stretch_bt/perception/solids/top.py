@@ -74,15 +74,14 @@ def height_map(views: list[View]) -> Height:
     return Height(np.where(np.isfinite(lowest), lowest, np.nan), corner)
 
 
-def peaks_of(views: list[View], low: float) -> list[Array]:
-    """Return the places (2,), m, of humps of the membrane above a height, m, the highest first.
+def peaks_of(grid: Height, views: list[View], low: float) -> list[Array]:
+    """Return the places (2,), m, of humps of the membrane above a height, m, the highest first; `grid` is the height map of the views.
 
     A small dome beside a large one makes no summit under a membrane; that the surface is most curved there shows it. Free
     membrane has no mean curvature, or one to the other side.
     """
     from scipy.ndimage import gaussian_filter, gaussian_laplace, maximum_filter
 
-    grid = height_map(views)
     total, count = np.zeros(grid.z.shape), np.zeros(grid.z.shape)
     for view in views:
         cells = tuple(np.floor((view.points[:, :2] - grid.corner) / CELL).astype(int).T)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.types import CONTACT, INVALID, Contact
 
 __all__ = ["View", "view_of", "views_of"]
@@ -55,9 +56,7 @@ def view_of(contact: Contact) -> View:
     kept = np.isfinite(points).all(axis=1) & (labels != INVALID) & (points[:, 2] > -BELOW)
     if np.count_nonzero(kept) < FEWEST or not (labels[kept] == CONTACT).any():
         raise NoContact(f"the surface of a contact has {np.count_nonzero(kept)} points; a shape takes {FEWEST}")
-    # The membrane frame is left-handed; with its y reversed it is the hand's.
-    turn = contact.pose.matrix() * [1.0, -1.0, 1.0]
-    world = points[kept] @ turn.T + contact.pose.position
+    world = to_world(points[kept], contact.pose)
     area = max(contact.noise_area, 1.0)
     shared = contact.noise * float(np.sqrt(area / max(len(contact.points), 1)))
     return View(world, labels[kept] == CONTACT, np.array(contact.pose.position), max(contact.noise, 1e-6), shared)

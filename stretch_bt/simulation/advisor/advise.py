@@ -51,16 +51,15 @@ class LeftOff:
 
 def left_off(verdicts: Iterable[Verdict]) -> list[LeftOff]:
     """Return the observables in which the effects that are off, each small enough by itself, may add up to more than the tolerance."""
-    found: dict[str, list[Verdict]] = {}
-    for verdict in sorted(verdicts, key=lambda v: -(v.estimate or 0.0)):
-        if not verdict.on and verdict.observable is not None and verdict.estimate and verdict.threshold:
-            found.setdefault(verdict.observable, []).append(verdict)
+    found: dict[tuple[str, float], list[tuple[float, str]]] = {}
+    for v in verdicts:
+        if not v.on and v.observable is not None and v.estimate and v.threshold:
+            found.setdefault((v.observable, v.threshold), []).append((v.estimate, v.name))
     told = []
-    for observable, parts in found.items():
-        total, limit = sum(v.estimate or 0.0 for v in parts), parts[0].threshold or 0.0
-        if total > limit:
-            told.append(LeftOff(observable, total, limit, tuple(v.name for v in parts)))
-    return told
+    for (observable, limit), parts in found.items():
+        names = tuple(name for _, name in sorted(parts, reverse=True))
+        told.append(LeftOff(observable, sum(size for size, _ in parts), limit, names))
+    return [together for together in told if together.estimate > together.threshold]
 
 
 def advise(scene: Scene) -> list[Verdict]:

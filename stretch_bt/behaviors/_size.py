@@ -1,0 +1,45 @@
+"""Measuring the object in contact by face and skirt, as nodes do."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+from stretch_bt import perception
+from stretch_bt.perception.size.measure import FILLET, FILLET_SD
+from stretch_bt.perception.size.prior import shipped_prior
+from stretch_bt.perception.size.result import ContactSize
+from stretch_bt.perception.types import Contact
+
+__all__ = ["Skirt", "Wanted", "measured"]
+
+Wanted: TypeAlias = Literal["auto", "circle", "ellipse", "rectangle", "free_form"]
+#: of a sheet that does not resist bending, or of one that does
+Skirt: TypeAlias = Literal["thin", "thick"]
+
+
+def measured(
+    contact: Contact,
+    *,
+    hypothesis: Wanted,
+    skirt: Skirt,
+    mount_prestretch: float,
+    fillet: float = FILLET,
+    fillet_sd: float = FILLET_SD,
+) -> ContactSize:
+    """Return the size of what is in contact; the mounts stretch the membrane by `mount_prestretch`, m, at stretch 0.
+
+    Raises
+    ------
+    NoAnswer
+        The frame carries no size.
+    """
+    return perception.measure_contact(
+        contact.surface,
+        contact.labels,
+        stretch=None if contact.stretch is None else contact.stretch + mount_prestretch,
+        hypothesis=hypothesis,
+        fillet=fillet,
+        fillet_sd=fillet_sd,
+        noise=contact.noise,
+        prior=shipped_prior(skirt),
+    )
