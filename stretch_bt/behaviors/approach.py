@@ -13,6 +13,7 @@ from stretch_bt.behaviors._readings import Reading, Touch, reading_sd, readings_
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
+from stretch_bt.perception.pattern import HANG
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length, Speed
@@ -42,6 +43,10 @@ class Approach(MotionBehavior):
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
     average: In[int] = port(24, min=1, max=64, doc="frames to average at each")
+    hang: In[Length] = port(
+        HANG.value, min=0.0, max=0.02, doc="of the free membrane in its middle, as far as something knows it"
+    )
+    hang_sd: In[Length] = port(HANG.sd, min=0.0, max=0.02, doc="standard deviation of hang")
     learn_pattern: In[bool] = port(True, doc="take the camera's static error off later frames")
     contact_height: Out[Length]  # world height of the undeformed top
 
@@ -98,7 +103,7 @@ class Approach(MotionBehavior):
         if self.alarms >= self.ALARMS:
             self._halt()
             if self.learn_pattern:
-                self.pattern = self.free.pattern(self.context.hand.geometry.gauge)
+                self.pattern = self.free.pattern(self.context.hand.geometry.gauge, Estimate(self.hang, self.hang_sd))
                 self.source.learn(self.pattern)
             self._look()
             return Status.RUNNING

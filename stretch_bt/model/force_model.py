@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model.checks import is_number
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS, Estimate, format_quantity
 
 __all__ = ["FORMAT", "PAPER", "SHIPPED", "ForceModel", "Range", "model_of_kind", "require_force", "shipped"]
 
@@ -110,6 +110,10 @@ class ForceModel(ABC):
     def deepest(self, radius: float, stretch: float) -> float:
         """Return the deepest press, m, that the model answers for."""
         return self.range.depth[1]
+
+    def hang(self, stretch: float) -> Estimate | None:
+        """Return how far the free membrane hangs in its middle, m, at a stretch, m; None where the model knows nothing of it."""
+        return None
 
     @abstractmethod
     def to_json(self) -> dict[str, Any]:

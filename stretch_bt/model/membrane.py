@@ -17,7 +17,7 @@ from stretch_bt.model.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceMode
 from stretch_bt.model.membrane_hand import BOUNDS, PARAMETERS, Hand
 from stretch_bt.model.membrane_table import Axis, read_table
 from stretch_bt.model.root import rising_root
-from stretch_bt.units import KINDS, format_quantity
+from stretch_bt.units import KINDS, Estimate, format_quantity
 
 __all__ = ["PARAMETERS", "Hand", "MembraneModel"]
 
@@ -28,6 +28,8 @@ _STEP = 1e-4
 _EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
 _SAME = 1e-6  # m
+_TURN = 1e-6  # of a parameter, over which a hang is differenced
+_HANG_OFF = 0.05  # of a hang, that strip and density leave: an assumption
 # parts of a force, for each factor e in diameter and in depth, and for each m of stretch past what was measured: an assumption, on
 # top of what the covariance says, for what no sheet of the table has
 _BEYOND_SIZE, _BEYOND_STRETCH, _BEYOND_DEPTH = 0.01, 0.5, 0.01
@@ -130,6 +132,16 @@ class MembraneModel(ForceModel):
     def deepest(self, radius: float, stretch: float) -> float:
         """Return the deepest press, m, that the range allows and the membrane can bear."""
         return min(self.range.depth[1], read_table().reach(2 * radius, self.hand.mount_prestretch + stretch))
+
+    def hang(self, stretch: float) -> Estimate:
+        """Return how far the free membrane hangs in its middle, m, at a stretch, m, with what the parameters' covariance says of it."""
+        self.range.check(stretch=stretch)
+        told = self.hand.hang(stretch, self.conditioned)
+        steps = np.maximum(np.abs(self.hand) * _TURN, _TURN)
+        moved = np.eye(len(PARAMETERS)) * steps + self.hand
+        slopes = np.array([Hand(*row).hang(stretch, self.conditioned) - told for row in moved]) / steps
+        own = float(slopes @ np.array(self.covariance) @ slopes)
+        return Estimate(told, math.sqrt(max(own, 0.0) + (_HANG_OFF * told) ** 2))
 
     def _beyond(self, radius: float, stretch: float, depth: float) -> tuple[float, ...]:
         """Return what a force is off by, as parts of it, because radius, stretch and depth lie past what was measured."""

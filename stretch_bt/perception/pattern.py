@@ -15,9 +15,9 @@ from stretch_bt.perception.average import FINER
 from stretch_bt.perception.deprojection import ray_table
 from stretch_bt.perception.smooth import smooth
 from stretch_bt.perception.types import Contact, MaskArray
-from stretch_bt.units import Length, Speed, Time
+from stretch_bt.units import Estimate, Length, Speed, Time
 
-__all__ = ["FreeView", "Pattern", "with_left_over", "without_pattern"]
+__all__ = ["HANG", "FreeView", "Pattern", "with_left_over", "without_pattern"]
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.float32]
@@ -27,7 +27,9 @@ DELAY = 15  # latest frames that are left out, as a press may have begun in them
 DRIFT = 4e-6  # m/s; standard deviation of how fast depth drifts over cameras: a quarter of a millimetre a minute
 LEAST_MEANS = 30  # frames from which a drift can be told
 SEEN = 0.5  # share of the frames in which a pixel must be valid
-HANG = (3e-4, 3e-4)  # m; what a silicone membrane hangs by in its middle, and the standard deviation of that
+#: m; what a silicone membrane hangs by in its middle, where nothing is known of it
+HANG = Estimate(3e-4, 3e-4)
+FAR = 2.0  # standard deviations of what a static error adds, past which a membrane hangs by far more
 PART = 0.7  # of its standard deviation that a static error adds to a hang that is fitted to it
 
 
@@ -53,7 +55,7 @@ class FreeView:
 
     A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp. What is
     left of the mean beside the plane and that parabola is the camera's. How far it hangs cannot be told from a static error
-    of the same shape; the estimate is that of least squares, drawn to what such membranes do, 0.3 +- 0.3 mm, by as much
+    of the same shape; the estimate is that of least squares, drawn to what is known of the membrane by as much
     as what is left over makes it uncertain, unless it hangs by far more. Under a press a membrane no longer hangs, so that its
     hang must not be taken off with the error. How the mean depth of the view changes from frame to frame tells how fast the
     camera drifts.
@@ -98,8 +100,8 @@ class FreeView:
         if seen:
             self._means.append((frame.time, float(frame.raw.sum(dtype=np.uint64)) / seen * frame.unit))
 
-    def pattern(self, gauge: float) -> Pattern | None:
-        """Return the static error that the frames so far show, for a membrane `gauge` metres long at rest.
+    def pattern(self, gauge: float, hang: Estimate = HANG) -> Pattern | None:
+        """Return the static error that the frames so far show, for a membrane `gauge` metres long at rest that is known to hang so, m.
 
         None where no frame counts yet, or they do not say how far the flat membrane is or show nothing.
         """
@@ -114,23 +116,27 @@ class FreeView:
         error, left = once + again, float(np.sqrt(np.mean(again[known] ** 2)))
         along = ray_table(frame.intrinsics)[..., 1] * frame.plane_distance
         shape = np.maximum(1.0 - (2.0 * along / (gauge + (frame.stretch or 0.0))) ** 2, 0.0).astype(np.float32)
-        hang, hang_sd = _hang(error, shape, known)
+        hung = _hang(error, shape, known, hang)
         rate, time = _drift(np.array(self._means))
         return Pattern(
-            np.where(cover > 1e-3, error - np.float32(hang) * shape, np.float32(0)), left, hang, hang_sd, rate, time
+            np.where(cover > 1e-3, error - np.float32(hung.value) * shape, np.float32(0)),
+            left,
+            hung.value,
+            hung.sd,
+            rate,
+            time,
         )
 
 
-def _hang(error: Image, shape: Image, known: MaskArray) -> tuple[float, float]:
-    """Return by how much a membrane hangs, and the standard deviation of that, m, that seems to lie deeper by `error`, m, than flat."""
+def _hang(error: Image, shape: Image, known: MaskArray, told: Estimate) -> Estimate:
+    """Return by how much a membrane hangs, m, that seems to lie deeper by `error`, m, than flat, and is told to hang so."""
     e, b = error[known].astype(np.float64), shape[known].astype(np.float64)
     fitted = float(e @ b) / max(float(b @ b), 1e-12)
     variance = PART**2 * float(np.mean((e - fitted * b) ** 2))
-    expected, sd = HANG
     # one that hangs by far more is no such membrane, and is believed as it is seen
-    prior = max(sd**2, max(fitted - expected, 0.0) ** 2 - variance)
-    hang = max((fitted * prior + expected * variance) / (prior + variance), 0.0)
-    return hang, math.sqrt(variance * prior / (prior + variance))
+    prior = max(told.sd**2, max(fitted - told.value, 0.0) ** 2 - FAR**2 * variance, 1e-16)
+    hang = max((fitted * prior + told.value * variance) / (prior + variance), 0.0)
+    return Estimate(hang, math.sqrt(variance * prior / (prior + variance)))
 
 
 def _drift(means: Array) -> tuple[float, float]:

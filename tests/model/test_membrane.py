@@ -7,11 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model import ForceModel, MembraneModel
 from stretch_bt.model.force_model import Range
 from stretch_bt.model.membrane import PARAMETERS, Hand
 from stretch_bt.model.membrane_table import Axis, read_table
+from stretch_bt.simulation.membrane.sheet.hanging import hang
 
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
 COVARIANCE = tuple(map(tuple, np.diag(np.array([2e3, 5e-5, 5e-4, 0.03, 0.1, 0.01]) ** 2).tolist()))
@@ -55,6 +57,27 @@ def test_force_rises_with_depth_and_goes_to_nothing(radius, stretch, depth, more
     assert MODEL.predict(radius, stretch, min(depth + more, MODEL.deepest(radius, stretch)))[0] >= force
     assert MODEL.predict(radius, stretch, 1e-9)[0] < 2e-3
     assert MODEL.predict(radius, stretch, 0.0) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("stretch", [0.0, 0.01, 0.03])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_membrane_hangs_as_the_solved_sheet(seed, stretch):
+    true = TrueHand.drawn(seed)
+    own = Hand(true.shear_modulus, true.thickness, true.mount_prestretch, true.share)
+    solved = -float(hang(true.sheet(), stretch).points(21, 41)[..., 2].min())
+    assert own.hang(stretch, 0.0) == pytest.approx(solved, rel=0.03)
+    assert own._replace(softening=0.2).hang(stretch, 0.08) == pytest.approx(own.hang(stretch, 0.0) / 0.8)
+
+
+def test_a_hang_is_told_with_what_the_parameters_leave_of_it():
+    told = MODEL.hang(0.0)
+    assert 0.03 * told.value < told.sd < 0.3 * told.value
+    surer = replace(MODEL, covariance=tuple(tuple(v / 100 for v in row) for row in COVARIANCE)).hang(0.0)
+    assert surer.value == told.value
+    assert surer.sd < told.sd
+    assert ForceModel.default().hang(0.0) is None
+    with pytest.raises(InvalidInput, match="stretch"):
+        MODEL.hang(0.2)
 
 
 def test_the_slopes_behind_the_deviation_are_those_of_the_force():

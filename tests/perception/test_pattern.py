@@ -7,6 +7,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Contact, FreeView, with_left_over, without_pattern
 from stretch_bt.perception.smooth import smooth
+from stretch_bt.units import Estimate
 
 LENS = Intrinsics(475.0, 475.0, 100.0, 110.0, 200, 220)
 DISTANCE, GAUGE, UNIT = 0.2, 0.1, 1.25e-4
@@ -33,6 +34,15 @@ def learned(pattern, hang=0.0, rate=0.0, count=150, noise=1e-4, seed=0):
     for number in range(count):
         view.add(frame(free + rng.normal(0.0, noise, free.shape), number, rate))
     return view
+
+
+@pytest.mark.parametrize("hang", [0.2e-3, 0.7e-3])
+def test_a_hang_that_is_known_is_not_taken_for_a_static_error_of_its_shape(hang):
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        found = learned(uneven(0.5e-3, 20.0, rng), hang=hang).pattern(GAUGE, Estimate(hang, 3e-5))
+        assert abs(found.hang - hang) < 3 * found.hang_sd
+        assert found.hang_sd <= 3e-5
 
 
 def test_a_pattern_is_taken_off_and_what_the_membrane_hangs_is_not():
