@@ -9,8 +9,8 @@ from stretch_bt.accuracy.points import Kind, Point
 __all__ = ["ABOUT", "KINDS", "points"]
 
 ABOUT = """\
-Balloons of water, pudding and seeds in the twin at sheet fidelity with all noise of the bench camera, seeds 0 and 1; the force model is
-that of the twin's own hand, so none of its error is in these. With --quick the balloon of seeds at hertz fidelity, seed 0.
+Balloons of water, pudding and seeds in the twin at hertz fidelity with all noise of the bench camera, seeds 0 and 1; the force model is
+that of the twin's own hand, so none of its error is in these. With --quick the balloon of seeds alone, seed 0.
 Errors are relative: stiffness that at the last press, against what the scene knows at that moment, stiffness at drop that at 1.5 mm,
 against the object's own. Robot seconds are of the run's clock, from its begin to the last look, of a run that failed to its end. A
 variant is how much is averaged. from zero presses at each stretch from zero depth in steps of that size. At the depth limit of

@@ -20,7 +20,7 @@ class TrackHeight(Behavior):
     instant = True
     frame: In[DepthFrame]  # the one to measure in
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
-    sphere: In[Sphere | None] = None  # fitted to the top before: its curvature halves the error
+    sphere: In[Sphere | None] = None  # fitted to the top in contact before: its curvature halves the error
     height: Out[Length]  # of the object's top
 
     def __init__(self, path: str = "") -> None:

@@ -47,10 +47,14 @@ def command(
 
 def _show(found: Calibration, out: Path) -> None:
     from stretch_bt.model.calibrate_membrane import at_an_end
+    from stretch_bt.model.conditioning import Conditioning
     from stretch_bt.model.membrane_hand import BOUNDS
 
+    conditioned = Conditioning.of(found.model.provenance)
     for name, value, sd in _parameters(found.to_json()):
         end = " (at its bound)" if name in BOUNDS and at_an_end(name, value) else ""
+        if name == "softening" and conditioned is not None and not conditioned.softens:
+            end = " (held: the membrane was not conditioned)"
         typer.echo(f"{name:40} {value:.5g}{end} +- {sd:.2g}")
     typer.echo(f"left of the forces: {100 * found.model.relative_sd:.1f} %")
     for row in found.left_out:

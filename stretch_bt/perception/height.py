@@ -97,7 +97,7 @@ def _best(cloud: Array, places: Places, known: Estimate | None = None) -> Estima
     near, kept = _disc(cloud, places, away, reach)
     top = Top(near, kept, middle, even=False).bent(known)
     if not top.is_curved:
-        top, reach = _of_highest(cloud, places, top, reach)
+        top, reach = _of_highest(cloud, places, top, reach, known)
     if top.is_curved:
         within = min(reach, max(REACH / top.curvature, 0.3 * radius))
         middle = top.vertex(radius)
@@ -109,7 +109,7 @@ def _best(cloud: Array, places: Places, known: Estimate | None = None) -> Estima
     return _faint(Top(near, kept, middle, even=True), near[2], kept, radius)
 
 
-def _of_highest(cloud: Array, places: Places, top: Top, reach: float) -> tuple[Top, float]:
+def _of_highest(cloud: Array, places: Places, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
     """Return the top about the highest points, and its reach, where it is clearly curved and much smaller; else as given.
 
     Where part of the skirt was taken for contact, the middle of all points lies beside the top. On a flat face the highest
@@ -122,7 +122,7 @@ def _of_highest(cloud: Array, places: Places, top: Top, reach: float) -> tuple[T
     within = AROUND * math.sqrt(2.0 * quantile(_away(high, middle)))
     if within > 0.7 * reach:
         return top, reach
-    other = Top(*_disc(cloud, places, _away(cloud, middle), within), middle, even=False)
+    other = Top(*_disc(cloud, places, _away(cloud, middle), within), middle, even=False).bent(known)
     return (other, within) if other.is_curved else (top, reach)
 
 

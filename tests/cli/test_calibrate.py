@@ -89,6 +89,17 @@ def test_a_parameter_at_its_bound_is_said_to_be_there(cli, record, tmp_path):
         assert ("0 (at its bound)" in line) == (name in at_bound)
 
 
+def test_a_softening_that_was_held_is_not_said_to_be_at_its_bound(cli, record, tmp_path):
+    path = record / NAME
+    head, *rows = path.read_text("utf-8").splitlines(True)
+    mark, _, told = head.partition("{")
+    provenance = {**json.loads("{" + told), "conditioned": {"stretch": 0.0, "depth": 0.0}}
+    path.write_text("".join([mark + json.dumps(provenance) + "\n", *rows]), encoding="utf-8")
+    printed = cli("calibrate", record, "--out", tmp_path / "hand.json")[1]
+    line = next(line for line in printed.splitlines() if line.startswith("softening"))
+    assert "0 (held: the membrane was not conditioned)" in line
+
+
 @pytest.mark.parametrize(
     ("spoil", "code", "said"),
     [

@@ -42,23 +42,24 @@ SERIES = (
         for step in (0.005, 0.010, 0.020)
     ),
 )
-BALLOONS, SEEDS, FIDELITY = ("water", "pudding", "seeds"), (0, 1), "sheet"
-QUICK_BALLOONS, QUICK_SEEDS, QUICK_FIDELITY = ("seeds",), (0,), "hertz"
+FIDELITY = "hertz"
+BALLOONS, SEEDS = ("water", "pudding", "seeds"), (0, 1)
+QUICK_BALLOONS, QUICK_SEEDS = ("seeds",), (0,)
 
 
 def points(quick: bool) -> Iterator[Point]:
-    """Yield the errors of every run; with `quick` those on one balloon at hertz fidelity, of few settings."""
+    """Yield the errors of every run; with `quick` those on one balloon, of few settings."""
     balloons, seeds = (QUICK_BALLOONS, QUICK_SEEDS) if quick else (BALLOONS, SEEDS)
     for series in SERIES:
         for level in series.quick if quick else series.levels:
             for balloon in balloons:
                 for seed in seeds:
-                    yield from _points(series, level, balloon, QUICK_FIDELITY if quick else FIDELITY, seed)
+                    yield from _points(series, level, balloon, seed)
 
 
-def _points(series: Series, level: int, balloon: str, fidelity: str, seed: int) -> Iterator[Point]:
-    result, seen = palpated(series.protocol, level, balloon, fidelity, seed, series.params)
-    case, setting = f"{balloon} balloon, {fidelity}", f"{series.name}: {AVERAGING[level]}"
+def _points(series: Series, level: int, balloon: str, seed: int) -> Iterator[Point]:
+    result, seen = palpated(series.protocol, level, balloon, FIDELITY, seed, series.params)
+    case, setting = f"{balloon} balloon, {FIDELITY}", f"{series.name}: {AVERAGING[level]}"
     cpu = result.cpu_seconds
     if result.status == "INTERRUPTED":  # the runner takes the signal for itself
         raise KeyboardInterrupt
