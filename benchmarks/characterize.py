@@ -20,7 +20,7 @@ import numpy as np
 from stretch_bt import run
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.simulated.operator import indenter
-from stretch_bt.model.characterization import NAME, Table, read_table
+from stretch_bt.model.calibration.characterization import NAME, Table, read_table
 from stretch_bt.simulation.scene import load_scene, parse_scene
 from stretch_bt.simulation.world import World
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from stretch_bt import run
 from stretch_bt.errors import NoAnswer
-from stretch_bt.model.sensitivity import METHODS, NAME, Sensed, read_sensitivity
-from stretch_bt.model.sensitivity_trends import ALONG, Cell, cells_of, fine_share, mean_error, trend
+from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Sensed, read_sensitivity
+from stretch_bt.model.calibration.sensitivity_trends import ALONG, Cell, cells_of, fine_share, mean_error, trend
 from stretch_bt.units import Estimate
 
 SCENE = "calibration_cylinder"

@@ -20,11 +20,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.force.hands import DEPTHS, DIAMETERS, STRETCHES, measured
-from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
-from stretch_bt.model.calibrate_membrane import ROBOT_SD, fit_membrane
-from stretch_bt.model.calibration import Fit, widened
-from stretch_bt.model.force_model import ForceModel
-from stretch_bt.model.measurements import Measurements, forces
+from stretch_bt.model.calibration.calibrate import Fit, widened
+from stretch_bt.model.calibration.calibrate_hertz import fit_calibrated_hertz
+from stretch_bt.model.calibration.calibrate_membrane import ROBOT_SD, fit_membrane
+from stretch_bt.model.calibration.measurements import Measurements, forces
+from stretch_bt.model.force.force_model import ForceModel
 
 Array = npt.NDArray[np.float64]
 

@@ -158,8 +158,8 @@ def _filled(values: Array) -> Array:
 
 def check(presses: int) -> None:
     """Print how far the table is off presses of the sheet between its own, without and with weight and bending."""
-    from stretch_bt.model.force_model import Range
-    from stretch_bt.model.membrane import Hand, MembraneModel
+    from stretch_bt.model.force.force_model import Range
+    from stretch_bt.model.force.membrane import Hand, MembraneModel
 
     random = np.random.default_rng(5)
     nothing = tuple((0.0,) * len(Hand._fields) for _ in Hand._fields)

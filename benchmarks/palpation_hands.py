@@ -34,7 +34,7 @@ from stretch_bt.accuracy.palpation.figures import DROP, figures
 from stretch_bt.accuracy.palpation.palpated import watched
 from stretch_bt.accuracy.palpation.protocols import BALLOONS
 from stretch_bt.accuracy.summary import rms
-from stretch_bt.model.calibrate_membrane import fit_membrane
+from stretch_bt.model.calibration.calibrate_membrane import fit_membrane
 
 Array = npt.NDArray[np.float64]
 

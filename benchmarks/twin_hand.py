@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from stretch_bt.frames import Pose
-from stretch_bt.model.calibrate_hertz import effective_modulus
+from stretch_bt.model.calibration.calibrate_hertz import effective_modulus
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.simulation.world import World
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
-from stretch_bt.model.force_model import PAPER, SHIPPED, shipped
+from stretch_bt.model.force.force_model import PAPER, SHIPPED, shipped
 from stretch_bt.tree.ports import Behavior, In, port
 from stretch_bt.units import KINDS, Estimate, format_quantity
 

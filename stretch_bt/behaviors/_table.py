@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model import characterization, sensitivity
-from stretch_bt.model.conditioning import CONDITIONED, Conditioning
-from stretch_bt.model.form import decoded, text_of
-from stretch_bt.model.protocol import State
+from stretch_bt.model.calibration import characterization, sensitivity
+from stretch_bt.model.calibration.conditioning import CONDITIONED, Conditioning
+from stretch_bt.model.calibration.form import decoded, text_of
+from stretch_bt.model.calibration.protocol import State
 from stretch_bt.tree.context import Context
 
 __all__ = ["TableFile", "check_table", "opened", "table_of"]

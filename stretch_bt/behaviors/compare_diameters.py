@@ -6,7 +6,7 @@ from stretch_bt import perception
 from stretch_bt.behaviors._size import Skirt, measured
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame
-from stretch_bt.model.sensitivity import Found
+from stretch_bt.model.calibration.sensitivity import Found
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node

@@ -6,7 +6,7 @@ from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import FITTED
 from stretch_bt.behaviors._table import table_of
 from stretch_bt.errors import InvalidInput, UnsetKey
-from stretch_bt.model.characterization import Table, as_table, read_table
+from stretch_bt.model.calibration.characterization import Table, as_table, read_table
 from stretch_bt.tree.ports import Behavior, In, Out, Status
 from stretch_bt.tree.registry import node
 

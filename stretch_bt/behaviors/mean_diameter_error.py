@@ -3,8 +3,8 @@
 from typing import Literal
 
 from stretch_bt.behaviors._table import table_of
-from stretch_bt.model.sensitivity import Sensed
-from stretch_bt.model.sensitivity_trends import mean_error
+from stretch_bt.model.calibration.sensitivity import Sensed
+from stretch_bt.model.calibration.sensitivity_trends import mean_error
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length

@@ -8,8 +8,8 @@ from stretch_bt.behaviors._motion import MOST_DEPTH, MOST_STRETCH
 from stretch_bt.behaviors._table import check_table, opened
 from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.hardware.indenters import check_indenter
-from stretch_bt.model.conditioning import Conditioning
-from stretch_bt.model.protocol import Protocol, State, missing, protocol
+from stretch_bt.model.calibration.conditioning import Conditioning
+from stretch_bt.model.calibration.protocol import Protocol, State, missing, protocol
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import KINDS, Angle, Length, format_quantity

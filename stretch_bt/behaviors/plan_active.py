@@ -4,7 +4,7 @@ from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import FIXED, FRAME_NOISE, Fitted, fitted, frames_at
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.active import Choice
+from stretch_bt.model.palpation.active import Choice
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed, Time

@@ -3,7 +3,7 @@
 from stretch_bt.behaviors._pressed import pressed
 from stretch_bt.behaviors._table import table_of
 from stretch_bt.hardware.interfaces import Arm, Gripper
-from stretch_bt.model.characterization import Press
+from stretch_bt.model.calibration.characterization import Press
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Angle, Force, Length

@@ -11,7 +11,7 @@ from stretch_bt.cli.output import emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from stretch_bt.model.calibration import Calibration
+    from stretch_bt.model.calibration.calibrate import Calibration
 
 __all__ = ["command"]
 
@@ -27,8 +27,8 @@ def command(
 ) -> None:
     """Fit a force model to measured forces; the file serves as the `model` of nodes and of `predict`."""
     from stretch_bt.model import calibrate
-    from stretch_bt.model.characterization import NAME, read_table
-    from stretch_bt.model.measurements import Measurements
+    from stretch_bt.model.calibration.characterization import NAME, read_table
+    from stretch_bt.model.calibration.measurements import Measurements
 
     if plot is not None and plot.suffix not in _PICTURES:
         raise InvalidInput(f"{plot}: a picture is one of {', '.join(_PICTURES)}; name it so")
@@ -46,9 +46,9 @@ def command(
 
 
 def _show(found: Calibration, out: Path) -> None:
-    from stretch_bt.model.calibrate_membrane import at_an_end
-    from stretch_bt.model.conditioning import Conditioning
-    from stretch_bt.model.membrane_hand import BOUNDS
+    from stretch_bt.model.calibration.calibrate_membrane import at_an_end
+    from stretch_bt.model.calibration.conditioning import Conditioning
+    from stretch_bt.model.force.membrane_hand import BOUNDS
 
     conditioned = Conditioning.of(found.model.provenance)
     for name, value, sd in _parameters(found.to_json()):
@@ -76,6 +76,6 @@ def _parameters(fields: dict[str, Any]) -> list[tuple[str, float, float]]:
 
 
 def _draw(found: Calibration, given: Any, path: Path) -> None:
-    from stretch_bt.model.picture import save_calibration
+    from stretch_bt.model.calibration.picture import save_calibration
 
     save_calibration(found.model, given, path)

@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.model.force_model import require_force
-from stretch_bt.model.membrane import MembraneModel
-from stretch_bt.model.membrane_table import read_table
+from stretch_bt.model.force.force_model import require_force
+from stretch_bt.model.force.membrane import MembraneModel
+from stretch_bt.model.force.membrane_table import read_table
 from stretch_bt.model.root import rising_root
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import MooneyRivlin

@@ -5,8 +5,8 @@ import pytest
 from stretch_bt import run
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model import ForceModel
-from stretch_bt.model.characterization import Press, first_lines, table_line
-from stretch_bt.model.force_model import shipped
+from stretch_bt.model.calibration.characterization import Press, first_lines, table_line
+from stretch_bt.model.force.force_model import shipped
 
 TREE = """\
 format: stretch-tree/1

@@ -6,7 +6,7 @@ import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.limits import Limits, Span
-from stretch_bt.model.characterization import NAME, read_table
+from stretch_bt.model.calibration.characterization import NAME, read_table
 
 
 def test_states_come_in_the_order_of_the_protocol(bench):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.characterization import NAME, read_table
+from stretch_bt.model.calibration.characterization import NAME, read_table
 from stretch_bt.tree.ports import Status
 
 

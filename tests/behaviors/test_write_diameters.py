@@ -3,7 +3,7 @@
 import pytest
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.sensitivity import METHODS, NAME, Found, read_sensitivity
+from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Found, read_sensitivity
 from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import Status
 

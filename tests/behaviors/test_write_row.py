@@ -2,7 +2,7 @@
 
 import pytest
 
-from stretch_bt.model.characterization import NAME, read_table
+from stretch_bt.model.calibration.characterization import NAME, read_table
 
 
 def test_rows_hold_what_was_measured_and_where(bench, tmp_path):

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from stretch_bt.model.characterization import NAME, first_lines, table_line
-from stretch_bt.model.characterization import Press as Row
-from stretch_bt.model.force_model import shipped
+from stretch_bt.model.calibration.characterization import NAME, first_lines, table_line
+from stretch_bt.model.calibration.characterization import Press as Row
+from stretch_bt.model.force.force_model import shipped
 
 DIAMETERS, STRETCHES, DEPTHS = (0.01, 0.02, 0.03, 0.06), (0.0, 0.03, 0.06), (0.002, 0.005, 0.009, 0.014)
 

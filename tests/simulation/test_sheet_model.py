@@ -5,7 +5,7 @@ import pytest
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model import ForceModel
-from stretch_bt.model.force_model import shipped
+from stretch_bt.model.force.force_model import shipped
 from stretch_bt.simulation.sheet_model import SheetModel
 
 TABLE, SHEET = shipped("membrane"), shipped("sheet")

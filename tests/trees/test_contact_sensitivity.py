@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.sensitivity import METHODS, NAME, read_sensitivity
+from stretch_bt.model.calibration.sensitivity import METHODS, NAME, read_sensitivity
 from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.run.replay import replay
 

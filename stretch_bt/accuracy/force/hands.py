@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.calibration.measurements import Measurements
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import rubber
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects, Mullins

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from stretch_bt.accuracy.force.hands import FINER, STRETCHES, forces_of, measured_at
 from stretch_bt.accuracy.points import Point
-from stretch_bt.model.calibrate_hertz import effective_modulus, fit_calibrated_hertz
-from stretch_bt.model.calibrate_membrane import fit_membrane
+from stretch_bt.model.calibration.calibrate_hertz import effective_modulus, fit_calibrated_hertz
+from stretch_bt.model.calibration.calibrate_membrane import fit_membrane
+from stretch_bt.model.calibration.measurements import Measurements
 from stretch_bt.model.hertz import hertz_force
-from stretch_bt.model.measurements import Measurements
 from stretch_bt.simulation.membrane.materials import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet

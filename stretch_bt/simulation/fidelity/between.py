@@ -13,7 +13,7 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 __all__ = ["Between"]
 
-_RATIO = 1.12  # of one radius to the next; between them the force, about its root, is straight to within 5e-4
+_RATIO = 1.5  # of one radius to the next; between them the force, about its root, is straight to within 1.5e-3
 
 
 class Between:

@@ -31,6 +31,7 @@ class Curve:
         self._solve = solve
         self.lift = lift
         self._forces: dict[float, Array] = {}
+        self._pieces: dict[int, _Cubic] = {}
         self._last: tuple[float, Array] | None = None
         self._too_deep = math.inf
 
@@ -39,6 +40,9 @@ class Curve:
         travel = depth + self.lift
         if travel <= 0:
             return 0.0, 0.0
+        right = _index(travel)
+        if right in self._pieces:
+            return self._pieces[right](travel)
         knots = self._knots(travel)
         forces = [float(self._force(k)[2]) for k in reversed(knots)][::-1]  # each from the next deeper one
         if travel < knots[0]:
@@ -49,9 +53,10 @@ class Curve:
         if min(forces) <= 0:  # some pass the object by
             right = next(i for i, k in enumerate(knots) if k >= travel) or 1
             return _lagrange(knots[right - 1 : right + 1], forces[right - 1 : right + 1], travel)
-        level, power = _lagrange([math.log(k) for k in knots], [math.log(f) for f in forces], math.log(travel))
-        force = math.exp(level)
-        return force, power * force / travel
+        piece = _Cubic(knots, forces)
+        if right > 0 and knots[-1] in self._forces:  # else it ends at this very travel, where no press can be deeper
+            self._pieces[right] = piece
+        return piece(travel)
 
     def force(self, depth: float) -> Array:
         """Return the force (3,), N, at a depth, m."""
@@ -86,6 +91,27 @@ class Curve:
         if travel == _knot(_index(travel)):
             self._forces[travel] = self._last[1]
         return self._last[1]
+
+
+class _Cubic:
+    """The cubic through the logarithms of travels and forces, all above 0, in Newton's form."""
+
+    def __init__(self, travels: Sequence[float], forces: Sequence[float]) -> None:
+        self.places = [math.log(k) for k in travels]
+        self.steps = [math.log(f) for f in forces]
+        for order in range(1, len(self.places)):
+            for i in reversed(range(order, len(self.places))):
+                apart = self.places[i] - self.places[i - order]
+                self.steps[i] = (self.steps[i] - self.steps[i - 1]) / apart
+
+    def __call__(self, travel: float) -> tuple[float, float]:
+        """Return force, N, and slope, N/m."""
+        at, level, power = math.log(travel), 0.0, 0.0
+        for place, step in zip(reversed(self.places), reversed(self.steps), strict=True):
+            power = level + (at - place) * power
+            level = step + (at - place) * level
+        force = math.exp(level)
+        return force, power * force / travel
 
 
 def _index(travel: float) -> int:

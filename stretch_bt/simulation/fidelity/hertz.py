@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
-from stretch_bt.model.calibrated import CalibratedHertz
-from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.force.calibrated import CalibratedHertz
+from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.model.hertz import hertz_force
 from stretch_bt.simulation.camera.skin import Profile, Skin
 from stretch_bt.simulation.fidelity.base import Array, Place, Pressed

@@ -220,8 +220,8 @@ def _axisymmetric(request: _Request) -> PressResult:
 
 
 def _hertz(request: _Request) -> PressResult:
-    from stretch_bt.model.calibrated import CalibratedHertz
-    from stretch_bt.model.force_model import ForceModel
+    from stretch_bt.model.force.calibrated import CalibratedHertz
+    from stretch_bt.model.force.force_model import ForceModel
     from stretch_bt.model.hertz import hertz_force
 
     body, sheet = request.indenter, request.sheet

@@ -6,7 +6,7 @@ import math
 from itertools import takewhile
 
 from stretch_bt.errors import InvalidInput, NoAnswer
-from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.run.record import RecordReader
 from stretch_bt.run.report.chart import Line, Mark, chart
 from stretch_bt.run.report.panels.looks import Look, read_looks, written

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.sensitivity import METHODS, NAME, Sensed, read_sensitivity
-from stretch_bt.model.sensitivity_trends import ALONG, Cell, cells_of, fine_share, mean_error, trend
+from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Sensed, read_sensitivity
+from stretch_bt.model.calibration.sensitivity_trends import ALONG, Cell, cells_of, fine_share, mean_error, trend
 from stretch_bt.run.record import RecordReader
 from stretch_bt.run.report.heatmap import Map, Tile, heatmaps
 from stretch_bt.run.report.text import escape, number, section, table, with_sd

@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.force_model import SHIPPED, ForceModel, shipped
+from stretch_bt.model.force.force_model import SHIPPED, ForceModel, shipped
 from stretch_bt.run.record import RecordReader
 
 __all__ = ["used_model"]

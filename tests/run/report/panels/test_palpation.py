@@ -7,7 +7,7 @@ from importlib.resources import files
 import pytest
 
 import stretch_bt
-from stretch_bt.model.force_model import ForceModel, shipped
+from stretch_bt.model.force.force_model import ForceModel, shipped
 from stretch_bt.run.record import RecordReader, RunRecord
 from stretch_bt.run.report.panels.looks import read_looks
 from stretch_bt.run.report.panels.palpation import panel

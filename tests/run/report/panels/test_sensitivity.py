@@ -5,7 +5,7 @@ from itertools import product
 
 import pytest
 
-from stretch_bt.model.sensitivity import METHODS, NAME, Found, Sensed, first_lines, sensed_lines
+from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Found, Sensed, first_lines, sensed_lines
 from stretch_bt.run.record import RecordReader, RunRecord
 from stretch_bt.run.report.heatmap import Map, Tile, heatmaps, tint
 from stretch_bt.run.report.panels.sensitivity import panel

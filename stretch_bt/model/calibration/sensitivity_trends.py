@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.protocol import State
-from stretch_bt.model.sensitivity import Sensed
+from stretch_bt.model.calibration.protocol import State
+from stretch_bt.model.calibration.sensitivity import Sensed
 from stretch_bt.units import Estimate
 
 __all__ = ["ALONG", "FINE", "Cell", "Trend", "cells_of", "fine_share", "mean_error", "trend"]

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model import ForceModel, Limits, TopReading, fit_series, next_press
-from stretch_bt.model.force_model import Range
+from stretch_bt.model.force.force_model import Range
 from stretch_bt.units import Estimate
 
 MODEL = ForceModel.default()

@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_covariance, require_within
-from stretch_bt.model.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceModel, Range, require_force
-from stretch_bt.model.membrane_hand import BOUNDS, PARAMETERS, Hand
-from stretch_bt.model.membrane_table import Axis, read_table
+from stretch_bt.model.force.force_model import DEPTH_OFF, MOST, STRETCH_OFF, ForceModel, Range, require_force
+from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, Hand
+from stretch_bt.model.force.membrane_table import Axis, read_table
 from stretch_bt.model.root import rising_root
 from stretch_bt.units import KINDS, Estimate, format_quantity
 

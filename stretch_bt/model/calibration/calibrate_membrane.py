@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.conditioning import CONDITIONED, Conditioning
-from stretch_bt.model.force_model import Range
-from stretch_bt.model.measurements import Measurements
-from stretch_bt.model.membrane import MembraneModel
-from stretch_bt.model.membrane_hand import BOUNDS, PARAMETERS, Hand
-from stretch_bt.model.membrane_table import read_table
+from stretch_bt.model.calibration.conditioning import CONDITIONED, Conditioning
+from stretch_bt.model.calibration.measurements import Measurements
+from stretch_bt.model.force.force_model import Range
+from stretch_bt.model.force.membrane import MembraneModel
+from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, Hand
+from stretch_bt.model.force.membrane_table import read_table
 from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["ROBOT_SD", "at_an_end", "fit_membrane", "within_table"]

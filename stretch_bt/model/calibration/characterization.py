@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.form import Form, digits, text_of, wrong
-from stretch_bt.model.protocol import State
+from stretch_bt.model.calibration.form import Form, digits, text_of, wrong
+from stretch_bt.model.calibration.protocol import State
 
 __all__ = [
     "COLUMNS",

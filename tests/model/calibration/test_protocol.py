@@ -6,7 +6,7 @@ import math
 import pytest
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.protocol import PROTOCOLS, missing, protocol
+from stretch_bt.model.calibration.protocol import PROTOCOLS, missing, protocol
 
 COUNTS = {"paper": 11 * 7 * 16 * 5, "sensitivity": 5 * 7 * 15, "tasks": 5 * 8 * 16 * 5}
 

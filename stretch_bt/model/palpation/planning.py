@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoEquilibrium
-from stretch_bt.model.force_model import ForceModel
-from stretch_bt.model.indentation import next_indentation
-from stretch_bt.model.local import Pressed
-from stretch_bt.model.series import ROBOT, Series
+from stretch_bt.model.force.force_model import ForceModel
+from stretch_bt.model.force.local import Pressed
+from stretch_bt.model.palpation.indentation import next_indentation
+from stretch_bt.model.palpation.series import ROBOT, Series
 from stretch_bt.units import Estimate
 
 __all__ = ["MARGIN", "Limits", "Plan", "hardest_trusted", "next_press", "off_by", "press_at", "stretches"]

@@ -7,7 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.characterization import COLUMNS, NAME, Press, first_lines, parse_table, read_table, table_line
+from stretch_bt.model.calibration.characterization import (
+    COLUMNS,
+    NAME,
+    Press,
+    first_lines,
+    parse_table,
+    read_table,
+    table_line,
+)
 
 TOP = first_lines({"scene": "calibration_sphere", "seed": 3})
 ROW = "sphere,20,,10,5,1,0.4,0.004,60.1,12.5\n"

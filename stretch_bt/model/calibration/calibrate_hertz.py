@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.calibrated import MOST_SHALLOW, SHALLOW, CalibratedHertz, StretchState
+from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.checks import MOST_SD
+from stretch_bt.model.force.calibrated import MOST_SHALLOW, SHALLOW, CalibratedHertz, StretchState
 from stretch_bt.model.hertz import hertz_force
-from stretch_bt.model.measurements import Measurements, forces
 from stretch_bt.units import Estimate
 
 __all__ = ["effective_modulus", "fit_calibrated_hertz", "moduli"]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model.checks import MOST_SD, require_within
-from stretch_bt.model.force_model import ForceModel, Range, require_force
+from stretch_bt.model.force.force_model import ForceModel, Range, require_force
 from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["MOST_SHALLOW", "SHALLOW", "CalibratedHertz", "StretchState"]

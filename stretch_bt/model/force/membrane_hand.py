@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.model.membrane_table import read_table
+from stretch_bt.model.force.membrane_table import read_table
 
 __all__ = ["BOUNDS", "PARAMETERS", "Hand"]
 

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model import calibrate_hertz, calibrate_membrane
-from stretch_bt.model.calibration import calibrate
-from stretch_bt.model.characterization import Press, as_table
-from stretch_bt.model.conditioning import Conditioning
-from stretch_bt.model.force_model import Range
-from stretch_bt.model.measurements import Measurements, forces
-from stretch_bt.model.membrane import Hand, MembraneModel
+from stretch_bt.model.calibration import calibrate_hertz, calibrate_membrane
+from stretch_bt.model.calibration.calibrate import calibrate
+from stretch_bt.model.calibration.characterization import Press, as_table
+from stretch_bt.model.calibration.conditioning import Conditioning
+from stretch_bt.model.calibration.measurements import Measurements, forces
+from stretch_bt.model.force.force_model import Range
+from stretch_bt.model.force.membrane import Hand, MembraneModel
 
 NOTHING = tuple((0.0,) * 6 for _ in range(6))
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))

@@ -10,10 +10,19 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.force_model import ForceModel
-from stretch_bt.model.local import Pressed
-from stretch_bt.model.planning import MARGIN, Limits, Plan, hardest_trusted, next_press, off_by, press_at, stretches
-from stretch_bt.model.series import Series
+from stretch_bt.model.force.force_model import ForceModel
+from stretch_bt.model.force.local import Pressed
+from stretch_bt.model.palpation.planning import (
+    MARGIN,
+    Limits,
+    Plan,
+    hardest_trusted,
+    next_press,
+    off_by,
+    press_at,
+    stretches,
+)
+from stretch_bt.model.palpation.series import Series
 
 __all__ = ["COUNTS", "Choice", "Costs", "Looks", "next_look"]
 

@@ -1,9 +1,9 @@
 import pytest
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.characterization import Press, as_table
-from stretch_bt.model.conditioning import CONDITIONED, Conditioning
-from stretch_bt.model.measurements import Measurements
+from stretch_bt.model.calibration.characterization import Press, as_table
+from stretch_bt.model.calibration.conditioning import CONDITIONED, Conditioning
+from stretch_bt.model.calibration.measurements import Measurements
 
 
 @pytest.mark.parametrize("made", [Conditioning(), Conditioning(0.08, 0.015), Conditioning(0.0, 0.01)])

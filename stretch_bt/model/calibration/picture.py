@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import MissingExtra
-from stretch_bt.model.calibrate_hertz import effective_modulus, moduli
-from stretch_bt.model.force_model import ForceModel
-from stretch_bt.model.measurements import Measurements, forces
+from stretch_bt.model.calibration.calibrate_hertz import effective_modulus, moduli
+from stretch_bt.model.calibration.measurements import Measurements, forces
+from stretch_bt.model.force.force_model import ForceModel
 
 __all__ = ["draw_calibration", "save_calibration"]
 

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.force_model import ForceModel
-from stretch_bt.model.local import LocalForces, Pressed, local_forces
+from stretch_bt.model.force.force_model import ForceModel
+from stretch_bt.model.force.local import LocalForces, Pressed, local_forces
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
 __all__ = ["POWER", "Series", "TopReading", "fit_series"]

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.characterization import Table
-from stretch_bt.model.conditioning import Conditioning
-from stretch_bt.model.force_model import ForceModel, Range
+from stretch_bt.model.calibration.characterization import Table
+from stretch_bt.model.calibration.conditioning import Conditioning
+from stretch_bt.model.force.force_model import ForceModel, Range
 
 __all__ = ["Measurements", "forces"]
 

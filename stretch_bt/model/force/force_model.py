@@ -19,8 +19,8 @@ __all__ = ["FORMAT", "PAPER", "SHIPPED", "ForceModel", "Range", "model_of_kind",
 
 FORMAT = "stretch-calibration/1"
 _KINDS = {
-    "calibrated_hertz": "stretch_bt.model.calibrated:CalibratedHertz",
-    "membrane": "stretch_bt.model.membrane:MembraneModel",
+    "calibrated_hertz": "stretch_bt.model.force.calibrated:CalibratedHertz",
+    "membrane": "stretch_bt.model.force.membrane:MembraneModel",
     "sheet": "stretch_bt.simulation.sheet_model:SheetModel",
 }
 #: the shipped calibration of the paper's model

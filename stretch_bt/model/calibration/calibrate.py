@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model.calibrate_hertz import fit_calibrated_hertz
-from stretch_bt.model.calibrate_membrane import fit_membrane, within_table
-from stretch_bt.model.calibrated import CalibratedHertz
-from stretch_bt.model.force_model import PAPER, ForceModel, Range, model_of_kind
-from stretch_bt.model.measurements import Measurements, forces
+from stretch_bt.model.calibration.calibrate_hertz import fit_calibrated_hertz
+from stretch_bt.model.calibration.calibrate_membrane import fit_membrane, within_table
+from stretch_bt.model.calibration.measurements import Measurements, forces
+from stretch_bt.model.force.calibrated import CalibratedHertz
+from stretch_bt.model.force.force_model import PAPER, ForceModel, Range, model_of_kind
 
 __all__ = ["CALIBRATIONS", "Calibration", "Fit", "LeftOut", "StateResidual", "calibrate", "leave_one_out"]
 

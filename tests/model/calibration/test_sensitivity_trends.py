@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.sensitivity import METHODS, Found, Sensed
-from stretch_bt.model.sensitivity_trends import cells_of, fine_share, mean_error, trend
+from stretch_bt.model.calibration.sensitivity import METHODS, Found, Sensed
+from stretch_bt.model.calibration.sensitivity_trends import cells_of, fine_share, mean_error, trend
 
 SIZES, STRETCHES, DEPTHS = (0.01, 0.02, 0.03), (0.0, 0.03, 0.06), (0.002, 0.005, 0.01, 0.015)
 

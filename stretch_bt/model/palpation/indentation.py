@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.force.force_model import ForceModel
 
 __all__ = ["next_indentation"]
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.force_model import ForceModel
+from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.units import KINDS, format_quantity
 
 __all__ = ["LocalForces", "local_forces"]

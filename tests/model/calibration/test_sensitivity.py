@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.sensitivity import (
+from stretch_bt.model.calibration.sensitivity import (
     COLUMNS,
     METHODS,
     Found,

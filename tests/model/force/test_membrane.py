@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.model import ForceModel, MembraneModel
-from stretch_bt.model.force_model import Range
-from stretch_bt.model.membrane import PARAMETERS, Hand
-from stretch_bt.model.membrane_table import Axis, read_table
+from stretch_bt.model.force.force_model import Range
+from stretch_bt.model.force.membrane import PARAMETERS, Hand
+from stretch_bt.model.force.membrane_table import Axis, read_table
 from stretch_bt.simulation.membrane.sheet.hanging import hang
 
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))

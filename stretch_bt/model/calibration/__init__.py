@@ -1,0 +1,1 @@
+"""From a table of measured presses to a force law, and the tables of the trees that measure."""

@@ -1,0 +1,1 @@
+"""Force laws of the hand behind one interface."""

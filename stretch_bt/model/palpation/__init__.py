@@ -1,0 +1,1 @@
+"""What force and height say of the object, and where to press next."""
