@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 from stretch_bt import perception
-from stretch_bt.perception.size.measure import FILLET, FILLET_SD
 from stretch_bt.perception.size.prior import shipped_prior
 from stretch_bt.perception.size.result import ContactSize
 from stretch_bt.perception.types import Contact
@@ -23,10 +22,10 @@ def measured(
     hypothesis: Wanted,
     skirt: Skirt,
     mount_prestretch: float,
-    fillet: float = FILLET,
-    fillet_sd: float = FILLET_SD,
+    **edge: float,
 ) -> ContactSize:
-    """Return the size of what is in contact; the mounts stretch the membrane by `mount_prestretch`, m, at stretch 0.
+    """Return the size of what is in contact; the mounts stretch the membrane by `mount_prestretch`, m, at stretch 0; `edge` are the
+    `fillet` and `fillet_sd` of `measure_contact`.
 
     Raises
     ------
@@ -38,8 +37,7 @@ def measured(
         contact.labels,
         stretch=None if contact.stretch is None else contact.stretch + mount_prestretch,
         hypothesis=hypothesis,
-        fillet=fillet,
-        fillet_sd=fillet_sd,
         noise=contact.noise,
         prior=shipped_prior(skirt),
+        **edge,
     )
