@@ -47,6 +47,9 @@ class Approach(MotionBehavior):
         HANG.value, min=0.0, max=0.02, doc="of the free membrane in its middle, as far as something knows it"
     )
     hang_sd: In[Length] = port(HANG.sd, min=0.0, max=0.02, doc="standard deviation of hang")
+    mount_prestretch: In[Length] = port(
+        0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"
+    )
     learn_pattern: In[bool] = port(True, doc="take the camera's static error off later frames")
     contact_height: Out[Length]  # world height of the undeformed top
 
@@ -103,7 +106,8 @@ class Approach(MotionBehavior):
         if self.alarms >= self.ALARMS:
             self._halt()
             if self.learn_pattern:
-                self.pattern = self.free.pattern(self.context.hand.geometry.gauge, Estimate(self.hang, self.hang_sd))
+                hand, hang = self.context.hand.geometry, Estimate(self.hang, self.hang_sd)
+                self.pattern = self.free.pattern(hand.gauge + self.mount_prestretch, hang, hand.width)
                 self.source.learn(self.pattern)
             self._look()
             return Status.RUNNING

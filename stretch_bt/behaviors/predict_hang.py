@@ -17,10 +17,15 @@ class PredictHang(ModelBehavior):
 
     stretch: In[Length] = port(0.0, min=0.0, max=0.080, doc="past the rest length")
     hang: Out[Length]  # of the middle, below the flat membrane
+    mount_prestretch: Out[
+        Length
+    ]  # by which the mounts stretch the membrane at stretch 0; 0 where the model knows nothing of it
 
     def update(self) -> Status:
         """Predict."""
         with within_range():
-            told = self.force_model().hang(self.stretch)
+            model = self.force_model()
+            told = model.hang(self.stretch)
+        self.mount_prestretch = model.prestretch
         self.hang = HANG if told is None else told
         return Status.SUCCESS

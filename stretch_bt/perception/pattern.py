@@ -29,6 +29,7 @@ LEAST_MEANS = 30  # frames from which a drift can be told
 SEEN = 0.5  # share of the frames in which a pixel must be valid
 #: m; what a silicone membrane hangs by in its middle, where nothing is known of it
 HANG = Estimate(3e-4, 3e-4)
+SIDES = 0.13  # of the hang in the middle, by which the free sides hang lower: of solved sheets 90 mm wide
 FAR = 2.0  # standard deviations of what a static error adds, past which a membrane hangs by far more
 PART = 0.7  # of its standard deviation that a static error adds to a hang that is fitted to it
 
@@ -53,8 +54,8 @@ class Pattern:
 class FreeView:
     """Mean of frames of the free membrane, from which the static error of the camera follows.
 
-    A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp. What is
-    left of the mean beside the plane and that parabola is the camera's. How far it hangs cannot be told from a static error
+    A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp, a little lower at its free
+    sides. What is left of the mean beside the plane and that shape is the camera's. How far it hangs cannot be told from a static error
     of the same shape; the estimate is that of least squares, drawn to what is known of the membrane by as much
     as what is left over makes it uncertain, unless it hangs by far more. Under a press a membrane no longer hangs, so that its
     hang must not be taken off with the error. How the mean depth of the view changes from frame to frame tells how fast the
@@ -100,8 +101,10 @@ class FreeView:
         if seen:
             self._means.append((frame.time, float(frame.raw.sum(dtype=np.uint64)) / seen * frame.unit))
 
-    def pattern(self, gauge: float, hang: Estimate = HANG) -> Pattern | None:
-        """Return the static error that the frames so far show, for a membrane `gauge` metres long at rest that is known to hang so, m.
+    def pattern(self, gauge: float, hang: Estimate = HANG, width: float = math.inf) -> Pattern | None:
+        """Return the static error that the frames so far show, for a membrane that is known to hang so in its middle, m.
+
+        `gauge`, m, is its length from clamp to clamp at stretch 0, and `width`, m, that across, where it is known.
 
         None where no frame counts yet, or they do not say how far the flat membrane is or show nothing.
         """
@@ -114,8 +117,9 @@ class FreeView:
         # What a mean misses of a bent surface, the mean of what is left shows (Tukey's twicing).
         again, _ = smooth(deeper - once, weight, KERNEL)
         error, left = once + again, float(np.sqrt(np.mean(again[known] ** 2)))
-        along = ray_table(frame.intrinsics)[..., 1] * frame.plane_distance
-        shape = np.maximum(1.0 - (2.0 * along / (gauge + (frame.stretch or 0.0))) ** 2, 0.0).astype(np.float32)
+        across, along = np.moveaxis(ray_table(frame.intrinsics)[..., :2] * frame.plane_distance, 2, 0)
+        shape = np.maximum(1.0 - (2.0 * along / (gauge + (frame.stretch or 0.0))) ** 2, 0.0)
+        shape = (shape * (1.0 + SIDES * np.minimum(2.0 * across / width, 1.0) ** 2)).astype(np.float32)
         hung = _hang(error, shape, known, hang)
         rate, time = _drift(np.array(self._means))
         return Pattern(

@@ -55,11 +55,11 @@ def felt(
     for x, y in places:
         above = Pose((x, y, top + _CLEAR))
         bench.go(above, _TRAVEL)
-        free = FreeView()
+        geometry, free = bench.cell.hand.geometry, FreeView()
         for shot in bench.shots(_FREE):
             free.add(shot)
         free.settle()
-        pattern = free.pattern(bench.cell.hand.geometry.gauge)
+        pattern = free.pattern(geometry.gauge, width=geometry.width)
         bench.go(above.at_height(top - depth), _PRESS)
         bench.time += _SETTLE
         frame = bench.frame(frames)

@@ -115,6 +115,11 @@ class ForceModel(ABC):
         """Return how far the free membrane hangs in its middle, m, at a stretch, m; None where the model knows nothing of it."""
         return None
 
+    @property
+    def prestretch(self) -> Estimate:
+        """By how much the mounts stretch the membrane at stretch 0, m; 0 where the model knows nothing of it."""
+        return Estimate(0.0, 0.0)
+
     @abstractmethod
     def to_json(self) -> dict[str, Any]:
         """Return the parameters, SI, for `save`."""

@@ -133,6 +133,12 @@ class MembraneModel(ForceModel):
         """Return the deepest press, m, that the range allows and the membrane can bear."""
         return min(self.range.depth[1], read_table().reach(2 * radius, self.hand.mount_prestretch + stretch))
 
+    @property
+    def prestretch(self) -> Estimate:
+        """By how much the mounts stretch the membrane at stretch 0, m."""
+        place = PARAMETERS.index("mount_prestretch")
+        return Estimate(self.hand.mount_prestretch, math.sqrt(self.covariance[place][place]))
+
     def hang(self, stretch: float) -> Estimate:
         """Return how far the free membrane hangs in its middle, m, at a stretch, m, with what the parameters' covariance says of it."""
         self.range.check(stretch=stretch)

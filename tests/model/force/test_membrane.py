@@ -64,7 +64,7 @@ def test_force_rises_with_depth_and_goes_to_nothing(radius, stretch, depth, more
 def test_a_membrane_hangs_as_the_solved_sheet(seed, stretch):
     true = TrueHand.drawn(seed)
     own = Hand(true.shear_modulus, true.thickness, true.mount_prestretch, true.share)
-    solved = -float(hang(true.sheet(), stretch).points(21, 41)[..., 2].min())
+    solved = -float(hang(true.sheet(), stretch).points(21, 41)[20, 10, 2])
     assert own.hang(stretch, 0.0) == pytest.approx(solved, rel=0.03)
     assert own._replace(softening=0.2).hang(stretch, 0.08) == pytest.approx(own.hang(stretch, 0.0) / 0.8)
 
