@@ -36,6 +36,15 @@ class MonitoredGripper(Mover[GripperDriver]):
             poll = self.driver.move(opening, speed)
         return self.own(poll, owner)
 
+    def activate(self, *, owner: str) -> Motion:
+        """Make the gripper ready to move, on a person's word: its fingers may travel all their way, whatever the limits say."""
+        self.check_ready()
+        self.take_over()
+        self.command("activate", {}, owner)
+        with self.faults():
+            poll = self.driver.activate()
+        return self.own(poll, owner)
+
     def opening(self, max_age: float) -> Reading[float]:
         """Return the measured opening, m, at most `max_age` s old."""
         return self.read("opening", self.driver.opening, max_age)
