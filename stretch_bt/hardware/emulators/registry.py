@@ -6,7 +6,6 @@ from importlib import import_module
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.emulators.base import StandIn
-from stretch_bt.source import did_you_mean
 
 __all__ = ["STAND_INS", "stand_in_class"]
 
@@ -20,7 +19,7 @@ STAND_INS: dict[str, str] = {
 def stand_in_class(name: str) -> type[StandIn]:
     """Return the stand-in behind a name; raises InvalidInput where there is none."""
     if name not in STAND_INS:
-        raise InvalidInput(f"there is no stand-in {name!r}; {did_you_mean(name, STAND_INS)}")
+        raise InvalidInput(f"there is no stand-in {name!r}; there are {', '.join(STAND_INS)}")
     module, _, cls = STAND_INS[name].partition(":")
     found: type[StandIn] = getattr(import_module(module), cls)
     return found

@@ -15,8 +15,6 @@ from stretch_bt.hardware.emulators.line import Line
 
 __all__ = ["SerialLine"]
 
-_POLL = 0.1
-
 
 class SerialLine:
     """Calls `take(data, line)` for what the client sends; while the fault `drop` is shown, the line is dead."""
@@ -28,26 +26,24 @@ class SerialLine:
         tty.setraw(self._theirs)
         #: what the client opens, such as `/dev/pts/3`
         self.path = os.ttyname(self._theirs)
-        self._ending = threading.Event()
+        self._wake, self._woken = os.pipe()
         self._thread = threading.Thread(target=self._run, name=f"serial line {self.path}", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
         """Close both ends."""
-        self._ending.set()
+        os.write(self._woken, b"x")
         self._thread.join()
-        for end in (self._ours, self._theirs):
-            with suppress(OSError):
-                os.close(end)
+        for end in (self._ours, self._theirs, self._wake, self._woken):
+            os.close(end)
 
     def _run(self) -> None:
         line = Line(self._faults, self._send)
-        while not self._ending.is_set():
-            if select.select([self._ours], [], [], _POLL)[0]:
-                with suppress(OSError):
-                    data = os.read(self._ours, 4096)
-                    if self._faults.shown("drop") is None:
-                        self._take(data, line)
+        while self._wake not in select.select([self._ours, self._wake], [], [])[0]:
+            with suppress(OSError):
+                data = os.read(self._ours, 4096)
+                if self._faults.shown("drop") is None:
+                    self._take(data, line)
 
     def _send(self, data: bytes) -> None:
         os.write(self._ours, data)

@@ -32,6 +32,8 @@ class TcpServer:
     def stop(self) -> None:
         """Close all connections and the port, and wait for the threads."""
         self._ending.set()
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)  # wakes who waits for a connection
         self._thread.join()
         self._listener.close()
         threads = list(self._open.values())
@@ -54,7 +56,7 @@ class TcpServer:
         while not self._ending.is_set():
             try:
                 connection, _ = self._listener.accept()
-            except TimeoutError:
+            except OSError:  # nobody came, or the port is closed
                 continue
             if self.refusing:
                 connection.close()
