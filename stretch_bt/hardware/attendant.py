@@ -13,13 +13,17 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from stretch_bt.errors import DeviceFault, DeviceLost, NotReady
 
-__all__ = ["Attendant", "Sample", "Wire", "WireError"]
+__all__ = ["Attendant", "Sample", "Wire", "WireClosed", "WireError"]
 
 _BACKOFF = (0.1, 0.2, 0.5, 1.0, 2.0)
 
 
 class WireError(OSError):
     """An exchange failed: no answer, a broken one, or one to another question."""
+
+
+class WireClosed(WireError):
+    """The other side closed the connection, or broke it."""
 
 
 S = TypeVar("S")

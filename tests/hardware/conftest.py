@@ -42,9 +42,8 @@ devices:
     type: Gripper
     use: USE
     model: 2f140
-    timeout: 500 ms
-    calibration: {points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}
 """
+CALIBRATION = "{points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}"
 LIVE_CELLS = {
     "robotiq": _GRIPPER.replace("USE", "robotiq"),
     "robotiq_urcap": _GRIPPER.replace("USE", "robotiq_urcap"),
@@ -172,6 +171,8 @@ def write_live_cell(folder: Path, use: str, wire: str, place: str, **options: st
     chosen = {"serial": place} if wire == "serial" else {"host": host, "port": port}
     if wire == "tcp":
         chosen["framing"] = "tcp"
+    if use != "ati":
+        chosen = {"timeout": "500 ms", "calibration": CALIBRATION, **chosen}
     lines = [f"    {key}: {value}" for key, value in {**chosen, **options}.items()]
     path = folder / f"{use}_{wire}.yaml"
     path.write_text(LIVE_CELLS[use] + "\n".join(lines) + "\n")

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import InvalidInput, MissingExtra
-from stretch_bt.hardware.attendant import WireError
+from stretch_bt.hardware.attendant import WireClosed, WireError
 from stretch_bt.hardware.robotiq.registers import COUNT, READ_FROM, WRITE_TO, Command, Status
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ class ModbusWire:
     """One exchange at a time.
 
     RTU frames carry no number, so an answer that comes too late would pass for the answer to the next question. Therefore pymodbus
-    never repeats a request by itself here: after a failed exchange the connection is closed, which drops what may still
-    come, and the exchange is tried once more on a new one.
+    never repeats a request by itself here: after an answer that is missing or broken the connection is closed, which drops
+    what may still come, and the exchange is tried once more on a new one. A connection that the other side closed is lost.
     """
 
     def __init__(self, make: Callable[[], Client], unit: int, read_function: int = 4) -> None:
@@ -92,19 +92,22 @@ class ModbusWire:
         for left in reversed(range(_TRIES)):
             try:
                 return self._once(ask, function)
-            except WireError:
+            except WireError as error:
                 self.close()
-                if not left:
+                if not left or isinstance(error, WireClosed):
                     raise
         raise AssertionError("not reached")
 
     def _once(self, ask: Callable[[Client], ModbusPDU], function: int) -> ModbusPDU:
         from pymodbus import ModbusException
+        from pymodbus.exceptions import ConnectionException
 
         self.connect()
         assert self._client is not None
         try:
             reply = ask(self._client)
+        except (ConnectionException, ConnectionError) as error:
+            raise WireClosed(_plain(error)) from error
         except (ModbusException, OSError) as error:
             raise WireError(_plain(error)) from error
         except (ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
@@ -152,8 +155,10 @@ def _quieten() -> None:
 def _plain(error: Exception) -> str:
     """Return what a client says without its own address in memory."""
     text = str(error)
-    if "Connection unexpectedly closed" in text:
+    if "Connection" in text:
         return "the other side closed the connection"
     if "No response received" in text:
         return "no answer, or a broken one, within the time of an exchange"
+    if "Unable to decode" in text:
+        return "an answer that is no Modbus"
     return text.removeprefix("Modbus Error: ").removeprefix("[Input/Output] ") or type(error).__name__

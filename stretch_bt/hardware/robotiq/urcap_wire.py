@@ -5,13 +5,18 @@ from __future__ import annotations
 import re
 import socket
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
+from typing import TypeVar
 
-from stretch_bt.hardware.attendant import WireError
+from stretch_bt.hardware.attendant import WireClosed, WireError
 from stretch_bt.hardware.robotiq.registers import Found, Stage, Status
 
 __all__ = ["UrcapWire", "parse_value"]
 
+R = TypeVar("R")
+_TRIES = 2
 _VALUE = re.compile(rb"([A-Z]{3}) ?(\d{1,3}|\?)")
 _LONGEST = 256
 _ASKED = ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")
@@ -42,8 +47,8 @@ def parse_value(line: bytes, name: str) -> int:
 class UrcapWire:
     """One line at a time, each answered by one line.
 
-    Lines carry no number: after a failed exchange the connection is closed, so that a late answer is never taken for one to the
-    next question.
+    Lines carry no number: after an answer that is missing or broken the connection is closed, so that a late one is never
+    taken for the answer to the next question, and the line is sent once more on a new one.
     """
 
     def __init__(self, host: str, port: int, timeout: float) -> None:
@@ -68,7 +73,7 @@ class UrcapWire:
 
     def read(self) -> Status:
         """Ask for what the gripper tells, one variable after the other."""
-        value = {name: parse_value(self._ask(f"GET {name}"), name) for name in _ASKED}
+        value = {name: self._ask(f"GET {name}", partial(parse_value, name=name)) for name in _ASKED}
         return Status(
             activated=bool(value["ACT"]),
             going=bool(value["GTO"]),
@@ -97,26 +102,30 @@ class UrcapWire:
         self._set("ACT 1")
 
     def _set(self, what: str) -> None:
-        answer = self._ask(f"SET {what}")
-        if answer.strip() != b"ack":
-            self.close()
-            raise WireError(f"it answered {_shown(answer)} to SET {what}")
+        line = f"SET {what}"
 
-    def _ask(self, line: str) -> bytes:
-        """Send a line and return the next one that comes, tried twice on a connection that breaks."""
-        try:
-            return self._once(line)
-        except OSError:
-            self.close()
-        try:
-            return self._once(line)
-        except OSError as error:
-            self.close()
-            raise WireError(
-                "no answer within the time of an exchange" if isinstance(error, TimeoutError) else str(error)
-            ) from error
+        def check(answer: bytes) -> None:
+            if answer.strip() != b"ack":
+                raise WireError(f"it answered {_shown(answer)} to {line}")
 
-    def _once(self, line: str) -> bytes:
+        self._ask(line, check)
+
+    def _ask(self, line: str, read: Callable[[bytes], R]) -> R:
+        """Send a line and return what `read` makes of the next one that comes."""
+        for left in reversed(range(_TRIES)):
+            try:
+                return read(self._exchange(line))
+            except (ConnectionError, WireClosed) as error:
+                self.close()
+                raise WireClosed(f"the other side closed the connection ({error})") from error
+            except OSError as error:
+                self.close()
+                if not left:
+                    late = isinstance(error, TimeoutError)
+                    raise WireError("no answer within the time of an exchange" if late else str(error)) from error
+        raise AssertionError("not reached")
+
+    def _exchange(self, line: str) -> bytes:
         self.connect()
         assert self._socket is not None
         if self._rest:
@@ -130,7 +139,7 @@ class UrcapWire:
             self._socket.settimeout(max(deadline - time.monotonic(), 1e-3))
             data = self._socket.recv(_LONGEST)
             if not data:
-                raise WireError("the other side closed the connection")
+                raise WireClosed("end of the stream")
             self._rest += data
         answer, _, self._rest = self._rest.partition(b"\n")
         return answer
