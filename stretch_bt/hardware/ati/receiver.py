@@ -109,22 +109,15 @@ class Receiver:
         assert self._socket is not None
         asked = -float("inf")
         while not self._ending.is_set():
-            if time.monotonic() - max(self.heard, asked) > self._silence:
-                self._ask_again()
-                asked = time.monotonic()
             try:
-                ready = select.select([self._socket], [], [], min(self._silence, 0.05))[0]
-                if ready:
+                if select.select([self._socket], [], [], 0.0 if asked < 0 else min(self._silence, 0.05))[0]:
                     self._drain()
+                if time.monotonic() - max(self.heard, asked) > self._silence:
+                    asked = time.monotonic()
+                    self._socket.send(request(Ask.STREAM))
             except OSError as error:  # a host that refuses the port says so on the next call
                 self.broken = str(error)
                 self._ending.wait(min(self._silence, 0.05))
-
-    def _ask_again(self) -> None:
-        assert self._socket is not None
-        self._stream.restart()
-        with suppress(OSError):
-            self._socket.send(request(Ask.STREAM))
 
     def _drain(self) -> None:
         """Take all that has come; only a new measurement is kept."""
@@ -139,9 +132,9 @@ class Receiver:
             self.heard, self.broken = time.monotonic(), None
             if self._stream.take(record):
                 self._keep_it(record)
-            elif self._stream.began_anew:
+            if self._stream.began_anew:
                 self._note("the numbers of its records went back: the sensor was restarted")
-                self._stream.restart()
+                self._stream.go_on()
 
     def _keep_it(self, record: Record) -> None:
         now = time.monotonic()

@@ -11,7 +11,7 @@ __all__ = ["Counters", "Stream"]
 _MODULUS = 1 << 32
 _HALF = 1 << 31
 #: that many older records in a row are a sensor that began anew, not ones that were overtaken
-_ANEW = 50
+_ANEW = 10
 
 
 @dataclass(slots=True)
@@ -27,22 +27,26 @@ class Counters:
 
 
 class Stream:
-    """Keeps the newest record, and counts what went wrong on the way to it."""
+    """Keeps the newest record, and counts what went wrong on the way to it.
+
+    A record with a lower number but a later cycle of the sensor begins a new stream, as after a new request; one with both
+    lower was overtaken, unless it is one of many in a row.
+    """
 
     def __init__(self) -> None:
         self.counters = Counters()
         self.newest: Record | None = None
         self._older = 0
-
-    def restart(self) -> None:
-        """Expect numbers from the begin, as after a new request."""
-        self.newest = None
-        self._older = 0
+        self._back = False
 
     @property
     def began_anew(self) -> bool:
-        """Whether the numbers went back for good: the sensor was restarted."""
-        return self._older >= _ANEW
+        """Whether its own cycles went back: the sensor was restarted."""
+        return self._back or self._older >= _ANEW
+
+    def go_on(self) -> None:
+        """Go on with the next record, whatever its number."""
+        self.newest, self._older, self._back = None, 0, False
 
     def take(self, record: Record) -> bool:
         """Note a record, and return whether it is a new measurement, newer than any before."""
@@ -51,18 +55,26 @@ class Stream:
         if last is None:
             self.newest = record
             return True
-        ahead = (record.number - last.number) % _MODULUS
+        ahead, later = _ahead(record.number, last.number), _ahead(record.cycle, last.cycle)
         if ahead == 0:
             self.counters.repeated += 1
             return False
-        if ahead >= _HALF:
-            self.counters.late += 1
-            self.counters.lost -= self.counters.lost > 0  # it was counted when it was overtaken
-            self._older += 1
-            return False
+        if ahead < 0 and later <= 0:
+            return self._overtaken()
+        self.counters.lost += max(ahead - 1, 0)
+        self.counters.stale += later == 0
+        self._back = later < 0
         self._older = 0
-        self.counters.lost += ahead - 1
         self.newest = record
-        fresh = record.cycle != last.cycle
-        self.counters.stale += not fresh
-        return fresh
+        return later > 0
+
+    def _overtaken(self) -> bool:
+        self.counters.late += 1
+        self.counters.lost -= self.counters.lost > 0  # it was counted when it was overtaken
+        self._older += 1
+        return False
+
+
+def _ahead(number: int, before: int) -> int:
+    """Return how far a number of 32 bits is ahead of another, across the turn to 0."""
+    return (number - before + _HALF) % _MODULUS - _HALF

@@ -51,7 +51,7 @@ class AtiStandIn(StandIn):
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._random = np.random.default_rng(stage.seed)
-        self._ending = threading.Event()
+        self._ending, self._restarting = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
         self._client: tuple[str, int] | None = None
         self._left = 0
@@ -92,8 +92,7 @@ class AtiStandIn(StandIn):
         super().inject(fault, parameters)
         if fault == "restart":
             self.clear(fault)
-            self._number = self._cycle = 0
-            self._bias = np.zeros(6)
+            self._restarting.set()
 
     def _run(self) -> None:
         due = time.monotonic()
@@ -121,6 +120,10 @@ class AtiStandIn(StandIn):
             self._bias = self._measured()
 
     def _send_one(self, client: tuple[str, int]) -> None:
+        if self._restarting.is_set():
+            self._restarting.clear()
+            self._number = self._cycle = 0
+            self._bias = np.zeros(6)
         self._cycle = (self._cycle + 1) % _MODULUS
         self._number = (self._number + 1) % _MODULUS
         if self.faults.shown("silence") is None:
