@@ -81,7 +81,7 @@ def test_every_fault_is_in_a_table():
 @pytest.mark.parametrize(("fault", "parameters", "kind", "said"), ENDS)
 def test_faults_that_stay_until_they_are_acknowledged(sensor, fault, parameters, kind, said):
     device, stand_in = sensor
-    until(lambda: device.wrench(1e6).sequence > 5)
+    until(lambda: device.wrench(1e6).sequence > 30)
     stand_in.inject(fault, parameters)
     found = until(lambda: told(device))
     assert type(found) is kind
