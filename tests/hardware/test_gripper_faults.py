@@ -141,6 +141,26 @@ def test_a_fault_of_the_gripper_ends_the_motion(moving, clock, advance, kind, fa
     assert advance(gripper.move(0.08, speed=0.15, owner="a")) is MotionState.DONE
 
 
+@pytest.mark.parametrize(
+    ("fault", "said"), [("code", "fault 0C: an internal fault"), ("deactivate", "lost its activation")]
+)
+@pytest.mark.parametrize("kind", ["robotiq-rtu", "urcap"])
+def test_what_happens_while_the_fingers_stand_is_told_once_by_a_reading(make_cell, clock, kind, fault, said):
+    cell = make_cell(kind)
+    gripper = cell.devices["gripper"]
+    cell.stand_in.inject(fault)
+    cell.stand_in.clear()
+    clock.time += 0.1
+    with pytest.raises(DeviceFault, match=said):
+        gripper.opening(1.0)
+    assert gripper.opening(1.0).value == pytest.approx(0.055, abs=0.0007)
+    assert gripper.state is DeviceState.FAULT
+    gripper.acknowledge()
+    clock.time += 0.1
+    assert gripper.opening(1.0).value == pytest.approx(0.055, abs=0.0007)
+    assert gripper.state is DeviceState.READY
+
+
 def test_heat_keeps_the_fault_from_being_acknowledged(moving, clock):
     cell, gripper, motion = moving("robotiq-rtu")
     cell.stand_in.inject("code", {"code": 0x08})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -13,7 +14,7 @@ from stretch_bt.units import Angle, Time, Within
 __all__ = ["AtiOptions"]
 
 _Counts = Annotated[float, Within(1.0, 1e9)]
-_Turn = Annotated[Angle, Within(-6.3, 6.3, "Angle")]
+_Turn = Annotated[Angle, Within(-math.pi, math.pi, "Angle")]
 
 
 class _Model(BaseModel):

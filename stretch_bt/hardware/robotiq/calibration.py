@@ -34,9 +34,6 @@ class GripperCalibration(BaseModel):
         min_length=2, description="`{count: 3, opening: 140 mm}`, at least two, measured with callipers"
     )
     source: str = Field(min_length=1, description="who measured it, on which gripper, when")
-    sd: Annotated[Length, Within(0.0, 0.01, "Length")] = Field(
-        default=0.0005, description="standard deviation of an opening"
-    )
 
     @model_validator(mode="after")
     def _falling(self) -> GripperCalibration:

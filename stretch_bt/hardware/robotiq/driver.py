@@ -5,13 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from stretch_bt.errors import DeviceLost, InvalidInput, LimitExceeded, NotReady
+from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady
 from stretch_bt.hardware.attendant import Attendant, Sample
 from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
 from stretch_bt.hardware.robotiq.registers import Stage, Status, fault_of
-from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in
+from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
 from stretch_bt.hardware.robotiq.wire import GripperWire
 
 __all__ = ["RobotiqDriver"]
@@ -29,6 +29,8 @@ class RobotiqDriver(GripperDriver, ABC):
     _attendant: Attendant[GripperWire, Status] | None = None
     _task: Task | None = None
     _astray = False
+    _known: Status | None = None
+    _event: DeviceFault | None = None
 
     @abstractmethod
     def _wire(self) -> GripperWire:
@@ -36,7 +38,7 @@ class RobotiqDriver(GripperDriver, ABC):
 
     def open(self) -> None:
         """Connect and read the status; an inactive gripper can be read, but not moved."""
-        self._task = None
+        self._task = self._known = self._event = None
         attendant = Attendant(
             self.name,
             self._wire(),
@@ -72,8 +74,13 @@ class RobotiqDriver(GripperDriver, ABC):
         if self._attendant is None:
             return
         self._attendant.acknowledge()
-        self._task = None
-        fault = fault_in(self.name, self._attendant.do(_clear))
+
+        def clear(wire: GripperWire) -> Status:
+            self._task = self._event = None
+            self._known = _clear(wire)
+            return self._known
+
+        fault = fault_in(self.name, self._attendant.do(clear))
         if fault is not None:
             raise fault
 
@@ -96,8 +103,19 @@ class RobotiqDriver(GripperDriver, ABC):
         return self._begin(journey)
 
     def opening(self) -> Reading[float]:
-        """Return the opening that the gripper tells of, m; raises DeviceLost while it is lost, and once when it is back."""
+        """Return the opening that the gripper tells of, m.
+
+        Raises
+        ------
+        DeviceLost
+            The connection is down, or it was since this was asked last.
+        DeviceFault
+            Once: a fault or the end of the activation, which the gripper told of while it stood.
+        """
         sample = self._open().latest()
+        event, self._event = self._event, None
+        if event is not None:
+            raise event
         return Reading(self._measured(sample.value), sample.time, sample.time, sample.number)
 
     def status(self) -> Status:
@@ -156,6 +174,8 @@ class RobotiqDriver(GripperDriver, ABC):
 
         def poll() -> MotionState:
             attendant.latest()
+            if task.fault is not None:
+                self._event = None  # it is told here
             return task.poll()
 
         return poll
@@ -164,9 +184,21 @@ class RobotiqDriver(GripperDriver, ABC):
         if self._astray:
             self._astray, self._task = False, None
             _hold(wire)
-        task = self._task
+        task, status = self._task, sample.value
+        if task is None or task.over or not isinstance(task, Activation):
+            self._event = self._event or self._news(status)
+        self._known = status
         if task is not None and not task.over:
-            task.after(wire, sample.value, sample.time)
+            task.after(wire, status, sample.time)
+
+    def _news(self, status: Status) -> DeviceFault | None:
+        """Return what went wrong between the status before and this one."""
+        known = self._known
+        if known is None:
+            return None
+        if status.fault not in (0, known.fault, *_PASSING):
+            return fault_in(self.name, status)
+        return lost_activation(self.name) if known.ready and not status.ready else None
 
     def _returned(self, wire: GripperWire) -> None:
         """Keep the fingers from going on to where they were sent before a loss."""

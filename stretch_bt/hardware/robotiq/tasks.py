@@ -12,7 +12,7 @@ from stretch_bt.hardware.robotiq.calibration import GripperCalibration
 from stretch_bt.hardware.robotiq.registers import Found, Stage, Status, fault_of
 from stretch_bt.hardware.robotiq.wire import GripperWire
 
-__all__ = ["Activation", "Journey", "Task", "fault_in"]
+__all__ = ["Activation", "Journey", "Task", "fault_in", "lost_activation"]
 
 #: how long the fingers may stand still, s, while they are told to move
 PATIENCE = 0.8
@@ -25,6 +25,15 @@ def fault_in(device: str, status: Status) -> DeviceFault | None:
         return None
     fault = fault_of(status.fault)
     return DeviceFault(device, f"fault {status.fault:02X}: {fault.means}; {fault.remedy}")
+
+
+def lost_activation(device: str) -> DeviceFault:
+    """Return the fault of a gripper that was active and is not any more."""
+    reason = (
+        "it lost its activation: it was reset, lost its supply, or somebody else uses it; "
+        "acknowledge this and activate it again"
+    )
+    return DeviceFault(device, reason)
 
 
 class Task(ABC):
@@ -91,7 +100,7 @@ class Journey(Task):
 
     def after(self, wire: GripperWire, status: Status, now: float) -> None:
         """Judge a status, and lead the fingers on."""
-        self.fault = fault_in(self._device, status) or self._stray(status)
+        self.fault = fault_in(self._device, status) or (None if status.ready else lost_activation(self._device))
         if self.fault is not None:
             return
         if status.position != self._position:
@@ -112,15 +121,6 @@ class Journey(Task):
             self.state = MotionState.DONE if near else MotionState.BLOCKED
         elif met:
             self.state = MotionState.BLOCKED
-
-    def _stray(self, status: Status) -> DeviceFault | None:
-        if status.ready:
-            return None
-        reason = (
-            "it lost its activation while it moved: it was reset, lost its supply, or somebody else uses it; "
-            "acknowledge this and activate it again"
-        )
-        return DeviceFault(self._device, reason)
 
     def _stuck(self, status: Status, heard: bool) -> DeviceFault:
         here, there = (f"{v * 1e3:.1f} mm" for v in (self._opening(status.position), self._target.opening))
