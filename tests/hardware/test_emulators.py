@@ -14,6 +14,8 @@ import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.faults import Fault, Faults
 from stretch_bt.hardware.emulators.registry import STAND_INS, stand_in_class
@@ -183,21 +185,30 @@ def test_a_process_ends_when_it_is_told_or_its_parent_is_gone(ending, code):
     process.stdin.close()
 
 
-def test_the_twin_is_behind_all_stand_ins_of_a_stage():
-    """The gripper stretches its membrane, and the sensor under the object feels the hand."""
+def test_the_twin_is_behind_all_stand_ins_of_a_stage(tmp_path):
+    """The gripper stretches its membrane, and the sensor under the object feels the hand, both through their wires."""
     stage = Stage(load_scene("calibration_sphere"))
-    assert stage.wrench().force[2] == pytest.approx(0.0, abs=0.3)
-    with stage.lock:
-        stage.twin.place(Pose((0.0, 0.0, 0.028)))
-        end = stage.move_fingers(stage.geometry.opening(0.02), 0.2)
-        assert end > stage.now()
-    until(lambda: stage.now() > end)
-    assert stage.twin.stretch(stage.now()) == pytest.approx(0.02)
-    with stage.lock:
-        truth = stage.twin.truth()["force"]
-    assert truth > 0.3
-    time.sleep(0.03)
-    assert stage.wrench().force[2] == pytest.approx(truth, abs=0.3)
+    with serving(["robotiq", "ati"], stage, ports=FREE, activated=True) as servers:
+        path = tmp_path / "cell.yaml"
+        path.write_text(CELL + SENSOR)
+        for key, place in (("S_", servers.served.wires["ati"]["rdt"]), ("", servers.served.wires["robotiq"]["rtu"])):
+            host, _, port = place.partition(":")
+            path.write_text(path.read_text().replace(f"{key}HOST", host).replace(f"{key}PORT", port))
+        cell = open_cell(load_cell(path), now=time.monotonic)
+        try:
+            sensor, gripper = cell.devices["force_sensor"], cell.devices["gripper"]
+            assert sensor.wrench(5.0).value.force[2] == pytest.approx(0.0, abs=0.3)
+            with stage.lock:
+                stage.twin.place(Pose((0.0, 0.0, 0.028)))
+            motion = gripper.move(stage.geometry.opening(0.02), speed=0.1, owner="test")
+            until(lambda: motion.poll() == "done")
+            with stage.lock:
+                truth = stage.twin.truth()["force"]
+                assert stage.twin.stretch(stage.now()) == pytest.approx(0.02, abs=0.001)
+            assert truth > 0.3
+            until(lambda: sensor.wrench(5.0).value.force[2] == pytest.approx(truth, abs=0.3))
+        finally:
+            assert cell.close() == []
 
 
 CELL = """\
@@ -210,6 +221,14 @@ devices:
     port: PORT
     model: 2f140
     calibration: {points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}
+"""
+SENSOR = """\
+  force_sensor:
+    type: ForceSensor
+    use: ati
+    host: S_HOST
+    port: S_PORT
+    calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: the stand-in's own}
 """
 TREE = """\
 format: stretch-tree/1

@@ -29,7 +29,7 @@ class Counters:
 class Stream:
     """Keeps the newest record, and counts what went wrong on the way to it.
 
-    A record with a lower number but a later cycle of the sensor begins a new stream, as after a new request; one with both
+    A record without a higher number but with a later cycle of the sensor begins a new stream, as after a new request; one with both
     lower was overtaken, unless it is one of many in a row.
     """
 
@@ -56,17 +56,18 @@ class Stream:
             self.newest = record
             return True
         ahead, later = _ahead(record.number, last.number), _ahead(record.cycle, last.cycle)
-        if ahead == 0:
-            self.counters.repeated += 1
-            return False
-        if ahead < 0 and later <= 0:
-            return self._overtaken()
+        if ahead <= 0 and later <= 0:
+            return self._overtaken() if ahead else self._repeated()
         self.counters.lost += max(ahead - 1, 0)
         self.counters.stale += later == 0
         self._back = later < 0
         self._older = 0
         self.newest = record
         return later > 0
+
+    def _repeated(self) -> bool:
+        self.counters.repeated += 1
+        return False
 
     def _overtaken(self) -> bool:
         self.counters.late += 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping
 from typing import Any
 
@@ -19,6 +20,8 @@ class GripperStandIn(StandIn):
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self.model = GripperModel(stage, self.faults.shown)
+        #: of the model
+        self.lock = threading.RLock()
         self._servers: list[TcpServer] = []
 
     def stop(self) -> None:
@@ -29,13 +32,13 @@ class GripperStandIn(StandIn):
 
     def state(self) -> dict[str, Any]:
         """Return how the fingers stand."""
-        with self.stage.lock:
+        with self.lock:
             return self.model.state()
 
     def inject(self, fault: str, parameters: Mapping[str, Any] | None = None) -> None:
         """Begin to show a fault."""
         super().inject(fault, parameters)
-        with self.stage.lock:
+        with self.lock:
             if fault == "deactivate":
                 self.clear(fault)
                 self.model.lose_activation()
@@ -52,5 +55,5 @@ class GripperStandIn(StandIn):
         super().clear(fault)
         for server in self._servers:
             server.refusing = self.faults.shown("drop") is not None
-        with self.stage.lock:
+        with self.lock:
             self.model.changed()

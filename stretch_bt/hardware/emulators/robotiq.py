@@ -110,7 +110,7 @@ class RobotiqStandIn(GripperStandIn):
                 line.answer(self._reply(request))
 
     def _reply(self, request: Request) -> bytes:
-        with self.stage.lock:
+        with self.lock:
             reply = answer(request.pdu, self._registers)
         refuse, other = self.faults.take("refuse"), self.faults.take("unit")
         if refuse is not None:

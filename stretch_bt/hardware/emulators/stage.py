@@ -22,12 +22,13 @@ if TYPE_CHECKING:
 __all__ = ["Stage"]
 
 _ACCELERATION = 2.0
-#: how often the contact is worked out for a device that asks all the time, s
-_INTERVAL = 0.02
 
 
 class Stage:
-    """Shared by the stand-ins of one process; every use of the twin is under `lock`.
+    """Shared by the stand-ins of one process.
+
+    Every use of the twin is under `lock`, and may take as long as the membrane takes to be solved; where the fingers are is known
+    without it, so that a gripper answers meanwhile.
 
     Parameters
     ----------
@@ -52,11 +53,11 @@ class Stage:
         self.now = now
         self.seed = seed
         self.lock = threading.RLock()
+        self._moving = threading.Lock()
         self.geometry = geometry or HandGeometry()
         self.twin: Twin | None = None
         self._own: Track[float] = Track(self.geometry.rest_opening)
         self._wrench = Wrench((0.0, 0.0, 0.0))
-        self._next = -math.inf
         if scene is not None:
             from stretch_bt.hardware.simulated.twin import Twin
 
@@ -66,40 +67,40 @@ class Stage:
 
     def opening(self) -> float:
         """Return the opening of the fingers now, m."""
-        with self.lock:
+        with self._moving:
             return self._fingers.at(self.now())
 
     def move_fingers(self, to: float, speed: float) -> float:
         """Start moving the fingers, and return when they will be there, s."""
-        with self.lock:
-            here = self.opening()
+        self._remember()
+        with self._moving:
+            now = self.now()
+            here = self._fingers.at(now)
             length, sign = abs(to - here), math.copysign(1.0, to - here)
             profile = Profile.trapezoid(length, speed, _ACCELERATION)
-
-            def path(gone: float) -> float:
-                return to if gone >= length else here + sign * gone
-
-            if self.twin is not None:
-                return self.twin.move_fingers(path, profile)
-            return self._own.begin(self.now(), path, profile)
+            return self._fingers.begin(now, lambda gone: to if gone >= length else here + sign * gone, profile)
 
     def stop_fingers(self) -> None:
         """Brake."""
-        with self.lock:
-            if self.twin is not None:
-                self.twin.remember()
+        self._remember()
+        with self._moving:
             self._fingers.stop(self.now(), _ACCELERATION)
 
     def wrench(self) -> Wrench:
         """Return what the world does to the hand, in world axes, with the scene's noise; the last answer where there is none."""
         with self.lock:
-            if self.twin is not None and time.monotonic() >= self._next:
+            if self.twin is not None:
                 from stretch_bt.hardware.simulated.samples import sample_wrench
 
-                self._next = time.monotonic() + _INTERVAL
                 with suppress(NoEquilibrium):
                     self._wrench = sample_wrench(self.twin, "ForceSensor", "force_sensor").value
             return self._wrench
+
+    def _remember(self) -> None:
+        """Take a twin that has a memory to this moment, before its fingers go elsewhere."""
+        if self.twin is not None and self.twin.world.memory is not None:
+            with self.lock:
+                self.twin.remember()
 
     @property
     def _fingers(self) -> Track[float]:

@@ -87,7 +87,7 @@ class UrcapStandIn(GripperStandIn):
         if parsed is None:
             return None
         verb, values = parsed
-        with self.stage.lock:
+        with self.lock:
             return self._get(next(iter(values))) if verb == "GET" else self._set(values)
 
     def _get(self, name: str) -> str | None:
