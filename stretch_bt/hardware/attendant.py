@@ -178,6 +178,9 @@ class Attendant(Generic[W, S]):
             future.cancel()
             self._unacknowledged = f"a command was not answered within {self._deadline:.3g} s"
             raise DeviceLost(self.name, self._unacknowledged) from None
+        except BaseException:
+            future.cancel()
+            raise
 
     def _run(self) -> None:
         failures = 0

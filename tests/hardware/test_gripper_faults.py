@@ -1,17 +1,18 @@
 """Every fault that the stand-ins of a gripper can show, while the fingers are on their way."""
 
+import sys
 import time
 from contextlib import suppress
 
 import pytest
 
-from stretch_bt.errors import DeviceFault, DeviceLost, NotReady
+from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, MissingExtra, NotReady
 from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.line import LINE_FAULTS
 from stretch_bt.hardware.emulators.robotiq import RobotiqStandIn
 from stretch_bt.hardware.emulators.urcap import UrcapStandIn
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
-from stretch_bt.hardware.robotiq.registers import FAULTS
+from stretch_bt.hardware.robotiq.registers import FAULTS, Command
 
 ALL = ("robotiq-rtu", "robotiq-tcp", "robotiq-serial", "urcap")
 NETWORK = ("robotiq-rtu", "robotiq-tcp", "urcap")
@@ -273,6 +274,32 @@ def test_slower_than_the_gripper_can_it_is_led(make_cell, clock, advance):
         assert gripper.opening(1.0).value == pytest.approx(0.055 + 0.001 * k, abs=0.0025)
     assert advance(motion) is MotionState.DONE
     assert clock.time == pytest.approx(3.0, abs=0.3)
+
+
+@pytest.mark.parametrize("kind", ["robotiq-rtu", "urcap"])
+def test_fingers_that_leave_the_limits_are_stopped(make_cell, clock, kind):
+    """Somebody else sends them on while they move."""
+    cell = make_cell(kind)
+    gripper = cell.devices["gripper"]
+    motion = gripper.move(0.13, speed=0.15, owner="a")
+    clock.time += 0.4
+    assert motion.poll() is MotionState.MOVING
+    cell.stand_in.model.write(Command(activate=True, go=True, position=3, speed=255))
+    clock.time += 0.5
+    with pytest.raises(LimitExceeded, match=r"the fingers went to a stretch of 8\d\.\d mm, past the limits"):
+        motion.poll()
+    assert gripper.state is DeviceState.FAULT
+    assert not cell.stand_in.state()["moving"]
+    gripper.acknowledge()
+    back = gripper.move(0.12, speed=0.15, owner="a")
+    clock.time += 0.02
+    assert back.poll() is MotionState.MOVING
+
+
+def test_a_client_that_is_not_installed_is_named(make_cell, live_cell, clock, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pymodbus", None)
+    with pytest.raises(MissingExtra, match="needs pymodbus; install it with: pip install"):
+        make_cell("robotiq-rtu")
 
 
 def test_an_opening_that_was_not_calibrated_is_refused(make_cell):

@@ -61,9 +61,14 @@ class RobotiqDriver(GripperDriver, ABC):
         """Hold the fingers where they are; an activation is broken off."""
         if self._attendant is None:
             return
-        task, self._task = self._task, None
+        task = self._task
+
+        def hold(wire: GripperWire) -> None:
+            self._task = None  # here, so that a motion that was about to begin does not come after it
+            _hold(wire)
+
         try:
-            self._attendant.do(_hold)
+            self._attendant.do(hold)
         except DeviceLost as lost:
             if task is not None and not task.over:
                 reason = f"it cannot be told to stop ({lost.reason}); the fingers may go on to where they were sent"
