@@ -13,6 +13,7 @@ import time
 
 from wires import GRIPPER, SENSOR, opened
 
+from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.interfaces import MotionState
@@ -28,17 +29,26 @@ def megabytes() -> float:
 
 
 def part(gripper: RobotiqDriver, sensor: AtiForceSensor, seconds: float) -> tuple[int, list[float]]:
-    """Move and read for some seconds; return how many motions ended at their target, and the times of exchanges, s."""
+    """Move and read for some seconds; return how many motions ended at their target, and the times of exchanges, s.
+
+    A fault is printed and acknowledged, as when this process is suspended for a while.
+    """
     moves, times = 0, []
     poll = gripper.move(ENDS[0], 0.1)
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        begin = time.perf_counter()
-        gripper.status()
-        times.append(time.perf_counter() - begin)
-        sensor.wrench()
-        if poll() is not MotionState.MOVING:
-            moves += poll() is MotionState.DONE
+        try:
+            begin = time.perf_counter()
+            gripper.status()
+            times.append(time.perf_counter() - begin)
+            sensor.wrench()
+            if poll() is not MotionState.MOVING:
+                moves += poll() is MotionState.DONE
+                poll = gripper.move(ENDS[moves % 2], 0.1)
+        except DeviceFault as fault:
+            print(f"  fault: {fault}", flush=True)
+            gripper.acknowledge()
+            sensor.acknowledge()
             poll = gripper.move(ENDS[moves % 2], 0.1)
         time.sleep(PERIOD)
     return moves, sorted(times)

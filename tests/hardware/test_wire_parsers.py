@@ -190,6 +190,27 @@ def test_any_request_is_answered(pdu):
         assert pdu[0] == 16
 
 
+# (request without its frame, its answer)
+EXCEPTIONS = [
+    ("04 07 CF 00 03", "84 02"),
+    ("04 07 D0 00 04", "84 02"),
+    ("03 03 E8 00 03", "83 02"),
+    ("03 07 D0 00 00", "83 02"),
+    ("10 03 E8 00 02 04 09 00 00 00", "90 02"),
+    ("10 07 D0 00 03 06 09 00 00 00 00 00", "90 02"),
+    ("10 03 E8 00 03 05 09 00 00 00 00", "90 03"),
+    ("06 03 E8 09 00", "86 01"),
+    ("04 07 D0", "84 03"),
+]
+
+
+@pytest.mark.parametrize(("asked", "reply"), EXCEPTIONS)
+def test_what_the_gripper_does_not_have_is_answered_by_an_exception(asked, reply):
+    stand_in = RobotiqStandIn("127.0.0.1", Stage())
+    assert answer(bytes.fromhex(asked), stand_in._registers) == bytes.fromhex(reply)
+    assert stand_in.state()["writes"] == 0
+
+
 @given(st.lists(st.binary(max_size=40), max_size=6))
 def test_no_bytes_but_a_command_move_the_fingers(chunks):
     """Whatever comes, an inactive gripper stays where it is."""

@@ -55,6 +55,7 @@ class GripperModel:
         self._fault = 0
         self._arrival = -math.inf
         self._goal: float | None = None
+        self._pace = _SLOWEST
         self._met = Found.ARRIVED
         self._plan: list[float] = []
         self._heard = time.monotonic()
@@ -75,7 +76,7 @@ class GripperModel:
             going=self._command.go,
             stage=self._stage_of,
             found=self._found(),
-            fault=self._fault_now(),
+            fault=self._fault,
             echo=self._command.position,
             position=count_of(opening),
             current=10 if self._moving() else 0,
@@ -113,7 +114,7 @@ class GripperModel:
         if self._shown("stall") is not None:
             self._stage.stop_fingers()
         elif self._goal is not None and self._moving():
-            self._drive(self._goal, self._speed())
+            self._drive(self._goal, self._pace)
 
     def lose_activation(self) -> None:
         """Stand as after a loss of the supply."""
@@ -122,6 +123,7 @@ class GripperModel:
 
     def state(self) -> dict[str, Any]:
         """Return how the fingers stand."""
+        self._go_on()
         return {"opening": self._stage.opening(), "writes": self.writes, "moving": self._moving(), "fault": self._fault}
 
     def _reset(self) -> None:
@@ -173,7 +175,7 @@ class GripperModel:
                 reached, self._met = width, Found.WHILE_CLOSING
             elif here <= width + _TOUCH < goal:
                 reached, self._met = width, Found.WHILE_OPENING
-        self._goal = goal
+        self._goal, self._pace = goal, speed
         self._arrival = self._stage.move_fingers(reached, speed)
         if self._shown("stall") is not None:
             self._stage.stop_fingers()
@@ -198,9 +200,6 @@ class GripperModel:
         if now - self._heard > _SILENT and self._command.activate and self._fault == 0:
             self._fault = 0x09
         self._heard = now
-
-    def _fault_now(self) -> int:
-        return self._fault
 
 
 def opening_of(count: float) -> float:
