@@ -20,7 +20,7 @@ __all__ = ["command"]
 
 
 def command(
-    devices: Annotated[list[str], typer.Argument(help="robotiq, urcap or ati; several share one scene.")],
+    devices: Annotated[list[str], typer.Argument(help="Which, such as robotiq, urcap, ati; several share one scene.")],
     host: Annotated[str, typer.Option("--host", help="Address to listen on.")] = "127.0.0.2",
     scene: Annotated[
         str | None, typer.Option("--scene", help="What the stand-ins act on: a scene file or a shipped scene.")

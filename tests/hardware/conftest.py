@@ -13,7 +13,6 @@ from stretch_bt.hardware.cell import Cell, open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.emulators.base import StandIn
-from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
@@ -116,8 +115,7 @@ def stand_in(clock: Clock):
     def start(name: str, **options) -> tuple[StandIn, dict[str, str]]:
         cls = stand_in_class(name)
         made = cls("127.0.0.1", Stage(now=clock, **options), dict.fromkeys(cls.PORTS, 0))
-        if isinstance(made, GripperStandIn):
-            made.model.activated()
+        made.activated()
         started.append(made)
         return made, made.start()
 

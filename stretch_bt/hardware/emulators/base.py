@@ -35,6 +35,9 @@ class StandIn(ABC):
         self.ports = {**self.PORTS, **(ports or {})}
         self.faults = Faults(self.FAULTS)
 
+    def activated(self) -> None:  # noqa: B027  most devices need none
+        """Begin as a device that somebody made ready to move before; nothing to do unless a stand-in says so."""
+
     @abstractmethod
     def start(self) -> dict[str, str]:
         """Begin to serve, and return where each wire is; raises OSError when an address cannot be had."""

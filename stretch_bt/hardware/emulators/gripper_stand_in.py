@@ -24,6 +24,10 @@ class GripperStandIn(StandIn):
         self.lock = threading.RLock()
         self._servers: list[TcpServer] = []
 
+    def activated(self) -> None:
+        """Stand as after an activation."""
+        self.model.activated()
+
     def stop(self) -> None:
         """Close the ports."""
         servers, self._servers = self._servers, []

@@ -16,7 +16,6 @@ from typing import Any
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.control import ControlPort
-from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.stage import Stage
 
@@ -70,7 +69,7 @@ def serving(
     ports
         Ports of a stand-in by the name of its wire, where they are not its own.
     activated
-        Whether grippers stand as after their activation.
+        Whether devices that need an activation had it before.
 
     Raises
     ------
@@ -84,8 +83,8 @@ def serving(
         stand_ins, wires = {}, {}
         for name in names:
             made = stand_in_class(name)(host, stage, (ports or {}).get(name))
-            if activated and isinstance(made, GripperStandIn):
-                made.model.activated()
+            if activated:
+                made.activated()
             stack.callback(made.stop)
             wires[name] = made.start()
             stand_ins[name] = made
