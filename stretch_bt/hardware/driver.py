@@ -126,6 +126,10 @@ class GripperDriver(Driver, ABC):
     def move(self, opening: float, speed: float) -> Poll:
         """Move the fingers to an opening, m."""
 
+    def activate(self) -> Poll:
+        """Make ready to move, which may take the fingers all their way; there is nothing to do unless a driver says so."""
+        return lambda: MotionState.DONE
+
     @abstractmethod
     def opening(self) -> Reading[float]:
         """Return the latest measured opening, m."""

@@ -11,10 +11,13 @@ __all__ = ["IMPLEMENTATIONS", "driver_class", "names_for"]
 IMPLEMENTATIONS: dict[tuple[str, str], str] = {
     ("Arm", "simulated"): "stretch_bt.hardware.simulated.arm:SimulatedArm",
     ("Gripper", "simulated"): "stretch_bt.hardware.simulated.gripper:SimulatedGripper",
+    ("Gripper", "robotiq"): "stretch_bt.hardware.robotiq.gripper:RobotiqGripper",
+    ("Gripper", "robotiq_urcap"): "stretch_bt.hardware.robotiq.urcap_gripper:RobotiqUrcapGripper",
     ("DepthCamera", "simulated"): "stretch_bt.hardware.simulated.camera:SimulatedCamera",
     ("DepthCamera", "replay"): "stretch_bt.hardware.replay.camera:ReplayCamera",
     ("ForceSensor", "simulated"): "stretch_bt.hardware.simulated.force_sensor:SimulatedForceSensor",
     ("ForceSensor", "replay"): "stretch_bt.hardware.replay.force_sensor:ReplayForceSensor",
+    ("ForceSensor", "ati"): "stretch_bt.hardware.ati.force_sensor:AtiForceSensor",
     ("Operator", "simulated"): "stretch_bt.hardware.simulated.operator:SimulatedOperator",
     ("Operator", "console"): "stretch_bt.hardware.console.operator:ConsoleOperator",
 }

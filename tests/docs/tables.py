@@ -222,6 +222,32 @@ def implementations() -> str:
     return "\n" + "\n".join(parts) + "\n"
 
 
+def stand_ins() -> str:
+    """The faults of each stand-in."""
+    from stretch_bt.hardware.emulators.registry import STAND_INS, stand_in_class
+
+    classes = {name: stand_in_class(name) for name in STAND_INS}
+    ports = "".join(
+        f"- `{name}`: {first_paragraph(cls)} Ports: {', '.join(f'{w} {p}' for w, p in cls.PORTS.items())}.\n"
+        for name, cls in classes.items()
+    )
+    content: dict[tuple[str, str], list[str]] = {}
+    for name, cls in classes.items():
+        for key, fault in cls.FAULTS.items():
+            defaults = ", ".join(f"`{k}`: {v:g}" for k, v in fault.parameters.items())
+            content.setdefault((key, fault.doc + (f" ({defaults})" if defaults else "")), []).append(name)
+    faults = [[code(key), ", ".join(code(n) for n in names), doc] for (key, doc), names in content.items()]
+    return f"\n{ports}\n{rows(['fault', 'of', 'the stand-in'], faults)}\n"
+
+
+def gripper_faults() -> str:
+    """The fault codes of the gripper."""
+    from stretch_bt.hardware.robotiq.registers import FAULTS
+
+    content = [[code(f"{number:02X}"), fault.means, fault.remedy] for number, fault in FAULTS.items()]
+    return rows(["code", "it means", "what to do"], content)
+
+
 def file_table(model: Any, skip: tuple[str, ...] = ()) -> str:
     """Return the fields of a pydantic model, nested ones with their path."""
     return rows(["field", "default", "meaning"], list(fields_of(model, "", skip)))
@@ -434,6 +460,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "scenes": scenes,
     "cell": cell,
     "implementations": implementations,
+    "stand-ins": stand_ins,
+    "gripper-faults": gripper_faults,
     "codes": codes,
 }
 

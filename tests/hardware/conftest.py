@@ -1,11 +1,21 @@
+import time
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stretch_bt.errors import DeviceFault
+from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
 from stretch_bt.hardware.cell import Cell, open_cell
 from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.driver import Driver
+from stretch_bt.hardware.emulators.base import StandIn
+from stretch_bt.hardware.emulators.registry import stand_in_class
+from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.simulation.scene import load_scene
 
 RECORDED = """\
@@ -15,15 +25,57 @@ devices:
   force_sensor: {type: ForceSensor, use: replay, file: press.npz}
 """
 
+#: kinds of cell whose device is reached over a wire: what it is called in the file, its stand-in, the wire
+LIVE = {
+    "robotiq-rtu": ("robotiq", "robotiq", "rtu"),
+    "robotiq-tcp": ("robotiq", "robotiq", "tcp"),
+    "robotiq-serial": ("robotiq", "robotiq", "serial"),
+    "urcap": ("robotiq_urcap", "urcap", "urcap"),
+    "ati": ("ati", "ati", "rdt"),
+}
+_GRIPPER = """\
+format: stretch-cell/1
+limits: {gripper_speed: 150 mm/s}
+devices:
+  gripper:
+    type: Gripper
+    use: USE
+    model: 2f140
+"""
+CALIBRATION = "{points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}"
+LIVE_CELLS = {
+    "robotiq": _GRIPPER.replace("USE", "robotiq"),
+    "robotiq_urcap": _GRIPPER.replace("USE", "robotiq_urcap"),
+    "ati": """\
+format: stretch-cell/1
+devices:
+  force_sensor:
+    type: ForceSensor
+    use: ati
+    calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: the stand-in's own}
+""",
+}
+
 
 class Clock:
-    """A clock that stands until it is moved."""
+    """A clock that stands until it is moved; after that it waits until those who listen have noticed."""
 
     def __init__(self, time: float = 0.0) -> None:
-        self.time = time
+        self._time = time
+        self.listeners: list[Callable[[], None]] = []
 
     def __call__(self) -> float:
-        return self.time
+        return self._time
+
+    @property
+    def time(self) -> float:
+        return self._time
+
+    @time.setter
+    def time(self, time: float) -> None:
+        self._time = time
+        for listen in self.listeners:
+            listen()
 
 
 class Notes:
@@ -56,20 +108,73 @@ def notes() -> Notes:
 
 
 @pytest.fixture
-def make_cell(tmp_path: Path, clock: Clock, notes: Notes):
-    """Open a cell by kind; all are closed at the end."""
+def stand_in(clock: Clock):
+    """Start a stand-in by its name, on a free port of loopback, its fingers moving by the test's clock."""
+    started: list[StandIn] = []
+
+    def start(name: str, **options) -> tuple[StandIn, dict[str, str]]:
+        cls = stand_in_class(name)
+        made = cls("127.0.0.1", Stage(now=clock, **options), dict.fromkeys(cls.PORTS, 0))
+        made.activated()
+        started.append(made)
+        return made, made.start()
+
+    yield start
+    for one in started:
+        one.stop()
+
+
+@pytest.fixture
+def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
+    """Open a cell by kind; all are closed at the end. A cell on a stand-in has that as `stand_in`."""
     opened: list[Cell] = []
 
-    def make(kind: str = "simulated", *, scene: str = "calibration_sphere", seed: int = 0, only=None) -> Cell:
-        spec = load_cell(kind if kind != "replay" else write_recording(tmp_path))
-        chosen = None if kind == "replay" else load_scene(scene)
-        cell = open_cell(spec, now=clock, seed=seed, scene=chosen, journal=notes, only=only)
+    def make(
+        kind: str = "simulated", *, scene: str = "calibration_sphere", seed: int = 0, only=None, **options
+    ) -> Cell:
+        if kind in LIVE:
+            use, server, wire = LIVE[kind]
+            behind, places = stand_in(server)
+            path = write_live_cell(tmp_path, use, wire, places[wire], **options)
+        else:
+            path = write_recording(tmp_path) if kind == "replay" else kind
+        chosen = load_scene(scene) if kind == "simulated" else None
+        cell = open_cell(load_cell(path), now=clock, seed=seed, scene=chosen, journal=notes, only=only)
         opened.append(cell)
+        if kind in LIVE:
+            cell.stand_in = behind
+            clock.listeners += [partial(notice, device.driver, clock) for device in cell.devices.values()]
         return cell
 
     yield make
+    clock.listeners.clear()
     for cell in opened:
         cell.close()
+
+
+def notice(driver: Driver, clock: Clock) -> None:
+    """Wait until a driver has a reading of this moment, or says why it has none."""
+    end = time.monotonic() + 10
+    with suppress(DeviceFault):
+        if isinstance(driver, RobotiqDriver):
+            driver.status()
+        while isinstance(driver, AtiForceSensor) and driver.wrench().host_time < clock.time:
+            assert time.monotonic() < end, "no reading of this moment comes"
+            time.sleep(0.002)
+
+
+def write_live_cell(folder: Path, use: str, wire: str, place: str, **options: str) -> Path:
+    """Write a cell file of one device on a stand-in."""
+    host, _, port = place.partition(":")
+    chosen = {"serial": place} if wire == "serial" else {"host": host, "port": port}
+    if wire == "tcp":
+        chosen["framing"] = "tcp"
+    if use != "ati":
+        chosen = {"timeout": "500 ms", "calibration": CALIBRATION, **chosen}
+    lines = [f"    {key}: {value}" for key, value in {**chosen, **options}.items()]
+    path = folder / f"{use}_{wire}.yaml"
+    path.write_text(LIVE_CELLS[use] + "\n".join(lines) + "\n")
+    return path
 
 
 def recording() -> dict[str, np.ndarray]:
@@ -89,6 +194,12 @@ def write_recording(folder: Path, **changes: np.ndarray) -> Path:
     np.savez(folder / "press.npz", **{**recording(), **changes})
     (folder / "cell.yaml").write_text(RECORDED)
     return folder / "cell.yaml"
+
+
+@pytest.fixture
+def live_cell(tmp_path: Path):
+    """Write a cell file of one device at a place, and return its path."""
+    return partial(write_live_cell, tmp_path)
 
 
 @pytest.fixture

@@ -95,6 +95,49 @@ def test_each_mistake_is_found_at_its_place(folder, right, wrong, line, column, 
     assert found[0].file == str(path)
 
 
+WIRED = """\
+format: stretch-cell/1
+devices:
+  gripper:
+    type: Gripper
+    use: robotiq
+    serial: line
+    model: 2f140
+    calibration: {points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: a test}
+  sensor:
+    type: ForceSensor
+    use: ati
+    host: sensor
+    calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: a test}
+"""
+WIRED_MISTAKES = [
+    ("    serial: line\n", "", 4, "one serial line or behind one host", "write `serial: ...` or `host: ...`"),
+    ("    serial: line\n", "    serial: line\n    host: box\n", 7, "one serial line or behind one host", "serial"),
+    ("2f140", "2f141", 7, "model", "2f140"),
+    (", source: a test}\n  sensor", "}\n  sensor", 8, "source is missing", "add 'source"),
+    ("[{count: 3, opening: 140 mm}, ", "[", 8, "points", ""),
+    ("opening: 0 mm", "opening: 150 mm", 8, "must fall as the count grows", ""),
+    ("    host: sensor\n", "", 10, "host is missing", "add 'host"),
+    ("counts_per_newton: 1000000, ", "", 13, "counts_per_newton is missing", ""),
+]
+
+
+@pytest.mark.parametrize(("right", "wrong", "line", "said", "hint"), WIRED_MISTAKES)
+def test_mistakes_about_devices_on_wires(tmp_path, right, wrong, line, said, hint):
+    path = tmp_path / "cell.yaml"
+    path.write_text(WIRED)
+    assert set(load_cell(path).devices) == {"gripper", "sensor"}
+    assert right in WIRED
+    path.write_text(WIRED.replace(right, wrong, 1))
+    with pytest.raises(CellError) as caught:
+        load_cell(path)
+    found = caught.value.diagnostics
+    assert len(found) == 1, found
+    assert said in found[0].message
+    assert hint in found[0].hint
+    assert found[0].line == line
+
+
 def test_every_mistake_is_reported_in_one_pass_and_in_order(folder):
     path = folder / "cell.yaml"
     path.write_text(
@@ -152,7 +195,7 @@ def test_reading_a_cell_file_imports_no_simulation():
     """Whoever checks a file, or runs on a robot, does not pay for the twin."""
     code = (
         "import sys; from stretch_bt.hardware.cell_file import load_cell; load_cell('simulated').simulated; "
-        "import stretch_bt.hardware.cell; "
-        "assert not [m for m in sys.modules if m.startswith('stretch_bt.simulation') or m in ('cv2', 'scipy')]"
+        "import stretch_bt.hardware.cell, stretch_bt.hardware.robotiq.gripper, stretch_bt.hardware.ati.force_sensor; "
+        "assert not [m for m in sys.modules if m.startswith('stretch_bt.simulation') or m in ('cv2', 'scipy', 'pymodbus', 'serial')]"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, NotReady, StaleReading
+from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady, StaleReading
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import DeviceState, Reading
@@ -98,10 +98,13 @@ class Monitored(Generic[D]):
 
     @contextmanager
     def faults(self) -> Iterator[None]:
-        """Write down every fault that passes, turn a broken connection into one, and keep those of the device."""
+        """Write down every fault that passes, turn a broken connection into one, and keep those of the device.
+
+        What a driver refuses, because it is out of reach or the device is not ready, leaves the device as it was.
+        """
         try:
             yield
-        except StaleReading as fault:
+        except (StaleReading, LimitExceeded, NotReady) as fault:
             self.watch.journal.fault(self.name, fault)
             raise
         except DeviceFault as fault:

@@ -13,11 +13,16 @@ from stretch_bt.hardware.monitored.mover import Mover
 
 __all__ = ["MonitoredGripper"]
 
+#: how far past a limit the measured opening may be, m: three counts of a gripper
+SLACK = 0.002
+
 
 class MonitoredGripper(Mover[GripperDriver]):
     """A gripper that stretches the membrane no further than the limits allow."""
 
     readings: ClassVar[Mapping[str, Any]] = Gripper.readings
+
+    _allowed: float | None = None
 
     def move(self, opening: float, *, speed: float, owner: str) -> Motion:
         """Open or close to `opening`, m, at `speed`, m/s."""
@@ -34,6 +39,34 @@ class MonitoredGripper(Mover[GripperDriver]):
         self.command("move", {"opening": opening, "speed": speed}, owner)
         with self.faults():
             poll = self.driver.move(opening, speed)
+            self._allowed = self._beyond() + SLACK
+        return self.own(poll, owner)
+
+    def guard(self) -> None:
+        """Stop fingers that leave the limits on their way; those that begin outside may come back."""
+        with self.faults():
+            beyond = self._beyond()
+        if self._allowed is not None and beyond > self._allowed:
+            stretch = self.watch.hand.geometry.stretch(self.driver.opening().value)
+            self.halt(
+                LimitExceeded(
+                    self.name, f"the fingers went to a stretch of {stretch * 1e3:.1f} mm, past the limits of the cell"
+                )
+            )
+
+    def _beyond(self) -> float:
+        """Return how far the measured opening is outside the limits, m; 0 inside."""
+        stretch, span = self.watch.hand.geometry.stretch(self.driver.opening().value), self.watch.limits.stretch
+        return max(span.min - stretch, stretch - span.max, 0.0)
+
+    def activate(self, *, owner: str) -> Motion:
+        """Make the gripper ready to move, on a person's word: its fingers may travel all their way, whatever the limits say."""
+        self.check_ready()
+        self.take_over()
+        self.command("activate", {}, owner)
+        with self.faults():
+            poll = self.driver.activate()
+            self._allowed = None
         return self.own(poll, owner)
 
     def opening(self, max_age: float) -> Reading[float]:

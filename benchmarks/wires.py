@@ -1,0 +1,111 @@
+"""What gripper and force sensor cost over their wires, on loopback, and how soon a loss is known.
+
+Run with `python -m benchmarks.wires [exchanges]`. The stand-ins are in a process of their own. One exchange is a whole status of the
+gripper: one request by Modbus, seven lines by the URCap's socket. CPU is that of this process.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import DeviceFault
+from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
+from stretch_bt.hardware.driver import Bench, Driver
+from stretch_bt.hardware.emulators.control import control
+from stretch_bt.hardware.emulators.serve import Served, serving_elsewhere
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.implementations import driver_class
+from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.robotiq.driver import RobotiqDriver
+
+POINTS = [{"count": 3, "opening": "140 mm"}, {"count": 230, "opening": "0 mm"}]
+GRIPPER = {"model": "2f140", "calibration": {"points": POINTS, "source": "the stand-in's own"}}
+SENSOR = {"counts_per_newton": 1000000, "counts_per_newton_metre": 1000000, "source": "the stand-in's own"}
+# (title, stand-in, wire, use, options)
+WIRES: list[tuple[str, str, str, str, dict[str, Any]]] = [
+    ("RTU over TCP", "robotiq", "rtu", "robotiq", {}),
+    ("Modbus TCP", "robotiq", "tcp", "robotiq", {"framing": "tcp"}),
+    ("RTU, pseudo terminal", "robotiq", "serial", "robotiq", {}),
+    ("URCap", "urcap", "urcap", "robotiq_urcap", {}),
+]
+
+
+def opened(served: Served, stand_in: str, wire: str, interface: str, use: str, options: dict[str, Any]) -> Driver:
+    """Return a driver that is open on a wire."""
+    place = served.wires[stand_in][wire]
+    host, _, port = place.partition(":")
+    where: dict[str, Any] = {"serial": place} if wire == "serial" else {"host": host, "port": int(port)}
+    cls = driver_class(interface, use)
+    chosen = cls.Options.model_validate({"type": interface, "use": use, **where, **options})
+    driver = cls("device", chosen, Bench(time.monotonic, 0, Path(), Hand(), Limits()))
+    driver.open()
+    return driver
+
+
+def exchanges(title: str, driver: RobotiqDriver, count: int) -> None:
+    walls, start = [], time.process_time()
+    for _ in range(count):
+        begin = time.perf_counter()
+        driver.status()
+        walls.append((time.perf_counter() - begin) * 1e3)
+    spent = (time.process_time() - start) / count * 1e3
+    walls.sort()
+    print(f"{title:22s}{statistics.median(walls):8.2f} ms median{walls[int(count * 0.99)]:8.2f} ms p99"
+          f"{walls[-1]:8.1f} ms longest{spent:8.2f} ms CPU")  # fmt: skip
+
+
+def idle(title: str, driver: Driver, seconds: float = 5.0) -> None:
+    start = time.process_time()
+    time.sleep(seconds)
+    print(f"{title:22s}{(time.process_time() - start) / seconds * 100:8.2f} % of a core, asked by nobody")
+
+
+def loss(served: Served, stand_in: str, fault: str, driver: RobotiqDriver | AtiForceSensor) -> None:
+    """Print how long after the begin of a fault a reading says so."""
+    assert served.control is not None
+    control(served.control, {"do": "inject", "device": stand_in, "fault": fault})
+    begin = time.perf_counter()
+    while time.perf_counter() < begin + 10:
+        try:
+            driver.opening() if isinstance(driver, RobotiqDriver) else driver.wrench()
+        except DeviceFault as told:
+            print(f"{stand_in:8s}{fault:14s}{(time.perf_counter() - begin) * 1e3:8.0f} ms   {told.reason[:70]}")
+            break
+        time.sleep(0.001)
+    control(served.control, {"do": "clear"})
+    driver.close()
+
+
+def main(count: int) -> None:
+    ports = [option for wire in ("rtu", "tcp", "urcap", "rdt") for option in ("--port", f"{wire}=0")]
+    with serving_elsewhere(["robotiq", "urcap", "ati"], "--control", "0", "--activated", *ports) as served:
+        print(f"one status of the gripper, {count} of them")
+        for title, stand_in, wire, use, options in WIRES:
+            driver = opened(served, stand_in, wire, "Gripper", use, {**GRIPPER, **options})
+            assert isinstance(driver, RobotiqDriver)
+            exchanges(title, driver, count)
+            idle(f"  polled at {driver.options.rate:.0f} Hz", driver)
+            driver.close()
+        sensor = opened(served, "ati", "rdt", "ForceSensor", "ati", {"calibration": SENSOR})
+        assert isinstance(sensor, AtiForceSensor)
+        idle("ATI at 125 Hz", sensor)
+        print(f"  {sensor.counters()}")
+        sensor.close()
+        print("how soon a loss is told, with the default times")
+        for fault in ("drop", "freeze", "crc", "garbage", "deactivate", "code"):
+            driver = opened(served, "robotiq", "rtu", "Gripper", "robotiq", GRIPPER)
+            assert isinstance(driver, RobotiqDriver)
+            loss(served, "robotiq", fault, driver)
+        for fault in ("silence", "freeze", "status", "restart"):
+            sensor = opened(served, "ati", "rdt", "ForceSensor", "ati", {"calibration": SENSOR})
+            assert isinstance(sensor, AtiForceSensor)
+            time.sleep(0.5)
+            loss(served, "ati", fault, sensor)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 500)

@@ -1,0 +1,100 @@
+"""`stretch-bt emulate`."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import os
+import select
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stretch_bt.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.scene import Scene
+
+__all__ = ["command"]
+
+
+def command(
+    devices: Annotated[list[str], typer.Argument(help="Which, such as robotiq, urcap, ati; several share one scene.")],
+    host: Annotated[str, typer.Option("--host", help="Address to listen on.")] = "127.0.0.2",
+    scene: Annotated[
+        str | None, typer.Option("--scene", help="What the stand-ins act on: a scene file or a shipped scene.")
+    ] = None,
+    control: Annotated[
+        int | None, typer.Option("--control", min=0, max=65535, help="Port for injecting faults, 0 for a free one.")
+    ] = None,
+    port: Annotated[
+        list[str] | None,
+        typer.Option("--port", metavar="WIRE=PORT", help="Port of a wire, such as rtu=54321; 0 for a free one."),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 0,
+    activated: Annotated[bool, typer.Option("--activated", help="Grippers stand as after their activation.")] = False,
+    with_input: Annotated[bool, typer.Option("--with-input", help="End when standard input ends.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="Say where the wires are as one line of JSON.")] = False,
+) -> None:
+    """Stand in for field devices on this machine, until stopped: they speak the devices' protocols to their real clients."""
+    from stretch_bt.hardware.emulators.registry import stand_in_class
+    from stretch_bt.hardware.emulators.serve import serving
+    from stretch_bt.hardware.emulators.stage import Stage
+
+    classes = {name: stand_in_class(name) for name in devices}
+    ports = _ports(port or [], {name: list(cls.PORTS) for name, cls in classes.items()})
+    _check_host(host)
+    stage = Stage(_load(scene), seed=seed)
+    with serving(devices, stage, host=host, control=control, ports=ports, activated=activated) as servers:
+        served = servers.served
+        if json_:
+            typer.echo(json.dumps(served.to_json()))
+        else:
+            for name, wires in served.wires.items():
+                typer.echo(f"{name}: " + ", ".join(f"{wire} at {place}" for wire, place in wires.items()))
+            if served.control is not None:
+                typer.echo("control at {}:{}".format(*served.control))
+            typer.echo("Ctrl-C ends it.")
+        sys.stdout.flush()
+        _wait(with_input)
+
+
+def _load(scene: str | None) -> Scene | None:
+    if scene is None:
+        return None
+    from stretch_bt.simulation.scene import load_scene
+
+    return load_scene(scene)
+
+
+def _check_host(host: str) -> None:
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        raise InvalidInput(f"{host!r} is no address to listen on; write one such as 127.0.0.2") from None
+    if not address.is_loopback:
+        typer.secho(
+            f"warning: {host} can be reached from other machines, and nothing here asks for a password", err=True
+        )
+
+
+def _ports(texts: list[str], wires: dict[str, list[str]]) -> dict[str, dict[str, int]]:
+    """Return the ports by stand-in and wire; raises InvalidInput for a text that is not `wire=port`."""
+    ports: dict[str, dict[str, int]] = {}
+    for text in texts:
+        wire, _, number = text.partition("=")
+        owners = [name for name, known in wires.items() if wire in known]
+        if not owners or not number.isdigit() or int(number) > 65535:
+            known = ", ".join(w for one in wires.values() for w in one)
+            raise InvalidInput(f"--port {text!r} is not a wire and a port; the wires are {known}: write rtu=54321")
+        ports.setdefault(owners[0], {})[wire] = int(number)
+    return ports
+
+
+def _wait(with_input: bool) -> None:
+    """Return when standard input ends, where that is asked for; else only a signal ends it."""
+    while True:
+        ready = select.select([sys.stdin] if with_input else [], [], [], 1.0)[0]
+        if ready and not os.read(sys.stdin.fileno(), 4096):
+            return

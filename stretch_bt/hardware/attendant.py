@@ -1,0 +1,265 @@
+"""One thread that has a wire to itself: clients of field devices are not safe to share, and some devices must be polled."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import Any, Generic, Protocol, TypeVar
+
+from stretch_bt.errors import DeviceFault, DeviceLost, NotReady
+
+__all__ = ["Attendant", "Sample", "Wire", "WireClosed", "WireError"]
+
+_BACKOFF = (0.1, 0.2, 0.5, 1.0, 2.0)
+
+
+class WireError(OSError):
+    """An exchange failed: no answer, a broken one, or one to another question."""
+
+
+class WireClosed(WireError):
+    """The other side closed the connection, or broke it."""
+
+
+S = TypeVar("S")
+S_co = TypeVar("S_co", covariant=True)
+W = TypeVar("W", bound="Wire[Any]")
+R = TypeVar("R")
+
+
+class Wire(Protocol[S_co]):
+    """A connection that one thread uses; every call ends within its deadline and raises OSError when it fails."""
+
+    def connect(self) -> None:
+        """Connect; moves nothing."""
+
+    def read(self) -> S_co:
+        """Return what the device tells of itself now."""
+
+    def close(self) -> None:
+        """Disconnect; may be called more than once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample(Generic[S]):
+    """What a device told, the host's time at which it was asked, s, and the number of the exchange."""
+
+    value: S
+    time: float
+    number: int
+
+
+_Job = tuple["Future[Any]", Callable[[Any], Any]]
+
+
+class Attendant(Generic[W, S]):
+    """Polls a wire and runs commands between the polls.
+
+    After a loss it connects again and reads on, but takes no commands until `acknowledge`.
+
+    Parameters
+    ----------
+    name
+        The device, for messages.
+    wire
+        What is attended; nothing else may use it.
+    period
+        Time between polls, s.
+    deadline
+        The longest time that a command may take, s; also how long the device may stay silent.
+    now
+        The clock of the run, s.
+    after_poll
+        Called in the thread with the wire and each new sample.
+    on_return
+        Called in the thread with the wire after a loss, before reading goes on.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        wire: W,
+        *,
+        period: float,
+        deadline: float,
+        now: Callable[[], float],
+        after_poll: Callable[[W, Sample[S]], None],
+        on_return: Callable[[W], None],
+    ) -> None:
+        self.name = name
+        self._wire = wire
+        self._period, self._deadline, self._now = period, deadline, now
+        self._after_poll, self._on_return = after_poll, on_return
+        self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
+        self._ending = threading.Event()
+        self._started = threading.Event()
+        self._sample: Sample[S] | None = None
+        self._heard = 0.0
+        self._down: str | None = None
+        self._untold: str | None = None
+        self._unacknowledged: str | None = None
+        self._failed: Exception | None = None
+        self._thread = threading.Thread(target=self._run, name=f"attendant of {name}", daemon=True)
+
+    def start(self) -> None:
+        """Connect and read once; raises DeviceLost when that fails, and then nothing is left."""
+        self._thread.start()
+        if not self._started.wait(self._deadline):
+            self._failed = WireError(f"no answer within {self._deadline:.3g} s")
+        if self._failed is not None:
+            self.end()
+            if isinstance(self._failed, OSError):
+                raise DeviceLost(self.name, f"it does not answer ({self._failed})") from self._failed
+            raise self._failed
+
+    def end(self) -> None:
+        """Disconnect and end the thread."""
+        self._ending.set()
+        self._jobs.put(None)
+        self._thread.join(self._deadline)
+
+    def latest(self) -> Sample[S]:
+        """Return the latest sample.
+
+        Raises
+        ------
+        DeviceLost
+            The connection is down, or it was down since this was asked last.
+        """
+        down, self._untold = self._down or self._untold, None
+        if down is not None:
+            raise DeviceLost(self.name, f"the connection broke ({down})")
+        silent = time.monotonic() - self._heard
+        if silent > self._deadline:
+            raise DeviceLost(self.name, f"no answer for {silent:.2g} s")
+        assert self._sample is not None
+        return self._sample
+
+    def check_acknowledged(self) -> None:
+        """Raise NotReady after a loss that nobody acknowledged."""
+        if self._unacknowledged is not None:
+            reason = (
+                f"the connection broke ({self._unacknowledged}) and nobody acknowledged it; nothing moves until then"
+            )
+            raise NotReady(self.name, reason)
+
+    def acknowledge(self) -> None:
+        """Take commands again; raises DeviceLost while the connection is down."""
+        if self._down is not None:
+            raise DeviceLost(self.name, f"the connection is still down ({self._down})")
+        self._unacknowledged = self._untold = None
+
+    def refresh(self) -> Sample[S]:
+        """Poll now, and return the sample."""
+        return self.do(lambda _: self._poll())
+
+    def do(self, job: Callable[[W], R]) -> R:
+        """Run a job on the wire, in the thread, before the next poll.
+
+        Raises
+        ------
+        DeviceLost
+            The connection is down or breaks, or the job is not done within the deadline; then it will not be begun later.
+        """
+        if self._down is not None or not self._thread.is_alive():
+            raise DeviceLost(self.name, f"the connection is down ({self._down or 'closed'})")
+        future: Future[R] = Future()
+        self._jobs.put((future, job))
+        try:
+            return future.result(self._deadline)
+        except WireError as error:
+            raise DeviceLost(self.name, f"the connection broke ({error})") from error
+        except TimeoutError:
+            future.cancel()
+            self._unacknowledged = f"a command was not answered within {self._deadline:.3g} s"
+            raise DeviceLost(self.name, self._unacknowledged) from None
+        except BaseException:
+            future.cancel()
+            raise
+
+    def _run(self) -> None:
+        failures = 0
+        while not self._ending.is_set():
+            before = self._sample
+            try:
+                self._attend()
+            except Exception as error:  # whatever breaks in a client is a loss of the device, never of the thread
+                self._lose(error)
+            finally:
+                with suppress(Exception):
+                    self._wire.close()
+            if not self._started.is_set():
+                return
+            failures = failures + 1 if self._sample is before else 0
+            self._ending.wait(_BACKOFF[min(failures, len(_BACKOFF) - 1)])
+
+    def _attend(self) -> None:
+        self._wire.connect()
+        if self._started.is_set():
+            self._on_return(self._wire)
+        self._poll()
+        self._down = None
+        self._started.set()
+        due = time.monotonic() + self._period
+        while not self._ending.is_set():
+            try:
+                job = self._jobs.get(timeout=max(due - time.monotonic(), 0.0))
+            except Empty:
+                self._poll()
+                due = max(due + self._period, time.monotonic())
+                continue
+            if job is not None:
+                self._answer(*job)
+
+    def _poll(self) -> Sample[S]:
+        asked = self._now()
+        value = self._wire.read()
+        sample = Sample(value, asked, self._sample.number + 1 if self._sample else 0)
+        self._after_poll(self._wire, sample)
+        self._sample, self._heard = sample, time.monotonic()
+        return sample
+
+    def _answer(self, future: Future[Any], job: Callable[[W], Any]) -> None:
+        if not future.set_running_or_notify_cancel():
+            return
+        try:
+            result = job(self._wire)
+        except DeviceFault as fault:
+            _refuse(future, fault)
+        except Exception as error:
+            _refuse(future, _as_wire_error(error))
+            raise
+        else:
+            with suppress(InvalidStateError):
+                future.set_result(result)
+
+    def _lose(self, error: Exception) -> None:
+        """Write down a loss, and refuse what waits for the wire."""
+        reason = str(_as_wire_error(error))
+        if not self._started.is_set():
+            self._failed = error if isinstance(error, ImportError) else WireError(reason)
+            self._started.set()
+            self._ending.set()
+        self._down = self._untold = self._unacknowledged = reason
+        with suppress(Empty):
+            while True:
+                job = self._jobs.get_nowait()
+                if job is not None and job[0].set_running_or_notify_cancel():
+                    _refuse(job[0], WireError(reason))
+
+
+def _refuse(future: Future[Any], error: Exception) -> None:
+    with suppress(InvalidStateError):
+        future.set_exception(error)
+
+
+def _as_wire_error(error: Exception) -> WireError:
+    if isinstance(error, WireError):
+        return error
+    text = str(error) or "no reason given"
+    return WireError(text if isinstance(error, OSError) else f"{type(error).__name__}: {text}")

@@ -1,0 +1,192 @@
+"""A stand-in for an ATI sensor that streams by RDT."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any, ClassVar
+
+import numpy as np
+
+from stretch_bt.frames import Wrench
+from stretch_bt.hardware.ati.rdt import PORT, Ask, Record, parse_request
+from stretch_bt.hardware.emulators.base import StandIn
+from stretch_bt.hardware.emulators.faults import Fault
+from stretch_bt.hardware.emulators.stage import Stage
+
+__all__ = ["AtiStandIn"]
+
+_PER_NEWTON = _PER_NEWTON_METRE = 1_000_000
+_RATE = 125.0
+_MODULUS = 1 << 32
+_MOST = (1 << 31) - 1
+_NOISE = 0.002
+_FEELS_EVERY = 0.02
+
+_FAULTS: dict[str, Fault] = {
+    "silence": Fault("sends nothing, and hears nothing"),
+    "loss": Fault("loses the part `part` of its packets", {"part": 0.3}),
+    "reorder": Fault("exchanges the part `part` of its packets with the one after", {"part": 0.3}),
+    "repeat": Fault("sends every packet twice"),
+    "freeze": Fault("sends, but measures nothing new: its cycle number and counts stand"),
+    "status": Fault(
+        "sends the status word `code`; from 0x80000000 on the sensor calls it an error", {"code": 0x80000002}
+    ),
+    "short": Fault("sends half of each packet"),
+    "noise": Fault("sends packets of random bytes, of the right length"),
+    "restart": Fault("begins its numbers anew, as after a loss of its supply; once"),
+    "slow": Fault("sends at `rate` packets a second", {"rate": 5.0}),
+    "load": Fault("feels `fx`, `fy`, `fz` N besides what the scene does", {"fx": 0.0, "fy": 0.0, "fz": 0.0}),
+    "drift": Fault("drifts along z by `rate` N a second", {"rate": 0.1}),
+}
+
+
+class AtiStandIn(StandIn):
+    """An Axia80 under the object, its axes those of the world: 125 records a second, 1 000 000 counts a newton and newton metre."""
+
+    PORTS: ClassVar[Mapping[str, int]] = {"rdt": PORT}
+    FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
+
+    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+        super().__init__(host, stage, ports)
+        self._random = np.random.default_rng(stage.seed)
+        self._ending, self._restarting = threading.Event(), threading.Event()
+        self._threads: list[threading.Thread] = []
+        self._wrench = Wrench((0.0, 0.0, 0.0))
+        self._client: tuple[str, int] | None = None
+        self._left = 0
+        self._number = self._cycle = self._sent = 0
+        self._bias = np.zeros(6)
+        self._kept: bytes | None = None
+        self._frozen: tuple[int, tuple[int, ...]] | None = None
+        self._drifting: float | None = None
+
+    def start(self) -> dict[str, str]:
+        """Open the port."""
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind((self.host, self.ports["rdt"]))
+        except OSError:
+            self._socket.close()
+            raise
+        self._ending.clear()
+        self._wrench = self.stage.wrench()  # the first one may take long
+        self._threads = [threading.Thread(target=run, name="RDT stand-in", daemon=True) for run in self._work()]
+        for thread in self._threads:
+            thread.start()
+        host, port = self._socket.getsockname()
+        return {"rdt": f"{host}:{port}"}
+
+    def stop(self) -> None:
+        """Close the port."""
+        self._ending.set()
+        threads, self._threads = self._threads, []
+        for thread in threads:
+            thread.join()
+        if threads:
+            self._socket.close()
+
+    def state(self) -> dict[str, Any]:
+        """Return how many records went out, and whether a client has a stream."""
+        return {"sent": self._sent, "streaming": self._client is not None}
+
+    def inject(self, fault: str, parameters: Mapping[str, Any] | None = None) -> None:
+        """Begin to show a fault."""
+        super().inject(fault, parameters)
+        if fault == "restart":
+            self.clear(fault)
+            self._restarting.set()
+
+    def _work(self) -> list[Callable[[], None]]:
+        """Return what runs in threads; the twin has one of its own, because a membrane may take longer than a record."""
+        return [self._run] if self.stage.twin is None else [self._run, self._feel]
+
+    def _feel(self) -> None:
+        while not self._ending.wait(_FEELS_EVERY):
+            self._wrench = self.stage.wrench()
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while not self._ending.is_set():
+            self._socket.settimeout(max(due - time.monotonic(), 1e-4))
+            with suppress(TimeoutError, OSError):
+                self._hear(*self._socket.recvfrom(2048))
+            now = time.monotonic()
+            if now >= due:
+                slow = self.faults.shown("slow")
+                due = max(due + 1 / (slow["rate"] if slow else _RATE), now)
+                if self._client is not None:
+                    self._send_one(self._client)
+
+    def _hear(self, data: bytes, sender: tuple[str, int]) -> None:
+        asked = parse_request(data)
+        if asked is None or self.faults.shown("silence") is not None:
+            return
+        command, count = asked
+        if command == Ask.STREAM:
+            self._client, self._left, self._number = sender, count, 0
+        elif command == Ask.STOP:
+            self._client = None
+        elif command == Ask.BIAS:
+            self._bias = self._measured()
+
+    def _send_one(self, client: tuple[str, int]) -> None:
+        if self._restarting.is_set():
+            self._restarting.clear()
+            self._number = self._cycle = 0
+            self._bias = np.zeros(6)
+        self._cycle = (self._cycle + 1) % _MODULUS
+        self._number = (self._number + 1) % _MODULUS
+        if self.faults.shown("silence") is None:
+            for packet in self._packets(self._record().encode()):
+                self._socket.sendto(packet, client)
+                self._sent += 1
+        self._left -= 1
+        if self._left == 0:
+            self._client = None
+
+    def _record(self) -> Record:
+        counts = self._measured() - self._bias
+        clipped = np.clip(np.round(counts), -_MOST, _MOST).astype(int).tolist()
+        cycle = self._cycle
+        if self.faults.take("freeze") is not None:
+            self._frozen = self._frozen or (cycle, tuple(clipped))
+            cycle, clipped = self._frozen[0], list(self._frozen[1])
+        else:
+            self._frozen = None
+        status = self.faults.take("status")
+        return Record(self._number, cycle, int(status["code"]) % _MODULUS if status else 0, tuple(clipped))
+
+    def _packets(self, data: bytes) -> list[bytes]:
+        """Return what goes out in place of a packet."""
+        for fault, broken in (("short", data[:18]), ("noise", self._random.bytes(36))):
+            if self.faults.take(fault) is not None:
+                return [broken]
+        loss, swap = self.faults.take("loss"), self.faults.take("reorder")
+        if loss is not None and self._random.random() < loss["part"]:
+            return []
+        if self._kept is not None:
+            kept, self._kept = self._kept, None
+            return [data, kept]
+        if swap is not None and self._random.random() < swap["part"]:
+            self._kept = data
+            return []
+        return [data, data] if self.faults.take("repeat") is not None else [data]
+
+    def _measured(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return counts of what the hand does to the sensor under the object: the reverse of what it feels."""
+        wrench = self._wrench
+        load, drift = self.faults.shown("load"), self.faults.shown("drift")
+        felt = -np.array([*wrench.force, *wrench.torque])
+        if load is not None:
+            felt[:3] += [load["fx"], load["fy"], load["fz"]]
+        self._drifting = None if drift is None else (self._drifting or time.monotonic())
+        if drift is not None and self._drifting is not None:
+            felt[2] += drift["rate"] * (time.monotonic() - self._drifting)
+        if self.stage.twin is None:  # a scene has its own noise
+            felt[:3] += self._random.normal(0.0, _NOISE, 3)
+        counts: np.ndarray[Any, np.dtype[np.float64]] = felt * np.repeat([_PER_NEWTON, _PER_NEWTON_METRE], 3)
+        return counts

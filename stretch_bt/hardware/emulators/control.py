@@ -1,0 +1,128 @@
+"""The port by which faults are injected: one JSON object a line in, one a line out.
+
+| line | answer |
+|---|---|
+| `{"do": "list"}` | `{"ok": true, "devices": {name: {"wires": {...}, "faults": {...}, "active": [...], "state": {...}}}}` |
+| `{"do": "inject", "device": D, "fault": F, ...parameters}` | `{"ok": true}` |
+| `{"do": "clear"}`, with `device` and `fault` or without | `{"ok": true}` |
+
+What is wrong with a line is answered by `{"ok": false, "error": why}`.
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Mapping
+from typing import Any
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.emulators.base import StandIn
+from stretch_bt.hardware.emulators.tcp_server import TcpServer
+from stretch_bt.source import did_you_mean
+
+__all__ = ["ControlPort", "control"]
+
+_LONGEST = 4096
+
+
+class ControlPort:
+    """Serves the control lines of some stand-ins.
+
+    Parameters
+    ----------
+    address
+        Host and port; port 0 takes a free one.
+    stand_ins
+        By name.
+    wires
+        Where the wires of each are.
+    """
+
+    def __init__(
+        self, address: tuple[str, int], stand_ins: Mapping[str, StandIn], wires: Mapping[str, Mapping[str, str]]
+    ) -> None:
+        self._stand_ins, self._wires = stand_ins, wires
+        self._server = TcpServer(*address, self._serve)
+        self.address = self._server.address
+
+    def stop(self) -> None:
+        """Close the port."""
+        self._server.stop()
+
+    def answer(self, line: bytes) -> dict[str, Any]:
+        """Return the answer to a line, whatever it holds."""
+        try:
+            asked = json.loads(line)
+            if not isinstance(asked, dict):
+                raise InvalidInput('a line is one JSON object, such as {"do": "list"}')
+            return {"ok": True, **self._do(asked)}
+        except (ValueError, RecursionError, InvalidInput) as error:
+            return {"ok": False, "error": str(error)}
+
+    def _do(self, asked: dict[str, Any]) -> dict[str, Any]:
+        verbs = {"list": self._list, "inject": self._inject, "clear": self._clear}
+        verb = asked.pop("do", None)
+        if not isinstance(verb, str) or verb not in verbs:
+            raise InvalidInput(f"there is nothing to do that is called {verb!r}; {did_you_mean(str(verb), verbs)}")
+        return verbs[verb](asked)
+
+    def _list(self, asked: dict[str, Any]) -> dict[str, Any]:
+        return {"devices": {name: self._described(name) for name in self._stand_ins}}
+
+    def _described(self, name: str) -> dict[str, Any]:
+        one = self._stand_ins[name]
+        faults = {key: {"doc": f.doc, "parameters": dict(f.parameters)} for key, f in one.FAULTS.items()}
+        return {"wires": self._wires[name], "faults": faults, "active": one.faults.active(), "state": one.state()}
+
+    def _inject(self, asked: dict[str, Any]) -> dict[str, Any]:
+        device, fault = self._device(asked.pop("device", None)), asked.pop("fault", None)
+        if not isinstance(fault, str):
+            raise InvalidInput('name the fault: {"do": "inject", "device": ..., "fault": ...}')
+        device.inject(fault, asked)
+        return {}
+
+    def _clear(self, asked: dict[str, Any]) -> dict[str, Any]:
+        name, fault = asked.get("device"), asked.get("fault")
+        if fault is not None and not isinstance(fault, str):
+            raise InvalidInput(f"a fault has a name, not {fault!r}")
+        for device in self._stand_ins.values() if name is None else [self._device(name)]:
+            device.clear(fault)
+        return {}
+
+    def _device(self, name: object) -> StandIn:
+        if not isinstance(name, str) or name not in self._stand_ins:
+            raise InvalidInput(f"there is no device {name!r} here; {did_you_mean(str(name), self._stand_ins)}")
+        return self._stand_ins[name]
+
+    def _serve(self, connection: socket.socket) -> None:
+        rest = b""
+        while len(rest) <= _LONGEST:
+            try:
+                data = connection.recv(_LONGEST)
+            except TimeoutError:
+                continue
+            if not data:
+                return
+            *lines, rest = (rest + data).split(b"\n")
+            for line in lines:
+                connection.sendall(json.dumps(self.answer(line)).encode() + b"\n")
+
+
+def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float = 5.0) -> dict[str, Any]:
+    """Send one line to a control port, and return the answer.
+
+    Raises
+    ------
+    OSError
+        Nobody answers.
+    InvalidInput
+        The line was refused.
+    """
+    with socket.create_connection(address, timeout=timeout) as connection:
+        connection.sendall(json.dumps(asked).encode() + b"\n")
+        with connection.makefile("rb") as lines:
+            answer: dict[str, Any] = json.loads(lines.readline())
+    if not answer.pop("ok"):
+        raise InvalidInput(answer["error"])
+    return answer

@@ -1,0 +1,77 @@
+"""A small TCP server that a fault can break in every way a network breaks."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+
+__all__ = ["TcpServer"]
+
+_POLL = 0.1
+_RESET = struct.pack("ii", 1, 0)
+
+
+class TcpServer:
+    """Calls `serve(connection)` in a thread for each connection, until `stop`; a connection is closed when that returns."""
+
+    def __init__(self, host: str, port: int, serve: Callable[[socket.socket], None]) -> None:
+        self._serve = serve
+        self._lock = threading.Lock()
+        self._open: dict[socket.socket, threading.Thread] = {}
+        self._ending = threading.Event()
+        self.refusing = False
+        self._listener = socket.create_server((host, port))
+        self._listener.settimeout(_POLL)
+        self.address: tuple[str, int] = self._listener.getsockname()[:2]
+        self._thread = threading.Thread(target=self._accept, name=f"server on {host}:{port}", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Close all connections and the port, and wait for the threads."""
+        self._ending.set()
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)  # wakes who waits for a connection
+        self._thread.join()
+        self._listener.close()
+        threads = list(self._open.values())
+        self.break_all()
+        for thread in threads:
+            thread.join(2.0)
+
+    def break_all(self, *, reset: bool = False) -> None:
+        """Close all connections, by a reset where asked."""
+        with self._lock:
+            for connection in self._open:
+                with suppress(OSError):
+                    if reset:
+                        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
+                        connection.close()
+                    else:
+                        connection.shutdown(socket.SHUT_RDWR)
+
+    def _accept(self) -> None:
+        while not self._ending.is_set():
+            try:
+                connection, _ = self._listener.accept()
+            except OSError:  # nobody came, or the port is closed
+                continue
+            if self.refusing:
+                connection.close()
+                continue
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            connection.settimeout(_POLL)
+            thread = threading.Thread(target=self._run, args=(connection,), daemon=True)
+            with self._lock:
+                self._open[connection] = thread
+            thread.start()
+
+    def _run(self, connection: socket.socket) -> None:
+        try:
+            with connection, suppress(OSError):
+                self._serve(connection)
+        finally:
+            with self._lock:
+                self._open.pop(connection, None)

@@ -1,0 +1,120 @@
+"""A stand-in for the socket of Robotiq's URCap on a robot's controller."""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+from stretch_bt.hardware.emulators.faults import Fault
+from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
+from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
+from stretch_bt.hardware.emulators.line import LINE_FAULTS, Line
+from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.tcp_server import TcpServer
+from stretch_bt.hardware.robotiq.registers import Command
+
+__all__ = ["UrcapStandIn", "parse_line"]
+
+_PAIR = re.compile(r"([A-Z]{3}) (\d{1,3})")
+_LONGEST = 1024
+#: variables that can be set, with the field of the command and its greatest value
+_SET = {
+    "ACT": ("activate", 1),
+    "GTO": ("go", 1),
+    "ATR": ("release", 1),
+    "ADR": (None, 1),
+    "POS": ("position", 255),
+    "SPE": ("speed", 255),
+    "FOR": ("force", 255),
+}
+
+
+def parse_line(line: str) -> tuple[str, dict[str, int]] | None:
+    """Return `("GET", {name: 0})` or `("SET", values)` for a line of the protocol, or None for anything else."""
+    verb, _, rest = line.strip().partition(" ")
+    if verb == "GET" and re.fullmatch(r"[A-Z]{3}", rest):
+        return "GET", {rest: 0}
+    pairs = _PAIR.findall(rest)
+    if verb != "SET" or not pairs or " ".join(f"{n} {v}" for n, v in pairs) != rest:
+        return None
+    values = {name: int(value) for name, value in pairs}
+    known = all(name in _SET and value <= _SET[name][1] for name, value in values.items())
+    return ("SET", values) if known else None
+
+
+class UrcapStandIn(GripperStandIn):
+    """A 2F-140 at the wrist of a robot that is not there."""
+
+    PORTS: ClassVar[Mapping[str, int]] = {"urcap": 63352}
+    FAULTS: ClassVar[Mapping[str, Fault]] = {
+        **LINE_FAULTS,
+        "nothing": Fault("answers every GET with `?`, as after an emergency stop"),
+        **GRIPPER_FAULTS,
+    }
+
+    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+        super().__init__(host, stage, ports)
+        self._last = Command(activate=False)
+
+    def start(self) -> dict[str, str]:
+        """Open the port."""
+        server = TcpServer(self.host, self.ports["urcap"], self._serve)
+        self._servers.append(server)
+        return {"urcap": f"{server.address[0]}:{server.address[1]}"}
+
+    def _serve(self, connection: socket.socket) -> None:
+        line = Line(self.faults, connection.sendall)
+        rest = b""
+        while len(rest) < _LONGEST:
+            try:
+                data = connection.recv(4096)
+            except TimeoutError:
+                continue
+            if not data:
+                return
+            *lines, rest = (rest + data).split(b"\n")
+            for text in lines:
+                reply = self._reply(text.decode("ascii", "replace"))
+                if reply is not None:
+                    line.answer(reply.encode() + b"\n")
+
+    def _reply(self, text: str) -> str | None:
+        """Return the answer to a line; the URCap says nothing to what it does not understand."""
+        parsed = parse_line(text)
+        if parsed is None:
+            return None
+        verb, values = parsed
+        with self.lock:
+            return self._get(next(iter(values))) if verb == "GET" else self._set(values)
+
+    def _get(self, name: str) -> str | None:
+        status = self.model.read()
+        value = {
+            "ACT": int(status.activated),
+            "GTO": int(status.going),
+            "ATR": int(self._last.release),
+            "ADR": 0,
+            "FOR": self._last.force,
+            "SPE": self._last.speed,
+            "POS": status.position,
+            "STA": int(status.stage),
+            "PRE": status.echo,
+            "OBJ": int(status.found),
+            "FLT": status.fault,
+            "SID": 9,
+        }.get(name)
+        if value is None:
+            return None
+        return f"{name} ?" if self.faults.take("nothing") is not None else f"{name} {value}"
+
+    def _set(self, values: Mapping[str, int]) -> str:
+        fields = {_SET[name][0]: value for name, value in values.items() if _SET[name][0] is not None}
+        now = self.model.read()
+        command = replace(self._last, activate=now.activated, go=now.going and now.ready)
+        flags = {k: bool(v) if k in ("activate", "go", "release") else v for k, v in fields.items()}
+        self._last = replace(command, **flags)  # type: ignore[arg-type]
+        self.model.write(self._last)
+        return "ack"

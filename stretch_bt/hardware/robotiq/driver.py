@@ -1,0 +1,234 @@
+"""What the drivers of Robotiq 2F grippers share, whatever they reach the gripper by."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady
+from stretch_bt.hardware.attendant import Attendant, Sample
+from stretch_bt.hardware.driver import GripperDriver, Poll
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.robotiq.options import RobotiqOptions
+from stretch_bt.hardware.robotiq.registers import Stage, Status, fault_of
+from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
+from stretch_bt.hardware.robotiq.wire import GripperWire
+
+__all__ = ["RobotiqDriver"]
+
+#: faults that the next command clears
+_PASSING = (0x05, 0x07, 0x09)
+#: connecting and asking, twice each, and that once more for a command of two exchanges
+_EXCHANGES = 8
+
+
+class RobotiqDriver(GripperDriver, ABC):
+    """A 2F gripper on some wire. It is asked for its status all the time, because it counts a second of silence as a fault."""
+
+    options: RobotiqOptions
+    _attendant: Attendant[GripperWire, Status] | None = None
+    _task: Task | None = None
+    _astray = False
+    _known: Status | None = None
+    _event: DeviceFault | None = None
+
+    @abstractmethod
+    def _wire(self) -> GripperWire:
+        """Return a wire that is not connected."""
+
+    def open(self) -> None:
+        """Connect and read the status; an inactive gripper can be read, but not moved."""
+        self._task = self._known = self._event = None
+        attendant = Attendant(
+            self.name,
+            self._wire(),
+            period=1 / self.options.rate,
+            deadline=_EXCHANGES * self.options.timeout,
+            now=self.bench.now,
+            after_poll=self._after,
+            on_return=self._returned,
+        )
+        attendant.start()
+        self._attendant = attendant
+
+    def close(self) -> None:
+        """Disconnect."""
+        attendant, self._attendant = self._attendant, None
+        if attendant is not None:
+            attendant.end()
+
+    def stop(self) -> None:
+        """Hold the fingers where they are; an activation is broken off."""
+        if self._attendant is None:
+            return
+        task = self._task
+
+        def hold(wire: GripperWire) -> None:
+            self._task = None  # here, so that a motion that was about to begin does not come after it
+            _hold(wire)
+
+        try:
+            self._attendant.do(hold)
+        except DeviceLost as lost:
+            if task is not None and not task.over:
+                reason = f"it cannot be told to stop ({lost.reason}); the fingers may go on to where they were sent"
+                raise DeviceLost(self.name, reason) from lost
+
+    def acknowledge(self) -> None:
+        """Take commands again; a gripper in fault is reset, which moves nothing but ends its activation."""
+        if self._attendant is None:
+            return
+        self._attendant.acknowledge()
+
+        def clear(wire: GripperWire) -> Status:
+            self._task = self._event = None
+            self._known = _clear(wire)
+            return self._known
+
+        fault = fault_in(self.name, self._attendant.do(clear))
+        if fault is not None:
+            raise fault
+
+    def activate(self) -> Poll:
+        """Reset and activate the gripper: the fingers travel all their way."""
+        return self._begin(lambda wire: Activation(self.name, self.bench.now()))
+
+    def move(self, opening: float, speed: float) -> Poll:
+        """Move the fingers to an opening, m; raises LimitExceeded where none was calibrated, NotReady without activation."""
+        try:
+            count = self.options.calibration.count(opening)
+        except InvalidInput as error:
+            raise LimitExceeded(self.name, str(error)) from None
+
+        def journey(wire: GripperWire) -> Journey:
+            status = wire.read()
+            self._check_ready(status)
+            return self._journey(opening, count, speed, self._measured(status))
+
+        return self._begin(journey)
+
+    def opening(self) -> Reading[float]:
+        """Return the opening that the gripper tells of, m.
+
+        Raises
+        ------
+        DeviceLost
+            The connection is down, or it was since this was asked last.
+        DeviceFault
+            Once: a fault or the end of the activation, which the gripper told of while it stood.
+        """
+        sample = self._open().latest()
+        event, self._event = self._event, None
+        if event is not None:
+            raise event
+        return Reading(self._measured(sample.value), sample.time, sample.time, sample.number)
+
+    def status(self) -> Status:
+        """Ask the gripper for its status now; raises DeviceLost."""
+        return self._open().refresh().value
+
+    def _open(self) -> Attendant[GripperWire, Status]:
+        if self._attendant is None:
+            raise NotReady(self.name, "the device is closed")
+        return self._attendant
+
+    def _measured(self, status: Status) -> float:
+        return self.options.calibration.opening(status.position)
+
+    def _journey(self, opening: float, count: int, speed: float, start: float) -> Journey:
+        slowest, _ = self.options.speeds
+        target = Target(
+            opening,
+            count,
+            start,
+            speed,
+            (self.options.speed_count(speed), self.options.force),
+            led=speed < slowest * (1 - 1e-9),
+        )
+        return Journey(self.name, target, self.bench.now(), self.options.calibration, self.options.tolerance)
+
+    def _check_ready(self, status: Status) -> None:
+        """Raise unless the gripper takes motions; faults that the next command clears do not keep it from one."""
+        fault = fault_in(self.name, status)
+        if fault is not None and status.fault not in _PASSING:
+            raise fault
+        if not status.ready:
+            state = "is being activated" if status.stage is Stage.ACTIVATING else "is not activated"
+            reason = (
+                f"it {state}; take the membrane off, keep clear of the fingers, which travel all their way, "
+                "and run: stretch-bt activate CELL"
+            )
+            raise NotReady(self.name, reason)
+
+    def _begin(self, make: Callable[[GripperWire], Task]) -> Poll:
+        attendant = self._open()
+        attendant.check_acknowledged()
+
+        def begin(wire: GripperWire) -> Task:
+            self._task = None
+            task = make(wire)
+            task.begin(wire)
+            self._task = task
+            return task
+
+        try:
+            task = attendant.do(begin)
+        except DeviceLost:
+            self._astray = True  # the command may have gone out: the next exchange takes it back
+            raise
+
+        def poll() -> MotionState:
+            attendant.latest()
+            if task.fault is not None:
+                self._event = None  # it is told here
+            return task.poll()
+
+        return poll
+
+    def _after(self, wire: GripperWire, sample: Sample[Status]) -> None:
+        if self._astray:
+            self._astray, self._task = False, None
+            _hold(wire)
+        task, status = self._task, sample.value
+        if task is None or task.over or not isinstance(task, Activation):
+            self._event = self._event or self._news(status)
+        self._known = status
+        if task is not None and not task.over:
+            task.after(wire, status, sample.time)
+
+    def _news(self, status: Status) -> DeviceFault | None:
+        """Return what went wrong between the status before and this one."""
+        known = self._known
+        if known is None:
+            return None
+        if status.fault not in (0, known.fault, *_PASSING):
+            return fault_in(self.name, status)
+        return lost_activation(self.name) if known.ready and not status.ready else None
+
+    def _returned(self, wire: GripperWire) -> None:
+        """Keep the fingers from going on to where they were sent before a loss."""
+        self._task = None
+        _hold(wire)
+
+
+def _hold(wire: GripperWire) -> None:
+    """Hold the fingers; to an inactive gripper nothing is written, because that would activate it."""
+    status = wire.read()
+    if status.ready:
+        wire.hold(status)
+    elif status.stage is Stage.ACTIVATING:
+        wire.reset()
+
+
+def _clear(wire: GripperWire) -> Status:
+    """Clear the fault of the gripper, and return the status after that."""
+    status = wire.read()
+    if status.fault and fault_of(status.fault).reset:
+        wire.reset()
+    elif status.fault and status.ready:
+        wire.hold(status)
+    for _ in range(5):
+        status = wire.read()
+        if not status.fault:
+            break
+    return status

@@ -1,0 +1,44 @@
+"""Options that the gripper has in a cell file, whatever it is reached by."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from stretch_bt.hardware.driver import Options
+from stretch_bt.hardware.robotiq.calibration import GripperCalibration
+from stretch_bt.units import KINDS, Length, Speed, Time, Within
+
+__all__ = ["RobotiqOptions"]
+
+_FingerSpeed = Annotated[Speed, Within(0.001, 1.0, "Speed")]
+_SPEEDS = {"2f85": (0.020, 0.150), "2f140": (0.030, 0.250)}
+
+
+class RobotiqOptions(Options):
+    """Model, calibration, force and pace."""
+
+    model: Literal["2f85", "2f140"]
+    calibration: GripperCalibration
+    force: Annotated[int, Within(0, 255)] = Field(default=255, description="of the fingers, the gripper's own count")
+    slowest: _FingerSpeed | None = Field(default=None, description="at speed count 0; else that of the data sheet")
+    fastest: _FingerSpeed | None = Field(default=None, description="at speed count 255; else that of the data sheet")
+    tolerance: Annotated[Length, Within(0.0001, 0.01, "Length")] = Field(
+        default=0.001, description="how far from its target a motion may end"
+    )
+    rate: Annotated[float, KINDS["Frequency"], Within(2.0, 200.0, "Frequency")] = Field(
+        default=30.0, description="of asking for the status"
+    )
+    timeout: Annotated[Time, Within(0.02, 0.5, "Time")] = Field(default=0.15, description="of one exchange")
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Speeds at the counts 0 and 255, m/s."""
+        slow, fast = _SPEEDS[self.model]
+        return self.slowest or slow, self.fastest or fast
+
+    def speed_count(self, speed: float) -> int:
+        """Return the count that is not faster than a speed, m/s; the gripper's least where that is faster."""
+        slow, fast = self.speeds
+        return min(max(int(255 * (speed - slow) / (fast - slow) + 1e-9), 0), 255)

@@ -1,0 +1,34 @@
+"""What the gripper driver needs of a wire, whatever the protocol."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from stretch_bt.hardware.robotiq.registers import Status
+
+__all__ = ["GripperWire"]
+
+
+class GripperWire(Protocol):
+    """A connection to a gripper; each call is one exchange that ends within its deadline, or raises OSError."""
+
+    def connect(self) -> None:
+        """Connect; moves nothing."""
+
+    def close(self) -> None:
+        """Disconnect; may be called more than once."""
+
+    def read(self) -> Status:
+        """Return what the gripper tells now."""
+
+    def go(self, position: int, speed: int, force: int) -> None:
+        """Send the fingers to a count. An inactive gripper may begin to activate: ask `read` before."""
+
+    def hold(self, status: Status) -> None:
+        """End a motion where the fingers are; `status` is the latest, of a gripper that is active."""
+
+    def reset(self) -> None:
+        """Clear faults and activation; moves nothing."""
+
+    def activate(self) -> None:
+        """Begin the activation of a gripper that was reset: the fingers travel."""
