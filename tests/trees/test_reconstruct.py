@@ -9,6 +9,7 @@ CUBE = """\
 format: stretch-scene/1
 object: {{type: box, length: 40 mm, width: 40 mm, height: 40 mm, edge: 1 mm, rigid: true, position: {{x: {x}, y: 0 mm}}}}
 effects: none
+dimensions: {{length: 40 mm, width: 40 mm, height: 40 mm}}
 """
 QUICK = {"frames": 2, "touch_frames": 2, "speed": 0.05}
 
@@ -34,7 +35,11 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
     out = {name: value["value"] for name, value in result.outputs.items()}
     assert out["coverage"] > 0.8
     assert 0.95 * 40**2 < out["felt"] < 44**2, "at most 2 mm beyond its edges"
-    assert out["height"] == pytest.approx(40.0, abs=0.3)
+    assert out["shape"] == "block"
+    for side in ("length", "width", "height"):
+        assert abs(out[side] - 40.0) < min(0.5, 3 * result.outputs[side]["sd"]), side
+        assert result.truth[side]["value"] == pytest.approx(40.0)
+    assert "radius" not in out, "a block has none"
     assert out["top"] == pytest.approx(40.0, abs=0.3)
     assert 2 <= out["presses"] <= 4
     assert (out["pieces"], out["limited"]) == (1, 0)
