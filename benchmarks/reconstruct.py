@@ -39,7 +39,6 @@ SHIPPED = (
     "wire_circle",
     "wire_triangle",
 )
-BEARS = {"paper_cube": 0.8, "paper_half_cylinder": 0.4, "paper_pyramid": 1.5}  # N, below the loads at which they buckle
 HEAD = (
     "object                  coverage  stated   rms mm  worst 5 %  height mm  presses  limited    most N  robot s   CPU s  "
     "shape: errors, mm (over their sd)"
@@ -84,7 +83,7 @@ def main() -> None:
     print(HEAD, flush=True)
     for name in given.scenes:
         for seed in range(given.seeds):
-            _line(name, name, seed, _limits(name))
+            _line(name, name, seed, {})
     with tempfile.TemporaryDirectory() as folder:
         for kind, make in (("polyhedron", _polyhedron), ("ellipsoid", _ellipsoid)):
             kept = [
@@ -104,10 +103,6 @@ def main() -> None:
         _against_grid(name)
 
 
-def _limits(name: str) -> dict[str, Any]:
-    return {"max_force": BEARS[name]} if name in BEARS else {}
-
-
 def _line(label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | None:
     found = reconstructed(scene, seed, params)
     print(f"{label:22s}  {found}", flush=True)
@@ -116,7 +111,7 @@ def _line(label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -
 
 def _against_grid(name: str) -> None:
     """Print how many presses a square grid takes to cover as much as the planned ones."""
-    planned = reconstructed(name, 0, _limits(name))
+    planned = reconstructed(name, 0, {})
     if not isinstance(planned, Found):
         print(f"{name}: {planned}")
         return
@@ -126,7 +121,7 @@ def _against_grid(name: str) -> None:
     for count in GRIDS:
         lines = [(np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high, strict=True)]
         poses = [f"{1e3 * x:.2f} mm; {1e3 * y:.2f} mm" for x in lines[0] for y in lines[1]]
-        found = reconstructed(name, 0, {**_limits(name), "poses": poses, "max_presses": count**2})
+        found = reconstructed(name, 0, {"poses": poses, "max_presses": count**2})
         print(f"{name} {count} x {count}".ljust(22) + f"  {found}", flush=True)
         if isinstance(found, Found) and found.coverage >= planned.coverage - 0.01 and found.rms <= 1.05 * planned.rms:
             break

@@ -12,7 +12,7 @@ from stretch_bt.run.execute import RunResult, View, execute
 from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.runner import Runner
-from stretch_bt.tree.program import load_program
+from stretch_bt.tree.program import Program, load_program
 
 __all__ = ["RunResult", "Task", "View", "execute", "run"]
 
@@ -37,7 +37,8 @@ def run(
     tree
         A tree file, or the name of a shipped one.
     scene, cell
-        What is simulated, or which devices are used; by default the tree's scene on the simulated cell.
+        What is simulated, or which devices are used; by default the tree's scene on the simulated cell. A scene may ask for
+        params, such as a force that its object bears; those in `params` come first.
     params
         Parameters of the tree: text as in `--set`, or SI numbers.
     seed
@@ -66,5 +67,18 @@ def run(
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
     table = read_mocks(Path(mocks)) if mocks is not None else None
     default = program.document.scene_path if cell is None else None
-    task = Task(program, params or {}, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
+    given, simulated = dict(params or {}), scene or default
+    asked = _asked_by(simulated, program, given) if simulated else {}
+    if asked:
+        given |= asked
+        program = load_program(tree, given).require()
+    task = Task(program, given, seed, str(simulated or "") or None, str(cell) if cell else None, table)
     return execute(task, out, view, watch, devices)
+
+
+def _asked_by(scene: str | Path, program: Program, given: Mapping[str, Any]) -> dict[str, str]:
+    """Return the params that a scene asks for, of those that the tree has and the run does not set."""
+    from stretch_bt.simulation.scene import scene_params
+
+    known = program.document.params
+    return {name: value for name, value in scene_params(scene).items() if name in known and name not in given}
