@@ -23,6 +23,7 @@ Mask = npt.NDArray[np.bool_]
 SCALE, SMEARED = 2.0, 3  # cells that curvatures are smoothed over, and by which a bend seems wider on either side
 FLAT = 12.0  # 1/m: less is called flat
 LEAST, SURE = 6.0, 3.0  # 1/m, and standard deviations: of the load's curvature, to be told from none
+FALL = 0.35  # of the load's curvature near by that it is at least up to where it ends
 SHARE = 0.12  # of its largest curvature that the load's is at least; of a cylinder across the hand it is a quarter
 RIM, WIDE = (
     4,
@@ -63,12 +64,23 @@ def supported(heights: Array, stays: Mask, *, turn: float, cell: float) -> tuple
     bent = _curvatures(heights, turn, cell)
     noise = _scatter(bent.load[np.isfinite(heights) & ~stays])
     sure = max(LEAST, SURE * noise)
-    loaded = bent.load > np.maximum(sure, SHARE * bent.most)
+    loaded = _loaded(bent, sure)
     flat = stays & binary_closing((np.abs(bent.most) < FLAT) & (np.abs(bent.least) < FLAT))
     hollow = stays & binary_dilation(_hollow(heights, flat), iterations=SMEARED)
     hangs = hollow | (~flat & ~loaded & (bent.least < -sure))
     lies = binary_closing(loaded | flat, iterations=GAP) & stays & ~hangs
     return _large(lies), np.asarray(stays & hangs)
+
+
+def _loaded(bent: _Bent, sure: float) -> Mask:
+    """Return where the load's curvature is surely one, and beside that as far as it is a share of it."""
+    from scipy.ndimage import maximum_filter
+
+    seeds = bent.load > sure
+    near = maximum_filter(np.where(seeds, bent.load, -np.inf), size=2 * SMEARED + 1)
+    return np.asarray(
+        (seeds | (bent.load > np.maximum(FALL * near, sure / 2))) & (near > 0) & (bent.load > SHARE * bent.most)
+    )
 
 
 def _curvatures(heights: Array, turn: float, cell: float) -> _Bent:
