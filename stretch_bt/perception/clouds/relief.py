@@ -33,6 +33,7 @@ STAYS, LAG = (
     0.02,
 )  # m, at least and at most, and share of the hand's rise: by which contact may seem to rise
 SURE = 3.0  # standard deviations of a rise
+HIGHEST, SPRING = 60, 0.3e-3  # cells that surely touch, and m by which an object under them springs back at most
 LEAST_RISE = 0.8e-3  # m
 HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camera sees beyond its sides is lower
 RIM = 2  # cells from the rim of a contact within which it may be none
@@ -176,7 +177,7 @@ def view_of(
     cells, which, count = np.unique(_index(low, cell), axis=0, return_inverse=True, return_counts=True)
     heights, free = _means(which.ravel(), low[:, 2], count), _means(which.ravel(), clear, count) > 0.99
     above = _heights_at(cells, high, cell)
-    stayed = _stayed(above - heights, rise)
+    stayed = _stayed(heights, above - heights, rise)
     whole = count >= 0.3 * np.median(count)
     cut = int((stayed & ~free).sum()) > FEWEST
     at = (*deep_pose.position[:2], turn_of(deep_pose))
@@ -184,14 +185,14 @@ def view_of(
     return View(cells[whole], heights[whole], touched[whole], hung[whole], cut, at)
 
 
-def _stayed(up: Array, rise: float) -> Mask:
-    """Return which of rises (n,), m, of a membrane are those of one in contact; that none can fall shows their noise."""
-    most = STAYS[1] + LAG * rise
-    still = up[np.abs(up) < most]
-    if not len(still):
-        return np.asarray(up < most)
-    begin = min(float(np.median(still)), 0.0)
-    below = begin - still[still < begin]
+def _stayed(heights: Array, up: Array, rise: float) -> Mask:
+    """Return where the membrane is in contact, by heights (n,), m, and by how much it rises (n,), m, as the hand does.
+
+    Its highest places are; an object that gives way rises with them. That nothing else rises less shows the noise.
+    """
+    highest = up[heights > np.partition(heights, -HIGHEST)[-HIGHEST]] if len(heights) > HIGHEST else up
+    begin = float(np.clip(np.median(highest), -SPRING, SPRING)) if len(highest) else 0.0
+    below = begin - up[(up < begin) & (up > begin - STAYS[1])]
     noise = float(np.sqrt(np.mean(below**2))) if len(below) else 0.0
     return np.asarray(up < begin + float(np.clip(SURE * noise, *STAYS)) + LAG * rise)
 
