@@ -12,7 +12,7 @@ from stretch_bt.run.execute import RunResult, View, execute
 from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.runner import Runner
-from stretch_bt.tree.program import Program, load_program
+from stretch_bt.tree.program import load_program
 
 __all__ = ["RunResult", "Task", "View", "execute", "run"]
 
@@ -62,23 +62,33 @@ def run(
     DeviceFault
         A device could not be opened; nothing has moved.
     """
+    task = _task(tree, scene, cell, dict(params or {}), seed, mocks)
+    if task.scene and task.devices():
+        asked = _asked_by(task)
+        if asked:
+            task = _task(tree, scene, cell, {**task.params, **asked}, seed, mocks)
+    return execute(task, out, view, watch, devices)
+
+
+def _task(
+    tree: str | Path,
+    scene: str | Path | None,
+    cell: str | Path | None,
+    params: dict[str, Any],
+    seed: int,
+    mocks: str | Path | None,
+) -> Task:
     program = load_program(tree, params).require()
     if "main" not in program.document.trees:
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
     table = read_mocks(Path(mocks)) if mocks is not None else None
     default = program.document.scene_path if cell is None else None
-    given, simulated = dict(params or {}), scene or default
-    asked = _asked_by(simulated, program, given) if simulated else {}
-    if asked:
-        given |= asked
-        program = load_program(tree, given).require()
-    task = Task(program, given, seed, str(simulated or "") or None, str(cell) if cell else None, table)
-    return execute(task, out, view, watch, devices)
+    return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
 
 
-def _asked_by(scene: str | Path, program: Program, given: Mapping[str, Any]) -> dict[str, str]:
-    """Return the params that a scene asks for, of those that the tree has and the run does not set."""
+def _asked_by(task: Task) -> dict[str, str]:
+    """Return the params that the scene of a task asks for, of those that the tree has and the run does not set."""
     from stretch_bt.simulation.scene import scene_params
 
-    known = program.document.params
-    return {name: value for name, value in scene_params(scene).items() if name in known and name not in given}
+    known, asked = task.program.document.params, scene_params(str(task.scene))
+    return {name: value for name, value in asked.items() if name in known and name not in task.params}

@@ -7,15 +7,17 @@ from stretch_bt.errors import FileError
 
 TREE = """\
 format: stretch-tree/1
+devices: {arm: Arm}
 scene: scene.yaml
 params: {max_force: {type: Force, default: 5 N}, frames: {type: int, default: 3}}
 trees:
   main:
     out: {force: Force, frames: int}
     sequence:
+      - check: arm.force < 1 N
       - set: {force: params.max_force, frames: params.frames}
 """
-SCENE = "format: stretch-scene/1\nobject: {type: box, length: 40 mm, width: 40 mm, height: 40 mm}\n"
+SCENE = "format: stretch-scene/1\nobject: {type: box, length: 40 mm, width: 40 mm, height: 40 mm, rigid: true}\n"
 
 
 @pytest.fixture
@@ -35,6 +37,12 @@ def test_a_run_begins_with_the_params_of_its_scene(outputs):
 
 def test_what_the_run_sets_comes_first(outputs):
     assert outputs("params: {max_force: 0.8 N, frames: 7}\n", params={"max_force": "2 N"}) == (2.0, 7)
+
+
+def test_a_run_that_simulates_nothing_leaves_the_scene_alone(outputs, tmp_path):
+    mocks = tmp_path / "mocks.yaml"
+    mocks.write_text("format: stretch-mocks/1\ntree: tree.yaml\nmocks: []\nreadings: {arm.force: 0 N}\n")
+    assert outputs("params: {max_force: 0.8 N}\n", mocks=mocks) == (5.0, 3)
 
 
 def test_a_scene_without_params_changes_none(outputs):
