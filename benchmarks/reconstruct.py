@@ -1,10 +1,12 @@
-"""Reconstruction in the twin: coverage, presses, robot time and error of the surface, against what the scene knows.
+"""Reconstruction in the twin: coverage, presses, robot time, error of the surface and of the dimensions.
 
     python -m benchmarks.reconstruct [--seeds 1] [--random 3] [--grid wooden_cube ...]
 
-The shipped objects; then random convex polyhedra and ellipsoids, as mesh files; then, for the scenes after --grid, the coarsest square grid of
-presses that covers as much with no larger error. Coverage is the share of the upper surface, with normals within 45 degrees of the
-vertical, in whose cell of 1 mm a point of the cloud lies; the error is the distance of the cloud's points from the true surface.
+The shipped objects, with the shape that was found and the error of each graded dimension; then random convex polyhedra and
+ellipsoids, as mesh files; then, for the scenes after --grid, the coarsest square grid of presses that covers as much with no
+larger error. Coverage is the share of the upper surface, with normals within 45 degrees of the vertical, in whose cell of
+1 mm a point of the cloud lies; the error is the distance of the cloud's points from the true surface; `most N` is the largest
+force, of the scene, while the hand stood pressed.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,8 @@ import numpy as np
 
 from stretch_bt import run
 from stretch_bt.accuracy.twin.above import distances, upper_surface
+from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.run.runner import Runner
 from stretch_bt.simulation.scene import Scene, load_scene
 
 SHIPPED = (
@@ -35,8 +39,10 @@ SHIPPED = (
     "wire_circle",
     "wire_triangle",
 )
-BEARS = {"paper_cube": 0.8, "paper_half_cylinder": 0.4, "paper_pyramid": 1.5}  # N, below the loads at which they buckle
-HEAD = "object                  coverage  stated   rms mm  worst 5 %  height mm  presses  limited  robot s   CPU s"
+HEAD = (
+    "object                  coverage  stated   rms mm  worst 5 %  height mm  presses  limited    most N  robot s   CPU s  "
+    "shape: errors, mm (over their sd)"
+)
 GRIDS = (1, 2, 3, 4, 5)
 
 
@@ -51,13 +57,18 @@ class Found:
     height: float
     presses: int
     limited: int
+    force: float
     seconds: float
     cpu: float
+    shape: str
+    errors: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     def __str__(self) -> str:
+        told = ", ".join(f"{name} {off:+.2f} ({off / sd:+.1f})" for name, (off, sd) in self.errors.items())
         return (
             f"{100 * self.coverage:8.1f}  {100 * self.stated:6.1f}  {1e3 * self.rms:7.2f}  {1e3 * self.worst:9.2f}"
-            f"  {1e3 * self.height:+9.2f}  {self.presses:7d}  {self.limited:7d}  {self.seconds:7.1f}  {self.cpu:6.1f}"
+            f"  {1e3 * self.height:+9.2f}  {self.presses:7d}  {self.limited:7d}  {self.force:8.3f}  {self.seconds:7.1f}  {self.cpu:6.1f}"
+            f"  {self.shape}: {told}"
         )
 
 
@@ -72,7 +83,7 @@ def main() -> None:
     print(HEAD, flush=True)
     for name in given.scenes:
         for seed in range(given.seeds):
-            _line(name, name, seed, _limits(name))
+            _line(name, name, seed, {})
     with tempfile.TemporaryDirectory() as folder:
         for kind, make in (("polyhedron", _polyhedron), ("ellipsoid", _ellipsoid)):
             kept = [
@@ -92,10 +103,6 @@ def main() -> None:
         _against_grid(name)
 
 
-def _limits(name: str) -> dict[str, Any]:
-    return {"max_force": BEARS[name]} if name in BEARS else {}
-
-
 def _line(label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | None:
     found = reconstructed(scene, seed, params)
     print(f"{label:22s}  {found}", flush=True)
@@ -104,7 +111,7 @@ def _line(label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -
 
 def _against_grid(name: str) -> None:
     """Print how many presses a square grid takes to cover as much as the planned ones."""
-    planned = reconstructed(name, 0, _limits(name))
+    planned = reconstructed(name, 0, {})
     if not isinstance(planned, Found):
         print(f"{name}: {planned}")
         return
@@ -114,7 +121,7 @@ def _against_grid(name: str) -> None:
     for count in GRIDS:
         lines = [(np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high, strict=True)]
         poses = [f"{1e3 * x:.2f} mm; {1e3 * y:.2f} mm" for x in lines[0] for y in lines[1]]
-        found = reconstructed(name, 0, {**_limits(name), "poses": poses, "max_presses": count**2})
+        found = reconstructed(name, 0, {"poses": poses, "max_presses": count**2})
         print(f"{name} {count} x {count}".ljust(22) + f"  {found}", flush=True)
         if isinstance(found, Found) and found.coverage >= planned.coverage - 0.01 and found.rms <= 1.05 * planned.rms:
             break
@@ -127,7 +134,8 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
     known: Scene = load_scene(scene)
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "record"
-        result = run("reconstruct", scene=scene, seed=seed, params=dict(params), out=record)
+        forces = _Forces()
+        result = run("reconstruct", scene=scene, seed=seed, params=dict(params), out=record, watch=forces.follow)
         if result.status != "SUCCESS":
             return f"{result.status}: {result.reason[:150]}"
         points = points_of(record / "cloud.ply")
@@ -143,9 +151,33 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
         height=1e-3 * out["top"] - known.object.top,
         presses=out["presses"],
         limited=out["limited"],
+        force=max(forces.found),
         seconds=out["robot_time"],
         cpu=time.process_time() - began,
+        shape=out["shape"],
+        errors={
+            name: (out[name] - truth["value"], result.outputs[name]["sd"])
+            for name, truth in result.truth.items()
+            if name in known.dimensions
+        },
     )
+
+
+class _Forces(Onlooker):
+    """The scene's own force, N, whenever the hand stands pressed."""
+
+    def __init__(self) -> None:
+        self.found: list[float] = []
+
+    def follow(self, runner: Runner) -> None:
+        """Watch a run."""
+        self.cell: Any = runner.cell  # the twin's
+        runner.watchers.append(self)
+
+    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
+        """Note it."""
+        if path.endswith(("approach", "press_gently", "average_frames")):
+            self.found.append(self.cell.truth()["force"])
 
 
 def points_of(path: Path) -> np.ndarray:

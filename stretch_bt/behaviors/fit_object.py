@@ -6,6 +6,7 @@ from stretch_bt import perception
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
 from stretch_bt.perception.solids.result import Solid
+from stretch_bt.perception.solids.wire import no_wire_there
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
@@ -32,6 +33,7 @@ class FitObject(Behavior):
     fillet: In[Length] = port(FILLET, min=1e-4, max=0.01, doc="radius of the object's edges, or of its wire")
     fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="its standard deviation")
     solid: Out[Solid]  # the shape with all its dimensions, and how all compare
+    felt: Out[Cloud]  # the cloud without what the shape leaves free, as the inside of a wire
     kind_found: Out[str]  # which shape
     length: Out[Length]  # the longer side of the top, or the length of a crest
     width: Out[Length]  # the shorter side of the top
@@ -48,6 +50,7 @@ class FitObject(Behavior):
             self.cloud, self.contacts, shape=self.shape, fillet=self.fillet, fillet_sd=self.fillet_sd
         )
         self.solid, self.kind_found = found, found.kind
+        self.felt = self.cloud.part(~no_wire_there(found, self.cloud.points[:, :2], self.fillet))
         for name in ("length", "width", "height", "radius", "side", "radius_1", "radius_2", "radius_3"):
             known = found.dimensions.get(name)
             if known is not None:

@@ -10,6 +10,7 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clouds.cloud import CELL, Cloud
 from stretch_bt.perception.clouds.relief import Relief, add_view, carved, view_of
 from stretch_bt.perception.clouds.views import contact_of, surface_of
+from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status
 from stretch_bt.tree.registry import node
 
@@ -18,8 +19,8 @@ from stretch_bt.tree.registry import node
 class MapView(Behavior):
     """Tell contact from free membrane by what stays as the hand rises, and add it to a map and a cloud of the object.
 
-    FAILURE when the press disagrees with those before by more than noise explains: the object moved or gave way. Map and cloud
-    are then left as they were.
+    FAILURE when the press disagrees with those before by more than noise explains: the object moved or gave way. Map, cloud
+    and contacts are then left as they were.
     """
 
     kind = "perception"
@@ -28,6 +29,7 @@ class MapView(Behavior):
     shallow: In[DepthFrame]  # with the hand raised a little, still in contact
     relief: Out[Relief]  # the map with this press in it
     cloud: Out[Cloud]  # of the points in contact, without what later presses undercut
+    contacts: Out[list[Contact]]  # of the presses that touched, for a fit of the shape to all of them
 
     def update(self) -> Status:
         """Add."""
@@ -45,6 +47,8 @@ class MapView(Behavior):
         self.relief = relief
         if cloud is not None:
             self.cloud = carved(cloud, relief)
+        if contact is not None:
+            self.contacts = [*([] if self.contacts is MISSING else self.contacts), contact]
         top = relief.height[relief.felt]
         if top.size and self.context.hand.contact_height is not None:
             self.context.hand.contact_height = max(self.context.hand.contact_height, float(np.percentile(top, 99)))

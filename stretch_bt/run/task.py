@@ -37,7 +37,8 @@ def run(
     tree
         A tree file, or the name of a shipped one.
     scene, cell
-        What is simulated, or which devices are used; by default the tree's scene on the simulated cell.
+        What is simulated, or which devices are used; by default the tree's scene on the simulated cell. A scene may ask for
+        params, such as a force that its object bears; those in `params` come first.
     params
         Parameters of the tree: text as in `--set`, or SI numbers.
     seed
@@ -61,10 +62,33 @@ def run(
     DeviceFault
         A device could not be opened; nothing has moved.
     """
+    task = _task(tree, scene, cell, dict(params or {}), seed, mocks)
+    if task.scene and task.devices():
+        asked = _asked_by(task)
+        if asked:
+            task = _task(tree, scene, cell, {**task.params, **asked}, seed, mocks)
+    return execute(task, out, view, watch, devices)
+
+
+def _task(
+    tree: str | Path,
+    scene: str | Path | None,
+    cell: str | Path | None,
+    params: dict[str, Any],
+    seed: int,
+    mocks: str | Path | None,
+) -> Task:
     program = load_program(tree, params).require()
     if "main" not in program.document.trees:
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
     table = read_mocks(Path(mocks)) if mocks is not None else None
     default = program.document.scene_path if cell is None else None
-    task = Task(program, params or {}, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
-    return execute(task, out, view, watch, devices)
+    return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
+
+
+def _asked_by(task: Task) -> dict[str, str]:
+    """Return the params that the scene of a task asks for, of those that the tree has and the run does not set."""
+    from stretch_bt.simulation.scene import scene_params
+
+    known, asked = task.program.document.params, scene_params(str(task.scene))
+    return {name: value for name, value in asked.items() if name in known and name not in task.params}

@@ -122,6 +122,7 @@ def test_contacts_are_kept_and_their_shape_is_fitted() -> None:
         assert found.sd is not None
         assert abs(found.value - value) < 3 * found.sd < 2e-3
     assert fit.sinks["radius"].value is MISSING
+    assert len(fit.sinks["felt"].value) == len(cloud.value), "a block has no inside that hangs"
     wrong = node("fit_object", cloud=cloud.value, contacts=[])
     assert tick(wrong) is Status.FAILURE
     assert "no contact" in wrong.reason

@@ -19,7 +19,7 @@ def known(size=40, border=10, top=0.06):
     """Return a map of a flat top, with nothing known around it."""
     felt = np.pad(np.ones((size, size)), border)
     start = -(size // 2) - border
-    return Relief((start, start), np.where(felt > 0, top, np.inf), felt * top, felt, views=1)
+    return Relief((start, start), np.where(felt > 0, top, np.inf), felt * top, felt, 0.0 * felt, views=1)
 
 
 def test_poses_are_read_with_their_units():

@@ -9,6 +9,7 @@ CUBE = """\
 format: stretch-scene/1
 object: {{type: box, length: 40 mm, width: 40 mm, height: 40 mm, edge: 1 mm, rigid: true, position: {{x: {x}, y: 0 mm}}}}
 effects: none
+dimensions: {{length: 40 mm, width: 40 mm, height: 40 mm}}
 """
 QUICK = {"frames": 2, "touch_frames": 2, "speed": 0.05}
 
@@ -34,7 +35,11 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
     out = {name: value["value"] for name, value in result.outputs.items()}
     assert out["coverage"] > 0.8
     assert 0.95 * 40**2 < out["felt"] < 44**2, "at most 2 mm beyond its edges"
-    assert out["height"] == pytest.approx(40.0, abs=0.3)
+    assert out["shape"] == "block"
+    for side in ("length", "width", "height"):
+        assert abs(out[side] - 40.0) < min(0.5, 3 * result.outputs[side]["sd"]), side
+        assert result.truth[side]["value"] == pytest.approx(40.0)
+    assert "radius" not in out, "a block has none"
     assert out["top"] == pytest.approx(40.0, abs=0.3)
     assert 2 <= out["presses"] <= 4
     assert (out["pieces"], out["limited"]) == (1, 0)
@@ -52,7 +57,25 @@ def test_poses_of_the_operator_are_confirmed_one_by_one_and_a_light_press_ends_b
     assert "x 3 mm, y 0 mm, turned by 90 deg" in asked[1]
 
 
-def test_no_object_under_the_hand_is_no_contact(reconstruct):
-    result = reconstruct(x="250 mm")
-    assert result.status == "FAILURE"
-    assert "nothing was met" in result.reason
+HARD = {
+    "no contact at all": ({"x": "250 mm"}, "FAILURE", "nothing was met"),
+    "an object outside the reach": (
+        {"poses": ["3 mm; 0 mm", "700 mm; 0 mm"]},
+        "FAULT",
+        "x 700 mm is past the limits of the cell",
+    ),
+    "a press that hits a limit": ({"max_force": 0.5, "max_presses": 1}, "SUCCESS", ""),
+    "the first press beside the object": ({"poses": ["120 mm; 0 mm"]}, "FAILURE", "nothing was met"),
+    "a later press beside the object": ({"poses": ["3 mm; 0 mm", "120 mm; 0 mm"]}, "SUCCESS", ""),
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_a_hard_case_ends_as_expected(reconstruct, name):
+    given, status, reason = HARD[name]
+    result = reconstruct(**given)
+    assert (result.status, reason in result.reason) == (status, True), result.reason
+    limited = result.outputs.get("limited", {"value": 0})["value"]
+    assert limited == (1 if name == "a press that hits a limit" else 0)
+    if status == "SUCCESS":
+        assert abs(result.outputs["height"]["value"] - 40.0) < 0.5

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -56,6 +56,11 @@ class Cloud:
     def sd(self) -> Array:
         """Standard deviation (n,) of each point along its ray, m: noise, widened where contacts disagree, and the floor."""
         return np.hypot(self.noise * max(self.disagreement, 1.0), self.floor)
+
+    def part(self, kept: npt.NDArray[np.bool_]) -> Cloud:
+        """Return the cloud of the points (n,) that are kept."""
+        arrays = {name: getattr(self, name)[kept] for name in ("points", "noise", "rays", "seen", "columns")}
+        return replace(self, **arrays)
 
     def save(self, path: str | Path, *, text: bool = False) -> None:
         """Write the cloud: as PLY, binary or text, where the path ends in .ply, as a picture where it ends in .png.

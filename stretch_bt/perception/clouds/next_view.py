@@ -24,6 +24,7 @@ MOST = 12  # places over what was not seen that are tried beside those
 FINGER = 0.015  # m, of the fingers beyond the clamps
 FLANK, MARGIN = np.tan(np.radians(65.0)), 4e-3  # of the object beside what was felt, and m; no finger goes there
 LITTLE = (12e-6, 0.015)  # m^2, and share of what was felt: less is not worth a press
+SIDE = 2  # nodes along each free side of the sheet: one that lies over the object may slip off it
 TAKEN = (8e-3, np.radians(30.0))  # m and rad: as near to a pose that was used, another shows nothing new
 
 
@@ -51,7 +52,8 @@ def next_view(
 
     Where a surface may go on unseen it is taken to fall off as steeply as what is looked for. A sheet is hung over it from
     each of many poses, its hand `depth` below the top, and what it touches of the unseen counts: in truth the membrane then
-    either feels a surface there or hangs below it, and carves it away.
+    either feels a surface there or hangs below it, and carves it away. Poses at which the object lies under a free side of the
+    sheet come last.
 
     Parameters
     ----------
@@ -81,14 +83,17 @@ def next_view(
     x_at, y_at = _grid(poses, length, width)
     under = relief.at(_in_the_way(relief, level), x_at, y_at, False)
     clear = ~(under[:, :, : reach + 1].any(axis=(1, 2)) | under[:, :, -reach - 1 :].any(axis=(1, 2)))
+    slips = np.concatenate([under[clear, :SIDE], under[clear, -SIDE:]], axis=1).any(axis=(1, 2))
     poses, x_at, y_at = poses[clear], x_at[clear, :, reach:-reach], y_at[clear, :, reach:-reach]
     if not len(poses):
         return None
     ground = np.maximum(relief.at(unseen.height, x_at, y_at, 0.0), 0.0)
     fresh = relief.at(unseen.cells, x_at, y_at, False)
     gains = (fresh & (drape(ground, np.full(len(poses), level)) - ground < NEAR)).sum(axis=(1, 2)) * GRID**2
-    best = int(gains.argmax())
-    if gains[best] < max(LITTLE[0], LITTLE[1] * relief.felt_area):
+    little = max(LITTLE[0], LITTLE[1] * relief.felt_area)
+    held = np.where(slips, 0.0, gains)
+    best = int((held if held.max() >= little else gains).argmax())
+    if gains[best] < little:
         return None
     at_x, at_y, yaw = (float(v) for v in poses[best])
     return LookFrom(at_x, at_y, yaw, float(gains[best]))

@@ -1,8 +1,8 @@
 """A height map of what a hand has felt from above: where it touched, where its membrane hung free, what it has not seen.
 
 A membrane that is pressed from above lies on the object or above it. The lowest that any press saw it at a place is thus a
-bound on the object there, its `ceiling`. Where it stays as the hand rises it is in contact, and shows the object's height. A
-contact that another press undercuts was none.
+bound on the object there, its `ceiling`. Where it stays as the hand rises, and is not bent as only a free one is, it is in contact,
+and shows the object's height. A contact that another press undercuts was none.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import Cloud
+from stretch_bt.perception.clouds.support import supported
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.types import FloatArray
 from stretch_bt.units import Area, Length
@@ -29,7 +30,12 @@ Mask = npt.NDArray[np.bool_]
 CELL = 1e-3  # m
 TOLERANCE = 0.35e-3  # m by which a contact may stand above the ceiling: what averaged frames leave of a camera's error
 CLAMP = 6e-3  # m from the clamps within which the membrane is bent by them, and no contact is believed
-STAYS, LAG = 0.12e-3, 0.02  # m, and share of the hand's rise, by which a membrane in contact may seem to rise
+STAYS, LAG = (
+    (0.04e-3, 0.15e-3),
+    0.02,
+)  # m, at least and at most, and share of the hand's rise: by which contact may seem to rise
+SURE = 3.0  # standard deviations of a rise
+HIGHEST, SPRING = 60, 0.3e-3  # cells that surely touch, and m by which an object under them springs back at most
 LEAST_RISE = 0.8e-3  # m
 HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camera sees beyond its sides is lower
 RIM = 2  # cells from the rim of a contact within which it may be none
@@ -40,14 +46,16 @@ FEWEST = 25  # cells or points of a part that is worth telling
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What one press shows, by cell: (n, 2) int64 indices, heights (n,), m, whether the membrane touched, and `cut`.
+    """What one press shows, by cell: (n, 2) int64 indices, heights (n,), m, whether the membrane touched, or hung for sure.
 
-    `cut` tells that the contact goes on up to a clamp of the hand; `pose` is its x, y, m, and turn, rad.
+    It hangs for sure where it stays as the hand rises, held up by what it touches elsewhere. `cut` tells that the contact goes
+    on up to a clamp of the hand; `pose` is its x, y, m, and turn, rad.
     """
 
     cells: npt.NDArray[np.int64]
     heights: Array
     touched: Mask
+    hung: Mask
     cut: bool = False
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -57,7 +65,8 @@ class Relief:
     """A height map of the world in square cells `cell` m wide; the cell [i, j] begins at (x, y) = (origin + [i, j]) * cell.
 
     `ceiling` (n, m), m, world z, is the lowest that the membrane was seen, infinite where it never was. `height` (n, m), m,
-    is the mean height of the contacts there, and `weight` (n, m) how many they are. `views` counts the presses, and `poses` are
+    is the mean height of the contacts there, `weight` (n, m) how many they are, and `hung` (n, m) how often the membrane hung
+    there for sure while it stayed. `views` counts the presses, and `poses` are
     the x and y, m, and the turn about the vertical, rad, of the hand at each.
     """
 
@@ -65,6 +74,7 @@ class Relief:
     ceiling: Array
     height: Array
     weight: Array
+    hung: Array
     cell: Length = CELL
     views: int = 0
     poses: tuple[tuple[float, float, float], ...] = ()
@@ -72,7 +82,7 @@ class Relief:
     @property
     def felt(self) -> Mask:
         """Where the object's surface is known: (n, m) bool."""
-        return (self.weight > 0) & (self.height - self.ceiling <= TOLERANCE)
+        return (self.weight > self.hung) & (self.height - self.ceiling <= TOLERANCE)
 
     @property
     def felt_area(self) -> Area:
@@ -174,11 +184,34 @@ def view_of(
     cells, which, count = np.unique(_index(low, cell), axis=0, return_inverse=True, return_counts=True)
     heights, free = _means(which.ravel(), low[:, 2], count), _means(which.ravel(), clear, count) > 0.99
     above = _heights_at(cells, high, cell)
-    stayed = above - heights < STAYS + LAG * rise
+    stayed = _stayed(heights, above - heights, rise)
     whole = count >= 0.3 * np.median(count)
     cut = int((stayed & ~free).sum()) > FEWEST
     at = (*deep_pose.position[:2], turn_of(deep_pose))
-    return View(cells[whole], heights[whole], (stayed & free)[whole], cut, at)
+    touched, hung = (stayed & free & told for told in _lying(cells, heights, stayed, at[2], cell))
+    return View(cells[whole], heights[whole], touched[whole], hung[whole], cut, at)
+
+
+def _stayed(heights: Array, up: Array, rise: float) -> Mask:
+    """Return where the membrane is in contact, by heights (n,), m, and by how much it rises (n,), m, as the hand does.
+
+    Its highest places are; an object that gives way rises with them. That nothing else rises less shows the noise.
+    """
+    highest = up[heights > np.partition(heights, -HIGHEST)[-HIGHEST]] if len(heights) > HIGHEST else up
+    begin = float(np.clip(np.median(highest), -SPRING, SPRING)) if len(highest) else 0.0
+    below = begin - up[(up < begin) & (up > begin - STAYS[1])]
+    noise = float(np.sqrt(np.mean(below**2))) if len(below) else 0.0
+    return np.asarray(up < begin + float(np.clip(SURE * noise, *STAYS)) + LAG * rise)
+
+
+def _lying(cells: npt.NDArray[np.int64], heights: Array, stayed: Mask, turn: float, cell: float) -> tuple[Mask, Mask]:
+    """Return in which of the cells the membrane lies on something, and in which it hangs, by its shape."""
+    low = cells.min(axis=0)
+    at = tuple((cells - low).T)
+    z, stays = np.full(tuple(cells.max(axis=0) - low + 1), np.nan), np.zeros(tuple(cells.max(axis=0) - low + 1), bool)
+    z[at], stays[at] = heights, stayed
+    lies, hangs = supported(z, stays, turn=turn, cell=cell)
+    return lies[at], hangs[at]
 
 
 def turn_of(pose: Pose) -> float:
@@ -232,13 +265,16 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
     if relief is None:
         low, high = view.cells.min(axis=0), view.cells.max(axis=0) + 1
         shape = (int(high[0] - low[0]), int(high[1] - low[1]))
-        relief = Relief((int(low[0]), int(low[1])), np.full(shape, np.inf), np.zeros(shape), np.zeros(shape), cell)
+        nothing = np.zeros(shape)
+        relief = Relief((int(low[0]), int(low[1])), np.full(shape, np.inf), nothing, nothing, nothing, cell)
     if relief.cell != cell:
         raise InvalidInput(f"the map has cells of {relief.cell} m, the view of {cell} m")
     relief = _grown(relief, view.cells)
     _check_still(relief, view)
     i, j = (view.cells - relief.origin).T
-    ceiling, height, weight = relief.ceiling.copy(), relief.height.copy(), relief.weight.copy()
+    ceiling, height = relief.ceiling.copy(), relief.height.copy()
+    weight, hung = relief.weight.copy(), relief.hung.copy()
+    hung[i, j] += view.hung
     ceiling[i, j] = np.minimum(ceiling[i, j], view.heights)
     t, u, found = i[view.touched], j[view.touched], view.heights[view.touched]
     undercut = (weight[t, u] > 0) & (height[t, u] - found > TOLERANCE)
@@ -248,15 +284,19 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
     weight[t, u] += 1.0
     height[t, u] += (found - height[t, u]) / weight[t, u]
     return replace(
-        relief, ceiling=ceiling, height=height, weight=weight, views=relief.views + 1, poses=(*relief.poses, view.pose)
+        relief,
+        ceiling=ceiling,
+        height=height,
+        weight=weight,
+        hung=hung,
+        views=relief.views + 1,
+        poses=(*relief.poses, view.pose),
     )
 
 
 def carved(cloud: Cloud, relief: Relief) -> Cloud:
     """Return a cloud of the world without what later presses undercut, or showed to be no contact."""
-    kept = relief.holds(cloud.points)
-    arrays = {name: getattr(cloud, name)[kept] for name in ("points", "noise", "rays", "seen", "columns")}
-    return replace(cloud, **arrays)
+    return cloud.part(relief.holds(cloud.points))
 
 
 def _grown(relief: Relief, cells: npt.NDArray[np.int64]) -> Relief:
@@ -274,6 +314,7 @@ def _grown(relief: Relief, cells: npt.NDArray[np.int64]) -> Relief:
         ceiling=np.pad(relief.ceiling, room, constant_values=np.inf),
         height=np.pad(relief.height, room),
         weight=np.pad(relief.weight, room),
+        hung=np.pad(relief.hung, room),
     )
 
 

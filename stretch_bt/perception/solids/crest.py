@@ -12,7 +12,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.solids.arc import Arc, fit_arc
 from stretch_bt.perception.solids.bend import Bend, fit_bend, search_bend
 from stretch_bt.perception.solids.conformity import beyond_end
-from stretch_bt.perception.solids.profile import profile_of
+from stretch_bt.perception.solids.profile import Profile, profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
 from stretch_bt.perception.solids.top import Top
 from stretch_bt.perception.solids.views import View
@@ -62,13 +62,25 @@ def crest_of(views: list[View], top: Top) -> Crest:
         profile = profile_of(view, top.middle, across, MIDDLE * top.half[0], -1.5 * REACH, 1.5 * REACH)
         try:
             bends.append(fit_bend(profile, 0.0, reach=REACH))
-            arcs.append(fit_arc(profile, bends[-1].place, reach=REACH, layer=(LAYER, LAYER_SD)))
+            arcs.append(_arc(profile, bends[-1].place))
         except IllConditioned:
             continue
     if not arcs:
         raise IllConditioned("no view shows the membrane on both sides of the crest")
-    radius = math.exp(float(np.median([math.log(a.radius) for a in arcs])))
-    return Crest(top, bends, arcs, radius, float(np.median([b.length for b in bends])))
+    return Crest(top, bends, arcs, _radius(arcs), float(np.median([b.length for b in bends])))
+
+
+def _arc(profile: Profile, bent: float) -> Arc:
+    """Return the arc that fits a profile best, begun at the crest or, m, where it seems to bend: a wide one bends nowhere."""
+    return min(
+        (fit_arc(profile, start, reach=REACH, layer=(LAYER, LAYER_SD)) for start in (0.0, bent)), key=lambda a: a.rms
+    )
+
+
+def _radius(arcs: list[Arc]) -> float:
+    """Return the mean radius of arcs, m, by how surely each tells it: one touched along a line does not."""
+    weights = [1 / ((arc.radius_sd / arc.radius) ** 2 + RADIUS_SD**2) for arc in arcs]
+    return math.exp(float(np.average([math.log(arc.radius) for arc in arcs], weights=weights)))
 
 
 def evidence_of_crest(crest: Crest) -> dict[str, float]:

@@ -212,7 +212,8 @@ def _best(case: _Case, shape: str) -> Solid:
             raise IllConditioned(f"no {shape} fits what was felt: {reasons or 'the top is of another kind'}")
         return _extents(case.cloud, ranking, reasons)
     kind, dimensions = chosen
-    heading = (case.heading + math.pi / 2) % math.pi - math.pi / 2
+    again = 2 * math.pi / 3 if kind == "wire_triangle" else math.pi
+    heading = (case.heading + again / 2) % again - again / 2
     middle = np.array([*case.middle, dimensions["height"].value])
     return Solid(kind, dimensions, middle, heading, tuple(ranking))
 

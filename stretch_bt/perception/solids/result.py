@@ -57,7 +57,7 @@ class Solid:
     """A shape on the table: its kind, its dimensions by name, where it stands and how it is turned.
 
     `middle` (3,), m, world, is the middle of its top; `heading`, rad, the direction of its length from the world's x, in
-    (-pi/2, pi/2]. `ranking` has all kinds that were compared, the best first.
+    [-pi/2, pi/2), for a triangle that of the normal of a side, in [-pi/3, pi/3). `ranking` has all kinds that were compared, the best first.
     """
 
     kind: Kind

@@ -12,10 +12,10 @@ from stretch_bt.perception.solids.bend import Bend, fit_bend
 from stretch_bt.perception.solids.conformity import inside_wire
 from stretch_bt.perception.solids.outline import Fitted, Rays, circle_outline
 from stretch_bt.perception.solids.profile import profile_of
-from stretch_bt.perception.solids.result import Dimension, pooled
+from stretch_bt.perception.solids.result import Dimension, Solid, pooled
 from stretch_bt.perception.solids.views import View
 
-__all__ = ["is_hollow", "wire_circle", "wire_triangle"]
+__all__ = ["is_hollow", "no_wire_there", "wire_circle", "wire_triangle"]
 
 Array = npt.NDArray[np.float64]
 
@@ -23,6 +23,7 @@ HOLLOW = 0.06e-3  # m by which the membrane over a wire hangs lower in the middl
 SHARED = 0.25e-3  # m by which the middle of a wire errs all around
 PART = 0.35  # share of a side to either side of its middle along which its profile is taken
 WINDOW = 10e-3  # m
+BESIDE = 1e-3  # m beyond a wire within which what was felt counts as of it
 
 
 def is_hollow(views: list[View], middle: Array, size: float) -> bool:
@@ -97,3 +98,18 @@ def _height(bends: list[Bend], floor: float) -> Dimension:
     seen = float(np.median([b.height for b in bends]))
     value = float(np.median(surfaces))
     return Dimension(value, math.hypot(math.hypot(sd, SHARED), floor), {"membrane": value - seen})
+
+
+def no_wire_there(solid: Solid, places: Array, radius: float) -> npt.NDArray[np.bool_]:
+    """Return at which world places (n, 2), m, inside a shape of wire the membrane hangs; nowhere in one of another kind.
+
+    Inside a triangle a membrane is as flat as on a face, so that only the shape tells.
+    """
+    away = places - solid.middle[:2]
+    if solid.kind == "wire_circle":
+        return np.asarray(np.hypot(*away.T) < solid.dimensions["radius"].value - 2 * radius - BESIDE)
+    if solid.kind == "wire_triangle":
+        normals = solid.heading + np.arange(3) * 2 * math.pi / 3
+        out = (away @ np.stack([np.cos(normals), np.sin(normals)])).max(axis=1)
+        return np.asarray(out < solid.dimensions["side"].value / (2 * math.sqrt(3)) - radius - BESIDE)
+    return np.zeros(len(places), dtype=bool)

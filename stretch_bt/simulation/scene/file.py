@@ -19,7 +19,7 @@ from stretch_bt.simulation.objects.registry import kinds
 from stretch_bt.simulation.scene.sections import USUAL, Conditions, Cup, Dimension, Hand, Table, Tolerance
 from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, resolve, validate
 
-__all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_schema"]
+__all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema"]
 
 FIDELITIES = ("hertz", "axisymmetric", "sheet")
 _WORDS = ("auto", "none", "all")
@@ -43,6 +43,11 @@ class Scene(BaseModel):
     dimensions: dict[str, Dimension] = Field(
         default={},
         description="what a press from above can feel of the object, by name, such as `length: 40 mm`; `height` counts from the table",
+    )
+    params: dict[str, str | int | float | bool] = Field(
+        default={},
+        description="params that a run in this scene begins with, such as `max_force: 0.8 N` for what the object bears; those "
+        "that the run sets come first, and a tree that has none of that name goes without",
     )
     effects: Any = Field(
         default="auto", description="which effects act; each is judged by the advisor unless it is named"
@@ -144,6 +149,17 @@ def load_scene(scene: str | Path) -> Scene:
     except FileError as error:
         raise SceneError(error.diagnostics) from None
     return _made(source, path)
+
+
+def scene_params(scene: str | Path) -> dict[str, str]:
+    """Return the `params` of a scene file, and nothing of one that cannot be read: `load_scene` tells what is wrong with it."""
+    try:
+        source = load(resolve(scene, _shipped(), "scene"), str(scene))
+    except FileError:
+        return {}
+    given = source.get("params")
+    pairs = given if isinstance(given, Map) else ()
+    return {key.text: value.text for key, value in pairs if isinstance(value, Scalar)}
 
 
 def parse_scene(text: str, name: str = "scene.yaml") -> Scene:

@@ -10,6 +10,7 @@ from stretch_bt.perception import Dimension, cloud_of, fit_object
 from stretch_bt.perception.solids.bend import fit_bend
 from stretch_bt.perception.solids.profile import Profile
 from stretch_bt.perception.solids.result import pooled
+from stretch_bt.perception.solids.wire import no_wire_there
 
 _spec = importlib.util.spec_from_file_location("membranes", Path(__file__).with_name("membranes.py"))
 m = importlib.util.module_from_spec(_spec)
@@ -61,6 +62,22 @@ def test_a_shape_stands_where_it_stands_and_is_turned_as_it_is():
     assert found.heading == pytest.approx(0.5, abs=0.02)
     found = fit_object(*m.felt(m.ridge(0.040, 0.030, -0.6), 0.030))
     assert found.heading == pytest.approx(-0.6, abs=0.02)
+
+
+def test_inside_a_wire_there_is_nothing_and_inside_a_block_there_is():
+    away = np.linspace(0.0, 0.03, 61)
+    circle = fit_object(*m.felt(m.wire_circle(0.050, 0.022), 0.022))
+    for angle in np.linspace(0.0, 2 * np.pi, 7):
+        places = away[:, None] * [np.cos(angle), np.sin(angle)]
+        assert away[no_wire_there(circle, places, 1 * MM)].max() == pytest.approx(22 * MM, abs=0.8 * MM)
+    triangle = fit_object(*m.felt(m.wire_triangle(0.050, 0.022), 0.022))
+    assert triangle.heading == pytest.approx(0.3, abs=0.03)
+    for angle, inside in ((0.3, 1.0), (0.3 + np.pi / 3, 2.0), (0.3 + 2 * np.pi / 3, 1.0)):
+        places = away[:, None] * [np.cos(angle), np.sin(angle)]
+        ends = inside * (0.050 / (2 * np.sqrt(3)) - 2 * MM)
+        assert away[no_wire_there(triangle, places, 1 * MM)].max() == pytest.approx(ends, abs=0.5 * MM * (1 + inside))
+    block = fit_object(*m.felt(m.block(0.040, 0.030, 0.040), 0.040))
+    assert not no_wire_there(block, places, 1 * MM).any()
 
 
 def test_a_dimension_says_by_how_much_the_roundness_of_the_membrane_moved_it():

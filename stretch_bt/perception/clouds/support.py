@@ -1,0 +1,133 @@
+"""Which of a membrane that stays while the hand rises lies on something: by how it bends.
+
+Between two domes, or inside a ring of wire, a membrane hangs freely and stays all the same. What tells is its shape. A free membrane in
+tension obeys T_i z_xx + T_j z_yy = 0, so that where it is bent it is a saddle; one that lies on something is pressed against it
+and bends down more than that, or lies flat on a face. A flat part that is a saddle as a whole is no face.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.clouds.expected import TENSIONS
+
+__all__ = ["supported"]
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+SCALE, SMEARED = 2.0, 3  # cells that curvatures are smoothed over, and by which a bend seems wider on either side
+FLAT = 12.0  # 1/m: less is called flat
+LEAST, SURE = 6.0, 3.0  # 1/m, and standard deviations: of the load's curvature, to be told from none
+FALL = 0.35  # of the load's curvature near by that it is at least up to where it ends
+SHARE = 0.12  # of its largest curvature that the load's is at least; of a cylinder across the hand it is a quarter
+RIM, WIDE = (
+    4,
+    6.0,
+)  # cells: rim of a flat part that may bend, and radius of the rest from which its shape as a whole tells
+HANGS, NOISE = 0.05e-3, 4.0  # m by which a flat part that hangs rises towards a rim of it, and standard deviations
+ALIKE = 36.0  # cells that err as one
+GAP, SPECK = 2, 10  # cells: half a gap between parts that is closed, and a part that is noise when smaller
+
+
+@dataclass(frozen=True, slots=True)
+class _Bent:
+    """Curvatures (n, m), 1/m, positive where convex: that of the load, and the two principal ones."""
+
+    load: Array
+    most: Array
+    least: Array
+
+
+def supported(heights: Array, stays: Mask, *, turn: float, cell: float) -> tuple[Mask, Mask]:
+    """Return which cells of a membrane that stays lie on something, and which hang for sure, each (n, m) bool.
+
+    Parameters
+    ----------
+    heights : (n, m) float, m
+        Of the membrane over cells along the world's x and y, NaN where it was not seen.
+    stays : (n, m) bool
+        Where it does while the hand rises.
+    turn : float, rad
+        Of the hand about the vertical; its clamps hold the membrane along its own y.
+    cell : float, m
+        Width of a cell.
+    """
+    from scipy.ndimage import binary_closing, binary_dilation
+
+    if not stays.any():
+        return stays, stays
+    bent = _curvatures(heights, turn, cell)
+    noise = _scatter(bent.load[np.isfinite(heights) & ~stays])
+    sure = max(LEAST, SURE * noise)
+    loaded = _loaded(bent, sure)
+    flat = stays & binary_closing((np.abs(bent.most) < FLAT) & (np.abs(bent.least) < FLAT))
+    hollow = stays & binary_dilation(_hollow(heights, flat), iterations=SMEARED)
+    hangs = hollow | (~flat & ~loaded & (bent.least < -sure))
+    lies = binary_closing(loaded | flat, iterations=GAP) & stays & ~hangs
+    return _large(lies), np.asarray(stays & hangs)
+
+
+def _loaded(bent: _Bent, sure: float) -> Mask:
+    """Return where the load's curvature is surely one, and beside that as far as it is a share of it."""
+    from scipy.ndimage import maximum_filter
+
+    seeds = bent.load > sure
+    near = maximum_filter(np.where(seeds, bent.load, -np.inf), size=2 * SMEARED + 1)
+    return np.asarray(
+        (seeds | (bent.load > np.maximum(FALL * near, sure / 2))) & (near > 0) & (bent.load > SHARE * bent.most)
+    )
+
+
+def _curvatures(heights: Array, turn: float, cell: float) -> _Bent:
+    from scipy.ndimage import distance_transform_edt, gaussian_filter
+
+    nearest = distance_transform_edt(np.isnan(heights), return_distances=False, return_indices=True)
+    z = heights[tuple(nearest)]
+    z = z - z.mean()
+    xx, yy, xy = (gaussian_filter(z, SCALE, order=o) / cell**2 for o in ((2, 0), (0, 2), (1, 1)))
+    c, s = np.cos(turn), np.sin(turn)
+    along, across = s * s * xx - 2 * s * c * xy + c * c * yy, c * c * xx + 2 * s * c * xy + s * s * yy
+    mean, half = -(xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    return _Bent(-(TENSIONS * along + across) / (TENSIONS + 1), mean + half, mean - half)
+
+
+def _large(cells: Mask) -> Mask:
+    """Return the cells without specks, which noise makes."""
+    from scipy.ndimage import label
+
+    parts, _ = label(cells)
+    sizes = np.bincount(parts.ravel())
+    sizes[0] = 0
+    return np.asarray(sizes[parts] >= SPECK)
+
+
+def _scatter(values: Array) -> float:
+    """Return the standard deviation of most of the values, 0 of none."""
+    return 1.4826 * float(np.median(np.abs(values))) if len(values) else 0.0
+
+
+def _hollow(heights: Array, flat: Mask) -> Mask:
+    """Return the flat parts that are wide enough to tell and rise towards two sides."""
+    from scipy.ndimage import binary_erosion, label
+
+    parts, count = label(flat)
+    inner = np.where(binary_erosion(flat, iterations=RIM), parts, 0)
+    sizes = np.sqrt(np.bincount(inner.ravel(), minlength=count + 1) / np.pi)
+    hangs = [k for k in range(1, count + 1) if sizes[k] > WIDE and _rises(heights, inner == k, float(sizes[k]))]
+    return np.asarray(np.isin(parts, hangs))
+
+
+def _rises(heights: Array, part: npt.NDArray[Any], size: float) -> bool:
+    """Tell whether a part bends up along some direction, by more over its half width than noise or a face explains."""
+    at = np.argwhere(part).astype(np.float64)
+    x, y = ((at - at.mean(axis=0)) / size).T
+    design = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    fit = np.linalg.lstsq(design, heights[part], rcond=None)[0]
+    left = float(np.std(heights[part] - design @ fit))
+    up = float(np.linalg.eigvalsh([[fit[3], fit[4] / 2], [fit[4] / 2, fit[5]]])[1])
+    return bool(up > max(HANGS, NOISE * left * np.sqrt(ALIKE / len(x))))

@@ -1,0 +1,64 @@
+"""Params that a scene asks for."""
+
+import pytest
+
+from stretch_bt import run
+from stretch_bt.errors import FileError
+
+TREE = """\
+format: stretch-tree/1
+devices: {arm: Arm}
+scene: scene.yaml
+params: {max_force: {type: Force, default: 5 N}, frames: {type: int, default: 3}}
+trees:
+  main:
+    out: {force: Force, frames: int}
+    sequence:
+      - check: arm.force < 1 N
+      - set: {force: params.max_force, frames: params.frames}
+"""
+SCENE = "format: stretch-scene/1\nobject: {type: box, length: 40 mm, width: 40 mm, height: 40 mm, rigid: true}\n"
+
+
+@pytest.fixture
+def outputs(tmp_path):
+    def made(asked="", **options):
+        (tmp_path / "tree.yaml").write_text(TREE)
+        (tmp_path / "scene.yaml").write_text(SCENE + asked)
+        result = run(tmp_path / "tree.yaml", out=tmp_path / "record", **options)
+        return result.outputs["force"]["value"], result.outputs["frames"]["value"]
+
+    return made
+
+
+def test_a_run_begins_with_the_params_of_its_scene(outputs):
+    assert outputs("params: {max_force: 0.8 N, frames: 7, unknown: 3 mm}\n") == (0.8, 7)
+
+
+def test_what_the_run_sets_comes_first(outputs):
+    assert outputs("params: {max_force: 0.8 N, frames: 7}\n", params={"max_force": "2 N"}) == (2.0, 7)
+
+
+def test_a_run_that_simulates_nothing_leaves_the_scene_alone(outputs, tmp_path):
+    mocks = tmp_path / "mocks.yaml"
+    mocks.write_text("format: stretch-mocks/1\ntree: tree.yaml\nmocks: []\nreadings: {arm.force: 0 N}\n")
+    assert outputs("params: {max_force: 0.8 N}\n", mocks=mocks) == (5.0, 3)
+
+
+def test_a_scene_without_params_changes_none(outputs):
+    assert outputs() == (5.0, 3)
+
+
+def test_a_value_of_another_unit_is_refused_before_anything_moves(outputs):
+    with pytest.raises(FileError, match="max_force"):
+        outputs("params: {max_force: 3 mm}\n")
+
+
+@pytest.mark.parametrize("kind", ["cube", "half_cylinder", "pyramid"])
+def test_paper_is_pressed_below_what_its_walls_bear(kind):
+    from stretch_bt.simulation.scene import load_scene, scene_params
+    from stretch_bt.units import parse_quantity
+
+    scene = f"paper_{kind}"
+    asked, _ = parse_quantity(scene_params(scene)["max_force"])
+    assert asked < 0.8 * load_scene(scene).object.compliance().critical
