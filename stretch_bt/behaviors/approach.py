@@ -20,6 +20,9 @@ from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
+EXTRAPOLATED = (
+    0.5  # of the way from the highest reading to no force, by which it may be off: objects differ in their power
+)
 FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
 
 
@@ -178,7 +181,8 @@ class Approach(MotionBehavior):
     def _conclude(self) -> Status:
         depths, heights, sds = zip(*self.felt, strict=True)
         found: Estimate = model.undeformed_height(depths, heights, sds)
-        height = Estimate(found.value, math.hypot(found.sd, self.pattern.hang_sd if self.pattern else 0.0))
+        beyond = EXTRAPOLATED * max(found.value - max(heights), 0.0)
+        height = Estimate(found.value, math.hypot(found.sd, beyond, self.pattern.hang_sd if self.pattern else 0.0))
         self.context.hand.contact_height = height.value
         self.context.hand.contact_height_sd = height.sd
         self.contact_height = height

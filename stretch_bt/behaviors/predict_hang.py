@@ -12,14 +12,12 @@ class PredictHang(ModelBehavior):
     """Predict how far the free membrane hangs in its middle by its own weight.
 
     `approach` takes it, since no camera tells a hang from a static error of its own of that shape. A model that knows nothing
-    of the membrane's weight, as the paper's, gives what silicone membranes do, 0.3 +- 0.3 mm.
+    of the membrane's weight, as the paper's, or a membrane that is all but slack, gives what silicone membranes do, 0.3 +- 0.3 mm.
     """
 
     stretch: In[Length] = port(0.0, min=0.0, max=0.080, doc="past the rest length")
     hang: Out[Length]  # of the middle, below the flat membrane
-    mount_prestretch: Out[
-        Length
-    ]  # by which the mounts stretch the membrane at stretch 0; 0 where the model knows nothing of it
+    mount_prestretch: Out[Length]  # of the membrane at stretch 0; 0 where the model does not know it
 
     def update(self) -> Status:
         """Predict."""

@@ -70,6 +70,8 @@ def main() -> None:
         raise KeyboardInterrupt
 
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # else it is to outlive its terminal
+        before[signal.SIGHUP] = signal.signal(signal.SIGHUP, interrupt)
     try:
         app()
     except StretchError as error:

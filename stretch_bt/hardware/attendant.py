@@ -140,6 +140,11 @@ class Attendant(Generic[W, S]):
         assert self._sample is not None
         return self._sample
 
+    @property
+    def deadline(self) -> float:
+        """How long a job may take, s."""
+        return self._deadline
+
     def check_acknowledged(self) -> None:
         """Raise NotReady after a loss that nobody acknowledged."""
         if self._unacknowledged is not None:

@@ -30,7 +30,7 @@ SEEN = 0.5  # share of the frames in which a pixel must be valid
 #: m; what a silicone membrane hangs by in its middle, where nothing is known of it
 HANG = Estimate(3e-4, 3e-4)
 SIDES = 0.13  # of the hang in the middle, by which the free sides hang lower: of solved sheets 90 mm wide
-FAR = 2.0  # standard deviations of what a static error adds, past which a membrane hangs by far more
+FAR = 2.0  # standard deviations of what a static error adds, past which a membrane hangs by far more or less
 PART = 0.7  # of its standard deviation that a static error adds to a hang that is fitted to it
 
 
@@ -57,7 +57,7 @@ class FreeView:
     A membrane in tension is flat but for its own weight, by which it hangs as a parabola from clamp to clamp, a little lower at its free
     sides. What is left of the mean beside the plane and that shape is the camera's. How far it hangs cannot be told from a static error
     of the same shape; the estimate is that of least squares, drawn to what is known of the membrane by as much
-    as what is left over makes it uncertain, unless it hangs by far more. Under a press a membrane no longer hangs, so that its
+    as what is left over makes it uncertain, unless it hangs by far more or less. Under a press a membrane no longer hangs, so that its
     hang must not be taken off with the error. How the mean depth of the view changes from frame to frame tells how fast the
     camera drifts.
     """
@@ -137,8 +137,8 @@ def _hang(error: Image, shape: Image, known: MaskArray, told: Estimate) -> Estim
     e, b = error[known].astype(np.float64), shape[known].astype(np.float64)
     fitted = float(e @ b) / max(float(b @ b), 1e-12)
     variance = PART**2 * float(np.mean((e - fitted * b) ** 2))
-    # one that hangs by far more is no such membrane, and is believed as it is seen
-    prior = max(told.sd**2, max(fitted - told.value, 0.0) ** 2 - FAR**2 * variance, 1e-16)
+    # one that hangs by far more or less is no such membrane, and is believed as it is seen
+    prior = max(told.sd**2, (fitted - told.value) ** 2 - FAR**2 * variance, 1e-16)
     hang = max((fitted * prior + told.value * variance) / (prior + variance), 0.0)
     return Estimate(hang, math.sqrt(variance * prior / (prior + variance)))
 

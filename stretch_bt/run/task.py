@@ -63,7 +63,7 @@ def run(
         A device could not be opened; nothing has moved.
     """
     task = _task(tree, scene, cell, dict(params or {}), seed, mocks)
-    if task.scene and task.devices():
+    if task.scene and devices is None and (spec := task.cell_spec()) is not None and spec.simulated:
         asked = _asked_by(task)
         if asked:
             task = _task(tree, scene, cell, {**task.params, **asked}, seed, mocks)

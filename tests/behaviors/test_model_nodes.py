@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from stretch_bt.behaviors._readings import Reading, Touch, frames_at, readings_of, tell_again
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model import CalibratedHertz, ForceModel, hertz_force
+from stretch_bt.perception.pattern import HANG
 from stretch_bt.perception.types import CONTACT, UNDEFORMED
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
@@ -49,6 +50,17 @@ def test_the_next_indentation_gives_the_same_force(radius: float, stretch: float
     assert start.value == pytest.approx(depth, rel=1e-6)
     _, harder = run("next_indentation", radius=radius, stretch=stretch + 0.02, force=force.value)
     assert harder.value < depth, "a tenser membrane needs less depth"
+
+
+def test_a_hang_is_told_by_a_model_that_knows_the_membrane() -> None:
+    node, found = run("predict_hang", model="membrane")
+    assert node.status is Status.SUCCESS
+    assert found.value == pytest.approx(0.606e-3, rel=0.02)
+    assert 0.03e-3 < found.sd < 0.1e-3  # type: ignore[operator]
+    tighter = run("predict_hang", model="membrane", stretch=0.03)[1]
+    assert tighter.value < 0.5 * found.value
+    unknown = run("predict_hang", model="paper")[1]
+    assert (unknown.value, unknown.sd) == (HANG.value, HANG.sd)
 
 
 @given(radius=radii, stretch=stretches, depth=depths)

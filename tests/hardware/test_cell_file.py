@@ -114,6 +114,8 @@ WIRED_MISTAKES = [
     ("    serial: line\n", "", 4, "one serial line or behind one host", "write `serial: ...` or `host: ...`"),
     ("    serial: line\n", "    serial: line\n    host: box\n", 7, "one serial line or behind one host", "serial"),
     ("2f140", "2f141", 7, "model", "2f140"),
+    ("2f140\n", "2f140\n    slowest: 300 mm/s\n", 8, "is not below the fastest, 250 mm/s", "rise"),
+    ("2f140\n", "2f140\n    fastest: 30 mm/s\n", 8, "the slowest speed, 30 mm/s", "rise"),
     (", source: a test}\n  sensor", "}\n  sensor", 8, "source is missing", "add 'source"),
     ("[{count: 3, opening: 140 mm}, ", "[", 8, "points", ""),
     ("opening: 0 mm", "opening: 150 mm", 8, "must fall as the count grows", ""),

@@ -142,6 +142,28 @@ def test_a_fault_of_the_gripper_ends_the_motion(moving, clock, advance, kind, fa
     assert advance(gripper.move(0.08, speed=0.15, owner="a")) is MotionState.DONE
 
 
+@pytest.mark.parametrize("kind", ["robotiq-rtu", "urcap"])
+def test_after_a_fault_was_acknowledged_the_fingers_move_again_without_a_stop(moving, clock, advance, kind):
+    cell, gripper, motion = moving(kind)
+    cell.stand_in.inject("stall")
+    fault_of(motion, clock)
+    cell.stand_in.clear()
+    eventually(lambda: gripper.acknowledge() is None)
+    assert motion.poll() is MotionState.STOPPED
+    assert advance(gripper.move(0.08, speed=0.15, owner="b")) is MotionState.DONE
+
+
+def test_fingers_that_are_led_and_stand_are_told_of_as_soon_as_others(make_cell, clock):
+    cell = make_cell("robotiq-rtu", timeout=TIMEOUT)
+    motion = cell.devices["gripper"].move(0.115, speed=0.005, owner="a")
+    clock.time += 0.3
+    assert motion.poll() is MotionState.MOVING
+    cell.stand_in.inject("stall")
+    before = clock.time
+    assert "the fingers do not move" in str(fault_of(motion, clock))
+    assert clock.time - before < 5.0, "of the twelve that the way takes"
+
+
 @pytest.mark.parametrize(
     ("fault", "said"), [("code", "fault 0C: an internal fault"), ("deactivate", "lost its activation")]
 )

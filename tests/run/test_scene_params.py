@@ -45,6 +45,15 @@ def test_a_run_that_simulates_nothing_leaves_the_scene_alone(outputs, tmp_path):
     assert outputs("params: {max_force: 0.8 N}\n", mocks=mocks) == (5.0, 3)
 
 
+def test_devices_that_are_no_twin_leave_the_scene_alone(outputs):
+    from stretch_bt.hardware.cell import open_cell
+    from stretch_bt.hardware.cell_file import load_cell
+    from stretch_bt.simulation.scene import load_scene
+
+    cell = open_cell(load_cell("simulated"), now=lambda: 0.0, seed=0, scene=load_scene("wooden_cube"))
+    assert outputs("params: {max_force: 0.8 N}\n", devices={"arm": cell.devices["arm"]})[0] == 5.0
+
+
 def test_a_scene_without_params_changes_none(outputs):
     assert outputs() == (5.0, 3)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
@@ -70,6 +71,10 @@ class RobotiqDriver(GripperDriver, ABC):
         try:
             self._attendant.do(hold)
         except DeviceLost as lost:
+            self._task, self._astray = (
+                None,
+                True,
+            )  # nothing leads the fingers on; they are held as soon as the wire answers
             if task is not None and not task.over:
                 reason = f"it cannot be told to stop ({lost.reason}); the fingers may go on to where they were sent"
                 raise DeviceLost(self.name, reason) from lost
@@ -163,10 +168,15 @@ class RobotiqDriver(GripperDriver, ABC):
     def _begin(self, make: Callable[[GripperWire], Task]) -> Poll:
         attendant = self._open()
         attendant.check_acknowledged()
+        due = time.monotonic() + attendant.deadline
 
         def begin(wire: GripperWire) -> Task:
             self._task = None
             task = make(wire)
+            # looked at again where the wire is held: a loss may have come after the command was given, or its caller have given up
+            attendant.check_acknowledged()
+            if self._astray or time.monotonic() > due:
+                raise DeviceLost(self.name, "the command came too late to be begun")
             task.begin(wire)
             self._task = task
             return task

@@ -37,7 +37,8 @@ class _ModbusOptions(RobotiqOptions):
     )
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
-        """Yield when there is not one way to the gripper."""
+        """Yield when there is not one way to the gripper, or its speeds do not rise."""
+        yield from super().mistakes(root)
         if (self.serial is None) == (self.host is None):
             key = "host" if self.host else "type"
             yield key, "a gripper is on one serial line or behind one host", "write `serial: ...` or `host: ...`"

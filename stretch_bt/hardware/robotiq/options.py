@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from stretch_bt.hardware.driver import Options
+from stretch_bt.hardware.driver import Mistake, Options
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
 from stretch_bt.units import KINDS, Length, Speed, Time, Within
 
@@ -31,6 +33,14 @@ class RobotiqOptions(Options):
         default=30.0, description="of asking for the status"
     )
     timeout: Annotated[Time, Within(0.02, 0.5, "Time")] = Field(default=0.15, description="of one exchange")
+
+    def mistakes(self, root: Path) -> Iterator[Mistake]:
+        """Yield when the speeds do not rise."""
+        slow, fast = self.speeds
+        if slow >= fast:
+            key = "slowest" if self.slowest is not None else "fastest"
+            told = f"the slowest speed, {1e3 * slow:g} mm/s, is not below the fastest, {1e3 * fast:g} mm/s"
+            yield key, told, "write speeds that rise from count 0 to 255"
 
     @property
     def speeds(self) -> tuple[float, float]:

@@ -96,7 +96,7 @@ class Journey(Task):
 
     def begin(self, wire: GripperWire) -> None:
         """Send the first count."""
-        self._send(wire, self._due(self._began), self._began)
+        self._send(wire, self._due(self._began))
 
     def after(self, wire: GripperWire, status: Status, now: float) -> None:
         """Judge a status, and lead the fingers on."""
@@ -108,11 +108,15 @@ class Journey(Task):
         heard = status.going and status.echo == self._sent
         if heard and status.found is not Found.MOVING:
             self._arrived(status)
+        if self._target.led and self._sent is not None and abs(status.position - self._sent) <= 1:
+            self._progress = now  # they wait for the next count
+        if self.over:
+            return
         due = self._due(now)
-        if not self.over and due != self._sent:
-            self._send(wire, due, now)
-        elif not self.over and now - self._progress > PATIENCE:
+        if now - self._progress > PATIENCE:
             self.fault = self._stuck(status, heard)
+        elif due != self._sent:
+            self._send(wire, due)
 
     def _arrived(self, status: Status) -> None:
         near = abs(self._opening(status.position) - self._target.opening) <= self._tolerance
@@ -139,9 +143,9 @@ class Journey(Task):
         gone = target.speed * (now - self._began) + target.speed * 0.05
         return target.count if gone >= abs(way) else self._count(target.start + math.copysign(gone, way))
 
-    def _send(self, wire: GripperWire, count: int, now: float) -> None:
+    def _send(self, wire: GripperWire, count: int) -> None:
         wire.go(count, *self._target.registers)
-        self._sent, self._progress = count, now
+        self._sent = count
 
 
 class Activation(Task):

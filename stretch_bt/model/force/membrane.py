@@ -28,6 +28,7 @@ _STEP = 1e-4
 _EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
 _SAME = 1e-6  # m
+_TENSE = 4e-3  # m of stretch, its mounts' included, from which a sheet hangs as a strip does, within 3 %
 _TURN = 1e-6  # of a parameter, over which a hang is differenced
 _HANG_OFF = 0.05  # of a hang, that strip and density leave: an assumption
 # parts of a force, for each factor e in diameter and in depth, and for each m of stretch past what was measured: an assumption, on
@@ -139,9 +140,14 @@ class MembraneModel(ForceModel):
         place = PARAMETERS.index("mount_prestretch")
         return Estimate(self.hand.mount_prestretch, math.sqrt(self.covariance[place][place]))
 
-    def hang(self, stretch: float) -> Estimate:
-        """Return how far the free membrane hangs in its middle, m, at a stretch, m, with what the parameters' covariance says of it."""
+    def hang(self, stretch: float) -> Estimate | None:
+        """Return how far the free membrane hangs in its middle, m, at a stretch, m, with what the parameters' covariance says of it.
+
+        None for one that is all but slack, which hangs by what no strip tells.
+        """
         self.range.check(stretch=stretch)
+        if self.hand.mount_prestretch + stretch < _TENSE:
+            return None
         told = self.hand.hang(stretch, self.conditioned)
         steps = np.maximum(np.abs(self.hand) * _TURN, _TURN)
         moved = np.eye(len(PARAMETERS)) * steps + self.hand

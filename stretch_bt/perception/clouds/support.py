@@ -57,7 +57,7 @@ def supported(heights: Array, stays: Mask, *, turn: float, cell: float) -> tuple
     cell : float, m
         Width of a cell.
     """
-    from scipy.ndimage import binary_closing, binary_dilation
+    from scipy.ndimage import binary_dilation
 
     if not stays.any():
         return stays, stays
@@ -65,11 +65,20 @@ def supported(heights: Array, stays: Mask, *, turn: float, cell: float) -> tuple
     noise = _scatter(bent.load[np.isfinite(heights) & ~stays])
     sure = max(LEAST, SURE * noise)
     loaded = _loaded(bent, sure)
-    flat = stays & binary_closing((np.abs(bent.most) < FLAT) & (np.abs(bent.least) < FLAT))
+    flat = stays & _closed((np.abs(bent.most) < FLAT) & (np.abs(bent.least) < FLAT), 1)
     hollow = stays & binary_dilation(_hollow(heights, flat), iterations=SMEARED)
     hangs = hollow | (~flat & ~loaded & (bent.least < -sure))
-    lies = binary_closing(loaded | flat, iterations=GAP) & stays & ~hangs
+    lies = _closed(loaded | flat, GAP) & stays & ~hangs
     return _large(lies), np.asarray(stays & hangs)
+
+
+def _closed(mask: Mask, gap: int) -> Mask:
+    """Return a mask with its gaps filled, also those at the border of what was seen."""
+    from scipy.ndimage import binary_closing
+
+    return np.asarray(
+        binary_closing(np.pad(mask, gap + 1, mode="edge"), iterations=gap)[gap + 1 : -gap - 1, gap + 1 : -gap - 1]
+    )
 
 
 def _loaded(bent: _Bent, sure: float) -> Mask:

@@ -76,6 +76,9 @@ def test_a_hang_is_told_with_what_the_parameters_leave_of_it():
     assert surer.value == told.value
     assert surer.sd < told.sd
     assert ForceModel.default().hang(0.0) is None
+    slack = replace(MODEL, hand=MODEL.hand._replace(mount_prestretch=1e-3))
+    assert slack.hang(0.0) is None
+    assert slack.hang(0.01) is not None
     with pytest.raises(InvalidInput, match="stretch"):
         MODEL.hang(0.2)
 
