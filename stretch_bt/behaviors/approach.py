@@ -20,9 +20,8 @@ from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
-EXTRAPOLATED = (
-    0.5  # of the way from the highest reading to no force, by which it may be off: objects differ in their power
-)
+#: of the way from the highest reading to no force, by which it may be off: objects differ in their power
+EXTRAPOLATED = 0.2
 FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
 
 
