@@ -15,9 +15,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stretch_bt.accuracy.twin.felt import around, felt
+from stretch_bt.accuracy.twin.felt import around, felt, fused
 from stretch_bt.errors import NoAnswer, NoEquilibrium
-from stretch_bt.perception import fit_object, fuse_contact
+from stretch_bt.perception import fit_object
 from stretch_bt.simulation.scene import Scene, parse_scene
 
 MM = 1e3
@@ -84,10 +84,7 @@ def rows(depths: tuple[float, ...]) -> Iterator[str]:
 
 def _lines(head: str, made: Scene, kind: str, depth: float) -> Iterator[str]:
     contacts = felt(made, 0, around(made), depth, frames=4)
-    cloud = None
-    for contact in contacts:
-        cloud = fuse_contact(contact, cloud)
-    assert cloud is not None
+    cloud = fused(contacts)
     auto = fit_object(cloud, contacts)
     found = auto if auto.kind == kind else fit_object(cloud, contacts, shape=kind)
     known = made.object.known()

@@ -15,9 +15,9 @@ from collections import Counter, defaultdict
 
 import numpy as np
 
-from stretch_bt.accuracy.twin.felt import around, felt
+from stretch_bt.accuracy.twin.felt import around, felt, fused
 from stretch_bt.errors import NoAnswer, NoEquilibrium
-from stretch_bt.perception import Dimension, Solid, fit_object, fuse_contact
+from stretch_bt.perception import Dimension, Solid, fit_object
 from stretch_bt.simulation.scene import load_scene
 
 MM = 1e3
@@ -41,11 +41,7 @@ def measured(name: str, seed: int) -> Solid:
     scene = load_scene(name)
     places = DOMES if name == "glass_snowman" else around(scene)
     contacts = felt(scene, seed, places, DEPTHS[name])
-    cloud = None
-    for contact in contacts:
-        cloud = fuse_contact(contact, cloud)
-    assert cloud is not None
-    return fit_object(cloud, contacts)
+    return fit_object(fused(contacts), contacts)
 
 
 def main() -> None:

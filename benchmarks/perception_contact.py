@@ -23,6 +23,7 @@ from perception_skirt import presses as training_presses
 
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_05, Noise, observe
 from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.summary import rms
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, measure_contact
 from stretch_bt.perception.size.choose import best_fit
@@ -162,10 +163,6 @@ def line(name: str, part: Array) -> str:
         f"   {name:16s}  {MM * rms(i):8.3f} ({MM * i.mean():+.3f})  {MM * rms(j):8.3f}  {MM * rms(bound_i):6.3f} {MM * rms(bound_j):6.3f}"
         f"  {misses:3d} of {len(part):4d}  {rms(i / i_sd):5.2f} {rms(j / j_sd):5.2f}"
     )
-
-
-def rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def main() -> None:

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_05, Noise, observe
 from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.accuracy.summary import rms
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact
 from stretch_bt.perception.size.measure import measure_contact
@@ -100,10 +101,6 @@ def line(name: str, rows: Array) -> Iterator[str]:
     text += f"   {rms(turn) * DEGREES:12.2f}"
     text += "        " + "  ".join(f"{rms(e / s):5.2f}" for e, s in zip((short, long, turn), sd, strict=True))
     yield f"{text}   {np.median(rows[~missed, 8]):5.0f}"
-
-
-def rms(values: Array) -> float:
-    return math.sqrt(float(np.mean(values**2)))
 
 
 def shapes(frames: int) -> Iterator[str]:

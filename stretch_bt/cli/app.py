@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 from importlib import import_module
@@ -16,6 +15,7 @@ import stretch_bt
 from stretch_bt import cli
 from stretch_bt.cli.output import EXIT_BAD_INPUT, EXIT_INTERRUPTED, emit_json, report_error
 from stretch_bt.errors import StretchError
+from stretch_bt.run.signals import signals
 
 __all__ = ["app", "main"]
 
@@ -65,29 +65,24 @@ def main() -> None:
     """Run the command line."""
     interrupted = threading.Event()
 
-    def interrupt(number: int, frame: object) -> None:
+    def interrupt(name: str) -> None:
         interrupted.set()
         raise KeyboardInterrupt
 
-    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # else it is to outlive its terminal
-        before[signal.SIGHUP] = signal.signal(signal.SIGHUP, interrupt)
-    try:
-        app()
-    except StretchError as error:
-        if "--json" in sys.argv:
-            emit_json({"error": type(error).__name__, "reason": str(error)})
-        sys.exit(report_error(error))
-    except OSError as error:
-        if isinstance(error, BrokenPipeError):  # whoever read the output has enough
-            sys.stderr.close()
-            sys.exit(0)
-        typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
-        sys.exit(EXIT_BAD_INPUT)
-    except (KeyboardInterrupt, SystemExit) as ended:
-        if interrupted.is_set() or isinstance(ended, KeyboardInterrupt):
-            sys.exit(EXIT_INTERRUPTED)
-        raise
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    with signals(interrupt):
+        try:
+            app()
+        except StretchError as error:
+            if "--json" in sys.argv:
+                emit_json({"error": type(error).__name__, "reason": str(error)})
+            sys.exit(report_error(error))
+        except OSError as error:
+            if isinstance(error, BrokenPipeError):  # whoever read the output has enough
+                sys.stderr.close()
+                sys.exit(0)
+            typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
+            sys.exit(EXIT_BAD_INPUT)
+        except (KeyboardInterrupt, SystemExit) as ended:
+            if interrupted.is_set() or isinstance(ended, KeyboardInterrupt):
+                sys.exit(EXIT_INTERRUPTED)
+            raise

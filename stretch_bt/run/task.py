@@ -63,9 +63,10 @@ def run(
         A device could not be opened; nothing has moved.
     """
     task = _task(tree, scene, cell, dict(params or {}), seed, mocks)
-    if task.scene and devices is None and (spec := task.cell_spec()) is not None and spec.simulated:
+    if task.scene and devices is None and (task.cell or task.devices()):
         asked = _asked_by(task)
-        if asked:
+        # few scenes ask for anything: only then is the cell looked at here as well
+        if asked and (spec := task.cell_spec()) is not None and spec.simulated:
             task = _task(tree, scene, cell, {**task.params, **asked}, seed, mocks)
     return execute(task, out, view, watch, devices)
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import reduce
 
 from stretch_bt.accuracy.twin.cell import Bench
+from stretch_bt.errors import NoContact
 from stretch_bt.frames import Pose
-from stretch_bt.perception import FreeView, find_contact, with_left_over, without_pattern
+from stretch_bt.perception import Cloud, FreeView, find_contact, fuse_contact, with_left_over, without_pattern
 from stretch_bt.perception.types import Contact
 from stretch_bt.simulation.scene import Scene
 
-__all__ = ["around", "felt"]
+__all__ = ["around", "felt", "fused"]
 
 _CLEAR = 0.030  # m above the top, where the membrane is looked at
 _FREE = 24  # frames of the free membrane
@@ -69,3 +71,11 @@ def felt(
         else:
             found.append(with_left_over(find_contact(without_pattern(frame, pattern)), pattern))
     return found
+
+
+def fused(contacts: Iterable[Contact]) -> Cloud:
+    """Return the cloud of contacts; raises NoContact where there is none."""
+    cloud = reduce(lambda before, contact: fuse_contact(contact, before), contacts, None)
+    if cloud is None:
+        raise NoContact("there is no contact to fuse")
+    return cloud

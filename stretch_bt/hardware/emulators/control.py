@@ -18,7 +18,7 @@ from typing import Any
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.emulators.base import StandIn
-from stretch_bt.hardware.emulators.tcp_server import TcpServer
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, lines
 from stretch_bt.source import did_you_mean
 
 __all__ = ["ControlPort", "control"]
@@ -96,17 +96,8 @@ class ControlPort:
         return self._stand_ins[name]
 
     def _serve(self, connection: socket.socket) -> None:
-        rest = b""
-        while len(rest) <= _LONGEST:
-            try:
-                data = connection.recv(_LONGEST)
-            except TimeoutError:
-                continue
-            if not data:
-                return
-            *lines, rest = (rest + data).split(b"\n")
-            for line in lines:
-                connection.sendall(json.dumps(self.answer(line)).encode() + b"\n")
+        for line in lines(connection, _LONGEST + 1):
+            connection.sendall(json.dumps(self.answer(line)).encode() + b"\n")
 
 
 def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float = 5.0) -> dict[str, Any]:
@@ -121,8 +112,8 @@ def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float =
     """
     with socket.create_connection(address, timeout=timeout) as connection:
         connection.sendall(json.dumps(asked).encode() + b"\n")
-        with connection.makefile("rb") as lines:
-            answer: dict[str, Any] = json.loads(lines.readline())
+        with connection.makefile("rb") as answers:
+            answer: dict[str, Any] = json.loads(answers.readline())
     if not answer.pop("ok"):
         raise InvalidInput(answer["error"])
     return answer

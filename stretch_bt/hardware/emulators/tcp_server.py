@@ -5,13 +5,36 @@ from __future__ import annotations
 import socket
 import struct
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-__all__ = ["TcpServer"]
+__all__ = ["TcpServer", "lines", "received"]
 
 _POLL = 0.1
+_PART = 4096
 _RESET = struct.pack("ii", 1, 0)
+
+
+def received(connection: socket.socket) -> Iterator[bytes]:
+    """Yield what comes over a connection of the server, until the other side ends it."""
+    while True:
+        try:
+            data = connection.recv(_PART)
+        except TimeoutError:
+            continue
+        if not data:
+            return
+        yield data
+
+
+def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
+    """Yield the lines that come, without their ends; one that has `longest` bytes before its end is the last."""
+    rest = b""
+    for data in received(connection):
+        *whole, rest = (rest + data).split(b"\n")
+        yield from whole
+        if len(rest) >= longest:
+            return
 
 
 class TcpServer:

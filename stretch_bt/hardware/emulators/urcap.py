@@ -13,7 +13,7 @@ from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
 from stretch_bt.hardware.emulators.line import LINE_FAULTS, Line
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.tcp_server import TcpServer
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, lines
 from stretch_bt.hardware.robotiq.registers import Command
 
 __all__ = ["UrcapStandIn", "parse_line"]
@@ -67,19 +67,10 @@ class UrcapStandIn(GripperStandIn):
 
     def _serve(self, connection: socket.socket) -> None:
         line = Line(self.faults, connection.sendall)
-        rest = b""
-        while len(rest) < _LONGEST:
-            try:
-                data = connection.recv(4096)
-            except TimeoutError:
-                continue
-            if not data:
-                return
-            *lines, rest = (rest + data).split(b"\n")
-            for text in lines:
-                reply = self._reply(text.decode("ascii", "replace"))
-                if reply is not None:
-                    line.answer(reply.encode() + b"\n")
+        for text in lines(connection, _LONGEST):
+            reply = self._reply(text.decode("ascii", "replace"))
+            if reply is not None:
+                line.answer(reply.encode() + b"\n")
 
     def _reply(self, text: str) -> str | None:
         """Return the answer to a line; the URCap says nothing to what it does not understand."""

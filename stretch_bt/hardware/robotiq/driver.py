@@ -71,10 +71,8 @@ class RobotiqDriver(GripperDriver, ABC):
         try:
             self._attendant.do(hold)
         except DeviceLost as lost:
-            self._task, self._astray = (
-                None,
-                True,
-            )  # nothing leads the fingers on; they are held as soon as the wire answers
+            # nothing leads the fingers on, and they are held as soon as the wire answers
+            self._task, self._astray = None, True
             if task is not None and not task.over:
                 reason = f"it cannot be told to stop ({lost.reason}); the fingers may go on to where they were sent"
                 raise DeviceLost(self.name, reason) from lost

@@ -29,7 +29,6 @@ _EVEN = 0.01  # m between stretches
 _CLOSE = 1e-13
 _SAME = 1e-6  # m
 _TENSE = 4e-3  # m of stretch, its mounts' included, from which a sheet hangs as a strip does, within 3 %
-_TURN = 1e-6  # of a parameter, over which a hang is differenced
 _HANG_OFF = 0.05  # of a hang, that strip and density leave: an assumption
 # parts of a force, for each factor e in diameter and in depth, and for each m of stretch past what was measured: an assumption, on
 # top of what the covariance says, for what no sheet of the table has
@@ -149,9 +148,8 @@ class MembraneModel(ForceModel):
         if self.hand.mount_prestretch + stretch < _TENSE:
             return None
         told = self.hand.hang(stretch, self.conditioned)
-        steps = np.maximum(np.abs(self.hand) * _TURN, _TURN)
-        moved = np.eye(len(PARAMETERS)) * steps + self.hand
-        slopes = np.array([Hand(*row).hang(stretch, self.conditioned) - told for row in moved]) / steps
+        moved = (_moved(self.hand, name) for name in PARAMETERS)
+        slopes = np.array([(hand.hang(stretch, self.conditioned) - told) / step for hand, step in moved])
         own = float(slopes @ np.array(self.covariance) @ slopes)
         return Estimate(told, math.sqrt(max(own, 0.0) + (_HANG_OFF * told) ** 2))
 
@@ -259,11 +257,17 @@ def _stretches(model: MembraneModel) -> Array:
     return np.unique(np.concatenate([far, near[(near > 0) & (near < most)], [0.0, most]]).round(9))
 
 
+def _moved(hand: Hand, name: str) -> tuple[Hand, float]:
+    """Return a hand with a little more of one parameter, and how much that is, to take a difference over."""
+    value = getattr(hand, name)
+    step = _STEP * max(value, 0.1)
+    return hand._replace(**{name: value + step}), step
+
+
 def _rate(model: MembraneModel, name: str, stretches: Array, level: Array) -> Array:
     """Return how the logarithm of the force, N, changes with one parameter."""
     hand = model.hand
-    step = _STEP * max(getattr(hand, name), 0.1)
-    moved = hand._replace(**{name: getattr(hand, name) + step})
+    moved, step = _moved(hand, name)
     off = moved.logarithms(stretches, model.conditioned) - level
     rate: Array = (off + math.log(moved.tension / hand.tension)) / step
     return rate

@@ -30,10 +30,8 @@ Mask = npt.NDArray[np.bool_]
 CELL = 1e-3  # m
 TOLERANCE = 0.35e-3  # m by which a contact may stand above the ceiling: what averaged frames leave of a camera's error
 CLAMP = 6e-3  # m from the clamps within which the membrane is bent by them, and no contact is believed
-STAYS, LAG = (
-    (0.04e-3, 0.15e-3),
-    0.02,
-)  # m, at least and at most, and share of the hand's rise: by which contact may seem to rise
+STAYS = (0.04e-3, 0.15e-3)  # m, at least and at most, by which contact may seem to rise
+LAG = 0.02  # share of the hand's rise by which it may besides
 SURE = 3.0  # standard deviations of a rise
 HIGHEST, SPRING = 60, 0.3e-3  # cells that surely touch, and m by which an object under them springs back at most
 LEAST_RISE = 0.8e-3  # m

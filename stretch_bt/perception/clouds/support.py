@@ -25,10 +25,8 @@ FLAT = 12.0  # 1/m: less is called flat
 LEAST, SURE = 6.0, 3.0  # 1/m, and standard deviations: of the load's curvature, to be told from none
 FALL = 0.35  # of the load's curvature near by that it is at least up to where it ends
 SHARE = 0.12  # of its largest curvature that the load's is at least; of a cylinder across the hand it is a quarter
-RIM, WIDE = (
-    4,
-    6.0,
-)  # cells: rim of a flat part that may bend, and radius of the rest from which its shape as a whole tells
+RIM = 4  # cells: rim of a flat part that may bend
+WIDE = 6.0  # cells: radius of the rest from which its shape as a whole tells
 HANGS, NOISE = 0.05e-3, 4.0  # m by which a flat part that hangs rises towards a rim of it, and standard deviations
 ALIKE = 36.0  # cells that err as one
 GAP, SPECK = 2, 10  # cells: half a gap between parts that is closed, and a part that is noise when smaller

@@ -34,9 +34,8 @@ FAMILY = {
     **dict.fromkeys(("ridge", "half_cylinder"), "crest"),
     **dict.fromkeys(("domes", "point"), "round"),
 }
-HANG_SD = (
-    0.2e-3  # m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
-)
+#: m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
+HANG_SD = 0.2e-3
 MARGIN = 10e-3  # m beyond the top within which its outline is sought
 
 

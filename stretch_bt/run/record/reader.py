@@ -98,7 +98,7 @@ class RecordReader:
         """Return for each camera the ticks in which it handed out frames, rising; reads none of them."""
         found: dict[str, list[int]] = {}
         for tick in sorted(self._handed):
-            for device in {m.device for m in self._handed[tick] if m.schema == FRAME}:
+            for device in dict.fromkeys(m.device for m in self._handed[tick] if m.schema == FRAME):
                 found.setdefault(device, []).append(tick)
         return found
 
