@@ -6,18 +6,19 @@ import math
 from dataclasses import dataclass, replace
 
 from stretch_bt import perception
+from stretch_bt.behaviors._membrane import MEMBRANE_NOISE, height_by_membrane
 from stretch_bt.model import Series
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
 __all__ = [
-    "FIXED",
     "FRAME_NOISE",
     "Fitted",
     "Reading",
     "Touch",
     "fitted",
+    "fixed_part",
     "frames_at",
     "of_press",
     "reading_sd",
@@ -77,14 +78,19 @@ def fitted(context: Context) -> Fitted | None:
     return found
 
 
-def tell_again(readings: list[Reading], curvature: Estimate) -> None:
-    """Tell the heights of first touches again, now that the curvature of the top, 1/m, is known; in place."""
+def tell_again(context: Context, curvature: Estimate) -> None:
+    """Tell the heights of first touches again, now that the curvature of the top, 1/m, is known."""
+    readings = readings_of(context)
     for i, reading in enumerate(readings):
         touch = reading.touch
         if touch is not None and touch.curvature != curvature.value:
             top = perception.track_height(touch.points, touch.valid, touch.labels, curvature=curvature)
             told = replace(touch, curvature=curvature.value)
-            sd = reading_sd(top.sd, touch.frames)
+            noise = FRAME_NOISE
+            whole = height_by_membrane(context, touch.points, touch.valid, reading.stretch, curvature, top)
+            if whole is not None:
+                top, noise = whole, MEMBRANE_NOISE
+            sd = reading_sd(top.sd, touch.frames, noise)
             readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, sd, told)
 
 
@@ -95,7 +101,7 @@ def of_press(readings: list[Reading], press: Reading) -> list[Reading]:
 
 def frames_at(context: Context, press: Reading, frame_noise: float) -> float:
     """Return how many frames of such a noise, m, the readings of a press are worth together."""
-    own = (max(r.sd**2 - FIXED**2, 1e-12) for r in of_press(readings_of(context), press))
+    own = (max(r.sd**2 - fixed_part(frame_noise) ** 2, 1e-12) for r in of_press(readings_of(context), press))
     return sum(frame_noise**2 / variance for variance in own)
 
 
@@ -104,4 +110,9 @@ def reading_sd(stated: float, frames: int, frame_noise: float = FRAME_NOISE) -> 
 
     A small contact holds few pixels whose noise is independent, so that their scatter says too little of it.
     """
-    return max(stated, math.hypot(FIXED, frame_noise / math.sqrt(frames)))
+    return max(stated, math.hypot(fixed_part(frame_noise), frame_noise / math.sqrt(frames)))
+
+
+def fixed_part(frame_noise: Length) -> Length:
+    """Return what no averaging takes away of a height that is off by so much in one frame, m."""
+    return FIXED * min(frame_noise / FRAME_NOISE, 1.0)

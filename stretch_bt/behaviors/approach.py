@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from stretch_bt import model, perception
 from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.behaviors._membrane import Mount
 from stretch_bt.behaviors._motion import MotionBehavior
 from stretch_bt.behaviors._readings import Reading, Touch, reading_sd, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
@@ -34,6 +35,8 @@ class Approach(MotionBehavior):
 
     Up to the touch every frame shows the free membrane, whose shape is known. What they show beside it is the static error
     of the camera; here and in `capture` and `average_frames` it is then taken off all later frames of the run.
+
+    With `mount_prestretch` and `hang` the shape of the whole membrane tells later heights of a sphere (`track_height`, `track_drop`).
     """
 
     arm: Uses[Arm]
@@ -70,6 +73,9 @@ class Approach(MotionBehavior):
         self.pattern: perception.Pattern | None = None
         self.source.learn(None)
         readings_of(self.context).clear()
+        self.context.memory.pop(Mount, None)
+        if self.mount_prestretch > 0:
+            self.context.memory[Mount] = Mount(self.mount_prestretch, Estimate(self.hang, self.hang_sd))
         self.frames: list[DepthFrame] = []
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
         self.read: list[Reading] = []

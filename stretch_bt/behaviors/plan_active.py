@@ -2,7 +2,7 @@
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import FIXED, FRAME_NOISE, Fitted, fitted, frames_at
+from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, fitted, fixed_part, frames_at
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.active import Choice
 from stretch_bt.tree.ports import In, Out, Status, port
@@ -85,7 +85,7 @@ class PlanActive(ModelBehavior):
                 mechanics.Limits(
                     self.contact_height - self.max_depth, self.max_force, self.max_stretch, self.stretch_step
                 ),
-                mechanics.Looks(self.frame_noise, FIXED, self.robot_sd, taken),
+                mechanics.Looks(self.frame_noise, fixed_part(self.frame_noise), self.robot_sd, taken),
                 mechanics.Costs(self.press_speed, self.change_time, self.frame_time, self.settle),
                 least=self.least_gain,
                 at_press=self.at_press,

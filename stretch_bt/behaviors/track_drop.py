@@ -3,9 +3,11 @@
 import math
 
 from stretch_bt import model as mechanics
+from stretch_bt.behaviors._membrane import Mount
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
+from stretch_bt.perception.pressed.height import FORM_OFF
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length
@@ -39,6 +41,9 @@ class TrackDrop(ModelBehavior):
     frame_noise: In[Length] = port(
         FRAME_NOISE, min=0.0, max=0.01, doc="by which a height is off at least in one frame, whatever height_sd says"
     )
+    fresh: In[bool] = port(
+        False, doc="forget this press' readings before this one: the object was left alone since then"
+    )
     radius_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of radius")
     contact_height: In[Length] = port(doc="of the undeformed top, as `approach` found it")
     contact_height_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of contact_height")
@@ -60,8 +65,12 @@ class TrackDrop(ModelBehavior):
         """Add this reading and fit all."""
         readings = readings_of(self.context)
         sd = max(reading_sd(self.height_sd, self.frames, self.frame_noise), LEAST_SD)
-        readings.append(Reading(self.stretch, self.depth, self.height, sd))
-        tell_again(readings, Estimate(1 / self.radius, max(self.radius_sd, LEAST_RADIUS_SD) / self.radius**2))
+        reading = Reading(self.stretch, self.depth, self.height, sd)
+        if self.fresh:
+            for unsettled in of_press(readings, reading):
+                readings.remove(unsettled)
+        readings.append(reading)
+        tell_again(self.context, Estimate(1 / self.radius, max(self.radius_sd, LEAST_RADIUS_SD) / self.radius**2))
         fit = self._fit(readings)
         self.crept, older = _crept(of_press(readings, readings[-1]), math.sqrt(max(fit.chi2, 1.0)))
         if older:
@@ -86,7 +95,9 @@ class TrackDrop(ModelBehavior):
                 top=top,
                 power=Estimate(self.power, self.power_sd),
                 robot_sd=self.robot_sd,
-                common_sd=pattern.hang_sd if pattern is not None else 0.0,
+                common_sd=math.hypot(
+                    pattern.hang_sd if pattern is not None else 0.0, FORM_OFF if Mount in self.context.memory else 0.0
+                ),
             )
 
 

@@ -1,6 +1,8 @@
 """Tracking the height of the object's top."""
 
 from stretch_bt import perception
+from stretch_bt.behaviors._membrane import MEMBRANE_NOISE, height_by_membrane
+from stretch_bt.behaviors._readings import FRAME_NOISE
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
 from stretch_bt.tree.ports import Behavior, In, Out, Status
@@ -14,6 +16,9 @@ class TrackHeight(Behavior):
 
     With a contact the height is that of its top: in the world when the frame knows where the hand is, else above the
     flat membrane. Without one it is how far the highest place has risen above the first frames, on any soft sensor.
+
+    With a sphere, after an `approach` that was told how the membrane is mounted, the whole membrane tells the height, by the shape that the
+    solved sheet has over such a sphere. The contact alone tells it where that shape does not fit.
     """
 
     kind = "perception"
@@ -22,6 +27,7 @@ class TrackHeight(Behavior):
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
     sphere: In[Sphere | None] = None  # fitted to the top in contact before: its curvature halves the error
     height: Out[Length]  # of the object's top
+    frame_noise: Out[Length]  # by which such a height is off in one frame at least
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)
@@ -29,6 +35,7 @@ class TrackHeight(Behavior):
 
     def update(self) -> Status:
         """Measure."""
+        self.frame_noise = FRAME_NOISE
         self.height = self._risen() if self.contact is None else self._top(self.contact)
         return Status.SUCCESS
 
@@ -41,7 +48,12 @@ class TrackHeight(Behavior):
         frame = self.frame
         points, valid = perception.deproject(frame)
         points = perception.to_membrane(points, frame.plane_distance or 0.0)
-        top = perception.track_height(points, valid, contact.labels, curvature=self._curvature())
+        curvature = self._curvature()
+        top = perception.track_height(points, valid, contact.labels, curvature=curvature)
+        if curvature is not None:
+            whole = height_by_membrane(self.context, points, valid, frame.stretch or 0.0, curvature, top)
+            if whole is not None:
+                top, self.frame_noise = whole, MEMBRANE_NOISE
         return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
 
     def _curvature(self) -> Estimate | None:

@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     from stretch_bt.perception.pattern import Pattern as Pattern
     from stretch_bt.perception.pattern import with_left_over as with_left_over
     from stretch_bt.perception.pattern import without_pattern as without_pattern
+    from stretch_bt.perception.pressed.height import Mounted as Mounted
+    from stretch_bt.perception.pressed.height import membrane_height as membrane_height
+    from stretch_bt.perception.pressed.height import mounted as mounted
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
@@ -88,6 +91,7 @@ _MODULES = {
     "FrameNoise": "noise",
     "FreeView": "pattern",
     "HeightTracker": "tracker",
+    "Mounted": "pressed.height",
     "Outline": "outlines.outline",
     "Pattern": "pattern",
     "PixelNoise": "noise",
@@ -126,6 +130,8 @@ _MODULES = {
     "mask_membrane": "mask",
     "measure_contact": "size.measure",
     "measure_object": "clouds.dimensions",
+    "membrane_height": "pressed.height",
+    "mounted": "pressed.height",
     "outline_of": "outlines.outline",
     "pixel_noise": "noise",
     "segment": "segmentation",
@@ -153,6 +159,7 @@ __all__ = [
     "FrameNoise",
     "FreeView",
     "HeightTracker",
+    "Mounted",
     "Outline",
     "Pattern",
     "PixelNoise",
@@ -190,6 +197,8 @@ __all__ = [
     "mask_membrane",
     "measure_contact",
     "measure_object",
+    "membrane_height",
+    "mounted",
     "outline_of",
     "pixel_noise",
     "pooled_sphere",

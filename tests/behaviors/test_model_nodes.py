@@ -184,20 +184,29 @@ def touch(height: float, bent: float = 1 / 0.03) -> Touch:
 
 def test_heights_of_touches_are_told_again_when_the_radius_is_known() -> None:
     noise, known = np.random.default_rng(3).normal(0, 3e-4, (41, 41)), Estimate(1 / 0.03, 0.5)
-    readings = []
+    context = tracked([]).context
+    readings = readings_of(context)
     for height in (0.0015, 0.0025):
         seen = touch(height)
         seen.points[..., 2] += noise
         readings.append(Reading(0.0, height + 3e-4, height + 0.05, 1e-4, seen))
-    tell_again(readings, known)
+    tell_again(context, known)
     for reading, height in zip(readings, (0.0015, 0.0025), strict=True):
         assert reading.depth == pytest.approx(height, abs=3e-5)
         assert reading.hand == pytest.approx(0.05 - 3e-4)
     before = list(readings)
-    tell_again(readings, known)
+    tell_again(context, known)
     assert all(one is other for one, other in zip(readings, before, strict=True)), "once for each radius"
-    tell_again(readings, Estimate(1 / 0.02, 5.0))
+    tell_again(context, Estimate(1 / 0.02, 5.0))
     assert all(one.height != other.height for one, other in zip(readings, before, strict=True))
+
+
+def test_a_press_that_was_left_alone_forgets_its_readings_before() -> None:
+    node = tracked([(0.005, top_of(0.005))])
+    top = top_of(0.012)
+    look(node, 0.012, top + 4e-4)
+    look(node, 0.012, top, fresh=True)
+    assert [reading.height for reading in readings_of(node.context)] == pytest.approx([top_of(0.005), top])
 
 
 def test_an_approach_gives_the_top_by_its_readings_alone() -> None:

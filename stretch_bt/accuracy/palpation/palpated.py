@@ -39,7 +39,7 @@ class Seen(Onlooker):
         cell: Any = self.runner.cell
         if key.endswith("/pressed"):
             self.forces.append(cell.truth()["force"])
-        elif "track_height" in path:
+        elif "track_height" in path and key.endswith(("/height", "/seen")):
             self.errors.append(value - cell.truth()["height"])
 
     def falls(self) -> int:

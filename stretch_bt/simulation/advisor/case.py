@@ -13,11 +13,12 @@ from stretch_bt.simulation.objects.base import Rough
 if TYPE_CHECKING:
     from stretch_bt.simulation.scene.file import Scene
 
-__all__ = ["Case"]
+__all__ = ["DROP", "Case"]
 
 _FOCAL, _DISTANCE = 476.0, 0.200  # of the SR305, pixels, and of the shipped cell, m
 _GAUGE, _WIDTH, _THICKNESS = 0.100, 0.090, 0.002
 DENSITY = 1070.0
+DROP = 1.5e-3  # m, over which a stiffness is told
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ class Case:
         """
         yield Size("height", error, why)
         if math.isfinite(self.rough.stiffness):
-            yield Size("stiffness", error * (1 / 1.5e-3 + 1.5 / self.depth), f"{why}; over a drop of 1.5 mm")
+            yield Size("stiffness", error * (1 / DROP + 1.5 / self.depth), f"{why}; over a drop of 1.5 mm")
 
     def from_force(self, part: float, why: str) -> Iterator[Size]:
         """Yield what a change of the membrane's force by a part of it does to each observable."""

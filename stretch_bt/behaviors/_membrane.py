@@ -1,0 +1,51 @@
+"""The height of a sphere's top by the whole membrane, where the run knows how it is mounted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stretch_bt import perception
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.types import FloatArray, MaskArray
+from stretch_bt.tree.context import Context
+from stretch_bt.units import Estimate, Length
+
+__all__ = ["MEMBRANE_NOISE", "Mount", "height_by_membrane"]
+
+MEMBRANE_NOISE = 1.2e-4  # m, by which such a height is off at least in one frame of the `bench` camera
+APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
+CONTACT_SD = 1e-4  # m; of the latter, which states too little
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """How a force model says that the membrane is mounted: its stretch at stretch 0, m, and how far it hangs there in its middle, m."""
+
+    prestretch: Length
+    hang: Estimate
+
+
+def height_by_membrane(
+    context: Context,
+    points: FloatArray,
+    valid: MaskArray,
+    stretch: Length,
+    curvature: Estimate,
+    contact: Estimate,
+) -> Estimate | None:
+    """Return the height, z of the membrane frame, m, of a sphere's top, which the contact alone tells as `contact`.
+
+    None where no mount is known, what is seen is no sphere pressed into the middle of such a membrane, or the two heights do not agree.
+    """
+    mount: Mount | None = context.memory.get(Mount)
+    if mount is None:
+        return None
+    hand = context.hand.geometry
+    try:
+        membrane = perception.mounted(hand.gauge, hand.width, mount.prestretch, stretch, mount.hang)
+        found = perception.membrane_height(points, valid, membrane, curvature, contact.value)
+    except IllConditioned:
+        return None
+    sure = math.hypot(found.sd, contact.sd, CONTACT_SD)
+    return found if abs(found.value - contact.value) < APART * sure else None

@@ -1,0 +1,196 @@
+"""Height of a sphere's top by the whole membrane: where the contact ends, the sheet goes on as its tension tells it to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.pressed.table import Forms, read_shapes
+from stretch_bt.perception.robust import TUKEY, quantile
+from stretch_bt.perception.types import FloatArray, MaskArray
+from stretch_bt.units import Estimate
+
+__all__ = ["FORM_OFF", "Mounted", "membrane_height", "mounted"]
+
+Array = npt.NDArray[np.float64]
+
+STRIDE = 4  # pixels; neighbours share their noise
+SIDE, END = 0.85, 0.93  # of half the width and half the length, within which the membrane is looked at
+PROPORTION = 0.02  # by which the width over the gauge may differ from that of the table
+BLOCK = 0.010  # m, over which no noise is shared
+OFFSET = 3e-5  # m; standard deviation of what a camera adds to all heights once its static error is off
+BESIDE = 5e-3  # m from the membrane's middle, within which a press counts as one in the middle
+FORM_OFF = 2e-5  # m, by which all heights are off alike for what friction and another rubber do to the shape
+STEEP, STEEPER = 0.35, 1.5e-4  # slope at the rim past which they do more, m for each unit of it, at SPAN
+SPAN = 0.02  # m
+FLYING = 1e-3  # m
+ROUNDS = 20
+SETTLED = 1e-7  # m
+LEAST_POINTS = 200
+LEAST = 2e-5  # m; what splines through the table leave
+STEP = 0.02  # of depth and radius, over which the shape's derivatives are taken
+WRONG = 3e-4  # m rms of what is left in blocks: no sphere in the middle of such a membrane
+
+
+@dataclass(frozen=True, slots=True)
+class Mounted:
+    """A membrane between its clamps; lengths in m.
+
+    `span` is how far the clamps are apart past the gauge, mount pre-stretch and stretch together; `hang` how far the free
+    membrane hangs in its middle at that span.
+    """
+
+    gauge: float
+    width: float
+    span: float
+    hang: Estimate
+
+
+def mounted(gauge: float, width: float, prestretch: float, stretch: float, hang: Estimate) -> Mounted:
+    """Return the membrane at a stretch, of one that hangs by `hang` at stretch 0, m; raises IllConditioned where no shape is known."""
+    table = read_shapes()
+    scale = gauge / table.gauge
+    at = [(prestretch + x) / scale for x in (stretch, 0.0)]
+    less = table.hang(at[0], 1.0, at[1])
+    return Mounted(gauge, width, prestretch + stretch, Estimate(less * hang.value, less * hang.sd))
+
+
+def membrane_height(
+    points: FloatArray, valid: MaskArray, membrane: Mounted, curvature: Estimate, depth: float
+) -> Estimate:
+    """Return the height of a sphere's top in the middle of the membrane, z of the membrane frame, m, by all of the membrane.
+
+    The shape of the solved sheet (`ShapeTable`) is fitted to all that is seen of it: depth, radius, place, the hang and a common offset,
+    with Tukey's weights. Its standard deviation is that of residuals that blocks of 10 mm share, after Liang and Zeger (Biometrika 73, 13,
+    1986), and what friction and other rubbers do to a steep shape; what they do to all heights alike, FORM_OFF, is not in it.
+
+    Parameters
+    ----------
+    points : (h, w, 3) float, m, membrane frame
+    valid : (h, w) bool
+    curvature
+        Of the sphere, 1/m, as far as something else knows it.
+    depth
+        A first guess of the height, m.
+
+    Raises
+    ------
+    IllConditioned
+        What is seen is no press of a sphere in the middle of such a membrane, or lies beyond the table.
+    """
+    table = read_shapes()
+    scale = membrane.gauge / table.gauge
+    if abs(membrane.width / membrane.gauge / (table.width / table.gauge) - 1) > PROPORTION:
+        raise IllConditioned(f"the shapes known are of membranes with sides as {table.width:g} to {table.gauge:g}")
+    seen = _seen(points, valid, membrane) / scale
+    try:
+        return _Fit(_forms(membrane.span / scale), seen, membrane, scale, curvature).solve(depth / scale)
+    except InvalidInput as error:
+        raise IllConditioned(str(error)) from error
+
+
+@lru_cache(maxsize=4)
+def _forms(span: float) -> Forms:
+    return read_shapes().at(span)
+
+
+def _seen(points: FloatArray, valid: MaskArray, membrane: Mounted) -> Array:
+    """Return some of the points (3, n), m, that lie well within the membrane's sides and clamps."""
+    some, good = points[::STRIDE, ::STRIDE].reshape(-1, 3), valid[::STRIDE, ::STRIDE].reshape(-1)
+    across = SIDE * membrane.width / 2 / math.sqrt(1 + membrane.span / membrane.gauge)  # stretched it is narrower
+    along = END * (membrane.gauge + membrane.span) / 2
+    near = good & (np.abs(some[:, 0]) < across) & (np.abs(some[:, 1]) < along)
+    if np.count_nonzero(near) < LEAST_POINTS:
+        raise IllConditioned("too little of the membrane is seen")
+    return np.ascontiguousarray(some[near].T, dtype=np.float64)
+
+
+class _Fit:
+    """Gauss-Newton over (depth, ln radius, offset, x, y, hang); lengths in those of the table's membrane."""
+
+    def __init__(self, forms: Forms, seen: Array, membrane: Mounted, scale: float, curvature: Estimate) -> None:
+        self.forms, self.scale, self.span = forms, scale, membrane.span / scale
+        self.x, self.y, self.z = seen
+        radius_sd = curvature.sd / abs(curvature.value)
+        hang = Estimate(membrane.hang.value / scale, membrane.hang.sd / scale)
+        self.prior = np.array([0.0, math.log(1 / abs(curvature.value) / scale), 0.0, 0.0, 0.0, hang.value])
+        self.prior_sd = np.array([np.inf, radius_sd, OFFSET, BESIDE, BESIDE, max(hang.sd, 1e-6)])
+
+    def solve(self, depth: float) -> Estimate:
+        """Return the depth with its standard deviation."""
+        q = self.prior.copy()
+        q[0] = depth
+        for _ in range(ROUNDS):
+            left, design = self._residuals(q)
+            sd = max(1.4826 * quantile(np.abs(left)), LEAST)
+            weight = np.maximum(1 - (left / (TUKEY * sd)) ** 2, 0.0) ** 2
+            normal, pull = self._normal(design, left, weight, q, sd)
+            step = np.linalg.solve(normal, pull)
+            q = q + step
+            if abs(step[0]) < SETTLED:
+                break
+        else:
+            raise IllConditioned("the shape of the membrane does not settle")
+        if self._misfit(left) * self.scale > WRONG or math.hypot(q[3], q[4]) * self.scale > BESIDE:
+            raise IllConditioned("what is seen is no press of a sphere in the middle of the membrane")
+        own = self._sd(design, left, weight, normal, sd) * self.scale
+        return Estimate(float(q[0]) * self.scale, math.hypot(own, self._form_off(q) * self.scale))
+
+    def _form_off(self, q: Array) -> float:
+        """Return what the table's shapes leave of the height of other hands, as `benchmarks/shape_table.py` checks it."""
+        slope = math.sqrt(max(float(q[0]), 0.0) / (2 * math.exp(q[1])))
+        return STEEPER * max(slope - STEEP, 0.0) * self.span / SPAN
+
+    def _residuals(self, q: Array) -> tuple[Array, Array]:
+        """Return what is left of the heights (n,), and the design (n, 6)."""
+        depth, radius, hang = float(q[0]), math.exp(q[1]), float(q[5])
+        x, y = self.x - q[3], self.y - q[4]
+        form = self.forms.form(radius, depth)
+        lifted, hung = form.heights(x, y)
+        deeper = self._other(radius, depth * (1 + STEP), x, y, hang)
+        larger = self._other(radius * (1 + STEP), depth, x, y, hang)
+        here = depth * lifted + hang * hung
+        slopes = form.slopes(x, y)
+        columns = [(deeper - here) / (STEP * depth), (larger - here) / math.log1p(STEP), np.ones_like(here)]
+        columns += [-depth * slopes[0], -depth * slopes[1], hung]
+        return self.z - here - q[2], np.stack(columns, axis=1)
+
+    def _other(self, radius: float, depth: float, x: Array, y: Array, hang: float) -> Array:
+        lifted, hung = self.forms.form(radius, depth).heights(x, y)
+        return np.asarray(depth * lifted + hang * hung)
+
+    def _normal(self, design: Array, left: Array, weight: Array, q: Array, sd: float) -> tuple[Array, Array]:
+        """Return the normal matrix and right side; priors count against as many values as there are independent blocks."""
+        own = (sd * math.sqrt(len(left) / (self._block.max() + 1)) / self.prior_sd) ** 2
+        weighed = design * weight[:, None]
+        return weighed.T @ design + np.diag(own), weighed.T @ left + own * (self.prior - q) * np.isfinite(self.prior_sd)
+
+    def _misfit(self, left: Array) -> float:
+        """Return the rms, m, of the mean residuals of blocks, each of which counts by its points, pixels that fly held back."""
+        count = np.bincount(self._block)
+        means = np.bincount(self._block, np.clip(left, -FLYING / self.scale, FLYING / self.scale)) / np.maximum(
+            count, 1
+        )
+        return math.sqrt(float(np.average(means**2, weights=count)))
+
+    @cached_property
+    def _block(self) -> npt.NDArray[np.int64]:
+        """The number of each point's block."""
+        size = BLOCK / self.scale
+        places = np.floor(self.x / size) * 1000 + np.floor(self.y / size)
+        return np.asarray(np.unique(places, return_inverse=True)[1], dtype=np.int64)
+
+    def _sd(self, design: Array, left: Array, weight: Array, normal: Array, sd: float) -> float:
+        """Return the standard deviation of the depth from residuals that are alike within a block."""
+        scores = np.zeros((int(self._block.max()) + 1, design.shape[1]))
+        np.add.at(scores, self._block, design * (weight * left)[:, None])
+        inverse = np.linalg.inv(normal)
+        own = (sd * math.sqrt(len(left) / (self._block.max() + 1)) / self.prior_sd) ** 2
+        priors = own**2 * np.where(np.isfinite(self.prior_sd), self.prior_sd, 0.0) ** 2
+        spread = inverse @ (scores.T @ scores + np.diag(priors)) @ inverse
+        return math.sqrt(float(spread[0, 0]))

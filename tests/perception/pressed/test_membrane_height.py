@@ -1,0 +1,121 @@
+"""The height of a sphere's top by the whole membrane, against shapes whose height is known."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.accuracy.force.hands import TrueHand
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.pressed.height import FORM_OFF, OFFSET, Mounted, membrane_height, mounted
+from stretch_bt.perception.pressed.table import read_shapes
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.membrane.sheet.hanging import hang, lowest
+from stretch_bt.simulation.membrane.sheet.result import Load
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.membrane.sheet.solver import solve
+from stretch_bt.units import Estimate
+
+SIDE = 160
+HANG = Estimate(6e-4, 3e-5)
+NOISE = 5e-5  # m, of a pixel
+
+
+def shape(radius, span, depth, beside=(0.0, 0.0), offset=0.0, hangs=HANG.value, scale=1.0):
+    """Return points (SIDE, SIDE, 3) of a membrane of the table."""
+    y, x = np.meshgrid(np.linspace(-0.055, 0.055, SIDE), np.linspace(-0.045, 0.045, SIDE), indexing="ij")
+    form = read_shapes().at(span).form(radius, depth)
+    lifted, hung = form.heights((x - beside[0]).ravel(), (y - beside[1]).ravel())
+    z = (depth * lifted + hangs * hung).reshape(x.shape) + offset
+    return scale * np.stack([x, y, z], axis=-1)
+
+
+def told(points, radius, span, depth, *, curvature_sd=0.03, gauge=0.1, width=0.09, hang=HANG, valid=None):
+    valid = np.ones(points.shape[:2], dtype=bool) if valid is None else valid
+    curvature = Estimate(1 / radius, curvature_sd / radius)
+    return membrane_height(points, valid, Mounted(gauge, width, span, hang), curvature, 0.95 * depth)
+
+
+@given(
+    st.floats(0.015, 0.05),
+    st.floats(0.006, 0.09),
+    st.floats(1.5e-3, 14e-3),
+    st.tuples(st.floats(-2e-3, 2e-3), st.floats(-2e-3, 2e-3)),
+    st.floats(-2e-5, 2e-5),
+    st.integers(0, 99),
+)
+def test_height_within_its_deviation_whatever_the_press(radius, span, depth, beside, offset, seed):
+    points = shape(radius, span, depth, beside, offset)
+    points[..., 2] += np.random.default_rng(seed).normal(0, NOISE, points.shape[:2])
+    height = told(points, radius, span, depth)
+    assert abs(height.value - depth) < 5 * math.hypot(height.sd, FORM_OFF)
+    assert height.sd < 2e-4
+
+
+def test_its_deviation_is_that_of_many_draws():
+    off = []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        radius, hangs = 0.03 / (1 + random.normal(0, 0.03)), random.normal(HANG.value, HANG.sd)
+        points = shape(radius, 0.014, 4e-3, offset=random.normal(0, OFFSET), hangs=hangs)
+        points[..., 2] += random.normal(0, 3e-4, points.shape[:2])
+        height = told(points, 0.03, 0.014, 4e-3)
+        off.append((height.value - 4e-3) / height.sd)
+    assert 0.6 < float(np.sqrt(np.mean(np.square(off)))) < 1.4
+
+
+def test_a_membrane_of_another_size_has_the_same_shape():
+    small = shape(0.03, 0.02, 6e-3, scale=0.5)
+    height = told(small, 0.015, 0.01, 3e-3, gauge=0.05, width=0.045, hang=Estimate(HANG.value / 2, HANG.sd / 2))
+    assert height.value == pytest.approx(3e-3, abs=1e-5)
+
+
+def test_flying_and_missing_pixels_are_borne():
+    points, random = shape(0.03, 0.014, 6e-3), np.random.default_rng(1)
+    points[random.random(points.shape[:2]) < 0.05, 2] += 0.01
+    valid = random.random(points.shape[:2]) > 0.2
+    points[~valid] = np.nan
+    assert told(points, 0.03, 0.014, 6e-3, valid=valid).value == pytest.approx(6e-3, abs=4e-5)
+
+
+@pytest.mark.parametrize("depth", [2e-3, 8e-3])
+def test_a_hand_with_friction_softening_and_another_rubber(depth):
+    hand = TrueHand.drawn(1)
+    sheet = hand.sheet()
+    load = Load(Sphere(0.06), 0.0, depth, (0.0, 0.0), (0.0, 0.0), lowest(sheet, 0.0))
+    points = solve(sheet, load, Settings()).shape.points(2 * SIDE, 2 * SIDE)
+    hangs = -float(hang(sheet, 0.0).points(3, 3)[1, 1, 2])
+    height = told(points, 0.03, hand.mount_prestretch, depth, hang=Estimate(hangs, 0.05 * hangs))
+    assert height.value == pytest.approx(depth, abs=4e-5)
+
+
+FLAT = np.where(
+    np.hypot(*np.meshgrid(np.linspace(-0.045, 0.045, SIDE), np.linspace(-0.055, 0.055, SIDE))) < 0.015, 6e-3, 0.0
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"points": shape(0.03, 0.014, 6e-3, beside=(9e-3, 0.0))}, "no press of a sphere in the middle"),
+        ({"points": np.dstack([shape(0.03, 0.014, 6e-3)[..., :2], FLAT])}, "no press|settle|known"),
+        ({"width": 0.12}, "sides as"),
+        ({"span": 0.2}, "span"),
+        ({"depth": 1e-4, "points": shape(0.03, 0.014, 1e-3)}, "depth"),
+        ({"radius": 0.2}, "diameter"),
+        ({"valid": np.zeros((SIDE, SIDE), dtype=bool)}, "too little"),
+    ],
+)
+def test_what_is_no_such_press_is_refused(change, reason):
+    given = {"points": shape(0.03, 0.014, 6e-3), "radius": 0.03, "span": 0.014, "depth": 6e-3, **change}
+    with pytest.raises(IllConditioned, match=reason):
+        told(**given)
+
+
+def test_a_tenser_membrane_hangs_less_in_the_same_proportion():
+    hangs = [mounted(0.1, 0.09, 0.012, stretch, HANG).hang for stretch in (0.0, 0.02, 0.06)]
+    assert hangs[0] == HANG
+    assert hangs[0].value > hangs[1].value > hangs[2].value
+    assert hangs[2].sd / hangs[2].value == pytest.approx(HANG.sd / HANG.value)
