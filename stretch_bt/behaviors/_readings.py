@@ -33,13 +33,17 @@ FIXED = 3e-5  # m, of that what no averaging takes away
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """A first touch: points (h, w, 3), m, membrane frame, valid and labels (h, w); frames averaged; curvature, 1/m, that its height was told with."""
+    """A first touch: points (h, w, 3), m, membrane frame, valid and labels (h, w); frames averaged.
+
+    `curvature`, 1/m, is what its height was told with, `by_membrane` whether by the whole membrane.
+    """
 
     points: FloatArray
     valid: MaskArray
     labels: LabelArray
     frames: int
     curvature: float | None = None
+    by_membrane: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,18 +82,22 @@ def fitted(context: Context) -> Fitted | None:
     return found
 
 
-def tell_again(context: Context, curvature: Estimate) -> None:
-    """Tell the heights of first touches again, now that the curvature of the top, 1/m, is known."""
+def tell_again(context: Context, curvature: Estimate, *, by_membrane: bool) -> None:
+    """Tell the heights of first touches again, now that the curvature of the top, 1/m, is known.
+
+    `by_membrane` says whether the press was told by the whole membrane: heights of two kinds do not go together.
+    """
     readings = readings_of(context)
     for i, reading in enumerate(readings):
         touch = reading.touch
-        if touch is not None and touch.curvature != curvature.value:
+        if touch is not None and (touch.curvature, touch.by_membrane) != (curvature.value, by_membrane):
             top = perception.track_height(touch.points, touch.valid, touch.labels, curvature=curvature)
-            told = replace(touch, curvature=curvature.value)
+            told = replace(touch, curvature=curvature.value, by_membrane=by_membrane)
             noise = FRAME_NOISE
-            whole = height_by_membrane(context, touch.points, touch.valid, reading.stretch, curvature, top)
-            if whole is not None:
-                top, noise = whole, MEMBRANE_NOISE
+            if by_membrane:
+                whole = height_by_membrane(context, touch.points, touch.valid, reading.stretch, curvature, top)
+                if whole is not None:
+                    top, noise = whole, MEMBRANE_NOISE
             sd = reading_sd(top.sd, touch.frames, noise)
             readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, sd, told)
 

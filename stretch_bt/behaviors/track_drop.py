@@ -70,7 +70,8 @@ class TrackDrop(ModelBehavior):
             for unsettled in of_press(readings, reading):
                 readings.remove(unsettled)
         readings.append(reading)
-        tell_again(self.context, Estimate(1 / self.radius, max(self.radius_sd, LEAST_RADIUS_SD) / self.radius**2))
+        curvature = Estimate(1 / self.radius, max(self.radius_sd, LEAST_RADIUS_SD) / self.radius**2)
+        tell_again(self.context, curvature, by_membrane=self.frame_noise < FRAME_NOISE)
         fit = self._fit(readings)
         self.crept, older = _crept(of_press(readings, readings[-1]), math.sqrt(max(fit.chi2, 1.0)))
         if older:

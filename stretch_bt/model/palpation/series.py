@@ -18,8 +18,8 @@ __all__ = ["POWER", "Series", "TopReading", "fit_series"]
 
 Array = npt.NDArray[np.float64]
 
-#: of its drop by which an object's force grows: filled balloons 1.27 to 1.5 from 0.3 to 1.6 mm, a ball of gel 1.5; a spring has 1
-POWER = Estimate(1.4, 0.1)
+#: of its drop by which an object's force grows: filled balloons 1.27 to 1.5 from 0.3 to 1.6 mm, an elastic ball 1.5, a spring 1
+POWER = Estimate(1.4, 0.12)
 ROBOT = 5e-5  # m, by which the hand stands off where it was sent, from press to press
 STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
 SIGNIFICANT = 3.0  # standard deviations by which a drop must exceed 0 to carry a stiffness
