@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.deprojection import view_rays
-from stretch_bt.perception.shapes.rim import find_rim
+from stretch_bt.perception.shapes.rim import Rim, find_rim
 from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception.shapes.sphere import fit_sphere
 from stretch_bt.perception.types import Contact, FloatArray, Sphere, SurfaceNoise
@@ -15,6 +17,7 @@ __all__ = ["fit_contact_sphere"]
 
 INSIDE = 0.9  # share of the rim's size within which the membrane touches, whatever its skirt is like
 CELLS = 800  # that the cap is averaged in
+LOST = 0.75  # of the radius of a disc that spreads as the contact does: a rim within, on whose cap no radius shows, is noise
 
 
 def fit_contact_sphere(contact: Contact) -> Sphere:
@@ -27,19 +30,33 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     IllConditioned
         As for `fit_sphere`, or the surface is concave.
     """
-    points, rays, noise = _touching(contact)
-    sphere = fit_sphere(points, rays=rays, noise=noise)
+    sphere = _fitted(contact)
     if sphere.curvature < 0.0:
         raise IllConditioned("the surface is concave where the contact should be: nothing round is pressed into it")
     return sphere
 
 
-def _touching(contact: Contact) -> tuple[FloatArray, FloatArray, SurfaceNoise]:
-    """Return means (n, 3) of what touches for certain, their rays and noise; points as segmented where no skirt shows."""
+def _fitted(contact: Contact) -> Sphere:
+    """Return the sphere of what touches for certain; of the points as segmented where no skirt shows, or noise was taken for the rim."""
     try:
         rim = find_rim(contact)
     except IllConditioned:
-        return contact.points, contact.rays, contact.surface_noise
+        return _as_segmented(contact)
+    points, rays, noise = _touching(contact, rim)
+    try:
+        return fit_sphere(points, rays=rays, noise=noise)
+    except IllConditioned:
+        if max(rim.a, rim.b) > LOST * float(np.linalg.norm(contact.points[:, :2].std(axis=0))) * math.sqrt(2):
+            raise
+        return _as_segmented(contact)
+
+
+def _as_segmented(contact: Contact) -> Sphere:
+    return fit_sphere(contact.points, rays=contact.rays, noise=contact.surface_noise)
+
+
+def _touching(contact: Contact, rim: Rim) -> tuple[FloatArray, FloatArray, SurfaceNoise]:
+    """Return means (n, 3) of what touches for certain, their rays and noise."""
     blocks = rim.blocks(contact.surface, INSIDE, CELLS)
     points = blocks[:, :3].astype(contact.surface.dtype)  # with the resolution of the pixels
     eye = camera_of(contact.points, contact.rays)

@@ -25,7 +25,6 @@ SKIRT = 1.3  # rims away from the middle up to which the skirt is described by i
 CORE = 0.7  # rims from the middle that a start is taken from
 CELLS = 350  # in which the cap and its skirt are averaged
 LARGEST = 4.0  # times the contact as segmented, beyond which what is found is something else
-SMALLEST = 0.25  # of that, both ways: noise on the cap was taken for its end
 ROUNDS = 15
 STEPS = 4
 CLOSE = 0.3  # of the standard deviation of a mean: what an answer may still move by
@@ -65,8 +64,7 @@ def find_rim(contact: Contact) -> Rim:
         if max(abs(rim.a / before.a - 1.0), abs(rim.b / before.b - 1.0)) < SETTLED:
             break
     away = math.hypot((rim.x - first.x) / rim.a, (rim.y - first.y) / rim.b)
-    lost = rim.a < SMALLEST * first.a and rim.b < SMALLEST * first.b
-    if lost or away > 1.0 or rim.a > LARGEST * first.a or rim.b > LARGEST * first.b:
+    if away > 1.0 or rim.a > LARGEST * first.a or rim.b > LARGEST * first.b:
         raise IllConditioned("the rim that the surface shows is not that of the contact")
     return rim
 
