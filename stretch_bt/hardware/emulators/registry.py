@@ -10,6 +10,8 @@ from stretch_bt.hardware.emulators.base import StandIn
 __all__ = ["STAND_INS", "stand_in_class"]
 
 STAND_INS: dict[str, str] = {
+    "ur": "stretch_bt.hardware.emulators.ur.stand_in:Ur5StandIn",
+    "ur5e": "stretch_bt.hardware.emulators.ur.stand_in:Ur5eStandIn",
     "robotiq": "stretch_bt.hardware.emulators.robotiq:RobotiqStandIn",
     "urcap": "stretch_bt.hardware.emulators.urcap:UrcapStandIn",
     "ati": "stretch_bt.hardware.emulators.ati:AtiStandIn",

@@ -10,7 +10,8 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.frames import Wrench
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.emulators.trace import Trace
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.simulated.profile import Profile
 from stretch_bt.hardware.simulated.track import Track
@@ -58,6 +59,7 @@ class Stage:
         self.twin: Twin | None = None
         self._own: Track[float] = Track(self.geometry.rest_opening)
         self._wrench = Wrench((0.0, 0.0, 0.0))
+        self._trace: Trace | None = None
         if scene is not None:
             from stretch_bt.hardware.simulated.twin import Twin
 
@@ -86,14 +88,30 @@ class Stage:
         with self._moving:
             self._fingers.stop(self.now(), _ACCELERATION)
 
+    def place_hand(self, pose: Pose) -> None:
+        """Take note that an arm has the hand there now; without one it hangs where the twin has it."""
+        if self._trace is None:
+            self._trace = Trace(pose)
+            if self.twin is not None:
+                with self.lock:
+                    self.twin.hand = self._trace
+        self._trace.note(self.now(), pose)
+
     def wrench(self) -> Wrench:
         """Return what the world does to the hand, in world axes, with the scene's noise; the last answer where there is none."""
+        return self._felt_by("ForceSensor", "force_sensor")
+
+    def arm_wrench(self) -> Wrench:
+        """Return the same as the arm feels it."""
+        return self._felt_by("Arm", "arm")
+
+    def _felt_by(self, kind: str, name: str) -> Wrench:
         with self.lock:
             if self.twin is not None:
                 from stretch_bt.hardware.simulated.samples import sample_wrench
 
                 with suppress(NoEquilibrium):
-                    self._wrench = sample_wrench(self.twin, "ForceSensor", "force_sensor").value
+                    self._wrench = sample_wrench(self.twin, kind, name).value
             return self._wrench
 
     def _remember(self) -> None:

@@ -1,0 +1,230 @@
+"""Stand-ins for the controllers of a UR5 and a UR5e."""
+
+from __future__ import annotations
+
+import math
+import socket
+import threading
+import time
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.emulators.base import StandIn
+from stretch_bt.hardware.emulators.faults import Fault
+from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
+from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
+from stretch_bt.hardware.emulators.ur.controller import SAFETY, Controller, Profile
+from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
+from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
+from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
+from stretch_bt.hardware.ur.kinematics import MODELS
+from stretch_bt.hardware.ur.transforms import inverse, pose_of, transform, transform_of
+
+__all__ = ["BASE", "HAND", "Ur5StandIn", "Ur5eStandIn"]
+
+#: the robot's base in the world, and the hand at its flange
+BASE = Pose((-0.5, 0.0, 0.0))
+HAND = Pose((0.0, 0.0, 0.3), (math.pi, 0.0, 0.0))
+#: where the hand is at first, and joint angles near there
+_HOME = Pose((0.0, 0.0, 0.2))
+_NEAR = (math.pi, -1.6, 1.8, -1.8, -math.pi / 2, 0.0)
+
+_LOADING = 0.06
+_FEELS_EVERY = 0.02
+_MOVING = 1e-4
+_LONGEST_SCRIPT = 1 << 20
+_EVENTS = {"protective_stop", "emergency_stop", "safeguard_stop", "violation", "program_stop", "power_off"}
+
+_FAULTS: dict[str, Fault] = {
+    **STREAM_FAULTS,
+    "protective_stop": Fault("makes a protective stop, which can be unlocked after `locked` seconds; once", {"locked": 5.0}),
+    "emergency_stop": Fault("has its emergency stop button pressed, until it is cleared"),
+    "safeguard_stop": Fault("has its safeguard open, until it is cleared"),
+    "violation": Fault("tells of a violation of its safety, until it is cleared"),
+    "program_stop": Fault("has its program stopped at the teach pendant; once"),
+    "power_off": Fault("has its power switched off; once"),
+    "registers": Fault("has its input registers in use by another device"),
+    "local": Fault("is not in remote control"),
+    "no_solution": Fault("finds no joint angles for any pose, which ends the program that asks"),
+    "deaf": Fault("its program confirms commands, and does nothing of them"),
+    "stall": Fault("the arm stands, and the program goes on"),
+    "slider": Fault("has its speed slider at `fraction`", {"fraction": 0.1}),
+    "load": Fault("feels `fx`, `fy`, `fz` N in world axes besides what the scene does", {"fx": 0.0, "fy": 0.0, "fz": 0.0}),
+    "wall": Fault("has a spring under the hand from `height` m on, of `stiffness` N/m", {"height": 0.1, "stiffness": 2000.0}),
+}
+
+
+class Ur5StandIn(StandIn):
+    """The controller of a UR5, PolyScope 3.15 at 125 Hz, half a metre from the object; it plays the script of ur_rtde and no other."""
+
+    PORTS: ClassVar[Mapping[str, int]] = {
+        "rtde": 30004,
+        "dashboard": 29999,
+        "primary": 30001,
+        "secondary": 30002,
+        "realtime": 30003,
+    }
+    FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
+    MODEL: ClassVar[str] = "ur5"
+    PROFILE: ClassVar[Profile] = Profile((3, 15, 8, 106339), 125.0, "UR5", "2018350000")
+
+    def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
+        super().__init__(host, stage, ports)
+        kinematics = MODELS[self.MODEL]
+        flange = inverse(transform_of(BASE)) @ transform_of(_HOME) @ inverse(transform_of(HAND))
+        self.arm = ArmModel(kinematics, kinematics.inverse(flange, _NEAR).tolist())
+        self.controller = Controller(self.PROFILE, self.arm, self._felt, self.faults.shown)
+        self._wrench = Wrench((0.0, 0.0, 0.0))
+        self._moved = 0.0
+        self._servers: list[TcpServer] = []
+        self._rtde: RtdeServer | None = None
+        self._ending = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def start(self) -> dict[str, str]:
+        """Open the ports."""
+        self._ending.clear()
+        try:
+            self._rtde = RtdeServer(self.host, self.ports["rtde"], self.controller, self.faults)
+            self._servers.append(self._rtde.server)
+            self._servers.append(Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults).server)
+            for wire in ("primary", "secondary", "realtime"):
+                self._servers.append(TcpServer(self.host, self.ports[wire], self._take_script))
+        except BaseException:
+            self.stop()
+            raise
+        self._note_hand()
+        work = [self._run] if self.stage.twin is None else [self._run, self._feel]
+        self._threads = [threading.Thread(target=run, name="UR stand-in", daemon=True) for run in work]
+        for thread in self._threads:
+            thread.start()
+        places = [server.address for server in self._servers]
+        return {wire: f"{host}:{port}" for wire, (host, port) in zip(self.PORTS, places, strict=True)}
+
+    def stop(self) -> None:
+        """Close the ports."""
+        self._ending.set()
+        threads, self._threads = self._threads, []
+        for thread in threads:
+            thread.join()
+        servers, self._servers = self._servers, []
+        for server in servers:
+            server.stop()
+
+    def state(self) -> dict[str, Any]:
+        """Return how arm and controller stand."""
+        with self.controller.lock:
+            c = self.controller
+            place = self.hand()
+            return {
+                "time": c.time,
+                "moving": not self.arm.steady,
+                "moved": self._moved,
+                "running": c.running,
+                "safety": c.safety.name,
+                "x": place.position[0],
+                "y": place.position[1],
+                "height": place.height,
+                "speed": float(np.linalg.norm(self.arm.tcp_speed[:3])),
+                "force": math.hypot(*c.force()[:3]),
+                "events": [f"{at:.3f} {event}" for at, event in c.events],
+            }
+
+    def inject(self, fault: str, parameters: Mapping[str, Any] | None = None) -> None:
+        """Begin to show a fault."""
+        super().inject(fault, parameters)
+        with self.controller.lock:
+            if fault in ("protective_stop", "emergency_stop", "safeguard_stop", "violation"):
+                shown = self.faults.shown(fault) or {}
+                self.controller.stop_safely(fault, "a fault was injected", shown.get("locked", 0.0))
+            elif fault == "program_stop":
+                self.controller.stop_program("stopped at the teach pendant")
+            elif fault == "power_off":
+                self.controller.power(on=False)
+        for server in self._servers:
+            server.refusing = server.refusing or fault == "drop"
+            if fault in ("drop", "reset"):
+                server.break_all(reset=fault == "reset")
+        if fault in ("reset", "protective_stop", "program_stop", "power_off"):
+            super().clear(fault)
+
+    def clear(self, fault: str | None = None) -> None:
+        """End a fault, or all of them; a protective stop is unlocked at the dashboard instead."""
+        super().clear(fault)
+        for server in self._servers:
+            server.refusing = self.faults.shown("drop") is not None
+        with self.controller.lock:
+            for state in set(SAFETY) - {"normal", "protective_stop"} if fault is None else {fault}:
+                if state != "protective_stop":
+                    self.controller.release_stop(state)
+
+    def hand(self) -> Pose:
+        """Return where the hand is in the world, whatever tool the controller was told of."""
+        flange = self.arm.kinematics.forward(self.arm.q)
+        return pose_of(transform_of(BASE) @ flange @ transform_of(HAND))
+
+    def _run(self) -> None:
+        """Do a cycle each period; where the machine is too busy for that, the controller's time goes slower."""
+        period = 1 / self.PROFILE.rate
+        due = time.monotonic()
+        while not self._ending.wait(max(due - time.monotonic(), 0.0)):
+            due = max(due + period, time.monotonic() - 5 * period)
+            with self.controller.lock:
+                self.controller.cycle()
+                if not self.arm.steady:
+                    self._note_hand()
+                    if math.hypot(*self.arm.tcp_speed[:3]) > _MOVING:
+                        self._moved = self.controller.time
+                assert self._rtde is not None
+                self._rtde.tell()
+
+    def _feel(self) -> None:
+        """Ask the twin in a thread of its own, because a membrane may take longer than a cycle."""
+        while not self._ending.wait(_FEELS_EVERY):
+            self._wrench = self.stage.arm_wrench()
+
+    def _note_hand(self) -> None:
+        self.stage.place_hand(self.hand())
+
+    def _felt(self) -> tuple[float, ...]:
+        """Return the wrench on the tool in base axes, N and N m."""
+        felt = np.array([*self._wrench.force, *self._wrench.torque])
+        load, wall = self.faults.shown("load"), self.faults.shown("wall")
+        if load is not None:
+            felt[:3] += [load["fx"], load["fy"], load["fz"]]
+        if wall is not None:
+            felt[2] += max(wall["height"] - self.hand().height, 0.0) * wall["stiffness"]
+        turn = transform_of(BASE)[:3, :3].T
+        return (*(turn @ felt[:3]).tolist(), *(turn @ felt[3:]).tolist())
+
+    def _take_script(self, connection: socket.socket) -> None:
+        """Take programs; one that is not the control script of ur_rtde is noted, and not run."""
+        text = b""
+        for data in received(connection):
+            if self.faults.shown("freeze") is not None:
+                continue
+            text += data
+            if len(text) > _LONGEST_SCRIPT:
+                return
+            while b"\nend\n" in text:
+                program, _, text = text.partition(b"\nend\n")
+                self._load(program.decode("utf-8", "replace"))
+
+    def _load(self, program: str) -> None:
+        parsed = parse_script(program)
+        with self.controller.lock:
+            if parsed is None:
+                self.controller.events.append((self.controller.time, "a program that is not understood was not run"))
+                return
+            self.controller.load(ControlScript(self.controller, *parsed).run(), _LOADING)
+
+
+class Ur5eStandIn(Ur5StandIn):
+    """The controller of a UR5e, PolyScope 5.11 at 500 Hz; else as that of the UR5."""
+
+    MODEL: ClassVar[str] = "ur5e"
+    PROFILE: ClassVar[Profile] = Profile((5, 11, 8, 1010133), 500.0, "UR5", "20225500001")

@@ -1,0 +1,1 @@
+"""Robot arms of Universal Robots."""
