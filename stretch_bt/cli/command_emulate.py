@@ -20,7 +20,7 @@ __all__ = ["command"]
 
 
 def command(
-    devices: Annotated[list[str], typer.Argument(help="Which, such as robotiq, urcap, ati; several share one scene.")],
+    devices: Annotated[list[str], typer.Argument(help="Which, such as ur, robotiq, ati; several share one scene.")],
     host: Annotated[str, typer.Option("--host", help="Address to listen on.")] = "127.0.0.2",
     scene: Annotated[
         str | None, typer.Option("--scene", help="What the stand-ins act on: a scene file or a shipped scene.")
@@ -37,7 +37,7 @@ def command(
     with_input: Annotated[bool, typer.Option("--with-input", help="End when standard input ends.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Say where the wires are as one line of JSON.")] = False,
 ) -> None:
-    """Stand in for field devices on this machine, until stopped: they speak the devices' protocols to their real clients."""
+    """Stand in for the devices of a cell on this machine, until stopped: they speak the devices' protocols to their real clients."""
     from stretch_bt.hardware.emulators.registry import stand_in_class
     from stretch_bt.hardware.emulators.serve import serving
     from stretch_bt.hardware.emulators.stage import Stage

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from itertools import accumulate
 
 import numpy as np
 
@@ -127,15 +128,16 @@ class LineMove(Move):
             max(float(np.linalg.norm(b[:3, 3] - a[:3, 3])), _LEVER * float(np.linalg.norm(turn)))
             for a, b, turn in zip(self._places, self._places[1:], self._turns, strict=False)
         ]
-        self._ends = np.cumsum(lengths)
+        self._ends = list(accumulate(lengths))
         self._lengths = lengths
-        self._profile = Profile.trapezoid(float(self._ends[-1]), speed, acceleration)
+        self._profile = Profile.trapezoid(self._ends[-1], speed, acceleration)
         self._time = 0.0
 
     @property
     def leg(self) -> int:
         """Which of the lines it is on."""
-        return int(min(np.searchsorted(self._ends, self._profile.at(self._time)[0]), len(self._lengths) - 1))
+        gone, _ = self._profile.at(self._time)
+        return min(sum(end < gone for end in self._ends), len(self._lengths) - 1)
 
     def step(self, arm: ArmModel, dt: float) -> bool:
         """Go on along the lines."""

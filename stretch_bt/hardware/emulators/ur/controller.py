@@ -8,17 +8,19 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel, Slowing
-from stretch_bt.hardware.emulators.ur.variables import REGISTERS
 
-__all__ = ["SAFETY", "Controller", "Profile", "Program", "ProgramEnded", "Registers", "Safety"]
+__all__ = ["REGISTERS", "SAFETY", "Controller", "Profile", "Program", "ProgramEnded", "Registers", "Safety"]
+
+#: general purpose registers of each kind and direction
+REGISTERS = 48
 
 _RUNNING, _IDLE, _POWER_ON, _POWER_OFF = 7, 5, 4, 3
 _STOPPED, _PLAYING = 1, 2
@@ -38,6 +40,9 @@ class Safety(NamedTuple):
     mode: int
     bits: int
 
+
+#: groups of eight digital outputs, the lowest bits first
+_OUTPUTS = ("standard_digital_output", "configurable_digital_output", "tool_digital_output")
 
 _NORMAL, _STOPS = 1 << 0, 1 << 10
 SAFETY: dict[str, Safety] = {
@@ -263,11 +268,17 @@ class Controller:
     def _note(self, event: str) -> None:
         self.events.append((self.time, event))
 
-    def write(self, name: str, value: object) -> None:
-        """Take an input of RTDE."""
-        kind, _, number = name.rpartition("_")
-        if kind == "input_int_register" and isinstance(value, int):
-            self.registers.in_int[int(number)] = value
-            self.registers.written[int(number)] = self.time
-        elif kind == "input_double_register" and isinstance(value, float) and math.isfinite(value):
-            self.registers.in_double[int(number)] = value
+    def take(self, inputs: Mapping[str, Any]) -> None:
+        """Take the inputs of one package, by name."""
+        for name, value in inputs.items():
+            kind, _, number = name.rpartition("_")
+            if kind == "input_int_register":
+                self.registers.in_int[int(number)] = value
+                self.registers.written[int(number)] = self.time
+            elif kind == "input_double_register" and math.isfinite(value):
+                self.registers.in_double[int(number)] = value
+        for place, name in enumerate(_OUTPUTS):
+            mask = inputs.get(f"{name}_mask", 0) << 8 * place
+            self.digital_outputs = self.digital_outputs & ~mask | inputs.get(name, 0) << 8 * place & mask
+        if inputs.get("speed_slider_mask") and 0.0 <= inputs["speed_slider_fraction"] <= 1.0:
+            self.slider = inputs["speed_slider_fraction"]

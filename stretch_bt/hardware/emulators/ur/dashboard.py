@@ -13,7 +13,9 @@ __all__ = ["Dashboard"]
 
 _LONGEST = 2048
 _MODES = {3: "POWER_OFF", 4: "POWER_ON", 5: "IDLE", 7: "RUNNING"}
-_TOO_SOON = "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
+_TOO_SOON = (
+    "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
+)
 
 
 class Dashboard:

@@ -106,7 +106,8 @@ class RtdeServer:
 
     def _take(self, session: _Session, kind: str, payload: bytes) -> None:
         with self._controller.lock:
-            answer = self._answers.get(kind, lambda session, payload: None)(session, payload)
+            asked = self._answers.get(kind)
+            answer = asked(session, payload) if asked is not None else None
             if answer is not None:
                 session.connection.sendall(package(kind, answer))
 
@@ -168,8 +169,7 @@ class RtdeServer:
             return
         types = [INPUTS[name] for name in names]
         if len(payload) - 1 == size_of(types):
-            for name, value in zip(names, unpack(types, payload[1:]), strict=True):
-                self._controller.write(name, value)
+            self._controller.take(dict(zip(names, unpack(types, payload[1:]), strict=True)))
 
     # --- what goes out
 

@@ -205,7 +205,7 @@ class ControlScript:
     def _speed(self, move: SpeedJ | SpeedL) -> None:
         now = self._arm.move
         if isinstance(now, type(move)):
-            now.target, now.acceleration = move.target, move.acceleration  # type: ignore[attr-defined]
+            now.target, now.acceleration = move.target, move.acceleration
         else:
             self._arm.move = move
 

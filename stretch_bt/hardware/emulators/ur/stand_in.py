@@ -22,7 +22,7 @@ from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
 from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
 from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
 from stretch_bt.hardware.ur.kinematics import MODELS
-from stretch_bt.hardware.ur.transforms import inverse, pose_of, transform, transform_of
+from stretch_bt.hardware.ur.transforms import inverse, pose_of, transform_of
 
 __all__ = ["BASE", "HAND", "Ur5StandIn", "Ur5eStandIn"]
 
@@ -41,7 +41,9 @@ _EVENTS = {"protective_stop", "emergency_stop", "safeguard_stop", "violation", "
 
 _FAULTS: dict[str, Fault] = {
     **STREAM_FAULTS,
-    "protective_stop": Fault("makes a protective stop, which can be unlocked after `locked` seconds; once", {"locked": 5.0}),
+    "protective_stop": Fault(
+        "makes a protective stop, which can be unlocked after `locked` seconds; once", {"locked": 5.0}
+    ),
     "emergency_stop": Fault("has its emergency stop button pressed, until it is cleared"),
     "safeguard_stop": Fault("has its safeguard open, until it is cleared"),
     "violation": Fault("tells of a violation of its safety, until it is cleared"),
@@ -53,8 +55,12 @@ _FAULTS: dict[str, Fault] = {
     "deaf": Fault("its program confirms commands, and does nothing of them"),
     "stall": Fault("the arm stands, and the program goes on"),
     "slider": Fault("has its speed slider at `fraction`", {"fraction": 0.1}),
-    "load": Fault("feels `fx`, `fy`, `fz` N in world axes besides what the scene does", {"fx": 0.0, "fy": 0.0, "fz": 0.0}),
-    "wall": Fault("has a spring under the hand from `height` m on, of `stiffness` N/m", {"height": 0.1, "stiffness": 2000.0}),
+    "load": Fault(
+        "feels `fx`, `fy`, `fz` N in world axes besides what the scene does", {"fx": 0.0, "fy": 0.0, "fz": 0.0}
+    ),
+    "wall": Fault(
+        "has a spring under the hand from `height` m on, of `stiffness` N/m", {"height": 0.1, "stiffness": 2000.0}
+    ),
 }
 
 

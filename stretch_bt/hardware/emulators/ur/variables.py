@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from stretch_bt.hardware.emulators.ur.controller import REGISTERS, Controller
 from stretch_bt.hardware.emulators.ur.wire import Value
 
-if TYPE_CHECKING:
-    from stretch_bt.hardware.emulators.ur.controller import Controller
-
-__all__ = ["INPUTS", "OUTPUTS", "REGISTERS"]
-
-REGISTERS = 48
+__all__ = ["INPUTS", "OUTPUTS", "Ask"]
 
 _ZERO6, _ZERO3 = (0.0,) * 6, (0.0,) * 3
-Ask = Callable[["Controller"], Value]
+Ask = Callable[[Controller], Value]
 
 #: by name: type, and how to ask for the value
 OUTPUTS: dict[str, tuple[str, Ask]] = {
