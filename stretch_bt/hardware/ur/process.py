@@ -1,0 +1,238 @@
+"""The process that has the clients of ur_rtde: a crash, a hang or a reconnect of theirs ends it, and nothing else.
+
+It reads the arm in every cycle, checks the limits, leads the hand along its path, and feeds the controller's watchdog. It brakes when
+the run falls silent and ends when the run is gone; one that hangs is ended by its own alarm.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import socket
+import sys
+import time
+from contextlib import suppress
+from typing import NoReturn
+
+import numpy as np
+
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.ur.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.ur.guard import beyond, safety_stop
+from stretch_bt.hardware.ur.ride import Ride
+from stretch_bt.hardware.ur.session import Refused, Session
+from stretch_bt.hardware.ur.settings import ArmState, Settings
+from stretch_bt.hardware.ur.transforms import inverse, pose_of, six, transform, transform_of
+
+__all__ = ["main"]
+
+#: how long one cycle, and one connection, may take before the process is ended, s
+_STUCK, CONNECTING = 2.0, 10.0
+
+
+class _Keeper:
+    """Keeps one arm."""
+
+    def __init__(self, channel: Channel, settings: Settings, messages: list[Message]) -> None:
+        self._channel, self._settings, self._waiting = channel, settings, messages
+        self._base, self._into_base = transform(settings.base), inverse(transform(settings.base))
+        self._zero = np.zeros(6)
+        self._session = Session(settings)
+        self._beat = self._new = time.monotonic()
+        self._stamp = -math.inf
+        self._number = 0
+        self._contact_height: float | None = None
+        self._ride: Ride | None = None
+        self._began = 0.0
+        self._touched: float | None = None
+        self._motion, self._motion_state = 0, "done"
+        self._fault: str | None = None
+        self._engaged = False
+
+    def run(self) -> None:
+        """Go on until the other side is gone."""
+        due = time.monotonic()
+        while True:
+            signal.setitimer(signal.ITIMER_REAL, _STUCK)
+            waiting, self._waiting = self._waiting, []
+            for message in waiting + self._channel.drain():
+                self._obey(message)
+            if self._read():
+                self._look()
+                self._channel.send(self._state().to_message())
+            if self._engaged and self._ride is None:
+                self._session.kick()
+            due = max(due + 1 / self._settings.rate, time.monotonic() - 0.05)
+            time.sleep(max(due - time.monotonic(), 0.0))
+
+    def end(self) -> None:
+        """Brake, and end the control script."""
+        signal.setitimer(signal.ITIMER_REAL, _STUCK)
+        if self._ride is not None:
+            self._session.brake()
+        self._session.leave()
+
+    # --- what is asked
+
+    def _obey(self, message: Message) -> None:
+        self._beat = time.monotonic()
+        match message.get("do"):
+            case "beat":
+                self._contact_height = message["contact_height"]
+            case "engage":
+                self._engage(message["number"])
+            case "zero":
+                self._zero = np.array(message["wrench"])
+            case "follow":
+                self._follow(message)
+            case "stop":
+                self._stop(MotionState.STOPPED)
+                self._channel.send({"say": "stopped", "number": message["number"]})
+            case "end":
+                raise ChannelClosed("told to end")
+
+    def _engage(self, number: int) -> None:
+        signal.setitimer(signal.ITIMER_REAL, CONNECTING)
+        self._stop(MotionState.STOPPED)
+        reason = None
+        try:
+            self._session.engage()
+        except Refused as refused:
+            reason = str(refused)
+        self._engaged = reason is None
+        self._fault = reason and safety_stop(self._session.receive.getSafetyStatusBits())
+        self._beat = time.monotonic()
+        self._channel.send({"say": "engaged", "number": number, "reason": reason})
+
+    def _follow(self, message: Message) -> None:
+        if self._ride is not None:
+            self._session.brake()
+        self._motion, self._motion_state = message["number"], "moving"
+        if not self._engaged or self._fault is not None:
+            self._motion_state = "stopped"
+            return
+        poses = [Pose(tuple(six[:3]), tuple(six[3:])) for six in message["path"]]
+        s = self._settings
+        self._ride = Ride([self._place(), *poses], message["speed"], s.acceleration, s.tolerance)
+        self._began, self._touched = time.monotonic(), self._force()
+
+    def _stop(self, state: MotionState) -> None:
+        if self._ride is not None:
+            self._session.brake()
+            self._ride, self._motion_state = None, str(state)
+
+    # --- what is seen
+
+    def _read(self) -> bool:
+        """Return whether there is a new state; ends the process when none comes."""
+        receive, now = self._session.receive, time.monotonic()
+        if not receive.isConnected():
+            raise OSError("the controller closed the connection")
+        stamp = receive.getTimestamp()
+        if stamp != self._stamp:
+            if not math.isfinite(stamp) or not all(map(math.isfinite, receive.getActualTCPPose())):
+                raise OSError("the controller sends what is no state")
+            self._stamp, self._new = stamp, now
+            return True
+        if now - self._new > self._settings.lost_after:
+            raise OSError(f"nothing new came from the controller for {now - self._new:.2g} s")
+        return False
+
+    def _look(self) -> None:
+        """Check what must hold, and lead the hand on."""
+        reason = safety_stop(self._session.receive.getSafetyStatusBits())
+        if reason is None and self._engaged and not self._session.program_runs:
+            reason = "the control script ended: it was stopped at the pendant, by its watchdog or by an error; acknowledge to run it again"
+        if reason is None and self._ride is not None:
+            reason = self._checked()
+        if reason is not None:
+            self._fail(reason)
+        elif self._ride is not None:
+            self._lead(self._ride)
+
+    def _checked(self) -> str | None:
+        """Return which limit is passed, or that the run is silent."""
+        silent = time.monotonic() - self._beat
+        if silent > self._settings.heartbeat:
+            return f"the run gave no sign of life for {silent:.2g} s"
+        speed = math.hypot(*self._session.receive.getActualTCPSpeed()[:3])
+        return beyond(self._settings, self._place().position, speed, self._force(), self._contact_height)
+
+    def _lead(self, ride: Ride) -> None:
+        since = time.monotonic() - self._began
+        contact = self._settings.contact_force
+        if contact is not None and self._touched is not None and self._force() - self._touched > contact:
+            self._stop(MotionState.BLOCKED)
+            return
+        judged = ride.judge(since, self._place())
+        if isinstance(judged, MotionState):
+            if judged is not MotionState.MOVING:
+                self._stop(judged)
+            elif not self._session.servo(six(self._into_base @ transform_of(ride.setpoint(since)))):
+                self._fail("the control script takes no commands; acknowledge to run it again")
+        else:
+            self._fail(judged)
+
+    def _fail(self, reason: str) -> None:
+        """Keep the first fault until it is acknowledged; whatever moves comes to rest."""
+        self._stop(MotionState.STOPPED)
+        self._engaged = False
+        self._fault = self._fault or reason
+
+    def _place(self) -> Pose:
+        return pose_of(self._base @ transform(self._session.receive.getActualTCPPose()))
+
+    def _force(self) -> float:
+        wrench = np.subtract(self._session.receive.getActualTCPForce(), self._zero)
+        return float(np.linalg.norm(wrench[:3]))
+
+    def _state(self) -> ArmState:
+        receive = self._session.receive
+        self._number += 1
+        return ArmState(
+            time=self._stamp,
+            number=self._number,
+            q=tuple(receive.getActualQ()),
+            pose=tuple(receive.getActualTCPPose()),
+            speed=tuple(receive.getActualTCPSpeed()),
+            wrench=tuple(np.subtract(receive.getActualTCPForce(), self._zero).tolist()),
+            motion=self._motion,
+            motion_state=self._motion_state,
+            fault=self._fault,
+            engaged=self._engaged,
+        )
+
+
+def main(descriptor: int) -> NoReturn:
+    """Keep an arm for the process at the other end of a socket; ends without the clients' destructors, which may hang or abort."""
+    channel = Channel(socket.socket(fileno=descriptor))
+    keeper = None
+    try:
+        signal.setitimer(signal.ITIMER_REAL, CONNECTING)
+        first, *others = _first(channel)
+        keeper = _Keeper(channel, Settings.from_message(first), others)
+        keeper.run()
+    except ChannelClosed:
+        if keeper is not None:
+            with suppress(Exception):
+                keeper.end()
+    except BaseException as error:
+        with suppress(ChannelClosed):
+            channel.send(
+                {"say": "lost", "reason": str(error) or type(error).__name__, "missing": isinstance(error, ImportError)}
+            )
+    finally:
+        sys.stderr.flush()
+        os._exit(0)
+
+
+def _first(channel: Channel) -> list[Message]:
+    while not (messages := channel.drain()):
+        time.sleep(0.005)
+    return messages
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

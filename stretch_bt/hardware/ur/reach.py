@@ -1,0 +1,76 @@
+"""Whether an arm can take the hand along a path: asked before anything is sent to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.ur.kinematics import JOINTS, MODELS
+from stretch_bt.hardware.ur.transforms import Array, inverse, transform_of
+
+__all__ = ["Reach"]
+
+_APART = 0.005
+_MOST_SAMPLES = 400
+#: joints turn two rounds, less what is kept free
+_TURN = 2 * math.pi - 0.1
+
+
+class Reach:
+    """The reach of one arm where it stands.
+
+    Parameters
+    ----------
+    model
+        Name of the robot.
+    base, hand
+        Of the robot's base in the world, and of the hand at the flange.
+    joint_speed
+        That no joint may exceed, rad/s.
+    margin
+        To singular poses, as `Kinematics.margin`.
+    """
+
+    def __init__(self, model: str, base: Pose, hand: Pose, *, joint_speed: float, margin: float) -> None:
+        self._kinematics = MODELS[model]
+        self._from_world, self._from_hand = inverse(transform_of(base)), inverse(transform_of(hand))
+        self._joint_speed, self._margin = joint_speed, margin
+
+    def obstacle(self, path: PosePath, speed: float, q: Sequence[float]) -> str | None:
+        """Return what keeps the arm from the path at a speed, m/s, from joint angles, rad; None when nothing does."""
+        count = min(max(math.ceil(path.length / _APART), 1), _MOST_SAMPLES)
+        step, here = path.length / count, np.asarray(q, dtype=np.float64)
+        for k in range(count + 1):
+            there = path.at(path.length * k / count)
+            try:
+                found = self._kinematics.inverse(self._from_world @ transform_of(there) @ self._from_hand, here)
+            except IllConditioned:
+                return self._said(there, "cannot be reached from here in a straight line")
+            found_wrong = self._wrong(found, np.abs(found - here) * (speed / step if k and step > 0 else 0.0))
+            if found_wrong is not None:
+                return self._said(there, found_wrong)
+            here = found
+        return None
+
+    def _wrong(self, q: Array, speeds: Array) -> str | None:
+        fastest = int(np.argmax(speeds))
+        if speeds[fastest] > self._joint_speed:
+            degrees, most = math.degrees(speeds[fastest]), math.degrees(self._joint_speed)
+            return f"would have {JOINTS[fastest]} turn at {degrees:.0f} deg/s, allowed are {most:.0f}; go slower"
+        if float(np.abs(q).max()) > _TURN:
+            return f"would turn {JOINTS[int(np.argmax(np.abs(q)))]} past its two rounds; turn it back at the pendant"
+        margin = self._kinematics.margin(q)
+        if margin < self._margin:
+            return (
+                f"is too near to where the arm is stretched out or folded ({margin:.3f}, allowed are {self._margin:g})"
+            )
+        return None
+
+    def _said(self, pose: Pose, what: str) -> str:
+        x, y, z = (f"{1e3 * v:.0f}" for v in pose.position)
+        return f"the pose {x}, {y}, {z} mm {what}"

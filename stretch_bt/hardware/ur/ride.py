@@ -1,0 +1,60 @@
+"""One motion of the hand along straight lines, as a setpoint for each moment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.simulated.profile import Profile
+
+__all__ = ["Ride"]
+
+#: how far the hand may be behind its setpoint: m, and s of its way
+_BEHIND, _BEHIND_TIME = 0.0015, 0.3
+#: how long it may take to settle, s, and how near the target that is over at once, m
+_SETTLING, _SETTLED = 1.0, 1e-4
+
+
+class Ride:
+    """A motion that begins and ends at rest.
+
+    Parameters
+    ----------
+    poses
+        Of the hand in the world; the first is where it stands.
+    speed, acceleration
+        m/s and m/s².
+    tolerance
+        How far from its target it may end, m.
+    """
+
+    def __init__(self, poses: Sequence[Pose], speed: float, acceleration: float, tolerance: float) -> None:
+        self._path = PosePath(poses)
+        self._speed, self._tolerance = speed, tolerance
+        self._profile = Profile.trapezoid(self._path.length, speed, acceleration)
+
+    def setpoint(self, time: float) -> Pose:
+        """Return where the hand should be at a time, s, after the begin."""
+        return self._path.at(self._profile.at(time)[0])
+
+    def judge(self, time: float, place: Pose) -> MotionState | str:
+        """Return how the motion stands with the hand at a place, or what is wrong."""
+        off = math.dist(place.position, self.setpoint(time).position)
+        turned = float(np.linalg.norm(np.subtract(place.rotation, self.setpoint(time).rotation)))
+        if time < self._profile.duration:
+            most = _BEHIND + _BEHIND_TIME * self._speed
+            if off > most:
+                return f"the arm does not follow: it is {1e3 * off:.1f} mm behind; look for what holds it, and at the speed slider"
+            return MotionState.MOVING
+        if off <= _SETTLED and turned <= _SETTLED * 10:
+            return MotionState.DONE
+        if time < self._profile.duration + _SETTLING:
+            return MotionState.MOVING
+        if off <= self._tolerance:
+            return MotionState.DONE
+        return f"the arm did not arrive: it is {1e3 * off:.1f} mm off its target; look for what holds it, and at the speed slider"

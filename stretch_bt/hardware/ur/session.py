@@ -1,0 +1,165 @@
+"""The clients of ur_rtde, in the process that they have to themselves."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from stretch_bt.hardware.ur.settings import Settings
+from stretch_bt.hardware.ur.transforms import inverse, six, transform
+
+if TYPE_CHECKING:
+    from rtde_control import RTDEControlInterface
+    from rtde_receive import RTDEReceiveInterface
+
+__all__ = ["Refused", "Session"]
+
+_VARIABLES = [
+    "timestamp",
+    "actual_q",
+    "actual_TCP_pose",
+    "actual_TCP_speed",
+    "actual_TCP_force",
+    "robot_mode",
+    "robot_status_bits",
+    "safety_status_bits",
+]
+_RUNNING = 7
+_PROGRAM = 1 << 1
+_STARTING, _SETTLING = 3.0, 1.0
+#: how far the tool may be from where nominal kinematics have it, m; a robot's own calibration is millimetres
+_UNLIKE = 0.02
+
+
+class Refused(Exception):
+    """The controller or its state keeps the arm from being moved; the text says what to do."""
+
+
+class Session:
+    """A controller that is read from the begin, and can be made ready to move.
+
+    Parameters
+    ----------
+    settings
+        What to connect to, and how.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        from dashboard_client import DashboardClient
+        from rtde_receive import RTDEReceiveInterface
+
+        self._settings = settings
+        self._dashboard = DashboardClient(settings.host)
+        self._dashboard.connect(2000)
+        self.receive: RTDEReceiveInterface = RTDEReceiveInterface(settings.host, settings.rate, _VARIABLES)
+        self._control: RTDEControlInterface | None = None
+
+    @property
+    def program_runs(self) -> bool:
+        """Whether the controller runs a program."""
+        return bool(self.receive.getRobotStatus() & _PROGRAM)
+
+    def engage(self) -> None:
+        """Make ready to move: unlock a protective stop, run the control script, set tool, payload and watchdog; moves nothing.
+
+        Raises
+        ------
+        Refused
+            With why, and what to do.
+        """
+        self._unlock()
+        mode = self.receive.getRobotMode()
+        if mode != _RUNNING:
+            raise Refused(f"the robot is not running (mode {mode}); switch power and brakes on at the pendant")
+        self._run_script()
+        self._configure()
+
+    def servo(self, target: list[float]) -> bool:
+        """Send the hand's next place in the base; return whether the script takes it."""
+        s = self._settings
+        assert self._control is not None
+        return bool(self._control.servoL(target, 0.0, 0.0, 1 / s.rate, s.lookahead, s.gain))
+
+    def brake(self) -> None:
+        """Come to rest."""
+        if self._control is not None and self.program_runs:
+            self._control.servoStop(self._settings.stop_acceleration)
+
+    def kick(self) -> None:
+        """Feed the watchdog."""
+        if self._control is not None and self.program_runs:
+            self._control.kickWatchdog()
+
+    def leave(self) -> None:
+        """End the control script."""
+        if self._control is not None and self.program_runs:
+            with suppress(RuntimeError):
+                self._control.stopScript()
+
+    def _unlock(self) -> None:
+        if not self.receive.isProtectiveStopped():
+            return
+        with suppress(RuntimeError):
+            self._dashboard.closeSafetyPopup()
+        try:
+            self._dashboard.unlockProtectiveStop()
+        except (RuntimeError, ValueError) as error:
+            raise Refused(f"the protective stop cannot be unlocked ({error})") from error
+        if not _until(lambda: not self.receive.isProtectiveStopped(), _SETTLING):
+            raise Refused("the protective stop does not end; look at the pendant")
+
+    def _run_script(self) -> None:
+        from rtde_control import RTDEControlInterface
+
+        if self._control is None:
+            if self.program_runs:
+                raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
+            upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._settings.upper_registers else 0
+            flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
+            try:
+                self._control = RTDEControlInterface(self._settings.host, self._settings.rate, flags)
+            except (
+                Exception
+            ) as error:  # what it throws depends on the controller: all of them mean that it cannot be had
+                raise Refused(f"the controller cannot be had ({error})") from error
+        elif not self.program_runs:
+            self._control.kickWatchdog()  # without a program this only clears the last command from the registers
+            self._control.reuploadScript()
+        if not _until(lambda: self.program_runs, _STARTING):
+            raise Refused("the control script does not run on the controller; look at the pendant")
+
+    def _configure(self) -> None:
+        assert self._control is not None
+        s, control = self._settings, self._control
+        done = control.setTcp(list(s.hand)) and control.setWatchdog(s.watchdog)
+        if s.payload is not None:
+            done = done and control.setPayload(s.payload[0], list(s.payload[1:]))
+        if not done:
+            raise Refused("the control script does not take commands; look at the pendant")
+        _until(lambda: self._apart() < _UNLIKE, _SETTLING)
+        if self._apart() >= _UNLIKE:
+            raise Refused(
+                f"the tool is {1e3 * self._apart():.0f} mm from where a {s.model} has it at these joint angles; "
+                "`model` or `hand` of the cell file are not those of this robot"
+            )
+
+    def _apart(self) -> float:
+        """Return how far the tool is from where the nominal kinematics have it, m."""
+        from stretch_bt.hardware.ur.kinematics import MODELS
+
+        flange = transform(self.receive.getActualTCPPose()) @ inverse(transform(self._settings.hand))
+        nominal = MODELS[self._settings.model].forward(self.receive.getActualQ())
+        off = six(inverse(nominal) @ flange)
+        return max(math.hypot(*off[:3]), 0.1 * math.hypot(*off[3:]))
+
+
+def _until(ask: Callable[[], bool], seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while not ask():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.005)
+    return True

@@ -1,0 +1,301 @@
+"""The process that has the clients of ur_rtde, as the driver sees it: begun, listened to, ended and begun again."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from typing import IO
+
+from stretch_bt.errors import DeviceLost, MissingExtra, NotReady
+from stretch_bt.hardware.attendant import Sample
+from stretch_bt.hardware.ur.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.ur.settings import ArmState, Settings
+
+__all__ = ["Supervisor"]
+
+_BEAT = 0.05
+#: how long the process may be silent, s: while it works, and while it connects
+_SILENT, _CONNECTING = 0.4, 11.0
+_BACKOFF = (0.1, 0.2, 0.5, 1.0, 2.0)
+_MODULE = "stretch_bt.hardware.ur.process"
+
+
+class Supervisor:
+    """Keeps one process that keeps one arm.
+
+    After a loss it begins another, which reads again but is not made ready to move until `acknowledge`.
+
+    Parameters
+    ----------
+    name
+        The device, for messages.
+    settings
+        What the process goes by.
+    now
+        The clock of the run, s.
+    contact_height
+        Returns the world height of first contact, m, once it is known.
+    """
+
+    def __init__(
+        self, name: str, settings: Settings, now: Callable[[], float], contact_height: Callable[[], float | None]
+    ) -> None:
+        self.name = name
+        self._settings, self._now, self._contact_height = settings, now, contact_height
+        self._ending = threading.Event()
+        self._started = threading.Event()
+        self._lock = threading.Lock()
+        self._channel: Channel | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._sample: Sample[ArmState] | None = None
+        self._zero: tuple[float, ...] | None = None
+        self._number = self._read = 0
+        self._waiting: dict[int, Future[Message]] = {}
+        self._connecting, self._engaging = True, False
+        self._heard = 0.0
+        self._down: str | None = None
+        self._untold: str | None = None
+        self._unacknowledged: str | None = None
+        self._failed: Exception | None = None
+        self._thread = threading.Thread(target=self._run, name=f"supervisor of {name}", daemon=True)
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process, while there is one."""
+        process = self._process
+        return None if process is None else process.pid
+
+    def start(self) -> None:
+        """Begin the process and wait for a first reading; raises DeviceLost when none comes, and then nothing is left."""
+        self._thread.start()
+        if not self._started.wait(_CONNECTING + 1.0):
+            self._failed = ChannelClosed("it was not connected in time")
+        if self._failed is not None:
+            self.end()
+            if isinstance(self._failed, MissingExtra):
+                raise self._failed
+            raise DeviceLost(
+                self.name, f"cannot be reached at {self._settings.host} ({self._failed})"
+            ) from self._failed
+
+    def end(self) -> None:
+        """End the process and the thread."""
+        self._ending.set()
+        with suppress(ChannelClosed):
+            self.send({"do": "end"})
+        if self._thread.ident is not None:
+            self._thread.join(5.0)
+
+    def latest(self) -> Sample[ArmState]:
+        """Return the latest sample.
+
+        Raises
+        ------
+        DeviceLost
+            There is no process or no connection, or there was none since this was asked last.
+        """
+        down, self._untold = self._down or self._untold, None
+        if down is not None:
+            raise DeviceLost(self.name, f"the connection broke ({down})")
+        assert self._sample is not None
+        return self._sample
+
+    def check_acknowledged(self) -> None:
+        """Raise NotReady after a loss that nobody acknowledged."""
+        if self._unacknowledged is not None:
+            reason = (
+                f"the connection broke ({self._unacknowledged}) and nobody acknowledged it; nothing moves until then"
+            )
+            raise NotReady(self.name, reason)
+
+    def acknowledge(self) -> None:
+        """Take a loss as known; raises DeviceLost while it lasts."""
+        if self._down is not None:
+            raise DeviceLost(self.name, f"the connection is still down ({self._down})")
+        self._unacknowledged = self._untold = None
+
+    def keep_zero(self, wrench: tuple[float, ...]) -> None:
+        """Take a wrench off all that follow, also of a process that is begun later."""
+        self._zero = wrench
+        self.send({"do": "zero", "wrench": wrench})
+
+    def send(self, message: Message) -> None:
+        """Send a message; raises ChannelClosed."""
+        with self._lock:
+            if self._channel is None:
+                raise ChannelClosed(self._down or "there is no process")
+            self._channel.send(message)
+
+    def number(self) -> int:
+        """Return a number that no other message has."""
+        with self._lock:
+            self._number += 1
+            return self._number
+
+    def engage(self, within: float) -> str | None:
+        """Have the arm made ready to move, and return what keeps it from that; raises DeviceLost."""
+        self._engaging = True  # the process is silent while it connects the client that controls
+        try:
+            reason: str | None = self.ask({"do": "engage"}, within)["reason"]
+        finally:
+            self._heard, self._engaging = time.monotonic(), False
+        return reason
+
+    def ask(self, message: Message, within: float) -> Message:
+        """Send a message and return the answer to it.
+
+        Raises
+        ------
+        DeviceLost
+            None came in time; the process is ended, and the controller's watchdog stops the arm.
+        """
+        number = self.number()
+        future = self._waiting[number] = Future()
+        try:
+            self.send({**message, "number": number})
+            return future.result(within)
+        except TimeoutError:
+            reason = f"its process did not answer within {within:.3g} s"
+            self.kill()
+            raise DeviceLost(self.name, f"the connection broke ({reason})") from None
+        except ChannelClosed as error:
+            raise DeviceLost(self.name, f"the connection broke ({error})") from error
+        finally:
+            self._waiting.pop(number, None)
+
+    def kill(self) -> None:
+        """End the process without its doing; the controller's watchdog stops the arm."""
+        process = self._process
+        if process is not None:
+            process.kill()
+
+    def _run(self) -> None:
+        failures = 0
+        while not self._ending.is_set():
+            before = self._sample
+            with tempfile.TemporaryFile() as said:
+                try:
+                    self._attend(said)
+                except Exception as error:  # whatever breaks is a loss of the device, never of the thread
+                    self._lose(error, said)
+                finally:
+                    self._reap()
+            if not self._started.is_set():
+                return
+            failures = failures + 1 if self._sample is before else 0
+            self._ending.wait(_BACKOFF[min(failures, len(_BACKOFF) - 1)])
+
+    def _attend(self, said: IO[bytes]) -> None:
+        channel = self._begin(said)
+        self._heard, self._connecting = time.monotonic(), True
+        beat = 0.0
+        while not self._ending.is_set():
+            now = time.monotonic()
+            if now >= beat:
+                beat = now + _BEAT
+                self.send({"do": "beat", "contact_height": self._contact_height()})
+            if select.select([channel], [], [], _BEAT)[0]:
+                for message in channel.drain():
+                    self._take(message)
+            silent = time.monotonic() - self._heard
+            if silent > (_CONNECTING if self._connecting or self._engaging else _SILENT):
+                raise ChannelClosed(f"its process gave no sign of life for {silent:.2g} s")
+
+    def _begin(self, said: IO[bytes]) -> Channel:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            # what the interpreter finds packages by, so that the process has the same ones
+            env = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+            self._process = subprocess.Popen(  # noqa: S603  the arguments are our own module
+                [sys.executable, "-m", _MODULE, str(theirs.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=said,
+                pass_fds=[theirs.fileno()],
+                env=env,
+                start_new_session=True,  # Ctrl-C is for the run, which stops the arm
+            )
+        channel = Channel(ours)
+        channel.send(self._settings.to_message())
+        if self._zero is not None:
+            channel.send({"do": "zero", "wrench": self._zero})
+        with self._lock:
+            self._channel = channel
+        return channel
+
+    def _take(self, message: Message) -> None:
+        self._heard = time.monotonic()
+        match message.get("say"):
+            case "state":
+                self._read += 1
+                state = ArmState.from_message(message)
+                self._sample = Sample(state, self._now(), self._read)
+                self._down, self._connecting = None, False
+                self._started.set()
+            case "lost":
+                if message["missing"]:
+                    self._failed = MissingExtra(
+                        f"{self.name} needs ur-rtde ({message['reason']}); install it with: pip install ur-rtde"
+                    )
+                raise ChannelClosed(message["reason"])
+            case "engaged" | "stopped":
+                future = self._waiting.get(message["number"])
+                with suppress(InvalidStateError):
+                    if future is not None:
+                        future.set_result(message)
+
+    def _lose(self, error: Exception, said: IO[bytes]) -> None:
+        """Write down a loss, and refuse what waits for an answer."""
+        if self._ending.is_set():
+            return
+        reason = self._why(error, said)
+        if not self._started.is_set():
+            self._failed = self._failed or ChannelClosed(reason)
+            self._ending.set()
+            self._started.set()
+        self._down = self._untold = self._unacknowledged = reason
+        for future in list(self._waiting.values()):
+            with suppress(InvalidStateError):
+                future.set_exception(ChannelClosed(reason))
+
+    def _why(self, error: Exception, said: IO[bytes]) -> str:
+        """Return why the process ended, from what it told or how it ended."""
+        text = str(error) if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+        if not isinstance(error, ChannelClosed) or self._process is None or "gone" not in text:
+            return text
+        with suppress(subprocess.TimeoutExpired):
+            code = self._process.wait(1.0)
+            if code == -signal.SIGALRM:
+                return "the client of the controller hangs: no answer from there"
+            if code < 0:
+                return f"its process was ended by {signal.Signals(-code).name}"
+            said.seek(0)
+            return (said.read().decode("utf-8", "replace").strip().splitlines() or [f"its process ended with {code}"])[
+                -1
+            ]
+        return text
+
+    def _reap(self) -> None:
+        """Leave no process behind: it has a moment to brake when it was told to end."""
+        with self._lock:
+            channel, self._channel = self._channel, None
+        if channel is not None:
+            channel.close()
+        process, self._process = self._process, None
+        if process is None:
+            return
+        try:
+            process.wait(1.5 if self._ending.is_set() else 0.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
