@@ -1,3 +1,5 @@
+import itertools
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,7 +17,9 @@ from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
+from stretch_bt.hardware.ur.arm import UrArm
 from stretch_bt.simulation.scene import load_scene
 
 RECORDED = """\
@@ -32,7 +36,11 @@ LIVE = {
     "robotiq-serial": ("robotiq", "robotiq", "serial"),
     "urcap": ("robotiq_urcap", "urcap", "urcap"),
     "ati": ("ati", "ati", "rdt"),
+    "ur": ("ur", "ur", "rtde"),
 }
+#: stand-ins whose clients have their ports built in, so that each needs an address of its own
+OWN_ADDRESS = {"ur", "ur5e"}
+HOSTS = (f"127.{2 + os.getpid() % 250}.{k // 250}.{1 + k % 250}" for k in itertools.count())
 _GRIPPER = """\
 format: stretch-cell/1
 limits: {gripper_speed: 150 mm/s}
@@ -53,6 +61,18 @@ devices:
     type: ForceSensor
     use: ati
     calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: the stand-in's own}
+""",
+    "ur": """\
+format: stretch-cell/1
+devices:
+  arm:
+    type: Arm
+    use: ur
+    base: {x: -500 mm}
+    hand: {z: 300 mm, rx: 180 deg}
+    source: the stand-in's own
+    watchdog: 2.5 Hz
+    lost_after: 400 ms
 """,
 }
 
@@ -114,7 +134,9 @@ def stand_in(clock: Clock):
 
     def start(name: str, **options) -> tuple[StandIn, dict[str, str]]:
         cls = stand_in_class(name)
-        made = cls("127.0.0.1", Stage(now=clock, **options), dict.fromkeys(cls.PORTS, 0))
+        own = name in OWN_ADDRESS
+        host, ports = (next(HOSTS), {}) if own else ("127.0.0.1", dict.fromkeys(cls.PORTS, 0))
+        made = cls(host, Stage(now=clock, **options), ports)
         made.activated()
         started.append(made)
         return made, made.start()
@@ -144,6 +166,8 @@ def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
         if kind in LIVE:
             cell.stand_in = behind
             clock.listeners += [partial(notice, device.driver, clock) for device in cell.devices.values()]
+            if kind == "ur":
+                clock.listeners.insert(0, partial(wait_as_long, behind, clock, [clock.time]))
         return cell
 
     yield make
@@ -158,9 +182,19 @@ def notice(driver: Driver, clock: Clock) -> None:
     with suppress(DeviceFault):
         if isinstance(driver, RobotiqDriver):
             driver.status()
-        while isinstance(driver, AtiForceSensor) and driver.wrench().host_time < clock.time:
+        while isinstance(driver, AtiForceSensor | UrArm) and driver.wrench().host_time < clock.time:
             assert time.monotonic() < end, "no reading of this moment comes"
             time.sleep(0.002)
+
+
+def wait_as_long(arm: Ur5StandIn, clock: Clock, before: list[float]) -> None:
+    """Wait as long as the clock was moved, because the arm goes by its own; an arm that stands is not waited for."""
+    end, before[0] = time.monotonic() + clock.time - before[0], clock.time
+    stood = time.monotonic()
+    while time.monotonic() < end and time.monotonic() - stood < 0.15:
+        if not arm.arm.steady:
+            stood = time.monotonic()
+        time.sleep(0.002)
 
 
 def write_live_cell(folder: Path, use: str, wire: str, place: str, **options: str) -> Path:
@@ -169,7 +203,9 @@ def write_live_cell(folder: Path, use: str, wire: str, place: str, **options: st
     chosen = {"serial": place} if wire == "serial" else {"host": host, "port": port}
     if wire == "tcp":
         chosen["framing"] = "tcp"
-    if use != "ati":
+    if use == "ur":
+        chosen = {"host": host, "model": "ur5"}
+    elif use != "ati":
         chosen = {"timeout": "500 ms", "calibration": CALIBRATION, **chosen}
     lines = [f"    {key}: {value}" for key, value in {**chosen, **options}.items()]
     path = folder / f"{use}_{wire}.yaml"

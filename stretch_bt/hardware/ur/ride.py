@@ -17,7 +17,7 @@ __all__ = ["Ride"]
 #: how far the hand may be behind its setpoint: m, and s of its way
 _BEHIND, _BEHIND_TIME = 0.0015, 0.3
 #: how long it may take to settle, s, and how near the target that is over at once, m
-_SETTLING, _SETTLED = 1.0, 1e-4
+_SETTLING, _SETTLED = 0.5, 5e-5
 
 
 class Ride:

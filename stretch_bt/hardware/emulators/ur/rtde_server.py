@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import struct
 from collections import deque
@@ -113,12 +114,9 @@ class RtdeServer:
 
     def _send(self, session: _Session, data: bytes) -> None:
         """Send without waiting; a client that does not read is left."""
-        with suppress(OSError):
-            try:
-                sent = session.connection.send(data, socket.MSG_DONTWAIT)
-            except BlockingIOError:
-                sent = 0
-            if sent < len(data):
+        with suppress(OSError, ValueError):  # ValueError: the connection was closed meanwhile
+            writable = bool(select.select([], [session.connection], [], 0.0)[1])
+            if not writable or session.connection.send(data) < len(data):
                 session.started = False
                 session.connection.shutdown(socket.SHUT_RDWR)
 
