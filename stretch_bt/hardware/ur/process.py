@@ -11,6 +11,7 @@ import os
 import signal
 import socket
 import sys
+import threading
 import time
 from contextlib import suppress
 from typing import NoReturn
@@ -28,8 +29,10 @@ from stretch_bt.hardware.ur.transforms import inverse, pose_of, six, transform, 
 
 __all__ = ["main"]
 
-#: how long one cycle, and one connection, may take before the process is ended, s
-_STUCK, CONNECTING = 2.0, 10.0
+#: how long one cycle, connecting, and making ready may take before the process is ended, s
+_STUCK, _CONNECTING, _ENGAGING = 2.0, 4.0, 10.0
+#: what no controller tells: modes, safety bits and joint angles, rad, beyond these
+_MODES, _BITS, _TURNED = range(-1, 12), 1 << 12, 7.0
 
 
 class _Keeper:
@@ -50,19 +53,20 @@ class _Keeper:
         self._motion, self._motion_state = 0, "done"
         self._fault: str | None = None
         self._engaged = False
+        self._braking: threading.Thread | None = None
 
     def run(self) -> None:
         """Go on until the other side is gone."""
         due = time.monotonic()
         while True:
             signal.setitimer(signal.ITIMER_REAL, _STUCK)
-            waiting, self._waiting = self._waiting, []
-            for message in waiting + self._channel.drain():
-                self._obey(message)
+            self._listen()
             if self._read():
                 self._look()
                 self._channel.send(self._state().to_message())
-            if self._engaged and self._ride is None:
+            else:
+                self._channel.send({"say": "alive"})
+            if self._engaged and self._ride is None and not self._is_braking():
                 self._session.kick()
             due = max(due + 1 / self._settings.rate, time.monotonic() - 0.05)
             time.sleep(max(due - time.monotonic(), 0.0))
@@ -72,12 +76,25 @@ class _Keeper:
         signal.setitimer(signal.ITIMER_REAL, _STUCK)
         if self._ride is not None:
             self._session.brake()
+        if self._braking is not None:
+            self._braking.join()
         self._session.leave()
 
     # --- what is asked
 
+    def _listen(self) -> None:
+        """Do what is asked, in its order; while the arm brakes, all but signs of life wait."""
+        self._waiting += self._channel.drain()
+        while self._waiting:
+            self._beat = time.monotonic()
+            if self._is_braking() and self._waiting[0].get("do") != "beat":
+                return
+            self._obey(self._waiting.pop(0))
+
+    def _is_braking(self) -> bool:
+        return self._braking is not None and self._braking.is_alive()
+
     def _obey(self, message: Message) -> None:
-        self._beat = time.monotonic()
         match message.get("do"):
             case "beat":
                 self._contact_height = message["contact_height"]
@@ -89,13 +106,18 @@ class _Keeper:
                 self._follow(message)
             case "stop":
                 self._stop(MotionState.STOPPED)
+                self._waiting.insert(0, {"do": "say stopped", "number": message["number"]})
+            case "say stopped":  # when the arm stands
                 self._channel.send({"say": "stopped", "number": message["number"]})
             case "end":
                 raise ChannelClosed("told to end")
 
     def _engage(self, number: int) -> None:
-        signal.setitimer(signal.ITIMER_REAL, CONNECTING)
-        self._stop(MotionState.STOPPED)
+        if self._ride is not None:
+            self._stop(MotionState.STOPPED)
+            self._waiting.insert(0, {"do": "engage", "number": number})
+            return
+        signal.setitimer(signal.ITIMER_REAL, _ENGAGING)
         reason = None
         try:
             self._session.engage()
@@ -108,7 +130,9 @@ class _Keeper:
 
     def _follow(self, message: Message) -> None:
         if self._ride is not None:
-            self._session.brake()
+            self._stop(MotionState.PREEMPTED)
+            self._waiting.insert(0, message)
+            return
         self._motion, self._motion_state = message["number"], "moving"
         if not self._engaged or self._fault is not None:
             self._motion_state = "stopped"
@@ -119,9 +143,11 @@ class _Keeper:
         self._began, self._touched = time.monotonic(), self._force()
 
     def _stop(self, state: MotionState) -> None:
+        """Begin to brake, in a thread because the client waits until the arm stands."""
         if self._ride is not None:
-            self._session.brake()
             self._ride, self._motion_state = None, str(state)
+            self._braking = threading.Thread(target=self._session.brake, daemon=True)
+            self._braking.start()
 
     # --- what is seen
 
@@ -132,13 +158,24 @@ class _Keeper:
             raise OSError("the controller closed the connection")
         stamp = receive.getTimestamp()
         if stamp != self._stamp:
-            if not math.isfinite(stamp) or not all(map(math.isfinite, receive.getActualTCPPose())):
-                raise OSError("the controller sends what is no state")
+            self._check_state(stamp)
             self._stamp, self._new = stamp, now
             return True
         if now - self._new > self._settings.lost_after:
             raise OSError(f"nothing new came from the controller for {now - self._new:.2g} s")
         return False
+
+    def _check_state(self, stamp: float) -> None:
+        """Raise OSError for what no controller tells: a broken stream is read by the client all the same."""
+        receive = self._session.receive
+        numbers = (stamp, *receive.getActualTCPPose(), *receive.getActualTCPSpeed(), *receive.getActualTCPForce())
+        if (
+            receive.getRobotMode() not in _MODES
+            or receive.getSafetyStatusBits() >= _BITS
+            or not all(map(math.isfinite, numbers))
+            or not all(abs(angle) < _TURNED for angle in receive.getActualQ())
+        ):
+            raise OSError("what the controller sends is broken")
 
     def _look(self) -> None:
         """Check what must hold, and lead the hand on."""
@@ -210,7 +247,7 @@ def main(descriptor: int) -> NoReturn:
     channel = Channel(socket.socket(fileno=descriptor))
     keeper = None
     try:
-        signal.setitimer(signal.ITIMER_REAL, CONNECTING)
+        signal.setitimer(signal.ITIMER_REAL, _CONNECTING)
         first, *others = _first(channel)
         keeper = _Keeper(channel, Settings.from_message(first), others)
         keeper.run()

@@ -24,8 +24,8 @@ from stretch_bt.hardware.ur.settings import ArmState, Settings
 __all__ = ["Supervisor"]
 
 _BEAT = 0.05
-#: how long the process may be silent, s: while it works, and while it connects
-_SILENT, _CONNECTING = 0.4, 11.0
+#: how long the process may be silent, s: while it works, while it connects, and while it makes ready to move
+_SILENT, _CONNECTING, _ENGAGING = 0.4, 5.0, 11.0
 _BACKOFF = (0.1, 0.2, 0.5, 1.0, 2.0)
 _MODULE = "stretch_bt.hardware.ur.process"
 
@@ -208,7 +208,7 @@ class Supervisor:
                 for message in channel.drain():
                     self._take(message)
             silent = time.monotonic() - self._heard
-            if silent > (_CONNECTING if self._connecting or self._engaging else _SILENT):
+            if silent > (_ENGAGING if self._engaging else _CONNECTING if self._connecting else _SILENT):
                 raise ChannelClosed(f"its process gave no sign of life for {silent:.2g} s")
 
     def _begin(self, said: IO[bytes]) -> Channel:

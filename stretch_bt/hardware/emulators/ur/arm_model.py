@@ -53,12 +53,18 @@ class ArmModel:
         self.move: Move | None = None
         self._known: tuple[bytes, tuple[float, ...], tuple[float, ...]] | None = None
 
-    def step(self, dt: float) -> None:
-        """Go on for a time, s."""
+    def step(self, dt: float, fraction: float = 1.0) -> None:
+        """Go on for a time, s, at a part of the speed."""
         before = self.q.copy()
-        if self.move is not None and self.move.step(self, dt):
+        if self.move is not None and self.move.step(self, dt * fraction):
             self.move = None
-        self.qd = (self.q - before) / dt if dt > 0 else np.zeros(6)
+        self.qd = (self.q - before) / dt
+
+    def stand(self) -> None:
+        """Go nowhere, whatever the move says; braking is over at once."""
+        self.qd = np.zeros(6)
+        if isinstance(self.move, Slowing):
+            self.move = None
 
     @property
     def steady(self) -> bool:

@@ -172,10 +172,10 @@ class Controller:
         self._watch()
         self._run()
         if self.shown("stall") is not None:
-            self.arm.qd = np.zeros(6)
+            self.arm.stand()
             return
         try:
-            self.arm.step(period * (self.speed_fraction if self._state == "normal" else 1.0))
+            self.arm.step(period, self.speed_fraction if self._state == "normal" else 1.0)
         except (IllConditioned, np.linalg.LinAlgError):
             self.stop_safely("protective_stop", "the arm cannot go on: out of reach, or stretched out")
 

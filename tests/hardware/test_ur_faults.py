@@ -1,0 +1,315 @@
+"""Every fault that the stand-in of a UR controller can show, while the hand is on its way; and processes that are killed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
+from stretch_bt.hardware.interfaces import DeviceState, MotionState
+
+LIMIT = 20.0
+
+# (fault, parameters, what the fault of the arm says)
+LOSSES = [
+    ("drop", {}, "connection"),
+    ("reset", {}, "connection"),
+    ("freeze", {}, "nothing new came"),
+    ("slow", {"rate": 1.0}, "nothing new came"),
+    ("late", {"delay": 1.0}, "nothing new came"),
+    ("repeat", {}, "nothing new came|does not follow"),
+    ("truncate", {}, "connection|ended"),
+    ("garbage", {"bytes": 300}, "connection"),
+    ("corrupt", {}, "connection"),
+]
+OWN = [
+    ("protective_stop", {"locked": 0.2}, "protective stop: look for its cause"),
+    ("safeguard_stop", {}, "safeguard stop: close the safeguard"),
+    ("violation", {}, "violation of the safety configuration"),
+    ("program_stop", {}, "the control script ended"),
+    ("no_solution", {}, "the control script ended|takes no commands"),
+    ("deaf", {}, "does not follow"),
+    ("stall", {}, "does not follow"),
+    ("slider", {"fraction": 0.05}, "speed slider"),
+    ("load", {"fz": 30.0}, "force 30.0 N is past the limit of the cell, at most 20 N"),
+    ("wall", {"height": 0.18, "stiffness": 20000.0}, "N is past the limit of the cell"),
+]
+POWER = [("emergency_stop", "emergency stop: release the button"), ("power_off", "the control script ended")]
+#: of a controller before it is connected, and one that does no harm
+OTHERS = {"registers", "local", "loss"}
+
+
+@pytest.fixture
+def moving(make_cell, clock):
+    """Return a cell on a stand-in, its arm, and a motion that is under way downwards."""
+
+    def begin(**options):
+        cell = make_cell("ur", **options)
+        arm = cell.devices["arm"]
+        motion = arm.move(Pose((0, 0, 0.1)), speed=0.05, owner="a")
+        clock.time += 0.4
+        assert motion.poll() is MotionState.MOVING
+        return cell, arm, motion
+
+    return begin
+
+
+def fault_of(motion):
+    """Poll a motion until it raises a fault, and return that."""
+    end = time.monotonic() + LIMIT
+    while time.monotonic() < end:
+        try:
+            assert motion.poll() is MotionState.MOVING
+        except DeviceFault as fault:
+            return fault
+        time.sleep(0.01)
+    raise AssertionError("no fault comes")
+
+
+def eventually(ask):
+    """Return the answer of `ask` as soon as it has a true one and raises no fault."""
+    end = time.monotonic() + LIMIT
+    while time.monotonic() < end:
+        with suppress(DeviceFault):
+            if answer := ask():
+                return answer
+        time.sleep(0.01)
+    raise AssertionError("it does not come")
+
+
+def stands(stand_in):
+    """Wait until the arm stands, and return whether it goes on standing for a while of the controller's time."""
+    eventually(lambda: not stand_in.state()["moving"])
+    before = stand_in.state()
+    eventually(lambda: stand_in.state()["time"] > before["time"] + 0.25)
+    return stand_in.state()["moved"] == before["moved"]
+
+
+def goes_again(arm, clock):
+    """Acknowledge, and see that the arm moves only after that."""
+    eventually(lambda: arm.acknowledge() is None)
+    assert arm.state is DeviceState.READY
+    rest = arm.pose(10.0).value.height
+    motion = arm.move(Pose((0, 0, rest + 0.01)), speed=0.05, owner="b")
+    eventually(lambda: motion.poll() is MotionState.DONE)
+    assert arm.pose(10.0).value.height == pytest.approx(rest + 0.01, abs=2e-4)
+
+
+def test_every_fault_is_in_a_table():
+    named = {fault for fault, *_ in [*LOSSES, *OWN, *POWER]}
+    assert named | OTHERS == set(Ur5StandIn.FAULTS)
+
+
+@pytest.mark.parametrize(("fault", "parameters", "said"), LOSSES, ids=lambda p: p if isinstance(p, str) else "")
+def test_a_loss_ends_the_motion_and_nothing_moves_until_it_is_acknowledged(moving, clock, fault, parameters, said):
+    cell, arm, motion = moving()
+    cell.stand_in.inject(fault, parameters)
+    lost = fault_of(motion)
+    assert any(word in str(lost) for word in said.split("|")), lost
+    assert arm.state is DeviceState.FAULT
+    cell.stop()
+    assert stands(cell.stand_in)
+    cell.stand_in.clear()
+    eventually(lambda: arm.pose(10.0))
+    with pytest.raises(NotReady, match="until acknowledged"):
+        arm.move(Pose((0, 0, 0.1)), speed=0.05, owner="a")
+    assert stands(cell.stand_in)
+    goes_again(arm, clock)
+
+
+@pytest.mark.parametrize(("fault", "parameters", "said"), OWN, ids=lambda p: p if isinstance(p, str) else "")
+def test_a_fault_of_the_controller_ends_the_motion(moving, clock, fault, parameters, said):
+    cell, arm, motion = moving()
+    cell.stand_in.inject(fault, parameters)
+    told = fault_of(motion)
+    assert not isinstance(told, DeviceLost)
+    assert any(word in str(told) for word in said.split("|")), told
+    assert arm.state is DeviceState.FAULT
+    cell.stop()
+    assert stands(cell.stand_in)
+    assert arm.pose(1.0).value.height > 0.1
+    if fault == "wall":
+        cell.stand_in.inject("wall", {"height": 0.0})
+    cell.stand_in.clear()
+    goes_again(arm, clock)
+
+
+@pytest.mark.parametrize(("fault", "said"), POWER)
+def test_without_power_the_fault_stays_until_a_person_was_at_the_pendant(moving, clock, fault, said):
+    cell, arm, motion = moving()
+    cell.stand_in.inject(fault)
+    assert said in str(fault_of(motion))
+    cell.stop()
+    assert stands(cell.stand_in)
+    cell.stand_in.clear()
+    with pytest.raises(DeviceFault, match="switch power and brakes on at the pendant"):
+        eventually_told(arm)
+    assert arm.state is DeviceState.FAULT
+    cell.stand_in.controller.release_brakes()
+    goes_again(arm, clock)
+
+
+def eventually_told(arm):
+    """Acknowledge until the arm says what is to be done rather than that its state is not known yet."""
+    end = time.monotonic() + LIMIT
+    while True:
+        try:
+            return arm.acknowledge()
+        except DeviceFault as fault:
+            if "pendant" in str(fault) or time.monotonic() > end:
+                raise
+            time.sleep(0.05)
+
+
+def test_a_part_of_the_packages_is_enough(moving):
+    cell, arm, motion = moving()
+    cell.stand_in.inject("loss", {"part": 0.5})
+    eventually(lambda: motion.poll() is MotionState.DONE)
+    assert arm.pose(1.0).value.height == pytest.approx(0.1, abs=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("prepare", "said"),
+    [
+        (lambda s: s.inject("registers"), "already in use"),
+        (lambda s: s.inject("power_off"), "switch power and brakes on"),
+        (lambda s: s.inject("protective_stop"), "cannot be unlocked"),
+        (lambda s: s.controller.load(iter(lambda: None, 0), 0.0), "runs a program"),
+    ],
+)
+def test_a_controller_that_cannot_be_moved_is_not_opened(
+    make_cell, stand_in, tmp_path, live_cell, clock, prepare, said
+):
+    behind, _ = stand_in("ur")
+    prepare(behind)
+    eventually(lambda: behind.state()["time"] > 0.05)
+    with pytest.raises(DeviceFault, match=said):
+        open_cell(load_cell(live_cell("ur", "rtde", behind.host)), now=clock)
+    assert not behind.state()["moving"]
+
+
+def test_nobody_there_and_the_wrong_robot_are_told(stand_in, live_cell, clock):
+    with pytest.raises(DeviceLost, match=r"cannot be reached at 127\.0\.0\.250"):
+        open_cell(load_cell(live_cell("ur", "rtde", "127.0.0.250")), now=clock)
+    behind, _ = stand_in("ur")
+    with pytest.raises(DeviceFault, match="`model` or `hand` of the cell file are not those of this robot"):
+        open_cell(load_cell(live_cell("ur", "rtde", behind.host, model="ur5e")), now=clock)
+
+
+def test_what_cannot_be_reached_is_refused_and_leaves_the_arm_ready(make_cell):
+    arm = make_cell("ur").devices["arm"]
+    with pytest.raises(LimitExceeded, match=r"pose .* mm .*(reached|stretched|deg/s)"):
+        arm.move(Pose((0.49, 0, 0.2)), speed=0.05, owner="a")
+    arm.driver.options = arm.driver.options.model_copy(update={"joint_speed": 0.1})
+    with pytest.raises(LimitExceeded, match=r"turn at \d+ deg/s, allowed are 6; go slower"):
+        arm.move(Pose((0.1, 0, 0.2)), speed=0.2, owner="a")
+    assert arm.state is DeviceState.READY
+
+
+def test_contact_ends_a_motion_as_blocked(make_cell):
+    cell = make_cell("ur", contact_force="5 N")
+    cell.stand_in.inject("wall", {"height": 0.19, "stiffness": 2000.0})
+    arm = cell.devices["arm"]
+    motion = arm.move(Pose((0, 0, 0.15)), speed=0.02, owner="a")
+    assert eventually(lambda: motion.poll() is not MotionState.MOVING and motion.poll()) is MotionState.BLOCKED
+    assert 0.15 < arm.pose(1.0).value.height < 0.1875
+    assert arm.state is DeviceState.READY
+
+
+def test_the_depth_past_first_contact_is_watched_in_every_cycle(moving):
+    """Contact becomes known while the hand is already on its way below what that allows."""
+    cell, arm, motion = moving()
+    cell.hand.contact_height = 0.2
+    assert "depth 27" in str(fault_of(motion))
+    assert arm.pose(1.0).value.height > 0.165
+
+
+def test_a_force_at_opening_is_taken_as_zero(stand_in, live_cell, clock):
+    behind, _ = stand_in("ur")
+    behind.inject("load", {"fx": 2.0, "fz": -5.0})
+    cell = open_cell(load_cell(live_cell("ur", "rtde", behind.host, tare="true")), now=clock)
+    try:
+        arm = cell.devices["arm"]
+        eventually(lambda: arm.wrench(1e9).value.magnitude < 1e-9)
+        behind.inject("load", {"fx": 2.0, "fz": 5.0})
+        eventually(lambda: arm.wrench(1e9).value.force == pytest.approx((0.0, 0.0, 10.0)))
+    finally:
+        cell.close()
+
+
+# --- processes that are killed
+
+
+def test_killing_the_process_of_the_driver_is_a_fault_and_the_watchdog_stops_the_arm(moving, clock):
+    cell, arm, motion = moving()
+    before = cell.stand_in.state()["time"]
+    os.kill(arm.driver.process, signal.SIGKILL)
+    killed = time.monotonic()
+    assert "ended by SIGKILL" in str(fault_of(motion))
+    assert time.monotonic() - killed < 0.5
+    assert stands(cell.stand_in)
+    state = cell.stand_in.state()
+    assert any("watchdog" in event for event in state["events"])
+    assert state["moved"] - before < 1.0
+    goes_again(arm, clock)
+
+
+def test_a_process_that_hangs_is_replaced(moving, clock):
+    cell, arm, motion = moving()
+    os.kill(arm.driver.process, signal.SIGSTOP)
+    assert "no sign of life" in str(fault_of(motion))
+    assert stands(cell.stand_in)
+    goes_again(arm, clock)
+
+
+RUN = """
+import sys, time
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
+arm = open_cell(load_cell(sys.argv[1]), now=time.monotonic).devices["arm"]
+arm.move(Pose((0, 0, 0.1)), speed=0.02, owner="a")
+print(arm.driver.process, flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("both", [False, True], ids=["the run alone", "its driver too"])
+def test_killing_the_run_stops_the_arm_and_leaves_no_process(stand_in, live_cell, both):
+    behind, _ = stand_in("ur")
+    path = live_cell("ur", "rtde", behind.host)
+    with subprocess.Popen([sys.executable, "-c", RUN, str(path)], stdout=subprocess.PIPE) as run:
+        driver = json.loads(run.stdout.readline())
+        eventually(lambda: behind.state()["speed"] > 0.015)
+        before = behind.state()["time"]
+        for pid in [run.pid, driver][: 1 + both]:
+            os.kill(pid, signal.SIGKILL)
+    eventually(lambda: not Path(f"/proc/{driver}").exists() or "zombie" in Path(f"/proc/{driver}/status").read_text())
+    assert stands(behind)
+    state = behind.state()
+    assert not state["running"]
+    assert state["height"] > 0.12
+    assert state["moved"] - before < 1.0
+    assert any("watchdog" in event for event in state["events"]) is both
+
+
+def test_a_run_that_hangs_has_its_arm_stopped(stand_in, live_cell):
+    behind, _ = stand_in("ur")
+    path = live_cell("ur", "rtde", behind.host)
+    with subprocess.Popen([sys.executable, "-c", RUN, str(path)], stdout=subprocess.PIPE) as run:
+        run.stdout.readline()
+        eventually(lambda: behind.state()["speed"] > 0.015)
+        os.kill(run.pid, signal.SIGSTOP)
+        assert stands(behind)
+        assert behind.state()["height"] > 0.12
+        run.kill()
