@@ -232,6 +232,18 @@ def write_recording(folder: Path, **changes: np.ndarray) -> Path:
     return folder / "cell.yaml"
 
 
+@pytest.fixture(scope="session")
+def own_hosts():
+    """Loopback addresses that nobody else has."""
+    return HOSTS
+
+
+@pytest.fixture(scope="session")
+def write_cell():
+    """Write a cell file of one device at a place into a folder, and return its path."""
+    return write_live_cell
+
+
 @pytest.fixture
 def live_cell(tmp_path: Path):
     """Write a cell file of one device at a place, and return its path."""

@@ -15,6 +15,7 @@ from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 
@@ -49,19 +50,36 @@ POWER = [("emergency_stop", "emergency stop: release the button"), ("power_off",
 OTHERS = {"registers", "local", "loss"}
 
 
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory, own_hosts, write_cell):
+    """A cell on a stand-in, which the tests leave able to move again."""
+    behind = Ur5StandIn(next(own_hosts), Stage())
+    places = behind.start()
+    path = write_cell(tmp_path_factory.mktemp("ur"), "ur", "rtde", places["rtde"])
+    cell = open_cell(load_cell(path), now=time.monotonic)
+    cell.stand_in = behind
+    yield cell
+    cell.close()
+    behind.stop()
+
+
 @pytest.fixture
-def moving(make_cell, clock):
-    """Return a cell on a stand-in, its arm, and a motion that is under way downwards."""
+def moving(shared):
+    """Return the cell, its arm, and a motion that is under way downwards."""
 
-    def begin(**options):
-        cell = make_cell("ur", **options)
-        arm = cell.devices["arm"]
+    def begin():
+        arm = shared.devices["arm"]
+        up = arm.move(Pose((0, 0, 0.2)), speed=0.25, owner="up")
+        eventually(lambda: up.poll() is MotionState.DONE)
         motion = arm.move(Pose((0, 0, 0.1)), speed=0.05, owner="a")
-        clock.time += 0.4
+        eventually(lambda: shared.stand_in.state()["speed"] > 0.045)
         assert motion.poll() is MotionState.MOVING
-        return cell, arm, motion
+        return shared, arm, motion
 
-    return begin
+    yield begin
+    shared.hand.contact_height = None
+    shared.stand_in.clear()
+    eventually(lambda: shared.devices["arm"].acknowledge() is None)
 
 
 def fault_of(motion):
@@ -91,18 +109,18 @@ def stands(stand_in):
     """Wait until the arm stands, and return whether it goes on standing for a while of the controller's time."""
     eventually(lambda: not stand_in.state()["moving"])
     before = stand_in.state()
-    eventually(lambda: stand_in.state()["time"] > before["time"] + 0.25)
+    eventually(lambda: stand_in.state()["time"] > before["time"] + 0.1)
     return stand_in.state()["moved"] == before["moved"]
 
 
-def goes_again(arm, clock):
+def goes_again(arm):
     """Acknowledge, and see that the arm moves only after that."""
     eventually(lambda: arm.acknowledge() is None)
     assert arm.state is DeviceState.READY
     rest = arm.pose(10.0).value.height
-    motion = arm.move(Pose((0, 0, rest + 0.01)), speed=0.05, owner="b")
+    motion = arm.move(Pose((0, 0, rest + 0.005)), speed=0.1, owner="b")
     eventually(lambda: motion.poll() is MotionState.DONE)
-    assert arm.pose(10.0).value.height == pytest.approx(rest + 0.01, abs=2e-4)
+    assert arm.pose(10.0).value.height == pytest.approx(rest + 0.005, abs=2e-4)
 
 
 def test_every_fault_is_in_a_table():
@@ -111,7 +129,7 @@ def test_every_fault_is_in_a_table():
 
 
 @pytest.mark.parametrize(("fault", "parameters", "said"), LOSSES, ids=lambda p: p if isinstance(p, str) else "")
-def test_a_loss_ends_the_motion_and_nothing_moves_until_it_is_acknowledged(moving, clock, fault, parameters, said):
+def test_a_loss_ends_the_motion_and_nothing_moves_until_it_is_acknowledged(moving, fault, parameters, said):
     cell, arm, motion = moving()
     cell.stand_in.inject(fault, parameters)
     lost = fault_of(motion)
@@ -124,11 +142,11 @@ def test_a_loss_ends_the_motion_and_nothing_moves_until_it_is_acknowledged(movin
     with pytest.raises(NotReady, match="until acknowledged"):
         arm.move(Pose((0, 0, 0.1)), speed=0.05, owner="a")
     assert stands(cell.stand_in)
-    goes_again(arm, clock)
+    goes_again(arm)
 
 
 @pytest.mark.parametrize(("fault", "parameters", "said"), OWN, ids=lambda p: p if isinstance(p, str) else "")
-def test_a_fault_of_the_controller_ends_the_motion(moving, clock, fault, parameters, said):
+def test_a_fault_of_the_controller_ends_the_motion(moving, fault, parameters, said):
     cell, arm, motion = moving()
     cell.stand_in.inject(fault, parameters)
     told = fault_of(motion)
@@ -141,11 +159,11 @@ def test_a_fault_of_the_controller_ends_the_motion(moving, clock, fault, paramet
     if fault == "wall":
         cell.stand_in.inject("wall", {"height": 0.0})
     cell.stand_in.clear()
-    goes_again(arm, clock)
+    goes_again(arm)
 
 
 @pytest.mark.parametrize(("fault", "said"), POWER)
-def test_without_power_the_fault_stays_until_a_person_was_at_the_pendant(moving, clock, fault, said):
+def test_without_power_the_fault_stays_until_a_person_was_at_the_pendant(moving, fault, said):
     cell, arm, motion = moving()
     cell.stand_in.inject(fault)
     assert said in str(fault_of(motion))
@@ -156,7 +174,7 @@ def test_without_power_the_fault_stays_until_a_person_was_at_the_pendant(moving,
         eventually_told(arm)
     assert arm.state is DeviceState.FAULT
     cell.stand_in.controller.release_brakes()
-    goes_again(arm, clock)
+    goes_again(arm)
 
 
 def eventually_told(arm):
@@ -250,7 +268,7 @@ def test_a_force_at_opening_is_taken_as_zero(stand_in, live_cell, clock):
 # --- processes that are killed
 
 
-def test_killing_the_process_of_the_driver_is_a_fault_and_the_watchdog_stops_the_arm(moving, clock):
+def test_killing_the_process_of_the_driver_is_a_fault_and_the_watchdog_stops_the_arm(moving):
     cell, arm, motion = moving()
     before = cell.stand_in.state()["time"]
     os.kill(arm.driver.process, signal.SIGKILL)
@@ -261,15 +279,15 @@ def test_killing_the_process_of_the_driver_is_a_fault_and_the_watchdog_stops_the
     state = cell.stand_in.state()
     assert any("watchdog" in event for event in state["events"])
     assert state["moved"] - before < 1.0
-    goes_again(arm, clock)
+    goes_again(arm)
 
 
-def test_a_process_that_hangs_is_replaced(moving, clock):
+def test_a_process_that_hangs_is_replaced(moving):
     cell, arm, motion = moving()
     os.kill(arm.driver.process, signal.SIGSTOP)
     assert "no sign of life" in str(fault_of(motion))
     assert stands(cell.stand_in)
-    goes_again(arm, clock)
+    goes_again(arm)
 
 
 RUN = """

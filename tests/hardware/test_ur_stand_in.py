@@ -1,8 +1,6 @@
 """The stand-ins for UR controllers as the real clients see them, and one that was written elsewhere."""
 
-import itertools
 import json
-import os
 import socket
 import struct
 import subprocess
@@ -27,17 +25,15 @@ from stretch_bt.hardware.ur.transforms import rotation_vector, six, transform
 
 MODELS_OF = {"ur": Ur5StandIn, "ur5e": Ur5eStandIn}
 CLIENTS = Path(__file__).with_name("ur_clients.py")
-#: the clients have their ports built in, so that each stand-in needs an address of its own
-HOSTS = (f"127.{1 + os.getpid() % 250}.{1 + os.getpid() // 250 % 250}.{k}" for k in itertools.count(2))
 
 
 @pytest.fixture
-def controller():
+def controller(own_hosts):
     """Start a stand-in at a loopback address of its own."""
     started = []
 
     def start(model="ur"):
-        made = MODELS_OF[model](next(HOSTS), Stage())
+        made = MODELS_OF[model](next(own_hosts), Stage())
         started.append(made)
         made.start()
         return made
@@ -182,8 +178,8 @@ def test_no_bytes_move_the_arm_or_stop_the_controller(noisy, sent):
 
 
 @pytest.fixture(scope="module")
-def noisy():
-    made = Ur5StandIn(next(HOSTS), Stage())
+def noisy(own_hosts):
+    made = Ur5StandIn(next(own_hosts), Stage())
     made.start()
     yield made
     end = time.monotonic() + 10

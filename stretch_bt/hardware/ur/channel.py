@@ -43,7 +43,7 @@ class Channel:
                 if not select.select([], [self._end], [], max(due - time.monotonic(), 0.0))[1]:
                     raise ChannelClosed("it takes no messages") from None
             except OSError as error:
-                raise ChannelClosed(f"it takes no messages ({error})") from error
+                raise ChannelClosed(f"the other side is gone ({error})") from error
 
     def drain(self) -> list[Message]:
         """Return the messages that have come, without waiting; raises ChannelClosed when there will be no more."""
@@ -54,7 +54,7 @@ class Channel:
             except BlockingIOError:
                 return messages
             except OSError as error:
-                raise ChannelClosed(str(error)) from error
+                raise ChannelClosed(f"the other side is gone ({error})") from error
             if not data:
                 if messages:
                     return messages  # the end is told next time
