@@ -64,7 +64,10 @@ def test_a_port_that_is_taken_leaves_nothing(name):
         if kind == socket.SOCK_STREAM:
             taken.listen()
         ports = {**FREE[name], wire: taken.getsockname()[1]}
-        with pytest.raises(OSError, match="in use"), serving([name], Stage(), ports={name: ports}):
+        with (
+            pytest.raises(OSError, match=r"cannot listen on .* in use; .* Choose another --host"),
+            serving([name], Stage(), ports={name: ports}),
+        ):
             pass
     assert set(threading.enumerate()) == before
 
@@ -106,6 +109,12 @@ REFUSED = [
     ({"do": "inject", "device": "ati", "fault": "loss", "part": "1"}, "finite number, not '1'"),
     ({"do": "inject", "device": "ati", "fault": "loss", "part": True}, "finite number"),
     ({"do": "inject", "device": "ati", "fault": "loss", "part": 1e999}, "finite number"),
+    ({"do": "inject", "device": "ati", "fault": "slow", "rate": 0}, "rate of the fault 'slow' must be from 0.01 to"),
+    ({"do": "inject", "device": "robotiq", "fault": "slow", "delay": -1}, "delay .* must be from 0 to 3600"),
+    ({"do": "inject", "device": "ati", "fault": "load", "fx": 1e300}, "fx .* must be from -1e"),
+    ({"do": "inject", "device": "ati", "fault": "load", "fx": 10**400}, "finite number|too large|must be from"),
+    ({"do": "inject", "device": "ati", "fault": "load", "times": 2}, "no parameter 'times'"),
+    ({"do": "clear", "devise": "ati"}, "no key 'devise' here; did you mean 'device'"),
     ({"do": "clear", "device": "ati", "fault": 3}, "a fault has a name"),
     ({"do": "clear", "device": "ati", "fault": "los"}, "did you mean 'loss'"),
 ]
@@ -140,6 +149,19 @@ def test_the_control_port_lists_injects_and_clears(served):
     assert active() == ["repeat"]
     control(served.served.control, {"do": "clear"})
     assert active() == []
+
+
+def test_a_state_ends_when_its_time_has_passed():
+    with serving(["robotiq"], Stage(), ports=FREE, activated=True) as servers:
+        gripper = servers.stand_ins["robotiq"]
+        gripper.inject("code", {"code": 8, "seconds": 0.1})
+        assert gripper.state()["fault"] == 8
+        until(lambda: gripper.state()["fault"] == 0)
+    with serving(["ur"], Stage(), ports=FREE) as servers:
+        arm = servers.stand_ins["ur"]
+        arm.inject("safeguard_stop", {"seconds": 0.1})
+        assert arm.state()["safety"] == "SAFEGUARD_STOP"
+        until(lambda: arm.state()["safety"] == "NORMAL")
 
 
 def test_no_port_but_those_of_the_wires_is_open():

@@ -16,6 +16,7 @@ from stretch_bt.hardware.ati.rdt import PORT, Ask, Record, parse_request
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.tcp_server import cannot_listen
 
 __all__ = ["AtiStandIn"]
 
@@ -27,7 +28,7 @@ _NOISE = 0.002
 _FEELS_EVERY = 0.02
 
 _FAULTS: dict[str, Fault] = {
-    "silence": Fault("sends nothing, and hears nothing"),
+    "silence": Fault("sends nothing, and hears nothing", state=True),
     "loss": Fault("loses the part `part` of its packets", {"part": 0.3}),
     "reorder": Fault("exchanges the part `part` of its packets with the one after", {"part": 0.3}),
     "repeat": Fault("sends every packet twice"),
@@ -38,9 +39,11 @@ _FAULTS: dict[str, Fault] = {
     "short": Fault("sends half of each packet"),
     "noise": Fault("sends packets of random bytes, of the right length"),
     "restart": Fault("begins its numbers anew, as after a loss of its supply; once"),
-    "slow": Fault("sends at `rate` packets a second", {"rate": 5.0}),
-    "load": Fault("feels `fx`, `fy`, `fz` N besides what the scene does", {"fx": 0.0, "fy": 0.0, "fz": 0.0}),
-    "drift": Fault("drifts along z by `rate` N a second", {"rate": 0.1}),
+    "slow": Fault("sends at `rate` packets a second", {"rate": 5.0}, state=True),
+    "load": Fault(
+        "feels `fx`, `fy`, `fz` N besides what the scene does", {"fx": 0.0, "fy": 0.0, "fz": 0.0}, state=True
+    ),
+    "drift": Fault("drifts along z by `rate` N a second", {"rate": 0.1}, state=True),
 }
 
 
@@ -69,9 +72,9 @@ class AtiStandIn(StandIn):
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.bind((self.host, self.ports["rdt"]))
-        except OSError:
+        except OSError as error:
             self._socket.close()
-            raise
+            raise cannot_listen(self.host, self.ports["rdt"], error) from error
         self._ending.clear()
         self._wrench = self.stage.wrench()  # the first one may take long
         self._threads = [threading.Thread(target=run, name="RDT stand-in", daemon=True) for run in self._work()]

@@ -57,7 +57,7 @@ class ControlPort:
             if not isinstance(asked, dict):
                 raise InvalidInput('a line is one JSON object, such as {"do": "list"}')
             return {"ok": True, **self._do(asked)}
-        except (ValueError, RecursionError, InvalidInput) as error:
+        except (ValueError, RecursionError, OverflowError, InvalidInput) as error:
             return {"ok": False, "error": str(error)}
 
     def _do(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -67,7 +67,13 @@ class ControlPort:
             raise InvalidInput(f"there is nothing to do that is called {verb!r}; {did_you_mean(str(verb), verbs)}")
         return verbs[verb](asked)
 
+    def _check_keys(self, asked: Mapping[str, Any], *known: str) -> None:
+        for key in asked:
+            if key not in known:
+                raise InvalidInput(f"there is no key {key!r} here; {did_you_mean(key, known)}")
+
     def _list(self, asked: dict[str, Any]) -> dict[str, Any]:
+        self._check_keys(asked)
         return {"devices": {name: self._described(name) for name in self._stand_ins}}
 
     def _described(self, name: str) -> dict[str, Any]:
@@ -83,6 +89,7 @@ class ControlPort:
         return {}
 
     def _clear(self, asked: dict[str, Any]) -> dict[str, Any]:
+        self._check_keys(asked, "device", "fault")
         name, fault = asked.get("device"), asked.get("fault")
         if fault is not None and not isinstance(fault, str):
             raise InvalidInput(f"a fault has a name, not {fault!r}")

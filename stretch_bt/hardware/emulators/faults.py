@@ -15,14 +15,39 @@ from stretch_bt.source import did_you_mean
 __all__ = ["Fault", "Faults"]
 
 _COMMON = {"times": math.inf, "seconds": math.inf}
+#: least and greatest of parameters by their name; of others the last one holds
+_BOUNDS: dict[str, tuple[float, float]] = {
+    "times": (1, 1e9),
+    "seconds": (0, 1e6),
+    "delay": (0, 3600),
+    "rate": (0.01, 10_000),
+    "bytes": (1, 65_536),
+    "part": (0, 1),
+    "fraction": (0, 1),
+    "code": (0, 0xFFFFFFFF),
+    "unit": (0, 255),
+    "opening": (0, 1),
+    "locked": (0, 3600),
+}
+_ELSE = (-1e6, 1e6)
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault: what it does, and its parameters with their defaults, all numbers."""
+    """A fault: what it does, and its parameters with their defaults, all numbers.
+
+    One that is a state, rather than something that is done to an answer, cannot be counted: it takes no `times`.
+    """
 
     doc: str
     parameters: Mapping[str, float] = field(default_factory=dict)
+    state: bool = False
+
+    @property
+    def allowed(self) -> dict[str, float]:
+        """All parameters that it takes, with their defaults."""
+        common = {k: v for k, v in _COMMON.items() if k != "times" or not self.state}
+        return {**common, **self.parameters}
 
 
 @dataclass
@@ -47,15 +72,18 @@ class Faults:
         """Begin to show a fault; raises InvalidInput for one that is not known, or a parameter that it does not have."""
         if name not in self.known:
             raise InvalidInput(f"there is no fault {name!r}; {did_you_mean(name, self.known)}")
-        allowed = {**_COMMON, **self.known[name].parameters}
+        allowed = self.known[name].allowed
         for key, value in (parameters or {}).items():
             if key not in allowed:
                 raise InvalidInput(f"the fault {name!r} has no parameter {key!r}; {did_you_mean(key, allowed)}")
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise InvalidInput(f"{key} of the fault {name!r} must be a finite number, not {value!r}")
-        values = {**allowed, **(parameters or {})}
+            least, most = _BOUNDS.get(key, _ELSE)
+            if not least <= value <= most:
+                raise InvalidInput(f"{key} of the fault {name!r} must be from {least:g} to {most:g}, not {value!r}")
+        values = {**allowed, **{key: float(value) for key, value in (parameters or {}).items()}}
         with self._lock:
-            self._active[name] = _Active(values, values["times"], time.monotonic() + values["seconds"])
+            self._active[name] = _Active(values, values.get("times", math.inf), time.monotonic() + values["seconds"])
 
     def clear(self, name: str | None = None) -> None:
         """End a fault, or all of them; raises InvalidInput for one that is not known."""

@@ -28,12 +28,14 @@ _TOUCH = 1e-6
 
 GRIPPER_FAULTS: dict[str, Fault] = {
     "code": Fault(
-        "shows the fault code `code` until the gripper is reset, or for 08 until it is cleared", {"code": 0x0C}
+        "shows the fault code `code` until the gripper is reset, or for 08 until it is cleared",
+        {"code": 0x0C},
+        state=True,
     ),
-    "deactivate": Fault("loses its activation, as after a loss of its supply; once"),
-    "object": Fault("has an object between the fingers, `opening` metres wide", {"opening": 0.05}),
-    "stall": Fault("the fingers stand, and it goes on to say that they move"),
-    "deaf": Fault("confirms what is written, and does nothing of it"),
+    "deactivate": Fault("loses its activation, as after a loss of its supply; once", state=True),
+    "object": Fault("has an object between the fingers, `opening` metres wide", {"opening": 0.05}, state=True),
+    "stall": Fault("the fingers stand, and it goes on to say that they move", state=True),
+    "deaf": Fault("confirms what is written, and does nothing of it", state=True),
 }
 
 
@@ -60,6 +62,7 @@ class GripperModel:
         self._plan: list[float] = []
         self._heard = time.monotonic()
         self.writes = 0
+        self._seen: frozenset[str] = frozenset()
 
     def activated(self) -> None:
         """Stand as after an activation, with the fingers where they are."""
@@ -68,6 +71,7 @@ class GripperModel:
 
     def read(self) -> Status:
         """Return the status."""
+        self._notice()
         self._go_on()
         self._listen()
         opening = self._stage.opening()
@@ -84,6 +88,7 @@ class GripperModel:
 
     def write(self, command: Command) -> None:
         """Take a command."""
+        self._notice()
         self._go_on()
         self._listen()
         if self._shown("deaf") is not None:
@@ -103,6 +108,7 @@ class GripperModel:
 
     def changed(self) -> None:
         """Take note of a fault that began or ended."""
+        self._seen = self._states()
         code = self._shown("code")
         if code is not None:
             self._fault = int(code["code"]) & 0x0F
@@ -116,6 +122,14 @@ class GripperModel:
         elif self._goal is not None and self._moving():
             self._drive(self._goal, self._pace)
 
+    def _states(self) -> frozenset[str]:
+        return frozenset(name for name in GRIPPER_FAULTS if self._shown(name) is not None)
+
+    def _notice(self) -> None:
+        """See whether the time of a fault has passed."""
+        if self._states() < self._seen:
+            self.changed()
+
     def lose_activation(self) -> None:
         """Stand as after a loss of the supply."""
         self._command = Command(activate=False)
@@ -123,6 +137,7 @@ class GripperModel:
 
     def state(self) -> dict[str, Any]:
         """Return how the fingers stand."""
+        self._notice()
         self._go_on()
         return {"opening": self._stage.opening(), "writes": self.writes, "moving": self._moving(), "fault": self._fault}
 

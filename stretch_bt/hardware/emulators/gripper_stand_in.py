@@ -24,6 +24,10 @@ class GripperStandIn(StandIn):
         self.lock = threading.RLock()
         self._servers: list[TcpServer] = []
 
+    def refuses(self) -> bool:
+        """Whether new connections are closed at once."""
+        return self.faults.shown("drop") is not None
+
     def activated(self) -> None:
         """Stand as after an activation."""
         self.model.activated()
@@ -48,7 +52,6 @@ class GripperStandIn(StandIn):
                 self.model.lose_activation()
             self.model.changed()
         for server in self._servers:
-            server.refusing = server.refusing or fault == "drop"
             if fault in ("drop", "reset"):
                 server.break_all(reset=fault == "reset")
         if fault == "reset":
@@ -57,7 +60,5 @@ class GripperStandIn(StandIn):
     def clear(self, fault: str | None = None) -> None:
         """End a fault, or all of them."""
         super().clear(fault)
-        for server in self._servers:
-            server.refusing = self.faults.shown("drop") is not None
         with self.lock:
             self.model.changed()

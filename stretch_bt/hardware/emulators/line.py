@@ -14,7 +14,7 @@ A = TypeVar("A")
 
 #: faults of a wire on which each question has an answer
 LINE_FAULTS: dict[str, Fault] = {
-    "drop": Fault("closes all connections and refuses new ones"),
+    "drop": Fault("closes all connections and refuses new ones", state=True),
     "reset": Fault("breaks all connections once; new ones are taken"),
     "freeze": Fault("answers nothing, on connections that stay open"),
     "slow": Fault("answers after `delay` seconds", {"delay": 0.1}),

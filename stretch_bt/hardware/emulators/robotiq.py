@@ -76,7 +76,7 @@ class RobotiqStandIn(GripperStandIn):
         try:
             for wire, port in self.ports.items():
                 make = framings[wire]
-                server = TcpServer(self.host, port, lambda c, make=make: self._serve(c, make()))  # type: ignore[misc]
+                server = TcpServer(self.host, port, lambda c, make=make: self._serve(c, make()), self.refuses)  # type: ignore[misc]
                 self._servers.append(server)
                 places[wire] = f"{server.address[0]}:{server.address[1]}"
         except BaseException:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-__all__ = ["TcpServer", "lines", "received"]
+__all__ = ["TcpServer", "cannot_listen", "lines", "received"]
 
 _POLL = 0.1
 _PART = 4096
@@ -37,16 +38,35 @@ def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
             return
 
 
-class TcpServer:
-    """Calls `serve(connection)` in a thread for each connection, until `stop`; a connection is closed when that returns."""
+def cannot_listen(host: str, port: int, error: OSError) -> OSError:
+    """Return the error that says which port cannot be had, and what to do."""
+    why = os.strerror(error.errno) if error.errno else str(error)
+    return OSError(
+        f"cannot listen on {host} port {port}: {why}; is another stand-in running there? Choose another --host or --port"
+    )
 
-    def __init__(self, host: str, port: int, serve: Callable[[socket.socket], None]) -> None:
-        self._serve = serve
+
+class TcpServer:
+    """Calls `serve(connection)` in a thread for each connection, until `stop`; a connection is closed when that returns.
+
+    While `refuses()` new connections are closed at once. Raises OSError, with what to do, when the port cannot be had.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        serve: Callable[[socket.socket], None],
+        refuses: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._serve, self._refuses = serve, refuses
         self._lock = threading.Lock()
         self._open: dict[socket.socket, threading.Thread] = {}
         self._ending = threading.Event()
-        self.refusing = False
-        self._listener = socket.create_server((host, port))
+        try:
+            self._listener = socket.create_server((host, port))
+        except OSError as error:
+            raise cannot_listen(host, port, error) from error
         self._listener.settimeout(_POLL)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
         self._thread = threading.Thread(target=self._accept, name=f"server on {host}:{port}", daemon=True)
@@ -81,7 +101,7 @@ class TcpServer:
                 connection, _ = self._listener.accept()
             except OSError:  # nobody came, or the port is closed
                 continue
-            if self.refusing:
+            if self._refuses():
                 connection.close()
                 continue
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

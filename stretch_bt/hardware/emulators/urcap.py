@@ -61,7 +61,7 @@ class UrcapStandIn(GripperStandIn):
 
     def start(self) -> dict[str, str]:
         """Open the port."""
-        server = TcpServer(self.host, self.ports["urcap"], self._serve)
+        server = TcpServer(self.host, self.ports["urcap"], self._serve, self.refuses)
         self._servers.append(server)
         return {"urcap": f"{server.address[0]}:{server.address[1]}"}
 

@@ -50,7 +50,7 @@ class Dashboard:
         if not c.profile.e_series:
             for name in ("get serial number", "is in remote control", "safetystatus"):
                 del self._answers[name]
-        self.server = TcpServer(host, port, self._serve)
+        self.server = TcpServer(host, port, self._serve, lambda: faults.shown("drop") is not None)
 
     def answer(self, line: bytes) -> str:
         """Return the answer to a line, whatever it holds."""

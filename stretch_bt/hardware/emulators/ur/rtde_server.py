@@ -22,15 +22,15 @@ __all__ = ["STREAM_FAULTS", "RtdeServer"]
 _LATER = {"ft_raw_wrench"}
 
 STREAM_FAULTS: dict[str, Fault] = {
-    "drop": Fault("closes all connections and refuses new ones"),
-    "reset": Fault("breaks all connections once; new ones are taken"),
-    "freeze": Fault("sends nothing and hears nothing, on connections that stay open"),
-    "slow": Fault("sends `rate` packages a second", {"rate": 2.0}),
-    "late": Fault("sends each package `delay` seconds after its time", {"delay": 0.5}),
-    "repeat": Fault("sends the same package again and again: its time stands"),
-    "loss": Fault("leaves out `part` of its packages", {"part": 0.5}),
-    "corrupt": Fault("flips bits in the values of each package"),
-    "truncate": Fault("sends the first half of each package only"),
+    "drop": Fault("closes all connections and refuses new ones", state=True),
+    "reset": Fault("breaks all connections once; new ones are taken", state=True),
+    "freeze": Fault("sends nothing and hears nothing, on connections that stay open", state=True),
+    "slow": Fault("sends `rate` packages a second", {"rate": 2.0}, state=True),
+    "late": Fault("sends each package `delay` seconds after its time", {"delay": 0.5}, state=True),
+    "repeat": Fault("sends the same package again and again: its time stands", state=True),
+    "loss": Fault("leaves out `part` of its packages", {"part": 0.5}, state=True),
+    "corrupt": Fault("flips bits in the values of each package", state=True),
+    "truncate": Fault("sends the first half of each package only", state=True),
     "garbage": Fault("sends `bytes` bytes of noise in place of each package", {"bytes": 64.0}),
 }
 
@@ -77,7 +77,7 @@ class RtdeServer:
             "P": lambda session, payload: self._start(session, on=False),
             "U": self._update,
         }
-        self.server = TcpServer(host, port, self._serve)
+        self.server = TcpServer(host, port, self._serve, lambda: faults.shown("drop") is not None)
 
     def tell(self) -> None:
         """Send every client what is due in this cycle; under the controller's lock."""

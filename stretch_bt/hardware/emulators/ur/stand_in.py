@@ -17,7 +17,7 @@ from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
-from stretch_bt.hardware.emulators.ur.controller import SAFETY, Controller, Profile
+from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
 from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
 from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
@@ -37,29 +37,34 @@ _LOADING = 0.06
 _FEELS_EVERY = 0.02
 _MOVING = 1e-4
 _LONGEST_SCRIPT = 1 << 20
-_EVENTS = {"protective_stop", "emergency_stop", "safeguard_stop", "violation", "program_stop", "power_off"}
+#: stops that last as long as their fault; a protective stop is unlocked at the dashboard instead
+_LASTING = ("emergency_stop", "safeguard_stop", "violation")
 
 _FAULTS: dict[str, Fault] = {
     **STREAM_FAULTS,
     "protective_stop": Fault(
-        "makes a protective stop, which can be unlocked after `locked` seconds; once", {"locked": 5.0}
+        "makes a protective stop, which can be unlocked after `locked` seconds; once", {"locked": 5.0}, state=True
     ),
-    "emergency_stop": Fault("has its emergency stop button pressed, until it is cleared"),
-    "safeguard_stop": Fault("has its safeguard open, until it is cleared"),
-    "violation": Fault("tells of a violation of its safety, until it is cleared"),
-    "program_stop": Fault("has its program stopped at the teach pendant; once"),
-    "power_off": Fault("has its power switched off; once"),
-    "registers": Fault("has its input registers in use by another device"),
-    "local": Fault("is not in remote control"),
-    "no_solution": Fault("finds no joint angles for any pose, which ends the program that asks"),
-    "deaf": Fault("its program confirms commands, and does nothing of them"),
-    "stall": Fault("the arm stands, and the program goes on"),
-    "slider": Fault("has its speed slider at `fraction`", {"fraction": 0.1}),
+    "emergency_stop": Fault("has its emergency stop button pressed, until it is cleared", state=True),
+    "safeguard_stop": Fault("has its safeguard open, until it is cleared", state=True),
+    "violation": Fault("tells of a violation of its safety, until it is cleared", state=True),
+    "program_stop": Fault("has its program stopped at the teach pendant; once", state=True),
+    "power_off": Fault("has its power switched off; once", state=True),
+    "registers": Fault("has its input registers in use by another device", state=True),
+    "local": Fault("is not in remote control", state=True),
+    "no_solution": Fault("finds no joint angles for any pose, which ends the program that asks", state=True),
+    "deaf": Fault("its program confirms commands, and does nothing of them", state=True),
+    "stall": Fault("the arm stands, and the program goes on", state=True),
+    "slider": Fault("has its speed slider at `fraction`", {"fraction": 0.1}, state=True),
     "load": Fault(
-        "feels `fx`, `fy`, `fz` N in world axes besides what the scene does", {"fx": 0.0, "fy": 0.0, "fz": 0.0}
+        "feels `fx`, `fy`, `fz` N in world axes besides what the scene does",
+        {"fx": 0.0, "fy": 0.0, "fz": 0.0},
+        state=True,
     ),
     "wall": Fault(
-        "has a spring under the hand from `height` m on, of `stiffness` N/m", {"height": 0.1, "stiffness": 2000.0}
+        "has a spring under the hand from `height` m on, of `stiffness` N/m",
+        {"height": 0.1, "stiffness": 2000.0},
+        state=True,
     ),
 }
 
@@ -99,7 +104,7 @@ class Ur5StandIn(StandIn):
             self._servers.append(self._rtde.server)
             self._servers.append(Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults).server)
             for wire in ("primary", "secondary", "realtime"):
-                self._servers.append(TcpServer(self.host, self.ports[wire], self._take_script))
+                self._servers.append(TcpServer(self.host, self.ports[wire], self._take_script, self._refuses))
         except BaseException:
             self.stop()
             raise
@@ -152,21 +157,13 @@ class Ur5StandIn(StandIn):
             elif fault == "power_off":
                 self.controller.power(on=False)
         for server in self._servers:
-            server.refusing = server.refusing or fault == "drop"
             if fault in ("drop", "reset"):
                 server.break_all(reset=fault == "reset")
         if fault in ("reset", "protective_stop", "program_stop", "power_off"):
-            super().clear(fault)
+            self.clear(fault)
 
-    def clear(self, fault: str | None = None) -> None:
-        """End a fault, or all of them; a protective stop is unlocked at the dashboard instead."""
-        super().clear(fault)
-        for server in self._servers:
-            server.refusing = self.faults.shown("drop") is not None
-        with self.controller.lock:
-            for state in set(SAFETY) - {"normal", "protective_stop"} if fault is None else {fault}:
-                if state != "protective_stop":
-                    self.controller.release_stop(state)
+    def _refuses(self) -> bool:
+        return self.faults.shown("drop") is not None
 
     def hand(self) -> Pose:
         """Return where the hand is in the world, whatever tool the controller was told of."""
@@ -180,6 +177,9 @@ class Ur5StandIn(StandIn):
         while not self._ending.wait(max(due - time.monotonic(), 0.0)):
             due = max(due + period, time.monotonic() - 5 * period)
             with self.controller.lock:
+                for state in _LASTING:
+                    if self.faults.shown(state) is None:
+                        self.controller.release_stop(state)
                 self.controller.cycle()
                 if not self.arm.steady:
                     self._note_hand()
