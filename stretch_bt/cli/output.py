@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.finding import Finding
 
 from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError
 
@@ -18,6 +21,7 @@ __all__ = [
     "EXIT_INTERRUPTED",
     "emit_json",
     "print_diagnostics",
+    "print_findings",
     "report_error",
 ]
 
@@ -50,6 +54,21 @@ def report_error(error: StretchError) -> int:
         )
         typer.secho(f"{kind}: {error}", fg=typer.colors.RED, err=True)
     return exit_code(error)
+
+
+def print_findings(findings: Iterable[Finding], json_: bool) -> bool:
+    """Print each finding as it comes, or all as JSON, and return whether all are well."""
+    kept = []
+    for finding in findings:
+        kept.append(finding)
+        if not json_:
+            mark, color = ("ok", typer.colors.GREEN) if finding.ok else ("no", typer.colors.RED)
+            typer.secho(f"{mark}  {finding.check}: {finding.detail}", fg=color)
+            if finding.fix:
+                typer.echo(f"    {finding.fix}")
+    if json_:
+        emit_json([finding.to_json() for finding in kept])
+    return all(finding.ok for finding in kept)
 
 
 def print_diagnostics(diagnostics: Iterable[Diagnostic], *, err: bool = False) -> None:

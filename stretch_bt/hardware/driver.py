@@ -8,7 +8,7 @@ other command follows.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
+from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.limits import Limits
@@ -79,6 +80,8 @@ class Driver:
 
     Options: ClassVar[type[Options]]
     simulated: ClassVar[bool] = False
+    #: modules that it imports when it is opened, and the packages that they are in
+    packages: ClassVar[Mapping[str, str]] = {}
 
     def __init__(self, name: str, options: Any, bench: Bench) -> None:
         self.name = name
@@ -92,6 +95,18 @@ class Driver:
 
     def open(self) -> None:
         """Connect; moves nothing."""
+
+    def open_to_read(self) -> None:
+        """Connect as far as readings need it; takes nothing into use that somebody else may be using."""
+        self.open()
+
+    def unready(self) -> str | None:
+        """Return what keeps an open device from taking commands, and what to do; None when nothing does."""
+        return None
+
+    def findings(self) -> Iterator[Finding]:
+        """Yield what a look from outside finds, before the device is opened."""
+        yield from ()
 
     def close(self) -> None:
         """Disconnect; may be called more than once."""

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.ati.rdt import PORT
 from stretch_bt.hardware.driver import Options
 from stretch_bt.units import Angle, Time, Within
@@ -42,7 +43,7 @@ class AtiOptions(Options):
 
     type: Literal["ForceSensor"]
     use: Literal["ati"]
-    host: str = Field(description="address of the sensor")
+    host: Address = Field(description="address of the sensor")
     port: Annotated[int, Within(1, 65535)] = PORT
     calibration: _Calibration
     mount: Literal["table", "hand"] = Field(

@@ -52,6 +52,14 @@ class RobotiqDriver(GripperDriver, ABC):
         attendant.start()
         self._attendant = attendant
 
+    def unready(self) -> str | None:
+        """Return that it is not activated, or its fault."""
+        try:
+            self._check_ready(self.status())
+        except DeviceFault as fault:
+            return fault.reason
+        return None
+
     def close(self) -> None:
         """Disconnect."""
         attendant, self._attendant = self._attendant, None

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.driver import Mistake
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.robotiq.modbus_wire import ModbusWire, serial_client, tcp_client
@@ -26,7 +27,7 @@ class _ModbusOptions(RobotiqOptions):
     use: Literal["robotiq"]
     serial: str | None = Field(default=None, description="device of the serial line, such as `/dev/ttyUSB0`; or `host`")
     baudrate: Annotated[int, Within(1200, 921600)] = 115200
-    host: str | None = Field(default=None, description="address of a gateway, or of the robot's tool connector")
+    host: Address | None = Field(default=None, description="address of a gateway, or of the robot's tool connector")
     port: Annotated[int, Within(1, 65535)] = Field(default=54321, description="of that host")
     framing: Literal["rtu", "tcp"] = Field(
         default="rtu", description="of that host: RTU frames as they are, or Modbus TCP"
@@ -49,6 +50,7 @@ class RobotiqGripper(RobotiqDriver):
 
     Options = _ModbusOptions
     options: _ModbusOptions
+    packages: ClassVar[Mapping[str, str]] = {"pymodbus": "'pymodbus>=3.13,<4'", "serial": "pyserial"}
 
     def _wire(self) -> GripperWire:
         return ModbusWire(self._client, self.options.unit, self.options.read_function)

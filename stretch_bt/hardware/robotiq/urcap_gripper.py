@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
 from stretch_bt.hardware.robotiq.urcap_wire import UrcapWire
@@ -18,7 +19,7 @@ __all__ = ["RobotiqUrcapGripper"]
 class _UrcapOptions(RobotiqOptions):
     type: Literal["Gripper"]
     use: Literal["robotiq_urcap"]
-    host: str = Field(description="address of the robot's controller")
+    host: Address = Field(description="address of the robot's controller")
     port: Annotated[int, Within(1, 65535)] = 63352
 
 

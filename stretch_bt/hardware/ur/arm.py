@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,9 +12,11 @@ from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.attendant import Sample
 from stretch_bt.hardware.driver import ArmDriver, Poll
+from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.simulated.path import PosePath
 from stretch_bt.hardware.ur.channel import ChannelClosed
+from stretch_bt.hardware.ur.look import look
 from stretch_bt.hardware.ur.options import UrOptions
 from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.settings import ArmState
@@ -31,25 +34,36 @@ class UrArm(ArmDriver):
 
     Options = UrOptions
     options: UrOptions
+    packages: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("rtde_receive", "rtde_control", "dashboard_client"), "ur-rtde"
+    )
     _supervisor: Supervisor | None = None
     _told: str | None = None
     _moving: int | None = None
 
     def open(self) -> None:
         """Connect, and make ready to move; moves nothing, and refuses a controller that runs another program."""
+        self.open_to_read()
+        try:
+            self._engage(self._opened())
+            if self.options.tare:
+                self._tare(self._opened())
+        except BaseException:
+            self.close()
+            raise
+
+    def open_to_read(self) -> None:
+        """Connect without a program on the controller; motions are refused until `acknowledge`."""
         hand = self.bench.hand
         supervisor = Supervisor(
             self.name, self.options.settings(self.bench), self.bench.now, lambda: hand.contact_height
         )
         supervisor.start()
         self._supervisor, self._told, self._moving = supervisor, None, None
-        try:
-            self._engage(supervisor)
-            if self.options.tare:
-                self._tare(supervisor)
-        except BaseException:
-            self.close()
-            raise
+
+    def findings(self) -> Iterator[Finding]:
+        """Yield what ports, dashboard and the limits of the cell look like."""
+        yield from look(self.name, self.options, self.bench.limits)
 
     def close(self) -> None:
         """Disconnect; the control script ends."""

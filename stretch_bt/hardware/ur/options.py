@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from stretch_bt.frames import Pose
-from stretch_bt.hardware.driver import Bench, Mistake, Options
+from stretch_bt.hardware.address import Address
+from stretch_bt.hardware.driver import Bench, Options
 from stretch_bt.hardware.ur.settings import Settings
 from stretch_bt.units import KINDS, Angle, AngularSpeed, Force, Length, Mass, Time, Within
 
@@ -57,7 +56,7 @@ class UrOptions(Options):
 
     type: Literal["Arm"]
     use: Literal["ur"]
-    host: str = Field(min_length=1, description="address of the controller")
+    host: Address = Field(description="address of the controller")
     model: Literal["ur5", "ur5e"]
     base: Placement = Field(description="of the robot's base in the world, measured")
     hand: Placement = Field(
@@ -93,15 +92,6 @@ class UrOptions(Options):
     heartbeat: Annotated[Time, Within(0.1, 5.0, "Time")] = Field(
         default=0.5, description="without a sign of life from the run after which the arm is stopped"
     )
-
-    def mistakes(self, root: Path) -> Iterator[Mistake]:
-        """Yield what is no address."""
-        if "/" in self.host or ":" in self.host or not self.host.strip():
-            yield (
-                "host",
-                f"{self.host!r} is no address",
-                "write a name or an address such as 192.168.1.10, without a port",
-            )
 
     def settings(self, bench: Bench) -> Settings:
         """Return what the process of the arm goes by."""

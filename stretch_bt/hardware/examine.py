@@ -1,0 +1,145 @@
+"""Looking at the devices of a cell, without moving anything: in short for its status, at length for a doctor."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from typing import Any
+
+from stretch_bt.errors import StretchError
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.cell_file import CellSpec, DeviceSpec
+from stretch_bt.hardware.driver import (
+    ArmDriver,
+    Bench,
+    CameraDriver,
+    Driver,
+    ForceSensorDriver,
+    GripperDriver,
+)
+from stretch_bt.hardware.finding import Finding
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.implementations import driver_class
+from stretch_bt.hardware.interfaces import Reading
+
+__all__ = ["doctor", "status"]
+
+_LOOKING = 1.0
+_PAUSE = 0.002
+#: readings further apart than this, s, are too few for a run
+_SPARSE = 0.25
+
+
+def status(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
+    """Yield one finding for each device: what it says now, read only."""
+    for device, driver in _drivers(spec, only):
+        if driver is None:
+            yield _simulated(device)
+        else:
+            yield _seen(device, driver)
+
+
+def doctor(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
+    """Yield what a look at everything finds, device by device; makes ready to move what can be, and moves nothing."""
+    yield Finding("cell", True, f"{spec.path.name}: {len(spec.devices)} devices")
+    for device, driver in _drivers(spec, only):
+        if driver is None:
+            yield _simulated(device)
+            continue
+        lacking = [name for name in driver.packages if find_spec(name) is None]
+        if lacking:
+            fix = f"pip install {' '.join(driver.packages[name] for name in lacking)}"
+            yield Finding(f"{device.name}: packages", False, f"not installed: {', '.join(lacking)}", fix)
+            continue
+        yield from driver.findings()
+        seen = _seen(device, driver, over=_LOOKING)
+        yield seen
+        if seen.ok:
+            yield _ready(device, driver)
+
+
+def _drivers(spec: CellSpec, only: str | None) -> Iterator[tuple[DeviceSpec, Driver | None]]:
+    """Yield each device with its driver, or None where there is no device to look at."""
+    bench = Bench(time.monotonic, 0, spec.path.parent, Hand(spec.hand), spec.limits)
+    for device in spec.devices.values():
+        if only in (None, device.name):
+            cls = driver_class(device.type, device.use)
+            real = not cls.simulated and device.use != "replay" and device.type != "Operator"
+            yield device, cls(device.name, device.options, bench) if real else None
+
+
+def _simulated(device: DeviceSpec) -> Finding:
+    return Finding(device.name, True, f"{device.use}: there is nothing to connect to")
+
+
+def _seen(device: DeviceSpec, driver: Driver, over: float = 0.0) -> Finding:
+    """Return what a device says of itself, read for a time, s."""
+    check = device.name if not over else f"{device.name}: reading"
+    try:
+        driver.open_to_read()
+        try:
+            return Finding(check, *_read(driver, over))
+        finally:
+            driver.close()
+    except (StretchError, OSError) as error:
+        return Finding(check, False, str(error), "see what the fault says, and the page of faults")
+
+
+def _ready(device: DeviceSpec, driver: Driver) -> Finding:
+    check = f"{device.name}: ready"
+    try:
+        try:
+            driver.open()
+            reason = driver.unready()
+        finally:
+            driver.close()
+    except (StretchError, OSError) as error:
+        return Finding(check, False, str(error), "see what the fault says, and the page of faults")
+    return Finding(check, reason is None, reason or "it takes commands", "" if reason is None else "do what it says")
+
+
+def _read(driver: Driver, over: float) -> tuple[bool, str]:
+    """Return whether readings come often enough, and what the latest one says."""
+    read, say = _reading(driver)
+    first = latest = read()
+    end, begun = time.monotonic() + over, time.monotonic()
+    count, longest, seen = 0, 0.0, begun
+    while (now := time.monotonic()) < end:
+        latest = read()
+        if latest.sequence != first.sequence:
+            first, count, longest, seen = latest, count + 1, max(longest, now - seen), now
+        time.sleep(_PAUSE)
+    if not over:
+        return True, say(latest.value)
+    longest = max(longest, time.monotonic() - seen)
+    detail = f"{say(latest.value)}; {count / over:.0f} readings/s, at most {1e3 * longest:.0f} ms apart"
+    return longest < _SPARSE, detail
+
+
+def _reading(driver: Driver) -> tuple[Callable[[], Reading[Any]], Callable[[Any], str]]:
+    """Return what to read of a driver, and how to say it."""
+    if isinstance(driver, ArmDriver):
+        return lambda: _pair(driver), lambda both: f"{_place(both[0])}; {_force(both[1])}"
+    if isinstance(driver, GripperDriver):
+        return driver.opening, lambda opening: f"opening {1e3 * opening:.1f} mm"
+    if isinstance(driver, CameraDriver):
+        return driver.frame, lambda frame: f"frames of {frame.raw.shape[1]} x {frame.raw.shape[0]}"
+    assert isinstance(driver, ForceSensorDriver)
+    return driver.wrench, _force
+
+
+def _pair(driver: ArmDriver) -> Reading[tuple[Pose, Wrench]]:
+    pose, wrench = driver.pose(), driver.wrench()
+    return Reading((pose.value, wrench.value), pose.device_time, pose.host_time, pose.sequence)
+
+
+def _place(pose: Pose) -> str:
+    x, y, z = (1e3 * v for v in pose.position)
+    turned = math.degrees(math.hypot(*pose.rotation))
+    return f"hand at {x:.1f}, {y:.1f}, {z:.1f} mm, turned by {turned:.1f} deg"
+
+
+def _force(wrench: Wrench) -> str:
+    return f"force {wrench.magnitude:.2f} N"
