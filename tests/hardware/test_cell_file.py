@@ -42,7 +42,7 @@ MISTAKES = [
     ("stretch-cell/1", "stretch-cell/2", 1, 9, "format", "stretch-cell/1"),
     ("type: Arm", "type: Arms", 4, 15, "no device type 'Arms'", "Arm"),
     ("type: Arm, ", "", 4, 8, "type is missing", "add 'type"),
-    ("use: simulated, acc", "use: ur, acc", 4, 25, "no Arm called 'ur'", "simulated"),
+    ("use: simulated, acc", "use: robot, acc", 4, 25, "no Arm called 'robot'", "simulated"),
     ("acceleration: 0.5 m/s^2", "acceleration: 0.5 m/s", 4, 50, "Speed, not Acceleration", "m/s^2"),
     ("acceleration", "accelaration", 4, 36, "unknown key", "acceleration"),
     ("use: simulated\n", "use: simulatd\n", 7, 10, "no Gripper called 'simulatd'", "simulated"),

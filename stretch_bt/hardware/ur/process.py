@@ -22,10 +22,11 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.ur.channel import Channel, ChannelClosed, Message
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
+from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.ride import Ride
 from stretch_bt.hardware.ur.session import Refused, Session
 from stretch_bt.hardware.ur.settings import ArmState, Settings
-from stretch_bt.hardware.ur.transforms import inverse, pose_of, six, transform, transform_of
+from stretch_bt.hardware.ur.transforms import Array, inverse, pose_of, six, transform, transform_of
 
 __all__ = ["main"]
 
@@ -41,6 +42,7 @@ class _Keeper:
     def __init__(self, channel: Channel, settings: Settings, messages: list[Message]) -> None:
         self._channel, self._settings, self._waiting = channel, settings, messages
         self._base, self._into_base = transform(settings.base), inverse(transform(settings.base))
+        self._mount, self._correction = transform(settings.hand), np.eye(4)
         self._zero = np.zeros(6)
         self._session = Session(settings)
         self._beat = self._new = time.monotonic()
@@ -83,11 +85,13 @@ class _Keeper:
     # --- what is asked
 
     def _listen(self) -> None:
-        """Do what is asked, in its order; while the arm brakes, all but signs of life wait."""
-        self._waiting += self._channel.drain()
-        while self._waiting:
+        """Do what is asked, in its order; while the arm brakes, it waits."""
+        came = self._channel.drain()
+        if came:
             self._beat = time.monotonic()
-            if self._is_braking() and self._waiting[0].get("do") != "beat":
+        self._waiting += came
+        while self._waiting:
+            if self._is_braking():
                 return
             self._obey(self._waiting.pop(0))
 
@@ -219,7 +223,21 @@ class _Keeper:
         self._fault = self._fault or reason
 
     def _place(self) -> Pose:
-        return pose_of(self._base @ transform(self._session.receive.getActualTCPPose()))
+        return pose_of(self._base @ self._hand())
+
+    def _hand(self) -> Array:
+        """Return the hand in the base: as the controller has it while its tool is known to be the hand, else by joint angles.
+
+        What the controller's tool is before and after the control script is not known from here. Nominal kinematics are off by
+        millimetres, which the difference while it was known takes away.
+        """
+        receive = self._session.receive
+        nominal = MODELS[self._settings.model].forward(receive.getActualQ()) @ self._mount
+        if not self._engaged:
+            return nominal @ self._correction
+        told = transform(receive.getActualTCPPose())
+        self._correction = inverse(nominal) @ told
+        return told
 
     def _force(self) -> float:
         wrench = np.subtract(self._session.receive.getActualTCPForce(), self._zero)
@@ -232,7 +250,7 @@ class _Keeper:
             time=self._stamp,
             number=self._number,
             q=tuple(receive.getActualQ()),
-            pose=tuple(receive.getActualTCPPose()),
+            pose=tuple(six(self._hand())),
             speed=tuple(receive.getActualTCPSpeed()),
             wrench=tuple(np.subtract(receive.getActualTCPForce(), self._zero).tolist()),
             motion=self._motion,

@@ -1,0 +1,91 @@
+"""`status` and `doctor` as a person gives them."""
+
+import json
+import os
+import re
+
+import pytest
+
+from stretch_bt.hardware.emulators.registry import stand_in_class
+from stretch_bt.hardware.emulators.stage import Stage
+
+#: an address that no other test has, because the clients of a UR controller have their ports built in
+HOST = f"127.1.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
+CELL = """\
+format: stretch-cell/1
+devices:
+  arm: {type: Arm, use: ur, host: HOST, model: ur5, base: {x: -500 mm}, hand: {z: 300 mm, rx: 180 deg}, source: a test}
+  gripper:
+    type: Gripper
+    use: robotiq_urcap
+    host: HOST
+    model: 2f140
+    calibration: {points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}
+"""
+
+
+@pytest.fixture
+def cell(tmp_path):
+    """A cell on stand-ins, as a file, and the stand-ins."""
+    made = {name: stand_in_class(name)(HOST, Stage()) for name in ("ur", "urcap")}
+    for one in made.values():
+        one.start()
+    (tmp_path / "lab.yaml").write_text(CELL.replace("HOST", HOST))
+    yield made
+    for one in made.values():
+        one.stop()
+
+
+def test_status_reads_and_takes_nothing_into_use(cli, cell):
+    code, out, err = cli("status", "lab.yaml", "--json")
+    assert (code, err) == (0, "")
+    arm, gripper = json.loads(out)
+    assert set(arm) == {"check", "ok", "detail", "fix"}
+    assert arm["ok"]
+    assert re.match(r"hand at -?0\.0, -?0\.0, 200\.0 mm, turned by 0\.0 deg; force 0\.00 N", arm["detail"])
+    assert gripper["detail"].startswith("opening 5")
+    assert not any("program" in event for event in cell["ur"].state()["events"])
+
+
+def test_doctor_says_what_keeps_devices_from_moving(cli, cell):
+    code, out, _ = cli("doctor", "lab.yaml", "--json")
+    found = {row["check"]: row for row in json.loads(out)}
+    assert code == 3
+    assert [name for name, row in found.items() if not row["ok"]] == ["gripper: ready"]
+    assert "stretch-bt activate" in found["gripper: ready"]["detail"]
+    assert "Robotmode: RUNNING" in found["arm: controller"]["detail"]
+    assert "corners of the limits are out of reach" in found["arm: reach"]["detail"]
+    assert cell["ur"].state()["moved"] == 0.0
+    assert not cell["urcap"].state()["moving"]
+    cell["ur"].inject("protective_stop")
+    code, out, _ = cli("doctor", "lab.yaml", "--device", "arm")
+    assert code == 3
+    assert re.search(r"no  arm: controller: .*PROTECTIVE_STOP\n    look at the pendant", out)
+    assert "no  arm: reading: arm: protective stop: look for its cause" in out
+
+
+def test_a_device_that_is_not_there_is_told_with_what_to_check(cli, tmp_path):
+    (tmp_path / "lab.yaml").write_text(CELL.replace("HOST", "127.0.0.251"))
+    code, out, _ = cli("doctor", "lab.yaml", "--device", "arm")
+    assert code == 3
+    assert "no answer at 127.0.0.251 port 29999 (dashboard)" in out
+    assert "check cable, address" in out
+    code, out, _ = cli("status", "lab.yaml", "--device", "gripper")
+    assert code == 3
+    assert "no  gripper: gripper: it does not answer" in out
+
+
+def test_a_simulated_cell_has_nothing_to_look_at(cli):
+    for command in ("status", "doctor"):
+        code, out, _ = cli(command, "simulated")
+        assert (code, "nothing to connect to" in out) == (0, True)
+    code, _, err = cli("status", "simulated", "--device", "amr")
+    assert (code, "the cell has no device 'amr'" in err) == (2, True)
+
+
+@pytest.mark.parametrize("host", ["''", "tcp://192.168.1.10", "192.168.1.10:30004", "'a b'"])
+def test_what_is_no_address_does_not_pass_a_check(cli, tmp_path, host):
+    (tmp_path / "lab.yaml").write_text(CELL.replace("HOST", host))
+    code, out, _ = cli("check", "lab.yaml")
+    assert code == 2
+    assert out.count("is no address; write a name or an address alone") == 2
