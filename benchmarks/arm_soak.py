@@ -1,6 +1,6 @@
 """An arm that goes to and fro for long over its wires, on loopback: leaks, deadlines that drift, watchdogs that fire.
 
-Run with `python -m benchmarks.arm_soak [minutes] [ur|ur5e]`. The stand-in is in a process of its own. Every minute a line: motions,
+Run with `python benchmarks/arm_soak.py [minutes] [ur|ur5e]`. The stand-in is in a process of its own. Every minute a line: motions,
 readings, the longest that two were apart, how much longer a motion took than the first ones, and memory, files and threads of this
 process, of the driver's and of the stand-in's. A watchdog that stops the program, or any other fault, is printed and counted.
 """

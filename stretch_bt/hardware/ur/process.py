@@ -32,6 +32,8 @@ __all__ = ["main"]
 
 #: how long one cycle, connecting, and making ready may take before the process is ended, s
 _STUCK, _CONNECTING, _ENGAGING = 2.0, 4.0, 10.0
+#: how long the control script may refuse commands, s
+_DEAF = 0.1
 #: what no controller tells: modes, safety bits and joint angles, rad, beyond these
 _MODES, _BITS, _TURNED = range(-1, 12), 1 << 12, 7.0
 
@@ -50,7 +52,7 @@ class _Keeper:
         self._number = 0
         self._contact_height: float | None = None
         self._ride: Ride | None = None
-        self._began = 0.0
+        self._began = self._taken = 0.0
         self._touched: float | None = None
         self._motion, self._motion_state = 0, "done"
         self._fault: str | None = None
@@ -144,7 +146,8 @@ class _Keeper:
         poses = [Pose(tuple(six[:3]), tuple(six[3:])) for six in message["path"]]
         s = self._settings
         self._ride = Ride([self._place(), *poses], message["speed"], s.acceleration, s.tolerance)
-        self._began, self._touched = time.monotonic(), self._force()
+        self._began = self._taken = time.monotonic()
+        self._touched = self._force()
 
     def _stop(self, state: MotionState) -> None:
         """Begin to brake, in a thread because the client waits until the arm stands."""
@@ -211,7 +214,9 @@ class _Keeper:
         if isinstance(judged, MotionState):
             if judged is not MotionState.MOVING:
                 self._stop(judged)
-            elif not self._session.servo(six(self._into_base @ transform_of(ride.setpoint(since)))):
+            elif self._session.servo(six(self._into_base @ transform_of(ride.setpoint(since)))):
+                self._taken = time.monotonic()
+            elif time.monotonic() - self._taken > _DEAF:  # a stop is seen by then, and tells more
                 self._fail("the control script takes no commands; acknowledge to run it again")
         else:
             self._fail(judged)
