@@ -14,6 +14,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from arm_soak import go_on, open_arm
@@ -101,9 +102,7 @@ def faults(arm: UrArm, stand_in: Ur5StandIn, rounds: int) -> None:
     """Print how each fault ends a motion."""
     print(f"{'fault':18s}{'rounds':>7s}{'told, s':>9s}{'moved, s':>9s}{'way, mm':>9s}{'lost':>6s}  said at last")
     causes: dict[str, Callable[[], None]] = {
-        name: lambda name=name: stand_in.inject(name, PARAMETERS.get(name))
-        for name in stand_in.FAULTS
-        if name not in OTHERS
+        name: partial(stand_in.inject, name, PARAMETERS.get(name)) for name in stand_in.FAULTS if name not in OTHERS
     }
     causes["kill -9 of driver"] = lambda: os.kill(arm.process or 0, signal.SIGKILL)
     causes["hang of driver"] = lambda: os.kill(arm.process or 0, signal.SIGSTOP)

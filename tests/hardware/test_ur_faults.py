@@ -16,6 +16,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.ur.script import ControlScript
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 
@@ -279,6 +280,18 @@ def test_killing_the_process_of_the_driver_is_a_fault_and_the_watchdog_stops_the
     state = cell.stand_in.state()
     assert any("watchdog" in event for event in state["events"])
     assert state["moved"] - before < 1.0
+    goes_again(arm)
+
+
+def test_a_script_that_a_lost_client_left_is_ended_by_the_acknowledgement(moving):
+    """The client of ur-rtde uploads its script anew as it loses its connection, sometimes just before its process is ended."""
+    cell, arm, motion = moving()
+    os.kill(arm.driver.process, signal.SIGKILL)
+    fault_of(motion)
+    assert stands(cell.stand_in)
+    controller = cell.stand_in.controller
+    controller.load(ControlScript(controller, 24, []).run(), 0.0)
+    eventually(lambda: cell.stand_in.state()["running"])
     goes_again(arm)
 
 

@@ -40,6 +40,7 @@ class UrArm(ArmDriver):
     _supervisor: Supervisor | None = None
     _told: str | None = None
     _moving: int | None = None
+    _was_ready = False
 
     def open(self) -> None:
         """Connect, and make ready to move; moves nothing, and refuses a controller that runs another program."""
@@ -59,7 +60,7 @@ class UrArm(ArmDriver):
             self.name, self.options.settings(self.bench), self.bench.now, lambda: hand.contact_height
         )
         supervisor.start()
-        self._supervisor, self._told, self._moving = supervisor, None, None
+        self._supervisor, self._told, self._moving, self._was_ready = supervisor, None, None, False
 
     def findings(self) -> Iterator[Finding]:
         """Yield what ports, dashboard and the limits of the cell look like."""
@@ -167,7 +168,7 @@ class UrArm(ArmDriver):
         return sample
 
     def _engage(self, supervisor: Supervisor) -> None:
-        reason = supervisor.engage(_ENGAGING)
+        reason = supervisor.engage(_ENGAGING, again=self._was_ready)
         if reason is not None:
             raise DeviceFault(self.name, reason)
         due = time.monotonic() + _BEGINNING
@@ -175,6 +176,7 @@ class UrArm(ArmDriver):
             if time.monotonic() > due:
                 raise DeviceFault(self.name, state.fault or "it did not become ready")
             time.sleep(0.005)
+        self._was_ready = True
 
     def _tare(self, supervisor: Supervisor) -> None:
         samples, end = [], time.monotonic() + _TARE_OVER

@@ -105,7 +105,7 @@ class _Keeper:
             case "beat":
                 self._contact_height = message["contact_height"]
             case "engage":
-                self._engage(message["number"])
+                self._engage(message)
             case "zero":
                 self._zero = np.array(message["wrench"])
             case "follow":
@@ -118,21 +118,21 @@ class _Keeper:
             case "end":
                 raise ChannelClosed("told to end")
 
-    def _engage(self, number: int) -> None:
+    def _engage(self, message: Message) -> None:
         if self._ride is not None:
             self._stop(MotionState.STOPPED)
-            self._waiting.insert(0, {"do": "engage", "number": number})
+            self._waiting.insert(0, message)
             return
         signal.setitimer(signal.ITIMER_REAL, _ENGAGING)
         reason = None
         try:
-            self._session.engage()
+            self._session.engage(again=message["again"])
         except Refused as refused:
             reason = str(refused)
         self._engaged = reason is None
         self._fault = reason and safety_stop(self._session.receive.getSafetyStatusBits())
         self._beat = time.monotonic()
-        self._channel.send({"say": "engaged", "number": number, "reason": reason})
+        self._channel.send({"say": "engaged", "number": message["number"], "reason": reason})
 
     def _follow(self, message: Message) -> None:
         if self._ride is not None:

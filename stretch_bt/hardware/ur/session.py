@@ -62,8 +62,11 @@ class Session:
         """Whether the controller runs a program."""
         return bool(self.receive.getRobotStatus() & _PROGRAM)
 
-    def engage(self) -> None:
+    def engage(self, *, again: bool) -> None:
         """Make ready to move: unlock a protective stop, run the control script, set tool, payload and watchdog; moves nothing.
+
+        With `again` a program that runs is ended for it: the client of a process before this one may have left its script there, because it
+        uploads it anew when it loses its connection.
 
         Raises
         ------
@@ -74,7 +77,7 @@ class Session:
         mode = self.receive.getRobotMode()
         if mode != _RUNNING:
             raise Refused(f"the robot is not running (mode {mode}); switch power and brakes on at the pendant")
-        self._run_script()
+        self._run_script(again=again)
         self._configure()
 
     def servo(self, target: list[float]) -> bool:
@@ -111,11 +114,11 @@ class Session:
         if not _until(lambda: not self.receive.isProtectiveStopped(), _SETTLING):
             raise Refused("the protective stop does not end; look at the pendant")
 
-    def _run_script(self) -> None:
+    def _run_script(self, *, again: bool) -> None:
         from rtde_control import RTDEControlInterface
 
         if self._control is None:
-            if self.program_runs:
+            if self.program_runs and not again:
                 raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
             upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._settings.upper_registers else 0
             flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
