@@ -73,12 +73,25 @@ def motions(arm: UrArm, rounds: int) -> None:
           f"this process with the stand-in {100 * (time.process_time() - here) / spent:.0f} %")  # fmt: skip
 
 
+def under_way(arm: UrArm, stand_in: Ur5StandIn) -> Poll:
+    """Return a motion downwards that has its speed; where this machine is too busy for it, it is begun again."""
+    while True:
+        try:
+            until(arm.follow([HIGH], 0.2))
+            poll = arm.follow([LOW], SPEED)
+            while stand_in.state()["speed"] < 0.9 * SPEED:
+                poll()
+                time.sleep(0.002)
+        except DeviceFault as fault:
+            print(f"  unasked: {fault}", flush=True)
+            go_on(arm)
+        else:
+            return poll
+
+
 def ended(arm: UrArm, stand_in: Ur5StandIn, cause: Callable[[], None]) -> tuple[float, float, float, str]:
     """Return how a cause ends a motion: time until told, s, time and way for which the hand went on, s and m, and what was said."""
-    until(arm.follow([HIGH], 0.2))
-    poll = arm.follow([LOW], SPEED)
-    while stand_in.state()["speed"] < 0.9 * SPEED:
-        time.sleep(0.002)
+    poll = under_way(arm, stand_in)
     begun, before = time.monotonic(), stand_in.state()
     cause()
     said = "nothing"

@@ -32,6 +32,8 @@ __all__ = ["main"]
 
 #: how long one cycle, connecting, and making ready may take before the process is ended, s
 _STUCK, _CONNECTING, _ENGAGING = 2.0, 4.0, 10.0
+#: a cycle that is later than this, s, was not given its time by the machine
+_LATE = 0.05
 #: how long the control script may refuse commands, s
 _DEAF = 0.1
 #: what no controller tells: modes, safety bits and joint angles, rad, beyond these
@@ -61,9 +63,13 @@ class _Keeper:
 
     def run(self) -> None:
         """Go on until the other side is gone."""
-        due = time.monotonic()
+        due = woke = time.monotonic()
         while True:
             signal.setitimer(signal.ITIMER_REAL, _STUCK)
+            woke, late = time.monotonic(), time.monotonic() - woke - 1 / self._settings.rate
+            if late > _LATE:  # this process did not run: nobody was silent towards it
+                self._new += late
+                self._beat += late
             self._listen()
             if self._read():
                 self._look()

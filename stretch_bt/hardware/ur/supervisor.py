@@ -208,7 +208,10 @@ class Supervisor:
                 for message in channel.drain():
                     self._take(message)
             silent = time.monotonic() - self._heard
-            if silent > (_ENGAGING if self._engaging else _CONNECTING if self._connecting else _SILENT):
+            limit = _ENGAGING if self._engaging else _CONNECTING if self._connecting else _SILENT
+            if (
+                silent > limit and not select.select([channel], [], [], 0.0)[0]
+            ):  # else it was this thread that did not run
                 raise ChannelClosed(f"its process gave no sign of life for {silent:.2g} s")
 
     def _begin(self, said: IO[bytes]) -> Channel:
