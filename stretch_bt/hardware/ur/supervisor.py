@@ -24,8 +24,8 @@ from stretch_bt.hardware.ur.settings import ArmState, Settings
 __all__ = ["Supervisor"]
 
 _BEAT = 0.05
-#: how long the process may be silent, s: while it works, while it connects, and while it makes ready to move
-_SILENT, _CONNECTING, _ENGAGING = 0.4, 5.0, 11.0
+#: how long the process may be silent, s: more than the controller may be while it works; while it connects; while it makes ready to move
+_MORE, _CONNECTING, _ENGAGING = 0.2, 5.0, 11.0
 _BACKOFF = (0.1, 0.2, 0.5, 1.0, 2.0)
 _MODULE = "stretch_bt.hardware.ur.process"
 
@@ -198,7 +198,7 @@ class Supervisor:
     def _attend(self, said: IO[bytes]) -> None:
         channel = self._begin(said)
         self._heard, self._connecting = time.monotonic(), True
-        beat = 0.0
+        beat, silence = 0.0, self._settings.lost_after + _MORE
         while not self._ending.is_set():
             now = time.monotonic()
             if now >= beat:
@@ -208,7 +208,7 @@ class Supervisor:
                 for message in channel.drain():
                     self._take(message)
             silent = time.monotonic() - self._heard
-            limit = _ENGAGING if self._engaging else _CONNECTING if self._connecting else _SILENT
+            limit = _ENGAGING if self._engaging else _CONNECTING if self._connecting else silence
             if (
                 silent > limit and not select.select([channel], [], [], 0.0)[0]
             ):  # else it was this thread that did not run
