@@ -32,6 +32,8 @@ __all__ = ["main"]
 
 #: how long one cycle, connecting, and making ready may take before the process is ended, s
 _STUCK, _CONNECTING, _ENGAGING = 2.0, 4.0, 10.0
+#: above that of everything else that does not ask for more
+_PRIORITY = -10
 #: a cycle that is later than this, s, was not given its time by the machine
 _LATE = 0.05
 #: how long the control script may refuse commands, s
@@ -275,6 +277,8 @@ def main(descriptor: int) -> NoReturn:
     """Keep an arm for the process at the other end of a socket; ends without the clients' destructors, which may hang or abort."""
     channel = Channel(socket.socket(fileno=descriptor))
     keeper = None
+    with suppress(OSError):  # where this user may: it does little, and what it watches does not wait
+        os.setpriority(os.PRIO_PROCESS, 0, _PRIORITY)
     try:
         signal.setitimer(signal.ITIMER_REAL, _CONNECTING)
         first, *others = _first(channel)

@@ -1,0 +1,157 @@
+"""The parts of the arm's driver by themselves: messages, limits, setpoints, reach."""
+
+import json
+import socket
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.ur.channel import Channel, ChannelClosed
+from stretch_bt.hardware.ur.guard import beyond, safety_stop
+from stretch_bt.hardware.ur.reach import Reach
+from stretch_bt.hardware.ur.ride import Ride
+from stretch_bt.hardware.ur.settings import ArmState, Settings
+
+HAND = Pose((0.0, 0.0, 0.3), (np.pi, 0.0, 0.0))
+BASE = Pose((-0.5, 0.0, 0.0))
+UP = (np.pi, -1.6, 1.8, -1.8, -np.pi / 2, 0.0)
+
+
+@pytest.fixture(scope="module")
+def lab():
+    """Settings of the shipped cell of a UR5."""
+    spec = load_cell("lab_ur5")
+    bench = Bench(lambda: 0.0, 0, spec.path.parent, Hand(spec.hand), spec.limits)
+    return spec.devices["arm"].options.settings(bench)
+
+
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
+    st.lists,
+    max_leaves=5,
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.dictionaries(st.text(max_size=5), PLAIN, max_size=3), max_size=4))
+def test_messages_arrive_as_they_were_sent(messages):
+    one, other = socket.socketpair()
+    with one, other:
+        here, there = Channel(one), Channel(other)
+        for message in messages:
+            here.send(message)
+        assert there.drain() == messages
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=200))
+def test_any_bytes_are_messages_or_the_end(data):
+    one, other = socket.socketpair()
+    with other:
+        there = Channel(other)
+        with one:
+            one.sendall(data)
+        try:
+            while True:
+                assert all(isinstance(message, dict) for message in there.drain())
+        except ChannelClosed as error:
+            assert str(error)
+
+
+def test_a_side_that_does_not_read_counts_as_gone():
+    one, other = socket.socketpair()
+    with one, other:
+        here = Channel(one, patience=0.05)
+        with pytest.raises(ChannelClosed, match="takes no messages"):
+            here.send({"text": "x" * (1 << 24)})
+
+
+def test_settings_and_states_come_back_from_their_messages(lab):
+    assert Settings.from_message(json.loads(json.dumps(lab.to_message()))) == lab
+    state = ArmState(1.5, 3, UP, (0.1,) * 6, (0.0,) * 6, (1.0,) * 6, 4, "moving", "why", True)
+    assert ArmState.from_message(json.loads(json.dumps(state.to_message()))) == state
+
+
+# (place, speed, force, height of contact, part of what is said)
+BEYOND = [
+    ((0.0, 0.0, 0.1), 0.05, 1.0, None, None),
+    ((0.1515, 0.0, 0.1), 0.05, 1.0, None, None),
+    ((0.153, 0.0, 0.1), 0.05, 1.0, None, "x 153.0 mm is past"),
+    ((0.0, -0.2, 0.1), 0.05, 1.0, None, "y -200.0 mm"),
+    ((0.0, 0.0, 0.01), 0.05, 1.0, None, "height 10.0 mm is past the limits of the cell, 20 mm to 200 mm"),
+    ((0.0, 0.0, 0.05), 0.05, 1.0, 0.06, None),
+    ((0.0, 0.0, 0.035), 0.05, 1.0, 0.06, "depth 25.0 mm is past the limit of the cell, at most 20 mm"),
+    ((0.0, 0.0, 0.1), 0.2, 1.0, None, "speed 200 mm/s"),
+    ((0.0, 0.0, 0.1), 0.05, 20.5, None, "force 20.5 N is past the limit of the cell, at most 20 N"),
+    ((0.0, 0.0, 0.1), 0.05, float("nan"), None, "force nan"),
+]
+
+
+@pytest.mark.parametrize(("place", "speed", "force", "contact", "said"), BEYOND)
+def test_measured_values_are_compared_with_the_limits(lab, place, speed, force, contact, said):
+    found = beyond(lab, place, speed, force, contact)
+    assert (found is None) if said is None else (said in found)
+
+
+@given(st.integers(0, (1 << 12) - 1))
+def test_any_safety_bit_but_the_harmless_ones_is_a_stop(bits):
+    assert (safety_stop(bits) is None) is (bits & ~0b100000000011 == 0)
+
+
+PLACE = st.tuples(*[st.floats(-0.2, 0.2)] * 3).map(lambda p: Pose(p))
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(PLACE, min_size=2, max_size=4), st.floats(0.02, 0.25), st.floats(0.05, 2.0))
+def test_setpoints_go_from_begin_to_end_no_faster_than_asked(poses, speed, acceleration):
+    ride = Ride(poses, speed, acceleration, 0.001)
+    long = 2.1 / speed + 10.0
+    times = np.linspace(0.0, long, 200)
+    places = np.array([ride.setpoint(t).position for t in times])
+    assert places[0] == pytest.approx(poses[0].position)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    assert steps.max() <= speed * times[1] * (1 + 1e-9)
+    assert places[-1] == pytest.approx(poses[-1].position, abs=1e-9)
+    assert ride.judge(long, poses[-1]) is MotionState.DONE
+
+
+def test_a_hand_that_lags_or_ends_elsewhere_is_told():
+    ride = Ride([Pose(), Pose((0.1, 0.0, 0.0))], 0.05, 0.5, 0.001)
+    assert ride.judge(1.0, ride.setpoint(0.9)) is MotionState.MOVING
+    assert "does not follow" in ride.judge(1.0, Pose())
+    near, off = Pose((0.0995, 0.0, 0.0)), Pose((0.095, 0.0, 0.0))
+    assert ride.judge(2.2, near) is MotionState.MOVING
+    assert ride.judge(3.0, near) is MotionState.DONE
+    assert "did not arrive: it is 5.0 mm off" in ride.judge(3.0, off)
+
+
+@pytest.mark.parametrize("model", ["ur5", "ur5e"])
+def test_reach_says_what_keeps_the_arm_from_a_path(model):
+    reach = Reach(model, BASE, HAND, joint_speed=1.0, margin=0.05)
+    down = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.0, 0.0, 0.1))])
+    assert reach.obstacle(down, 0.1, UP) is None
+    assert "go slower" in reach.obstacle(down, 5.0, UP)
+    away = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.6, 0.0, 0.2))])
+    assert "the pose" in reach.obstacle(away, 0.01, UP)
+    turned = tuple(np.add(UP, [0, 0, 0, 0, 0, 2 * np.pi]))
+    spun = PosePath(
+        [Pose((0.0, 0.0, 0.2)), Pose((0.0, 0.0, 0.2), (0.0, 0.0, -1.5)), Pose((0.0, 0.0, 0.2), (0.0, 0.0, -3.0))]
+    )
+    assert any(
+        "two rounds" in (reach.obstacle(spun, 0.01, start) or "")
+        for start in (turned, tuple(np.subtract(turned, 1e-9)))
+    )
+
+
+def test_a_cell_without_payload_leaves_that_of_the_pendant(lab):
+    assert lab.payload == (1.6, 0.0, 0.0, 0.11)
+    assert Settings.from_message(replace(lab, payload=None).to_message()).payload is None
