@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test slow lint check clean
+.PHONY: demo cell-demo test slow lint check clean
 
 $(VENV)/ready: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(0 if (3, 11) <= sys.version_info[:2] <= (3, 12) else "Python 3.11 or 3.12 is needed: make PYTHON=python3.12 ...")'
@@ -14,6 +14,9 @@ $(VENV)/ready: pyproject.toml
 
 demo: $(VENV)/ready
 	$(BIN)/stretch-bt run palpate_stiffness --scene water_balloon
+
+cell-demo: $(VENV)/ready
+	$(BIN)/python benchmarks/palpate_wired.py
 
 test: $(VENV)/ready
 	$(BIN)/python -m pytest -n auto --dist loadfile

@@ -134,6 +134,13 @@ def test_a_hand_that_lags_or_ends_elsewhere_is_told():
     assert "did not arrive: it is 5.0 mm off" in ride.judge(3.0, off)
 
 
+@pytest.mark.parametrize("turn", [0.3, np.pi, -3.0])
+def test_half_a_turn_is_the_same_whichever_way_it_is_written(turn):
+    ride = Ride([Pose(), Pose(rotation=(0.0, 0.0, turn))], 0.05, 0.5, 0.001)
+    assert ride.judge(100.0, Pose(rotation=(0.0, 0.0, turn - 2 * np.pi))) is MotionState.DONE
+    assert "did not arrive" in ride.judge(100.0, Pose(rotation=(0.0, 0.0, turn - 0.1)))
+
+
 @pytest.mark.parametrize("model", ["ur5", "ur5e"])
 def test_reach_says_what_keeps_the_arm_from_a_path(model):
     reach = Reach(model, BASE, HAND, joint_speed=1.0, margin=0.05)

@@ -234,6 +234,22 @@ def test_a_controller_that_cannot_be_moved_is_not_opened(
     assert not behind.state()["moving"]
 
 
+def test_a_newer_controller_has_to_be_in_remote_control(stand_in, live_cell, clock):
+    behind, _ = stand_in("ur5e")
+    path = live_cell("ur", "rtde", behind.host, model="ur5e")
+    behind.inject("local")
+    with pytest.raises(DeviceFault, match="enable remote control"):
+        open_cell(load_cell(path), now=clock)
+    behind.clear()
+    cell = open_cell(load_cell(path), now=clock)
+    try:
+        motion = cell.devices["arm"].move(Pose((0, 0, 0.19)), speed=0.1, owner="a")
+        eventually(lambda: motion.poll() is MotionState.DONE)
+        assert behind.state()["height"] == pytest.approx(0.19, abs=1e-4)
+    finally:
+        cell.close()
+
+
 def test_nobody_there_and_the_wrong_robot_are_told(stand_in, live_cell, clock):
     with pytest.raises(DeviceLost, match=r"cannot be reached at 127\.0\.0\.250"):
         open_cell(load_cell(live_cell("ur", "rtde", "127.0.0.250")), now=clock)

@@ -18,6 +18,8 @@ __all__ = ["Ride"]
 _BEHIND, _BEHIND_TIME = 0.0015, 0.3
 #: how long it may take to settle, s, and how near the target that is over at once, m
 _SETTLING, _SETTLED = 0.5, 5e-5
+#: what turns an angle into a distance, m
+_LEVER = 0.1
 
 
 class Ride:
@@ -44,17 +46,23 @@ class Ride:
 
     def judge(self, time: float, place: Pose) -> MotionState | str:
         """Return how the motion stands with the hand at a place, or what is wrong."""
-        off = math.dist(place.position, self.setpoint(time).position)
-        turned = float(np.linalg.norm(np.subtract(place.rotation, self.setpoint(time).rotation)))
+        wanted = self.setpoint(time)
+        off = max(math.dist(place.position, wanted.position), _LEVER * _angle(place, wanted))
         if time < self._profile.duration:
             most = _BEHIND + _BEHIND_TIME * self._speed
             if off > most:
                 return f"the arm does not follow: it is {1e3 * off:.1f} mm behind; look for what holds it, and at the speed slider"
             return MotionState.MOVING
-        if off <= _SETTLED and turned <= _SETTLED * 10:
+        if off <= _SETTLED:
             return MotionState.DONE
         if time < self._profile.duration + _SETTLING:
             return MotionState.MOVING
         if off <= self._tolerance:
             return MotionState.DONE
         return f"the arm did not arrive: it is {1e3 * off:.1f} mm off its target; look for what holds it, and at the speed slider"
+
+
+def _angle(one: Pose, other: Pose) -> float:
+    """Return the angle between two orientations, rad: 2 sqrt(2) sin(angle / 2) is how far their matrices are apart."""
+    apart = float(np.linalg.norm(one.matrix() - other.matrix()))
+    return 2.0 * math.asin(min(apart / math.sqrt(8.0), 1.0))
