@@ -34,7 +34,7 @@ class _Last:
 class ForceMean:
     """Collects readings of a force sensor while the hand stands still; a new one for each measurement."""
 
-    def __init__(self, context: Context, sensor: ForceSensor, arm: Arm) -> None:
+    def __init__(self, context: Context, sensor: ForceSensor, arm: Arm | None) -> None:
         self.context, self.sensor, self.arm = context, sensor, arm
         self.forces: Readings = []
         self.newest: int | None = None
@@ -64,8 +64,11 @@ class ForceMean:
         IllConditioned
             The sensor is stuck.
         """
-        pose = self.arm.pose(MAX_AGE).value
-        self._check_moving(pose)
+        pose = (
+            Pose() if self.arm is None else self.arm.pose(MAX_AGE).value
+        )  # without an arm the hand points straight down
+        if self.arm is not None:
+            self._check_moving(pose)
         along = np.asarray(self.forces) @ pose.matrix()[:, 2]
         spread = float(along.std(ddof=1)) if len(set(self.forces)) > 1 else 0.0
         return Estimate(float(along.mean()), spread / math.sqrt(along.size))

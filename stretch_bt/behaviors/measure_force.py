@@ -16,12 +16,12 @@ class MeasureForce(Behavior):
     The force is that along the hand's axis, above 0 where the object pushes it away: unlike a magnitude it is not raised by
     noise. Its standard deviation is the standard error of the readings together with that of the last `zero_force`. A sensor is
     stuck when it has no new reading for a second, or when all its readings are alike to the last digit and those of the
-    measurement before, at another depth of the hand, were the same.
+    measurement before, at another depth of the hand, were the same. Without an arm the hand is taken to point straight down.
     """
 
     kind = "perception"
     force_sensor: Uses[ForceSensor]
-    arm: Uses[Arm]
+    arm: Uses[Arm | None]
     count: In[int] = port(10, min=1, max=10000, doc="readings to average, one a tick")
     force: Out[Force]  # on the hand, along its axis
 

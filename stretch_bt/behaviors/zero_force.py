@@ -17,7 +17,7 @@ class ZeroForce(Behavior):
 
     kind = "actuation"
     force_sensor: Uses[ForceSensor]
-    arm: Uses[Arm]
+    arm: Uses[Arm | None]
     count: In[int] = port(20, min=1, max=10000, doc="readings to average, one a tick")
     offset: Out[Force]  # that is left, and taken off
 

@@ -4,7 +4,21 @@ import math
 
 import pytest
 
+from stretch_bt import run
 from stretch_bt.tree.ports import Status
+
+ALONE = """\
+format: stretch-tree/1
+devices: {gripper: Gripper, force_sensor: ForceSensor}
+scene: calibration_sphere
+trees:
+  main:
+    out: {force: Force}
+    sequence:
+      - zero_force: {count: 3}
+      - set_stretch: {stretch: 10 mm}
+      - measure_force: {count: 3, force: $force}
+"""
 
 
 def force_of(node):
@@ -86,3 +100,10 @@ def test_a_sensor_that_says_one_force_everywhere_is_stuck(bench, saying, before,
     made.context.devices["force_sensor"].forces = after * 4
     node = made.run("measure_force", count=3)
     assert (node.status, node.reason) == ((Status.FAILURE, STUCK) if stuck else (Status.SUCCESS, ""))
+
+
+def test_without_an_arm_the_hand_points_straight_down(tmp_path):
+    (tmp_path / "alone.yaml").write_text(ALONE)
+    result = run(tmp_path / "alone.yaml", out=tmp_path / "record")
+    assert result.status == "SUCCESS", result.reason
+    assert result.outputs["force"]["value"] == pytest.approx(0.0, abs=0.2)

@@ -203,7 +203,8 @@ class Supervisor:
             now = time.monotonic()
             if now >= beat:
                 beat = now + _BEAT
-                self.send({"do": "beat", "contact_height": self._contact_height()})
+                with suppress(ChannelClosed):  # what it said before it ended is read first
+                    self.send({"do": "beat", "contact_height": self._contact_height()})
             if select.select([channel], [], [], _BEAT)[0]:
                 for message in channel.drain():
                     self._take(message)
