@@ -17,7 +17,7 @@ from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.ur.script import ControlScript
-from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
+from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 
 LIMIT = 20.0
@@ -248,6 +248,20 @@ def test_a_newer_controller_has_to_be_in_remote_control(stand_in, live_cell, clo
         assert behind.state()["height"] == pytest.approx(0.19, abs=1e-4)
     finally:
         cell.close()
+
+
+def test_the_newest_controllers_are_given_the_lower_registers(own_hosts, live_cell, clock):
+    class Newest(Ur5eStandIn):
+        PROFILE = Ur5eStandIn.PROFILE._replace(version=(5, 23, 0, 1))
+
+    behind = Newest(next(own_hosts), Stage())
+    behind.start()
+    try:
+        cell = open_cell(load_cell(live_cell("ur", "rtde", behind.host, model="ur5e")), now=clock)
+        assert cell.devices["arm"].state is DeviceState.READY
+        cell.close()
+    finally:
+        behind.stop()
 
 
 def test_nobody_there_and_the_wrong_robot_are_told(stand_in, live_cell, clock):

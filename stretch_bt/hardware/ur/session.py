@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -120,7 +121,7 @@ class Session:
         if self._control is None:
             if self.program_runs and not again:
                 raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
-            upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._settings.upper_registers else 0
+            upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._takes_upper() else 0
             flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
             try:
                 self._control = RTDEControlInterface(self._settings.host, self._settings.rate, flags)
@@ -133,6 +134,11 @@ class Session:
             self._control.reuploadScript()
         if not _until(lambda: self.program_runs, _STARTING):
             raise Refused("the control script does not run on the controller; look at the pendant")
+
+    def _takes_upper(self) -> bool:
+        """Return whether to take the upper registers: from PolyScope 5.23 on ur-rtde 1.6 uses the lower ones, but tells its script otherwise."""
+        major, minor = (int(number) for number in (*re.findall(r"\d+", self._dashboard.polyscopeVersion()), 0, 0)[:2])
+        return self._settings.upper_registers and (major, minor) < (5, 23)
 
     def _configure(self) -> None:
         assert self._control is not None
