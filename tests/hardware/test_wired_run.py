@@ -16,7 +16,16 @@ from stretch_bt.hardware.emulators.stage import Stage
 CELL = """\
 format: stretch-cell/1
 devices:
-  arm: {type: Arm, use: ur, host: HOST, model: ur5, base: {x: -500 mm}, hand: {z: 300 mm, rx: 180 deg}, source: a test}
+  arm:
+    type: Arm
+    use: ur
+    host: HOST
+    model: ur5
+    base: {x: -500 mm}
+    hand: {z: 300 mm, rx: 180 deg}
+    source: a test
+    watchdog: 2.5 Hz
+    lost_after: 400 ms
   gripper:
     type: Gripper
     use: robotiq
@@ -58,8 +67,14 @@ HARMLESS = {
     *(("robotiq", fault) for fault in ("object", "unit", "late", "deaf")),
     *(("ati", fault) for fault in ("loss", "reorder", "repeat", "short", "slow", "drift")),
 }
+#: what ends a run otherwise than as a fault: the tree's own guard
+STATED = {("ati", "load"): {"FAILURE"}, ("ur", "load"): {"FAULT", "FAILURE"}}
+#: how often a run may be begun again that this machine was too busy for, so that it ended before its fault
+AGAIN = 3
 #: faults that are seen only while their device moves
 MOVING = {("ur", fault) for fault in ("deaf", "stall", "slider", "no_solution")} | {("robotiq", "stall")}
+#: a gripper that cannot be reached goes on to where it was last sent
+UNTOLD = {("robotiq", fault) for fault in ("drop", "freeze", "slow", "corrupt", "truncate", "garbage", "crc", "refuse")}
 PHASES: dict[str, Callable] = {
     "stretch": lambda s: s["robotiq"].state()["opening"] > 0.060,
     "up": lambda s: s["ur"].state()["height"] > 0.203,
@@ -88,37 +103,52 @@ FEW = {
     ("phase", "device", "fault"), [pytest.param(*c, marks=() if c in FEW else pytest.mark.slow) for c in cases()]
 )
 def test_a_fault_ends_the_run_and_nothing_moves_after_it(own_hosts, tmp_path, phase, device, fault):
-    host = next(own_hosts)
-    (tmp_path / "wired.yaml").write_text(CELL.replace("HOST", host))
     (tmp_path / "tree.yaml").write_text(TREE)
-    with serving(["ur", "robotiq", "ati"], Stage(), host=host, activated=True) as servers:
-        behind, injected = servers.stand_ins, []
-        chaos = threading.Thread(target=harm, args=(behind, PHASES[phase], device, fault, injected))
-        chaos.start()
-        result = run(tmp_path / "tree.yaml", cell=tmp_path / "wired.yaml", out=tmp_path / "record")
+    for k in range(AGAIN):
+        host, record = next(own_hosts), tmp_path / f"record{k}"
+        (tmp_path / "wired.yaml").write_text(CELL.replace("HOST", host))
+        with serving(["ur", "robotiq", "ati"], Stage(), host=host, activated=True) as servers:
+            injected = ended_by(servers.stand_ins, PHASES[phase], device, fault, (tmp_path, record))
+        if injected is not None:
+            print(f"{phase:8s}{device:8s}{fault:16s}{injected[0]:7.3f} s  {injected[1]}")  # noqa: T201
+            return
+    raise AssertionError("it ended before the fault")
+
+
+def ended_by(behind, reached, device, fault, folders):
+    """Run until a fault, and return how long it took to its end and why; None where the run ended before."""
+    folder, record = folders
+    injected, over = [], threading.Event()
+    chaos = threading.Thread(target=harm, args=(behind, reached, device, fault, injected, over))
+    chaos.start()
+    try:
+        result = run(folder / "tree.yaml", cell=folder / "wired.yaml", out=record)
+    finally:
         ended = time.monotonic()
+        over.set()
         chaos.join()
-        assert (result.status, result.reason != "") == ("FAULT", True)
-        assert injected, "it ended before the fault"
-        assert {path.name for path in (tmp_path / "record").iterdir()} == RECORD
-        assert children() == []
-        wait(lambda: not behind["ur"].state()["moving"])
-        before = behind["ur"].state(), behind["robotiq"].state()["opening"]
-        time.sleep(0.2)
-        assert behind["ur"].state()["moved"] == before[0]["moved"]
-        if not (
-            device == "robotiq"
-            and fault in ("drop", "freeze", "slow", "corrupt", "truncate", "garbage", "crc", "refuse")
-        ):
-            assert behind["robotiq"].state()["opening"] == before[1]
-        print(f"{phase:8s}{device:8s}{fault:16s}{ended - injected[0]:7.3f} s  {result.reason[:80]}")  # noqa: T201
+    assert children() == []
+    assert {path.name for path in record.iterdir()} == RECORD
+    if not injected:
+        return None
+    assert result.status in STATED.get((device, fault), {"FAULT"})
+    assert result.reason
+    wait(lambda: not behind["ur"].state()["moving"])
+    before = behind["ur"].state(), behind["robotiq"].state()["opening"]
+    time.sleep(0.2)
+    assert behind["ur"].state()["moved"] == before[0]["moved"]
+    if (device, fault) not in UNTOLD:
+        assert behind["robotiq"].state()["opening"] == before[1]
+    return ended - injected[0], result.reason[:80]
 
 
-def harm(behind, reached, device, fault, injected):
+def harm(behind, reached, device, fault, injected, over):
     """Wait for a phase, and inject a fault."""
-    wait(lambda: reached(behind))
-    behind[device].inject(fault, PARAMETERS.get((device, fault)))
-    injected.append(time.monotonic())
+    while not (reached(behind) or over.is_set()):
+        time.sleep(0.005)
+    if not over.is_set():
+        behind[device].inject(fault, PARAMETERS.get((device, fault)))
+        injected.append(time.monotonic())
 
 
 def wait(ask):
