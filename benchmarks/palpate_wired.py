@@ -30,7 +30,18 @@ HOST = "127.0.0.63"
 CELL = """\
 format: stretch-cell/1
 devices:
-  arm: {type: Arm, use: ur, host: HOST, model: MODEL, base: {x: -500 mm}, hand: {z: 300 mm, rx: 180 deg}, source: the stand-in's own}
+  arm:
+    type: Arm
+    use: ur
+    host: HOST
+    model: MODEL
+    base: {x: -500 mm}
+    hand: {z: 300 mm, rx: 180 deg}
+    source: the stand-in's own
+    # everything runs in this process, whose interpreter may be busy for longer than a robot's deadlines
+    watchdog: 1 Hz
+    lost_after: 1 s
+    heartbeat: 5 s
   gripper:
     type: Gripper
     use: robotiq
