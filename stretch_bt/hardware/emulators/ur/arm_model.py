@@ -67,9 +67,14 @@ class ArmModel:
             self.move = None
 
     @property
+    def standing(self) -> bool:
+        """Whether no joint moves now, though a servo may hold it there."""
+        return float(np.abs(self.qd).max()) < _SLOW
+
+    @property
     def steady(self) -> bool:
-        """Whether it stands."""
-        return self.move is None and float(np.abs(self.qd).max()) < _SLOW
+        """Whether it stands, and nothing is to move it."""
+        return self.move is None and self.standing
 
     def pose(self) -> Array:
         """Return the (4, 4) transform of the tool in the base."""

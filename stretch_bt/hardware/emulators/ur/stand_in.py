@@ -133,7 +133,7 @@ class Ur5StandIn(StandIn):
             place = self.hand()
             return {
                 "time": c.time,
-                "moving": not self.arm.steady,
+                "moving": not self.arm.standing,
                 "moved": self._moved,
                 "running": c.running,
                 "safety": c.safety.name,
