@@ -1,26 +1,31 @@
 """Reconstruction in the twin: coverage, presses, robot time, error of the surface and of the dimensions.
 
-    python -m benchmarks.reconstruct [--seeds 1] [--random 3] [--grid wooden_cube ...]
+    python -m benchmarks.reconstruct [--seeds 1] [--random 3] [--grid wooden_cube ...] [--keep rows.jsonl]
 
 The shipped objects, with the shape that was found and the error of each graded dimension; then random convex polyhedra and
 ellipsoids, as mesh files; then, for the scenes after --grid, the coarsest square grid of presses that covers as much with no
 larger error. Coverage is the share of the upper surface, with normals within 45 degrees of the vertical, in whose cell of
 1 mm a point of the cloud lies; the error is the distance of the cloud's points from the true surface; `most N` is the largest
-force, of the scene, while the hand stood pressed.
+force, of the scene, while the hand stood pressed. With --keep each row is also added to a file, and those that it holds already of
+this state of the package and the scene are printed from it, so that a long study can be taken up again.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import tempfile
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import stretch_bt
 from stretch_bt import run
 from stretch_bt.accuracy.twin.above import distances, upper_surface
 from stretch_bt.run.onlooker import Onlooker
@@ -79,41 +84,79 @@ def main() -> None:
     parser.add_argument("--random", type=int, default=3)
     parser.add_argument("--scenes", nargs="*", default=list(SHIPPED))
     parser.add_argument("--grid", nargs="*", default=[])
+    parser.add_argument("--keep", type=Path, help="file of rows, to begin or to go on with")
     given = parser.parse_args()
+    rows = Rows(given.keep)
     print(HEAD, flush=True)
-    for name in given.scenes:
-        for seed in range(given.seeds):
-            _line(name, name, seed, {})
-    with tempfile.TemporaryDirectory() as folder:
-        for kind, make in (("polyhedron", _polyhedron), ("ellipsoid", _ellipsoid)):
-            kept = [
-                _line(f"{kind} {k}", _scene(Path(folder), f"{kind}{k}", make(np.random.default_rng(k))), k, {})
-                for k in range(given.random)
-            ]
-            good = [f for f in kept if f is not None]
-            if good:
-                shares, errors = np.array([f.coverage for f in good]), np.array([f.rms for f in good])
-                print(
-                    f"{kind}: {len(good)} of {len(kept)} answered; coverage mean {100 * shares.mean():.1f} %, over 90 % in "
-                    f"{(shares > 0.9).sum()}; rms mean {1e3 * errors.mean():.2f} mm, under 1 mm in {(errors < 1e-3).sum()}; "
-                    f"presses {np.mean([f.presses for f in good]):.1f}",
-                    flush=True,
-                )
+    for seed in range(given.seeds):
+        for name in given.scenes:
+            rows.line(f"{name} {seed}", name, seed, {})
+    for kind, make in (("polyhedron", _polyhedron), ("ellipsoid", _ellipsoid)):
+        _print_random(kind, make, given.random, rows)
     for name in given.grid:
-        _against_grid(name)
+        _against_grid(name, rows)
 
 
-def _line(label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | None:
-    found = reconstructed(scene, seed, params)
-    print(f"{label:22s}  {found}", flush=True)
-    return found if isinstance(found, Found) else None
+class Rows:
+    """What runs came to, in a file where there is one: those of the same code and scene are not run again."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        lines = path.read_text(encoding="utf-8").splitlines() if path and path.exists() else []
+        self.known: dict[str, Any] = {row["key"]: row["found"] for row in map(json.loads, lines)}
+
+    def line(self, label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | str:
+        """Print what came of a run, or why nothing did, and return it."""
+        key = json.dumps([_state(), label, _scene_text(scene), seed, dict(params)])
+        if key in self.known:
+            known = self.known[key]
+            found = known if isinstance(known, str) else Found(**known)
+        else:
+            found = reconstructed(scene, seed, params)
+            self._keep(key, found)
+        print(f"{label:22s}  {found}", flush=True)
+        return found
+
+    def _keep(self, key: str, found: Found | str) -> None:
+        if self.path is not None:
+            row = {"key": key, "found": found if isinstance(found, str) else asdict(found)}
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(row) + "\n")
 
 
-def _against_grid(name: str) -> None:
+@cache
+def _state() -> str:
+    """Return a hash of the package's code, trees and data."""
+    folder, digest = Path(stretch_bt.__file__).parent, hashlib.sha256()
+    for path in sorted(p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts):
+        digest.update(str(path.relative_to(folder)).encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _scene_text(scene: str | Path) -> str:
+    """Return what a scene of a file says, or the name of a shipped one."""
+    return scene.read_text(encoding="utf-8") if isinstance(scene, Path) else scene
+
+
+def _print_random(kind: str, make: Callable[[np.random.Generator], Any], count: int, rows: Rows) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        scenes = [_scene(Path(folder), f"{kind}{k}", make(np.random.default_rng(k))) for k in range(count)]
+        kept = [rows.line(f"{kind} {k}", scene, k, {}) for k, scene in enumerate(scenes)]
+    good = [f for f in kept if isinstance(f, Found)]
+    if good:
+        shares, errors = np.array([f.coverage for f in good]), np.array([f.rms for f in good])
+        print(
+            f"{kind}: {len(good)} of {len(kept)} answered; coverage mean {100 * shares.mean():.1f} %, over 90 % in "
+            f"{(shares > 0.9).sum()}; rms mean {1e3 * errors.mean():.2f} mm, under 1 mm in {(errors < 1e-3).sum()}; "
+            f"presses {np.mean([f.presses for f in good]):.1f}",
+            flush=True,
+        )
+
+
+def _against_grid(name: str, rows: Rows) -> None:
     """Print how many presses a square grid takes to cover as much as the planned ones."""
-    planned = reconstructed(name, 0, {})
+    planned = rows.line(f"{name} 0", name, 0, {})
     if not isinstance(planned, Found):
-        print(f"{name}: {planned}")
         return
     spec = load_scene(name).object
     surface = upper_surface(spec)
@@ -121,8 +164,7 @@ def _against_grid(name: str) -> None:
     for count in GRIDS:
         lines = [(np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high, strict=True)]
         poses = [f"{1e3 * x:.2f} mm; {1e3 * y:.2f} mm" for x in lines[0] for y in lines[1]]
-        found = reconstructed(name, 0, {"poses": poses, "max_presses": count**2})
-        print(f"{name} {count} x {count}".ljust(22) + f"  {found}", flush=True)
+        found = rows.line(f"{name} {count} x {count}", name, 0, {"poses": poses, "max_presses": count**2})
         if isinstance(found, Found) and found.coverage >= planned.coverage - 0.01 and found.rms <= 1.05 * planned.rms:
             break
     print(f"{name}: planned {planned.presses} presses, grid {count**2}", flush=True)
