@@ -58,12 +58,13 @@ def outside(p: Any, box: Any) -> Any:
 
 
 @kernel()
-def search(p: Any, corners: Any, boxes: Any, links: Any, stack: Any, foot: Any) -> Any:
+def search(p: Any, corners: Any, boxes: Any, links: Any, stack: Any, foot: Any, limit: Any) -> Any:
     """Fill foot (3,), the nearest point of all triangles; return triangle, feature and squared distance.
 
-    A box with links (first, last, 0) holds those triangles, one with (left, right, 1) two smaller boxes.
+    A box with links (first, last, 0) holds those triangles, one with (left, right, 1) two smaller boxes. The squared distance is
+    known to be below `limit`.
     """
-    best, triangle, feature, depth = np.inf, 0, 0, 1
+    best, triangle, feature, depth = limit, 0, 0, 1
     stack[0] = 0
     while depth > 0:
         depth -= 1
@@ -105,9 +106,12 @@ def rounded(
 ) -> Any:
     """Fill for a surface of triangles `corners` (m, 3, 3), rounded; `normals` (m, 7, 3) are those of their features."""
     curvature[:] = 0.0
-    stack, foot = np.empty(128, np.int64), np.empty(3)
+    stack, foot, away = np.empty(128, np.int64), np.empty(3), np.inf
     for q in range(points.shape[0]):
-        t, feature, square = search(points[q], corners, boxes, links, stack, foot)
+        if q > 0:  # the distance changes by no more than the point moves
+            x, y, z = points[q, 0] - points[q - 1, 0], points[q, 1] - points[q - 1, 1], points[q, 2] - points[q - 1, 2]
+            away += 1e-9 + 1.001 * math.sqrt(x * x + y * y + z * z)
+        t, feature, square = search(points[q], corners, boxes, links, stack, foot, away * away)
         away, facing = math.sqrt(square), normals[t, feature]
         x, y, z = points[q, 0] - foot[0], points[q, 1] - foot[1], points[q, 2] - foot[2]
         signed = away if x * facing[0] + y * facing[1] + z * facing[2] >= 0.0 else -away
