@@ -19,13 +19,16 @@ Array = npt.NDArray[np.float64]
 
 GRID = 3e-3  # m, of the sheet that stands in for the membrane
 NEAR = 0.3e-3  # m from the ground within which it touches
-OFFSETS = (-0.028, -0.014, 0.0, 0.014, 0.028)  # m from the middle of the object
+TURNS = np.radians([0.0, 45.0, 90.0, 135.0])  # of the hand
+ACROSS = (-0.020, 0.0, 0.020)  # m from the middle of the object, across the hand
+ALONG, STEP, COARSE = 0.040, 1e-3, 10  # m along the hand; between places, m; and each how many of them is tried
 MOST = 12  # places over what was not seen that are tried beside those
 FINGER = 0.015  # m, of the fingers beyond the clamps
-FLANK, MARGIN = np.tan(np.radians(65.0)), 4e-3  # of the object beside what was felt, and m; no finger goes there
+FLANK, MARGIN = np.tan(np.radians(65.0)), 3e-3  # of the object beside what was felt, and m; no finger goes there
 LITTLE = (12e-6, 0.015)  # m^2, and share of what was felt: less is not worth a press
+BESIDE = 8e-3  # m from a clamp within which nothing is felt: it bends the membrane, and the camera hardly sees it
 SIDE = 2  # nodes along each free side of the sheet: one that lies over the object may slip off it
-TAKEN = (8e-3, np.radians(30.0))  # m and rad: as near to a pose that was used, another shows nothing new
+TAKEN = (5e-3, np.radians(30.0))  # m and rad: as near to a pose that was used, another shows nothing new
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,19 +79,21 @@ def next_view(
     if not min(depth, length, width) > 0:
         raise InvalidInput(f"depth, length and width must be above 0 m, got {depth}, {length} and {width}")
     top, unseen = relief.top, hidden(relief) if unseen is None else unseen
-    poses = _poses(relief, unseen, x, y)
-    if not len(poses) or not unseen.cells.any():
+    if not unseen.cells.any():
         return None
-    level, reach = max(top - depth, 0.0), round(FINGER / GRID)
-    x_at, y_at = _grid(poses, length, width)
-    under = relief.at(_in_the_way(relief, level), x_at, y_at, False)
-    clear = ~(under[:, :, : reach + 1].any(axis=(1, 2)) | under[:, :, -reach - 1 :].any(axis=(1, 2)))
-    slips = np.concatenate([under[clear, :SIDE], under[clear, -SIDE:]], axis=1).any(axis=(1, 2))
-    poses, x_at, y_at = poses[clear], x_at[clear, :, reach:-reach], y_at[clear, :, reach:-reach]
+    level = max(top - depth, 0.0)
+    way = _Way(relief, _in_the_way(relief, level), length, width)
+    poses = _untaken(np.concatenate([_around(relief, way), _over(relief, unseen, way)]), relief)
+    inside = (poses[:, 0] >= x[0]) & (poses[:, 0] <= x[1]) & (poses[:, 1] >= y[0]) & (poses[:, 1] <= y[1])
+    poses = poses[inside]
     if not len(poses):
         return None
+    reach = round(FINGER / GRID)
+    x_at, y_at = (at[:, :, reach:-reach] for at in _grid(poses, length, width))
+    slips = way.slips(poses)
     ground = np.maximum(relief.at(unseen.height, x_at, y_at, 0.0), 0.0)
     fresh = relief.at(unseen.cells, x_at, y_at, False)
+    fresh[:, :, np.abs((np.arange(x_at.shape[2]) + 0.5) * GRID - length / 2) > length / 2 - BESIDE] = False
     gains = (fresh & (drape(ground, np.full(len(poses), level)) - ground < NEAR)).sum(axis=(1, 2)) * GRID**2
     little = max(LITTLE[0], LITTLE[1] * relief.felt_area)
     held = np.where(slips, 0.0, gains)
@@ -99,20 +104,59 @@ def next_view(
     return LookFrom(at_x, at_y, yaw, float(gains[best]))
 
 
-def _poses(
-    relief: Relief,
-    unseen: Hidden,
-    x: tuple[float, float],
-    y: tuple[float, float],
-) -> Array:
-    """Return poses (k, 3) to compare: over and around the middle of what was felt, and over what was not."""
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """Where the fingers of a hand may stand, and the free sides of its membrane, of a length and a width, m: `under` are the cells of the object."""
+
+    relief: Relief
+    under: npt.NDArray[np.bool_]
+    length: float
+    width: float
+
+    def clear(self, poses: Array) -> npt.NDArray[np.bool_]:
+        """Return at which poses (k, 3) neither clamps nor fingers are over the object."""
+        under, reach = self._beneath(poses), round(FINGER / GRID)
+        return ~(under[:, :, :reach].any(axis=(1, 2)) | under[:, :, -reach:].any(axis=(1, 2)))
+
+    def slips(self, poses: Array) -> npt.NDArray[np.bool_]:
+        """Return at which poses (k, 3) a free side is over the object."""
+        under = self._beneath(poses)
+        return np.asarray(np.concatenate([under[:, :SIDE], under[:, -SIDE:]], axis=1).any(axis=(1, 2)))
+
+    def _beneath(self, poses: Array) -> npt.NDArray[np.bool_]:
+        x, y = _grid(poses, self.length, self.width)
+        return self.relief.at(self.under, x, y, False)
+
+
+def _around(relief: Relief, way: _Way) -> Array:
+    """Return poses (k, 3) over and around the middle of what was felt, up to where a finger comes as near to it as may be.
+
+    The nearer a clamp, the steeper the membrane beside it.
+    """
     felt = relief.place(np.argwhere(relief.felt))
     middle = (felt.min(axis=0) + felt.max(axis=0)) / 2
-    around = middle + np.array([(a, b) for a in OFFSETS for b in OFFSETS])
+    count = round(ALONG / STEP)
+    yaw, across, k = np.meshgrid(TURNS, ACROSS, np.arange(-count, count + 1), indexing="ij")
+    along = STEP * k
+    at_x = middle[0] + np.cos(yaw) * across - np.sin(yaw) * along
+    at_y = middle[1] + np.sin(yaw) * across + np.cos(yaw) * along
+    poses = np.stack([at_x, at_y, yaw], axis=-1)
+    clear = way.clear(poses.reshape(-1, 3)).reshape(yaw.shape)
+    beyond = np.pad(clear, ((0, 0), (0, 0), (1, 1)))
+    nearest = clear & np.where(k > 0, ~beyond[:, :, 2:], ~beyond[:, :, :-2])
+    return np.asarray(poses[nearest | (clear & (k % COARSE == 0))])
+
+
+def _over(relief: Relief, unseen: Hidden, way: _Way) -> Array:
+    """Return clear poses (k, 3) over what was not felt."""
     rim = relief.place(np.argwhere(unseen.cells))
-    places = np.concatenate([around, rim[:: max(1, len(rim) // MOST)]])
-    inside = (places[:, 0] >= x[0]) & (places[:, 0] <= x[1]) & (places[:, 1] >= y[0]) & (places[:, 1] <= y[1])
-    poses = np.array([(*place, yaw) for place in places[inside] for yaw in (0.0, np.pi / 2)]).reshape(-1, 3)
+    places = rim[:: max(1, len(rim) // MOST)]
+    poses = np.array([(*place, yaw) for place in places for yaw in TURNS]).reshape(-1, 3)
+    return np.asarray(poses[way.clear(poses)])
+
+
+def _untaken(poses: Array, relief: Relief) -> Array:
+    """Return the poses that are not near to one that was pressed from."""
     for before in relief.poses:
         far = np.hypot(*(poses[:, :2] - before[:2]).T) > TAKEN[0]
         turned = np.abs((poses[:, 2] - before[2] + np.pi / 2) % np.pi - np.pi / 2) > TAKEN[1]

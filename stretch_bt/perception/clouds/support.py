@@ -21,6 +21,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 SCALE, SMEARED = 2.0, 3  # cells that curvatures are smoothed over, and by which a bend seems wider on either side
+ROUNDS = 6  # by which slopes at a border settle
 FLAT = 12.0  # 1/m: less is called flat
 LEAST, SURE = 6.0, 3.0  # 1/m, and standard deviations: of the load's curvature, to be told from none
 FALL = 0.35  # of the load's curvature near by that it is at least up to where it ends
@@ -91,16 +92,31 @@ def _loaded(bent: _Bent, sure: float) -> Mask:
 
 
 def _curvatures(heights: Array, turn: float, cell: float) -> _Bent:
-    from scipy.ndimage import distance_transform_edt, gaussian_filter
+    from scipy.ndimage import gaussian_filter
 
-    nearest = distance_transform_edt(np.isnan(heights), return_distances=False, return_indices=True)
-    z = heights[tuple(nearest)]
-    z = z - z.mean()
-    xx, yy, xy = (gaussian_filter(z, SCALE, order=o) / cell**2 for o in ((2, 0), (0, 2), (1, 1)))
+    beyond = round(4 * SCALE)
+    z = _continued(np.pad(heights, beyond, constant_values=np.nan))
+    inner = slice(beyond, -beyond), slice(beyond, -beyond)
+    xx, yy, xy = (gaussian_filter(z, SCALE, order=o)[inner] / cell**2 for o in ((2, 0), (0, 2), (1, 1)))
     c, s = np.cos(turn), np.sin(turn)
     along, across = s * s * xx - 2 * s * c * xy + c * c * yy, c * c * xx + 2 * s * c * xy + s * s * yy
     mean, half = -(xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
     return _Bent(-(TENSIONS * along + across) / (TENSIONS + 1), mean + half, mean - half)
+
+
+def _continued(heights: Array) -> Array:
+    """Return heights, m, about 0, that go on straight where nothing was seen: level, they would seem to bend at a border."""
+    from scipy.ndimage import distance_transform_edt, gaussian_filter
+
+    unknown = np.isnan(heights)
+    nearest = tuple(distance_transform_edt(unknown, return_distances=False, return_indices=True))
+    away = np.indices(heights.shape) - np.array(nearest)
+    z = heights[nearest]
+    known = z = z - z.mean()
+    for _ in range(ROUNDS if unknown.any() else 0):
+        slopes = [gaussian_filter(z, SCALE, order=o)[nearest] for o in ((1, 0), (0, 1))]
+        z = np.where(unknown, known + away[0] * slopes[0] + away[1] * slopes[1], known)
+    return z
 
 
 def _large(cells: Mask) -> Mask:
