@@ -52,6 +52,7 @@ class PlanView(Behavior):
         super().__init__(path)
         self.before: tuple[int, float, float] | None = None  # views, area felt and unseen
         self.fruitless = 0
+        self.tried: list[tuple[float, float, float]] = []
 
     def prepare(self) -> None:
         """Refuse, where they are known already, poses that cannot be read."""
@@ -95,8 +96,12 @@ class PlanView(Behavior):
             x=anywhere if limits is None else (limits.x.min, limits.x.max),
             y=anywhere if limits is None else (limits.y.min, limits.y.max),
             unseen=left,
+            tried=self.tried,
         )
-        return None if look is None else (look.x, look.y, look.yaw)
+        if look is None:
+            return None
+        self.tried.append((look.x, look.y, look.yaw))
+        return self.tried[-1]
 
     def _gave_up(self, count: int, felt: float, unseen: float) -> bool:
         """Tell whether the latest presses changed nothing."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion
 from stretch_bt.perception.clouds.relief import Relief
@@ -21,6 +21,8 @@ SAFE = 0.8  # of the force at which the cell stops the arm
 LEAST = 0.0005  # m below the height of first contact: less is no press
 LATEST = 6  # frames whose mean tells whether the top has fallen
 AROUND = 0.003  # m round the highest place
+BACK = 0.001  # m to rise by where nothing answers
+CLEAR = 0.002  # m above first contact at which a hand that went back stays
 
 
 @node
@@ -28,7 +30,8 @@ class PressGently(MotionBehavior):
     """Lower the hand to a depth, and stop before where the force reaches a limit or the object's top gives way.
 
     Depths count from the height of first contact. The force stays below four fifths of that at which the cell stops the arm.
-    With a map of what was felt the top is watched while the hand sinks. SUCCESS however it ended, with what ended it;
+    With a map of what was felt the top is watched while the hand sinks. Where the membrane has no equilibrium, as it slips off an object
+    under its free side, the hand goes back up to where it has one. SUCCESS however it ended, with what ended it;
     FAILURE when the limit is reached before the hand is below first contact.
     """
 
@@ -40,14 +43,15 @@ class PressGently(MotionBehavior):
     max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop here")
     max_drop: In[Length] = port(0.001, min=0.0001, max=0.02, doc="stop when the top has fallen by this")
     relief: In[Relief | None] = None  # what was felt before
-    reached: Out[Length]  # depth at which the hand stands now
-    ended: Out[str]  # by what: `depth`, `force` or `drop`
+    reached: Out[Length]  # depth at which the hand stands now, 0 above first contact
+    ended: Out[str]  # by what: `depth`, `force`, `drop` or `balance`, which the membrane lost
 
     def initialise(self) -> None:
         """Take frames from now on."""
         super().initialise()
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.tops: list[float] = []
+        self.lost = False
         self.place = None if self.relief is None else self.relief.summit
 
     def start(self) -> Motion:
@@ -58,6 +62,13 @@ class PressGently(MotionBehavior):
 
     def watch(self) -> Status | None:
         """Stop at the limit of force, or when the top gives way."""
+        try:
+            return None if self.lost else self._limited()
+        except NoEquilibrium:
+            self._rise()
+            return None
+
+    def _limited(self) -> Status | None:
         if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit():
             return self._end("force")
         frame = None if self.place is None else self.source.next()
@@ -67,7 +78,29 @@ class PressGently(MotionBehavior):
 
     def arrived(self) -> Status:
         """Tell how deep it is."""
-        return self._end("force" if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit() else "depth")
+        try:
+            force = self.arm.wrench(MAX_AGE).value.magnitude
+        except NoEquilibrium:
+            if self.arm.pose(MAX_AGE).value.height < self.context.hand.touched_at + CLEAR / 2:
+                self._rise()
+                return Status.RUNNING
+            force = 0.0
+        if self.lost:
+            self.reached, self.ended = max(self._depth(), 0.0), "balance"
+            return Status.SUCCESS
+        return self._end("force" if force >= self._limit() else "depth")
+
+    def _rise(self) -> None:
+        """Go up a little, and from close to first contact clear of it."""
+        if self.motion is not None:
+            self.motion.stop()
+        self.lost, pose = True, self.arm.pose(MAX_AGE).value
+        high = self.context.hand.touched_at + CLEAR
+        target = pose.height + BACK if self._depth() > 2 * BACK else high
+        self.motion = self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
+
+    def _depth(self) -> float:
+        return self.context.hand.touched_at - self.arm.pose(MAX_AGE).value.height
 
     def _limit(self) -> float:
         limits = self.context.limits
@@ -87,7 +120,7 @@ class PressGently(MotionBehavior):
         return len(self.tops) == LATEST and float(np.mean(self.tops)) < height - self.max_drop
 
     def _end(self, ended: str) -> Status:
-        depth = self.context.hand.touched_at - self.arm.pose(MAX_AGE).value.height
+        depth = self._depth()
         if depth < LEAST:
             self.reason = f"the limit of {ended} was reached {-depth * 1e3:.1f} mm above first contact: something else is in the way"
             return Status.FAILURE

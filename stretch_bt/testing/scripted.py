@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from stretch_bt.errors import DeviceFault, InvalidInput
+from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
 
@@ -56,7 +56,7 @@ class ScriptedDevice:
     """Any device interface, scripted.
 
     `script` maps the name of a reading (`pose`, `wrench`, `opening`, `frame`) to one value, or to a list of values of
-    which the last stays; a fault among them is raised. `motion` lists the states of every motion. What nodes command is
+    which the last stays; a fault, or a NoAnswer, among them is raised. `motion` lists the states of every motion. What nodes command is
     kept in `commands`; `moving` is the motion under way.
     """
 
@@ -92,7 +92,7 @@ class ScriptedDevice:
         if name not in self._values:
             raise InvalidInput(f"the scripted {self.kind} has no {name!r}; give it in 'script'")
         value = next(self._values[name])
-        if isinstance(value, DeviceFault):
+        if isinstance(value, DeviceFault | NoAnswer):
             raise value
         self._sequence_number += 1
         now = self.now()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.behaviors.plan_view import pose_of
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception.clouds.relief import Relief
@@ -97,6 +97,29 @@ def test_a_force_before_first_contact_means_that_something_is_in_the_way(bench):
     node, _ = press(bench, [9.0], TOUCHED + 0.005)
     assert node.status is Status.FAILURE
     assert "5.0 mm above first contact" in node.reason
+
+
+LOST, HELD = NoEquilibrium("the sheet slips off"), Wrench((0.0, 0.0, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("readings", "heights", "reached", "targets"),
+    [
+        ([HELD, LOST, HELD], [-4, -4, -3, -3], 0.003, [-15, -3]),
+        ([LOST, LOST, HELD], [-4, -4, -3, -3, -3, -2, -2], 0.002, [-15, -3, -2]),
+        ([LOST], [-1, -1, 2, 2, 2], 0.0, [-15, 2]),
+    ],
+)
+def test_a_press_on_which_the_membrane_slips_goes_back_to_where_it_holds(bench, readings, heights, reached, targets):
+    poses = [Pose((0.0, 0.0, TOUCHED + 1e-3 * z)) for z in [0.0, *heights]]
+    arm = ScriptedDevice("Arm", {"pose": poses, "wrench": readings})
+    made = bench(camera=ScriptedDevice("DepthCamera", {"frame": BLANK}))
+    made.context.devices["arm"] = arm
+    node = made.run("press_gently", depth=0.015)
+    assert (node.status, node.sinks["ended"].value) == (Status.SUCCESS, "balance")
+    assert node.sinks["reached"].value == pytest.approx(reached)
+    moves = [c.arguments["target"].height - TOUCHED for c in arm.commands if c.name == "move"]
+    assert moves == pytest.approx([1e-3 * z for z in targets])
 
 
 def test_the_operator_is_asked(bench):

@@ -42,7 +42,8 @@ def test_a_cube_is_covered_by_planned_presses(reconstruct):
     assert "radius" not in out, "a block has none"
     assert out["top"] == pytest.approx(40.0, abs=0.3)
     assert 2 <= out["presses"] <= 4
-    assert (out["pieces"], out["limited"]) == (1, 0)
+    assert out["pieces"] == 1
+    assert out["limited"] < out["presses"]
     assert commands(result, "confirm") == []
     for name in ("cloud.ply", "cloud.png"):
         assert (Path(result.record) / name).stat().st_size > 1000

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +51,7 @@ def next_view(
     x: tuple[float, float] = (-np.inf, np.inf),
     y: tuple[float, float] = (-np.inf, np.inf),
     unseen: Hidden | None = None,
+    tried: Sequence[tuple[float, float, float]] = (),
 ) -> LookFrom | None:
     """Return the pose whose press is expected to show most unseen surface, or None where none shows more than a little.
 
@@ -68,6 +70,8 @@ def next_view(
         Of the membrane, from clamp to clamp and across.
     x, y : (least, most), m
         Where the hand may go.
+    tried : sequence of (x, y, turn), m and rad
+        Other poses not to return.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def next_view(
         return None
     level = max(top - depth, 0.0)
     way = _Way(relief, _in_the_way(relief, level), length, width)
-    poses = _untaken(np.concatenate([_around(relief, way), _over(relief, unseen, way)]), relief)
+    poses = _untaken(np.concatenate([_around(relief, way), _over(relief, unseen, way)]), [*relief.poses, *tried])
     inside = (poses[:, 0] >= x[0]) & (poses[:, 0] <= x[1]) & (poses[:, 1] >= y[0]) & (poses[:, 1] <= y[1])
     poses = poses[inside]
     if not len(poses):
@@ -116,7 +120,7 @@ class _Way:
     def clear(self, poses: Array) -> npt.NDArray[np.bool_]:
         """Return at which poses (k, 3) neither clamps nor fingers are over the object."""
         under, reach = self._beneath(poses), round(FINGER / GRID)
-        return ~(under[:, :, :reach].any(axis=(1, 2)) | under[:, :, -reach:].any(axis=(1, 2)))
+        return np.asarray(~(under[:, :, :reach].any(axis=(1, 2)) | under[:, :, -reach:].any(axis=(1, 2))))
 
     def slips(self, poses: Array) -> npt.NDArray[np.bool_]:
         """Return at which poses (k, 3) a free side is over the object."""
@@ -155,9 +159,9 @@ def _over(relief: Relief, unseen: Hidden, way: _Way) -> Array:
     return np.asarray(poses[way.clear(poses)])
 
 
-def _untaken(poses: Array, relief: Relief) -> Array:
+def _untaken(poses: Array, taken: Iterable[tuple[float, float, float]]) -> Array:
     """Return the poses that are not near to one that was pressed from."""
-    for before in relief.poses:
+    for before in taken:
         far = np.hypot(*(poses[:, :2] - before[:2]).T) > TAKEN[0]
         turned = np.abs((poses[:, 2] - before[2] + np.pi / 2) % np.pi - np.pi / 2) > TAKEN[1]
         poses = poses[far | turned]

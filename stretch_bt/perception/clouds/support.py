@@ -116,7 +116,7 @@ def _continued(heights: Array) -> Array:
     for _ in range(ROUNDS if unknown.any() else 0):
         slopes = [gaussian_filter(z, SCALE, order=o)[nearest] for o in ((1, 0), (0, 1))]
         z = np.where(unknown, known + away[0] * slopes[0] + away[1] * slopes[1], known)
-    return z
+    return np.asarray(z)
 
 
 def _large(cells: Mask) -> Mask:
