@@ -14,7 +14,7 @@ import numpy as np
 from stretch_bt.compiled import kernel
 from stretch_bt.simulation.membrane.sheet.elastic_kernel import scatter
 
-__all__ = ["bounds", "contact", "gauss_points", "leftover", "tangents"]
+__all__ = ["bounds", "contact", "gauss_points", "leftover", "middles", "tangents"]
 
 
 @kernel()
@@ -73,6 +73,19 @@ def gauss_points(
                 z = u0 * columns[0, 2] + u1 * columns[1, 2] + u2 * columns[2, 2]
                 to_body(x, y, z, unit, origin, rotation, points[count])
                 count += 1
+
+
+@kernel("void(float64[:,:,::1],float64[:,::1],float64[:,::1])")
+def middles(points: Any, centres: Any, apart: Any) -> Any:
+    """Fill the middle (e, 3) of the points (e, q, 3) of each element, and how far each is from it (e, q)."""
+    for e in range(points.shape[0]):
+        for c in range(3):
+            centres[e, c] = 0.0
+            for q in range(points.shape[1]):
+                centres[e, c] += points[e, q, c] / points.shape[1]
+        for q in range(points.shape[1]):
+            x, y, z = points[e, q, 0] - centres[e, 0], points[e, q, 1] - centres[e, 1], points[e, q, 2] - centres[e, 2]
+            apart[e, q] = np.sqrt(x * x + y * y + z * z)
 
 
 @kernel()
