@@ -119,6 +119,8 @@ def show(result: RunResult, console: Console) -> None:
         console.print(
             f"  {name}: {in_words(value, name.rpartition('.')[2])}", markup=False, highlight=False, soft_wrap=True
         )
+    for text in result.notes:
+        console.print(text, style="yellow", markup=False, highlight=False, soft_wrap=True)
     for text in [*result.errors, *result.unmet]:
         console.print(f"  {text}", style="red", markup=False, highlight=False)
     times = f"{result.ticks} ticks, {result.task_seconds:.1f} s of the task in {result.cpu_seconds:.1f} s of CPU"

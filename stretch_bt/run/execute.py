@@ -97,6 +97,7 @@ class RunResult:
     overruns: int = 0
     errors: list[str] = field(default_factory=list)
     unmet: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     readings: dict[str, Any] = field(default_factory=dict)
     stats: list[dict[str, Any]] = field(default_factory=list)
 
@@ -281,5 +282,6 @@ def _result(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: 
         overruns=outcome.overruns,
         errors=outcome.errors,
         unmet=unmet,
+        notes=task.notes,
         readings={} if good else seen.shown(),
     )

@@ -40,6 +40,7 @@ class Task:
     scene: str | None = None
     cell: str | None = None
     mocks: Mocks | None = None
+    notes: list[str] = field(default_factory=list)
     context: RunContext = field(default_factory=RunContext)
     built: BuiltTree = field(init=False)
 
@@ -115,7 +116,7 @@ class Task:
         return {
             "tree": str(document.path.resolve()) if document.path else document.file,
             "sources": sources(self.program),
-            "set": {k: str(v) if not isinstance(v, int | float | list | bool) else v for k, v in self.params.items()},
+            "set": {k: _plain_param(v) for k, v in self.params.items()},
             "seed": self.seed,
             "scene": self.scene,
             "cell": self.cell,
@@ -129,6 +130,13 @@ class Task:
                 "stretch-bt", "py_trees", "numpy", "scipy", "opencv-contrib-python-headless", "pydantic"
             ),
         }
+
+
+def _plain_param(value: Any) -> Any:
+    """Return a parameter as JSON takes it; one of a scene file is its text."""
+    if isinstance(value, int | float | list | bool):
+        return value
+    return value.text if isinstance(value, Scalar) else str(value)
 
 
 def _without_folder(value: Any) -> Any:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.execute import RunResult, View, execute
 from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.runner import Runner
+from stretch_bt.source import Scalar, closest, did_you_mean
 from stretch_bt.tree.program import load_program
 
 __all__ = ["RunResult", "Task", "View", "execute", "run"]
@@ -67,7 +69,7 @@ def run(
         asked = _asked_by(task)
         # few scenes ask for anything: only then is the cell looked at here as well
         if asked and (spec := task.cell_spec()) is not None and spec.simulated:
-            task = _task(tree, scene, cell, {**task.params, **asked}, seed, mocks)
+            task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks))
     return execute(task, out, view, watch, devices)
 
 
@@ -87,9 +89,32 @@ def _task(
     return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
 
 
-def _asked_by(task: Task) -> dict[str, str]:
-    """Return the params that the scene of a task asks for, of those that the tree has and the run does not set."""
+def _asked_by(task: Task) -> dict[Scalar, Scalar]:
+    """Return the params that the scene of a task asks for."""
     from stretch_bt.simulation.scene import scene_params
 
-    known, asked = task.program.document.params, scene_params(str(task.scene))
-    return {name: value for name, value in asked.items() if name in known and name not in task.params}
+    return scene_params(str(task.scene))
+
+
+def _with_asked(task: Task, asked: dict[Scalar, Scalar], again: Callable[[dict[str, Any]], Task]) -> Task:
+    """Return a task with those of the params asked for that its tree has and the run does not set, and a note of those in vain.
+
+    Raises
+    ------
+    SceneError
+        A name that the tree does not have is nearly one that it has.
+    """
+    known = task.program.document.params
+    strange = [key for key in asked if key.text not in known]
+    wrong = [_unknown(key, known) for key in strange if closest(key.text, known) is not None]
+    if wrong:
+        raise SceneError(wrong)
+    taken = {k.text: v for k, v in asked.items() if k.text in known and k.text not in task.params}
+    made = again({**task.params, **taken}) if taken else task
+    made.notes = [str(replace(_unknown(key, known), severity="warning")) for key in strange]
+    return made
+
+
+def _unknown(key: Scalar, known: Iterable[str]) -> Diagnostic:
+    hint = did_you_mean(key.text, known) if closest(key.text, known) else "this run goes without it"
+    return key.mark.error("param-unknown", f"params: the tree has no parameter {key.text!r}", hint)

@@ -213,11 +213,14 @@ class _Headings:
                 self.error(param.mark, "param-missing", f"parameter {param.name!r} has no value", hint)
 
     def override(self) -> None:
-        for name, text in self.overrides.items():
+        for name, given in self.overrides.items():
             prefix, _, rest = name.partition(".")
             if rest and prefix in self.doc.imports:
                 continue
+            text: Any = given.text if isinstance(given, Scalar) else given
             mark = Mark("--set", 1, len(self.doc.prefix) + len(name) + 2, len(str(text)) or 1)
+            if isinstance(given, Scalar):  # of a scene
+                mark = given.mark
             param = self.doc.params.get(name)
             if param is None:
                 at = Mark("--set", 1, 1, len(name))

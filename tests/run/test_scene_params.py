@@ -1,5 +1,8 @@
 """Params that a scene asks for."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from stretch_bt import run
@@ -32,7 +35,7 @@ def outputs(tmp_path):
 
 
 def test_a_run_begins_with_the_params_of_its_scene(outputs):
-    assert outputs("params: {max_force: 0.8 N, frames: 7, unknown: 3 mm}\n") == (0.8, 7)
+    assert outputs("params: {max_force: 0.8 N, frames: 7}\n") == (0.8, 7)
 
 
 def test_what_the_run_sets_comes_first(outputs):
@@ -58,9 +61,26 @@ def test_a_scene_without_params_changes_none(outputs):
     assert outputs() == (5.0, 3)
 
 
-def test_a_value_of_another_unit_is_refused_before_anything_moves(outputs):
-    with pytest.raises(FileError, match="max_force"):
-        outputs("params: {max_force: 3 mm}\n")
+@pytest.mark.parametrize(
+    ("asked", "column", "message"),
+    [
+        ("params: {max_force: 3 mm}\n", 21, "max_force"),
+        ("params: {max_force: much}\n", 21, "max_force"),
+        ("params: {frames: 3, max_froce: 3 N}\n", 21, "no parameter 'max_froce'; did you mean 'max_force'?"),
+    ],
+)
+def test_a_mistake_is_told_at_its_place_in_the_scene_before_anything_moves(outputs, asked, column, message):
+    with pytest.raises(FileError, match=re.escape(message)) as caught:
+        outputs(asked)
+    (found,) = caught.value.diagnostics
+    assert (Path(found.file).name, found.line, found.column) == ("scene.yaml", 3, column)
+
+
+def test_a_name_that_the_tree_does_not_have_is_told(tmp_path):
+    (tmp_path / "tree.yaml").write_text(TREE)
+    (tmp_path / "scene.yaml").write_text(f"{SCENE}params: {{max_force: 0.8 N, warmth: 3}}\n")
+    (note,) = run(tmp_path / "tree.yaml", out=tmp_path / "record").notes
+    assert "scene.yaml:3:28 warning[param-unknown]" in note
 
 
 @pytest.mark.parametrize("kind", ["cube", "half_cylinder", "pyramid"])
@@ -69,5 +89,5 @@ def test_paper_is_pressed_below_what_its_walls_bear(kind):
     from stretch_bt.units import parse_quantity
 
     scene = f"paper_{kind}"
-    asked, _ = parse_quantity(scene_params(scene)["max_force"])
+    (asked,) = [parse_quantity(v.text)[0] for k, v in scene_params(scene).items() if k.text == "max_force"]
     assert asked < 0.8 * load_scene(scene).object.compliance().critical

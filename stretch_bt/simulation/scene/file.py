@@ -47,7 +47,7 @@ class Scene(BaseModel):
     params: dict[str, str | int | float | bool] = Field(
         default={},
         description="params that a run in this scene begins with, such as `max_force: 0.8 N` for what the object bears; those "
-        "that the run sets come first, and a tree that has none of that name goes without",
+        "that the run sets come first, and a tree that has none of that name says so and goes without",
     )
     effects: Any = Field(
         default="auto", description="which effects act; each is judged by the advisor unless it is named"
@@ -151,15 +151,16 @@ def load_scene(scene: str | Path) -> Scene:
     return _made(source, path)
 
 
-def scene_params(scene: str | Path) -> dict[str, str]:
-    """Return the `params` of a scene file, and nothing of one that cannot be read: `load_scene` tells what is wrong with it."""
+def scene_params(scene: str | Path) -> dict[Scalar, Scalar]:
+    """Return the `params` of a scene file at their places, and none of one that cannot be read: `load_scene` tells what is wrong with it."""
     try:
-        source = load(resolve(scene, _shipped(), "scene"), str(scene))
+        path = resolve(scene, _shipped(), "scene")
+        source = load(path, str(path))
     except FileError:
         return {}
     given = source.get("params")
     pairs = given if isinstance(given, Map) else ()
-    return {key.text: value.text for key, value in pairs if isinstance(value, Scalar)}
+    return {key: value for key, value in pairs if isinstance(value, Scalar)}
 
 
 def parse_scene(text: str, name: str = "scene.yaml") -> Scene:
