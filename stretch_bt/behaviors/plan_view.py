@@ -18,7 +18,7 @@ from stretch_bt.units import KINDS, Angle, Area, Length, parse_quantity
 
 MAX_AGE = 0.5
 FRUITLESS = 0.02  # share of what was felt by which a press must change the map to count
-PATIENCE = 2  # presses in a row that do not
+PATIENCE = 3  # presses in a row that do not
 
 
 @node

@@ -39,6 +39,7 @@ HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camer
 RIM = 2  # cells from the rim of a contact within which it may be none
 MOVED = 1.2e-3  # m by which two views of one place disagree that neither noise nor a slack membrane explains
 WRONG, SHARE = 60, 0.15  # cells that disagree, and their share of those seen twice, from which the object has moved
+TWICE = 2  # views, as soon as there are more, that must have felt what no other may pierce
 FEWEST = 25  # cells or points of a part that is worth telling
 
 
@@ -325,7 +326,10 @@ def _check_still(relief: Relief, view: View) -> None:
     i, j = (view.cells - relief.origin).T
     seen, touched = np.full(relief.ceiling.shape, np.nan), np.zeros(relief.ceiling.shape, dtype=bool)
     seen[i, j], touched[i, j] = view.heights, view.touched
-    inner = binary_erosion(relief.felt, iterations=RIM)
+    known = relief.felt & (
+        relief.weight >= min(relief.views - 1, TWICE)
+    )  # what one of several views shows may have hung there
+    inner = binary_erosion(known, iterations=RIM)
     pierced = inner & (relief.height - seen > MOVED)
     raised = binary_erosion(touched, iterations=RIM) & (seen - relief.ceiling > MOVED)
     twice = int((inner & np.isfinite(seen)).sum())

@@ -14,9 +14,10 @@ EDGE_SD = 0.12e-3  # m by which the rule for an edge errs (benchmarks/conformity
 #: m by which a membrane that leaves an edge, or the end of a crest, at no slope meets itself further inside than the rule says, and
 #: the slope from where it does not (benchmarks/conformity.py)
 GENTLE_EDGE, GENTLE_END, STEEP = 0.25e-3, 0.5e-3, 0.75
-#: m from the bend to the end of a crest beyond the rule for an edge, of a sharp one and of a round one, and its standard
-#: deviation: a thin crest draws the bend in, as the membrane falls off to three sides (benchmarks/conformity.py)
-SHARP_END, ROUND_END, END_SD = 0.45e-3, -0.35e-3, 0.2e-3
+#: from the bend to the end of a sharp crest, over the length of the bend: the membrane falls off to three sides, so that it bends
+#: further inside the longer it takes; m from the bend to the end of a round crest beyond the rule for an edge; and the standard
+#: deviation of both, m (benchmarks/conformity.py)
+SHARP_END, ROUND_END, END_SD = 0.98, -0.35e-3, 0.2e-3
 STIFF = 0.7e-3  # m over which a membrane that resists bending passes from slope to slope, at least
 
 
@@ -46,8 +47,10 @@ def _beyond(bend: Bend, fillet: float, fillet_sd: float, gentle: float) -> Beyon
 def beyond_end(bend: Bend, *, sharp: bool, fillet: float = FILLET, fillet_sd: float = FILLET_SD) -> Beyond:
     """Return how far beyond a bend along a crest its end is, for a ridge or for the crest of a half-cylinder."""
     stiff = bend.length > STIFF
+    if sharp and stiff:
+        return Beyond(SHARP_END * bend.length, math.hypot(fillet_sd, END_SD))
     edge = _beyond(bend, fillet, fillet_sd, GENTLE_END if stiff else GENTLE_EDGE)
-    more = (SHARP_END if sharp else ROUND_END) if stiff else 0.0
+    more = ROUND_END if stiff else 0.0
     return Beyond(edge.shift + more, math.hypot(edge.sd, END_SD if more else 0.0))
 
 
