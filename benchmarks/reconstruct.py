@@ -27,9 +27,10 @@ import numpy as np
 
 import stretch_bt
 from stretch_bt import run
-from stretch_bt.accuracy.twin.above import distances, upper_surface
+from stretch_bt.perception.clouds.ply import points_of
 from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.run.runner import Runner
+from stretch_bt.simulation.above import distances, upper_surface
 from stretch_bt.simulation.scene import Scene, load_scene
 
 SHIPPED = (
@@ -180,7 +181,7 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
         result = run("reconstruct", scene=scene, seed=seed, params=dict(params), out=record, watch=forces.follow)
         if result.status != "SUCCESS":
             return f"{result.status}: {result.reason[:150]}"
-        points = points_of(record / "cloud.ply")
+        points = points_of((record / "cloud.ply").read_bytes())
     off, above = distances(known.object, points), upper_surface(known.object)
     cells = {tuple(c) for c in np.floor(points[:, :2] / 1e-3).astype(int)}
     felt = np.array([tuple(c) in cells for c in np.floor(above.places / 1e-3).astype(int)])
@@ -220,14 +221,6 @@ class _Forces(Onlooker):
         """Note it."""
         if path.endswith(("approach", "press_gently", "average_frames")):
             self.found.append(self.cell.truth()["force"])
-
-
-def points_of(path: Path) -> np.ndarray:
-    """Return the points (n, 3), m, of a PLY file that `save_cloud` wrote."""
-    head, _, body = path.read_bytes().partition(b"end_header\n")
-    count = int(head.split(b"element vertex ")[1].split()[0])
-    kinds = [("at", "<f8", 3), ("colour", "u1", 3), ("sd", "<f4"), ("seen", "<i4")]
-    return np.frombuffer(body, dtype=np.dtype(kinds), count=count)["at"]
 
 
 def _polyhedron(random: np.random.Generator) -> Any:

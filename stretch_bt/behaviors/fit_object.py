@@ -10,7 +10,7 @@ from stretch_bt.perception.solids.wire import no_wire_there
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Estimate, Length
+from stretch_bt.units import Angle, Estimate, Length
 
 Wanted = Literal[
     "auto", "block", "disc", "ridge", "half_cylinder", "domes", "point", "wire_circle", "wire_triangle", "extents"
@@ -35,6 +35,9 @@ class FitObject(Behavior):
     solid: Out[Solid]  # the shape with all its dimensions, and how all compare
     felt: Out[Cloud]  # the cloud without what the shape leaves free, as the inside of a wire
     kind_found: Out[str]  # which shape
+    x: Out[Length]  # of the middle of its top, world
+    y: Out[Length]  # of the middle of its top, world
+    heading: Out[Angle]  # of its length from the world's x, or of the normal of a triangle's side
     length: Out[Length]  # the longer side of the top, or the length of a crest
     width: Out[Length]  # the shorter side of the top
     height: Out[Length]  # of the top above the table
@@ -50,6 +53,7 @@ class FitObject(Behavior):
             self.cloud, self.contacts, shape=self.shape, fillet=self.fillet, fillet_sd=self.fillet_sd
         )
         self.solid, self.kind_found = found, found.kind
+        self.x, self.y, self.heading = float(found.middle[0]), float(found.middle[1]), float(found.heading)
         self.felt = self.cloud.part(~no_wire_there(found, self.cloud.points[:, :2], self.fillet))
         for name in ("length", "width", "height", "radius", "side", "radius_1", "radius_2", "radius_3"):
             known = found.dimensions.get(name)

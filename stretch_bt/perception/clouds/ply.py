@@ -7,9 +7,10 @@ import io
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.clouds.cloud import Array, Cloud
 
-__all__ = ["colours", "encode"]
+__all__ = ["colours", "encode", "points_of"]
 
 _FIELDS = (
     ("x", "double", "<f8"),
@@ -53,3 +54,19 @@ def encode(cloud: Cloud, *, text: bool = False) -> bytes:
     else:
         file.write(rows.tobytes())
     return file.getvalue()
+
+
+def points_of(data: bytes) -> Array:
+    """Return the points (n, 3), m, of a binary file that `encode` made.
+
+    Raises
+    ------
+    InvalidInput
+        It is another file.
+    """
+    head, end, body = data.partition(b"end_header\n")
+    kind = np.dtype([(name, kind) for name, _, kind in _FIELDS])
+    if not (end and head.startswith(b"ply\nformat binary_little_endian") and len(body) % kind.itemsize == 0):
+        raise InvalidInput("this is no binary PLY file of a cloud; write one with save()")
+    rows = np.frombuffer(body, dtype=kind)
+    return np.column_stack([rows["x"], rows["y"], rows["z"]])

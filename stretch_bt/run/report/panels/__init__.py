@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from stretch_bt.run.record import RecordReader
-from stretch_bt.run.report.panels import cloud, palpation, sensitivity
+from stretch_bt.run.report.panels import cloud, palpation, sensitivity, shape
 
 __all__ = ["panels"]
 
-PANELS = (palpation, sensitivity, cloud)
+PANELS = (palpation, sensitivity, shape, cloud)
 
 
 def panels(record: RecordReader) -> str:
