@@ -179,6 +179,8 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
         record = Path(folder) / "record"
         forces = _Forces()
         result = run("reconstruct", scene=scene, seed=seed, params=dict(params), out=record, watch=forces.follow)
+        if result.status == "INTERRUPTED":
+            raise SystemExit(result.reason)
         if result.status != "SUCCESS":
             return f"{result.status}: {result.reason[:150]}"
         points = points_of((record / "cloud.ply").read_bytes())
