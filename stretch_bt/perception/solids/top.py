@@ -24,6 +24,7 @@ LARGE = 0.3  # share of the top's area from which a part as high is another obje
 FLOOR = 0.05e-3  # m by which the top of a shape under a membrane differs from a simple surface
 ALIKE = 6.0  # cells that err as one
 SCALE, APART = 2.8, 6  # cells: what heights are smoothed by to find humps, and how far these are apart
+SMEARED = 1.5  # cells that what was felt is smoothed by
 CURVED = 58.0  # 1/m: least sum of the curvatures of a hump at that scale
 
 
@@ -75,21 +76,18 @@ def height_map(views: list[View]) -> Height:
 
 
 def peaks_of(grid: Height, views: list[View], low: float) -> list[Array]:
-    """Return the places (2,), m, of humps of the membrane above a height, m, the highest first; `grid` is the height map of the views.
+    """Return the places (2,), m, of humps that were felt above a height, m, the highest first; `grid` is the height map of the views.
 
     A small dome beside a large one makes no summit under a membrane; that the surface is most curved there shows it. Free
-    membrane has no mean curvature, or one to the other side.
+    membrane has no mean curvature, or one to the other side, but for where it hangs from a clamp: nothing was felt there.
     """
     from scipy.ndimage import gaussian_filter, gaussian_laplace, maximum_filter
 
-    total, count = np.zeros(grid.z.shape), np.zeros(grid.z.shape)
+    known, touched = np.isfinite(grid.z), np.zeros(grid.z.shape)
     for view in views:
-        cells = tuple(np.floor((view.points[:, :2] - grid.corner) / CELL).astype(int).T)
-        np.add.at(total, cells, view.points[:, 2])
-        np.add.at(count, cells, 1.0)
-    known = count > 0
-    z = np.where(known, total / np.maximum(count, 1.0), np.median(total[known] / count[known]))
-    whole = gaussian_filter(known.astype(float), SCALE) > 0.97
+        touched[tuple(np.floor((view.points[view.touching, :2] - grid.corner) / CELL).astype(int).T)] = 1.0
+    z = np.where(known, grid.z, np.median(grid.z[known]))
+    whole = (gaussian_filter(known.astype(float), SCALE) > 0.97) & (gaussian_filter(touched, SMEARED) > 0.5)
     curved = np.where(whole, -gaussian_laplace(z, SCALE) / CELL**2, 0.0)
     tops = np.argwhere((curved == maximum_filter(curved, size=2 * APART + 1)) & (curved > CURVED) & (z > low))
     humps = gaussian_filter(z, 1.0)[tuple(tops.T)]

@@ -83,6 +83,10 @@ def domes(places):
             found.append(np.where(away < leaves, cap, root - leaves / root * (away - leaves)))
         return np.max(found, axis=0)
 
+    def touched(x, y):
+        return np.any([np.hypot(x - at, y) < 0.42 * radius for at, radius in places], axis=0)
+
+    z.touched = touched
     return z
 
 
@@ -117,7 +121,8 @@ def contact(height, place, depth, rng, noise, top):
     x, y = place[0] + u, place[1] - v  # the membrane frame is left-handed
     z = np.maximum(height(x, y), top - depth) + noise * rng.normal(size=x.shape)
     surface = np.stack([u, v, z - (top - depth)], axis=2)
-    labels = np.where(surface[..., 2] > depth - 1.5 * MM, 2, 1).astype(np.uint8)
+    on = height.touched(x, y) if hasattr(height, "touched") else surface[..., 2] > depth - 1.5 * MM
+    labels = np.where(on, 2, 1).astype(np.uint8)
     points = surface[labels == 2]
     rays = points - [0.0, 0.0, 0.2]
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)

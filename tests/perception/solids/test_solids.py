@@ -56,6 +56,17 @@ def test_a_shape_is_found_with_its_dimensions_within_their_deviations(name):
     assert found.height == found.dimensions["height"].value
 
 
+def test_a_membrane_that_is_bent_by_its_clamps_adds_no_dome():
+    height = m.domes([(-0.019, 0.014), (0.006, 0.011)])
+
+    def bent(x, y):
+        return height(x, y) + 2 * MM * np.exp(-((x - 0.020) ** 2 + (y - 0.030) ** 2) / (6 * MM) ** 2)
+
+    bent.touched = height.touched
+    found = fit_object(*m.felt(bent, 0.014))
+    assert [name for name in found.dimensions if name.startswith("radius_")] == ["radius_1", "radius_2"]
+
+
 def test_a_shape_stands_where_it_stands_and_is_turned_as_it_is():
     found = fit_object(*m.felt(m.block(0.040, 0.028, 0.040, 0.5), 0.040))
     assert np.abs(found.middle - [0.0, 0.0, 0.040]).max() < 0.2 * MM
