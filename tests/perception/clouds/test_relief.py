@@ -1,6 +1,8 @@
 """The map of what was felt, its coverage and the choice of the next press, on sheets hung over known heights."""
 
 import importlib.util
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import cloud_of
 from stretch_bt.perception.clouds.coverage import coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
-from stretch_bt.perception.clouds.relief import add_view, carved, turn_of, view_of
+from stretch_bt.perception.clouds.relief import View, add_view, carved, turn_of, view_of
 
 _spec = importlib.util.spec_from_file_location("sheets", Path(__file__).with_name("sheets.py"))
 sheets = importlib.util.module_from_spec(_spec)
@@ -72,7 +74,7 @@ def test_the_next_press_is_in_bounds_new_and_shows_no_more_than_is_hidden(a, b, 
         return
     assert span[0] <= min(look.x, look.y) <= max(look.x, look.y) <= span[1]
     apart = abs((look.yaw - yaw + np.pi / 2) % np.pi - np.pi / 2)
-    assert np.hypot(look.x - x * MM, look.y - y * MM) > 8 * MM or apart > np.radians(30)
+    assert np.hypot(look.x - x * MM, look.y - y * MM) > 5 * MM or apart > np.radians(30)
     assert 0 < look.gain < 1.3 * (left.cells.sum() + 40) * relief.cell**2
     assert look == next_view(relief, depth=0.65 * top * MM, **SIZE, x=span, y=span)
 
@@ -104,6 +106,62 @@ def test_nothing_is_planned_once_all_is_known():
 def test_an_object_that_stayed_is_not_said_to_have_moved(pose, noise):
     relief = mapped(box, (0, 0, 0), noise=noise)
     assert add_view(pressed(box, *pose, noise=noise, seed=1), relief).views == 2
+
+
+ROUND = [(0, 0, 0), (0, 0, np.pi / 2), (10 * MM, 0, 0)]
+
+
+@pytest.mark.parametrize("views", [1, 2, 3])
+def test_an_object_that_moved_is_told_however_many_presses_there_were(views):
+    relief = mapped(box, *ROUND[:views])
+    with pytest.raises(IllConditioned, match="moved or gave way"):
+        add_view(pressed(partial(box, at=(14 * MM, 0.0))), relief)
+
+
+def test_what_one_of_several_presses_took_for_contact_does_not_move_an_object():
+    relief = mapped(box, *ROUND)
+    beside = np.pad(np.zeros(relief.felt.shape, bool), 15)
+    beside[1:14, 20:40] = True
+    wrong = np.pad(relief.weight, 15), np.pad(relief.height, 15), np.pad(relief.hung, 15)
+    ceiling = np.where(beside, 30 * MM, np.pad(relief.ceiling, 15, constant_values=np.inf))
+    origin = (relief.origin[0] - 15, relief.origin[1] - 15)
+    once = replace(
+        relief,
+        origin=origin,
+        ceiling=ceiling,
+        weight=np.where(beside, 1.0, wrong[0]),
+        height=np.where(beside, 30 * MM, wrong[1]),
+        hung=wrong[2],
+    )
+    places = once.place(np.argwhere(beside))
+    lower = View(
+        np.argwhere(beside) + origin,
+        np.full(len(places), 20 * MM),
+        np.zeros(len(places), bool),
+        np.zeros(len(places), bool),
+    )
+    assert not add_view(lower, once).felt[beside].any(), "it is taken back"
+    with pytest.raises(IllConditioned, match="moved or gave way"):
+        add_view(lower, replace(once, weight=np.where(beside, 2.0, wrong[0])))
+
+
+@settings(max_examples=4)
+@given(st.floats(14, 28), st.floats(14, 28), st.floats(16, 30))
+def test_no_finger_is_planned_over_what_was_felt_and_none_where_it_was_tried(a, b, top):
+    def ground(u, v):
+        return dome(u, v, (a * MM, b * MM), top * MM)
+
+    relief, tried = mapped(ground, (0, 0, 0), height=0.35 * top * MM), []
+    for _ in range(3):
+        look = next_view(relief, depth=0.65 * top * MM, **SIZE, tried=tried)
+        if look is None:
+            break
+        assert all(np.hypot(look.x - x, look.y - y) > 5 * MM or abs(look.yaw - yaw) > 0.5 for x, y, yaw in tried)
+        tried.append((look.x, look.y, look.yaw))
+        away = relief.place(np.argwhere(relief.felt)) - [look.x, look.y]
+        along = np.abs(away @ [-np.sin(look.yaw), np.cos(look.yaw)])
+        under = (np.abs(away @ [np.cos(look.yaw), np.sin(look.yaw)]) < 45 * MM) & (along > 50 * MM) & (along < 65 * MM)
+        assert not under.any()
 
 
 def test_a_cloud_loses_what_a_later_press_undercut():

@@ -60,7 +60,9 @@ def test_a_membrane_that_is_bent_by_its_clamps_adds_no_dome():
     height = m.domes([(-0.019, 0.014), (0.006, 0.011)])
 
     def bent(x, y):
-        return np.maximum(height(x, y), 4 * MM) + 4 * MM * np.exp(-((x - 0.020) ** 2 + (y - 0.030) ** 2) / (7 * MM) ** 2)
+        return np.maximum(height(x, y), 4 * MM) + 4 * MM * np.exp(
+            -((x - 0.020) ** 2 + (y - 0.030) ** 2) / (7 * MM) ** 2
+        )
 
     bent.touched = height.touched
     found = fit_object(*m.felt(bent, 0.014))
