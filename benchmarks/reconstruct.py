@@ -5,7 +5,8 @@
 The shipped objects, with the shape that was found and the error of each graded dimension; then random convex polyhedra and
 ellipsoids, as mesh files; then, for the scenes after --grid, the coarsest square grid of presses that covers as much with no
 larger error. Coverage is the share of the upper surface, with normals within 45 degrees of the vertical, in whose cell of
-1 mm a point of the cloud lies; the error is the distance of the cloud's points from the true surface; `most N` is the largest
+1 mm a point of the cloud lies; `<0.5 mm` and `<1 mm` are the shares that the lowest membrane of any press bounds from above
+to within that, touched or not; the error is the distance of the cloud's points from the true surface; `most N` is the largest
 force, of the scene, while the hand stood pressed. With --keep each row is also added to a file, and those that it holds already of
 this state of the package and the scene are printed from it, so that a long study can be taken up again.
 """
@@ -28,6 +29,7 @@ import numpy as np
 import stretch_bt
 from stretch_bt import run
 from stretch_bt.perception.clouds.ply import points_of
+from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.run.runner import Runner
 from stretch_bt.simulation.above import distances, upper_surface
@@ -46,7 +48,7 @@ SHIPPED = (
     "wire_triangle",
 )
 HEAD = (
-    "object                  coverage  stated   rms mm  worst 5 %  height mm  presses  limited    most N  robot s   CPU s  "
+    "object                  coverage  <0.5 mm  <1 mm  stated   rms mm  worst 5 %  height mm  presses  limited    most N  robot s   CPU s  "
     "shape: errors, mm (over their sd)"
 )
 GRIDS = (1, 2, 3, 4, 5)
@@ -67,12 +69,14 @@ class Found:
     seconds: float
     cpu: float
     shape: str
+    bounds: tuple[float, float]
     errors: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     def __str__(self) -> str:
         told = ", ".join(f"{name} {off:+.2f} ({off / sd:+.1f})" for name, (off, sd) in self.errors.items())
         return (
-            f"{100 * self.coverage:8.1f}  {100 * self.stated:6.1f}  {1e3 * self.rms:7.2f}  {1e3 * self.worst:9.2f}"
+            f"{100 * self.coverage:8.1f}  {100 * self.bounds[0]:7.1f}  {100 * self.bounds[1]:5.1f}  {100 * self.stated:6.1f}"
+            f"  {1e3 * self.rms:7.2f}  {1e3 * self.worst:9.2f}"
             f"  {1e3 * self.height:+9.2f}  {self.presses:7d}  {self.limited:7d}  {self.force:8.3f}  {self.seconds:7.1f}  {self.cpu:6.1f}"
             f"  {self.shape}: {told}"
         )
@@ -127,8 +131,8 @@ class Rows:
 
 @cache
 def _state() -> str:
-    """Return a hash of the package's code, trees and data."""
-    folder, digest = Path(stretch_bt.__file__).parent, hashlib.sha256()
+    """Return a hash of the package's code, trees and data, and of this file."""
+    folder, digest = Path(stretch_bt.__file__).parent, hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts):
         digest.update(str(path.relative_to(folder)).encode() + path.read_bytes())
     return digest.hexdigest()[:16]
@@ -187,6 +191,12 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
     off, above = distances(known.object, points), upper_surface(known.object)
     cells = {tuple(c) for c in np.floor(points[:, :2] / 1e-3).astype(int)}
     felt = np.array([tuple(c) in cells for c in np.floor(above.places / 1e-3).astype(int)])
+    x, y = above.places.T
+    over = forces.relief.at(forces.relief.ceiling, x, y, np.inf) - above.heights
+
+    def bounded(most: float) -> float:
+        return float(above.areas[over < most].sum() / above.areas.sum())
+
     out = {name: value["value"] for name, value in result.outputs.items()}
     return Found(
         coverage=float(above.areas[felt].sum() / above.areas.sum()),
@@ -205,11 +215,14 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
             for name, truth in result.truth.items()
             if name in known.dimensions
         },
+        bounds=(bounded(0.5e-3), bounded(1e-3)),
     )
 
 
 class _Forces(Onlooker):
-    """The scene's own force, N, whenever the hand stands pressed."""
+    """The scene's own force, N, whenever the hand stands pressed, and the map as it was last."""
+
+    relief: Relief
 
     def __init__(self) -> None:
         self.found: list[float] = []
@@ -220,7 +233,9 @@ class _Forces(Onlooker):
         runner.watchers.append(self)
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Note it."""
+        """Note them."""
+        if isinstance(value, Relief):
+            self.relief = value
         if path.endswith(("approach", "press_gently", "average_frames")):
             self.found.append(self.cell.truth()["force"])
 
