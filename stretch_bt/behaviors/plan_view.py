@@ -26,7 +26,7 @@ class PlanView(Behavior):
     """Choose the place and turn of the hand for the next press of an object: where most is expected that was not felt yet.
 
     With `poses` the operator says where. Nothing is left when so much is covered as was asked for, when no pose is expected
-    to show more than a little, when two presses in a row showed nothing new, or when the poses are over. The first press
+    to show more than a little, when three presses in a row showed nothing new, or when the poses are over. The first press
     is where the hand is.
     """
 

@@ -51,16 +51,16 @@ def test_given_poses_are_taken_in_turn_and_no_more(bench):
     assert made.run("plan_view", poses=poses, presses=1, max_presses=1, relief=known()).sinks["done"].value
 
 
-def test_planning_ends_with_the_bound_on_presses_and_after_two_that_showed_nothing(bench):
+def test_planning_ends_with_the_bound_on_presses_and_after_three_that_showed_nothing(bench):
     made = bench()
     assert made.run("plan_view", relief=known(), presses=12).sinks["done"].value
     node = made.node("plan_view", wanted=1.0, relief=known())
     ends = []
-    for presses in (1, 2, 3):
+    for presses in (1, 2, 3, 4):
         node.wiring["presses"] = lambda presses=presses: presses
         made.tick(node)
         ends.append(node.sinks["done"].value)
-    assert ends == [False, False, True]
+    assert ends == [False, False, False, True]
 
 
 def test_the_hand_is_raised_before_it_goes_across(bench):
