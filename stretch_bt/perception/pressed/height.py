@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.pressed.table import Forms, read_shapes
-from stretch_bt.perception.robust import TUKEY, quantile
+from stretch_bt.perception.robust import MAD_TO_SD, TUKEY, quantile, tukey_weights
+from stretch_bt.perception.surface import check_points
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -21,6 +22,7 @@ Array = npt.NDArray[np.float64]
 
 STRIDE = 4  # pixels; neighbours share their noise
 SIDE, END = 0.85, 0.93  # of half the width and half the length, within which the membrane is looked at
+SIZES = 0.5, 2.0  # of the table's membrane, between which one stands for another
 PROPORTION = 0.02  # by which the width over the gauge may differ from that of the table
 BLOCK = 0.010  # m, over which no noise is shared
 OFFSET = 3e-5  # m; standard deviation of what a camera adds to all heights once its static error is off
@@ -31,9 +33,11 @@ SPAN = 0.02  # m
 FLYING = 1e-3  # m
 ROUNDS = 20
 SETTLED = 1e-7  # m
-LEAST_POINTS = 200
+LEAST_POINTS, LEAST_BLOCKS = 200, 20
+LEAST_BEND = 0.3  # of the pull of residuals over their weight; noise of a camera has 0.83
 LEAST = 2e-5  # m; what splines through the table leave
 STEP = 0.02  # of depth and radius, over which the shape's derivatives are taken
+UNSETTLED = "the shape of the membrane does not settle"
 WRONG = 3e-4  # m rms of what is left in blocks: no sphere in the middle of such a membrane
 
 
@@ -52,7 +56,7 @@ class Mounted:
 
 
 def mounted(gauge: float, width: float, prestretch: float, stretch: float, hang: Estimate) -> Mounted:
-    """Return the membrane at a stretch, of one that hangs by `hang` at stretch 0, m; raises IllConditioned where no shape is known."""
+    """Return the membrane at a stretch, of one with such a mount pre-stretch that hangs by `hang` at stretch 0, m."""
     table = read_shapes()
     scale = gauge / table.gauge
     at = [(prestretch + x) / scale for x in (stretch, 0.0)]
@@ -82,9 +86,20 @@ def membrane_height(
     ------
     IllConditioned
         What is seen is no press of a sphere in the middle of such a membrane, or lies beyond the table.
+    InvalidInput
+        Shapes that do not go together, or a curvature without a finite standard deviation above 0.
     """
+    check_points(points, valid)
+    if not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
+        raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
+    if curvature.value <= 0:
+        raise IllConditioned("the top is not convex: it is no sphere's")
     table = read_shapes()
     scale = membrane.gauge / table.gauge
+    if not SIZES[0] <= scale <= SIZES[1]:
+        raise IllConditioned(
+            f"the shapes known are of a membrane {table.gauge * 1e3:g} mm long, not {membrane.gauge * 1e3:g} mm"
+        )
     if abs(membrane.width / membrane.gauge / (table.width / table.gauge) - 1) > PROPORTION:
         raise IllConditioned(f"the shapes known are of membranes with sides as {table.width:g} to {table.gauge:g}")
     seen = _seen(points, valid, membrane) / scale
@@ -92,6 +107,8 @@ def membrane_height(
         return _Fit(_forms(membrane.span / scale), seen, membrane, scale, curvature).solve(depth / scale)
     except InvalidInput as error:
         raise IllConditioned(str(error)) from error
+    except OverflowError as error:
+        raise IllConditioned(UNSETTLED) from error
 
 
 @lru_cache(maxsize=4)
@@ -102,9 +119,10 @@ def _forms(span: float) -> Forms:
 def _seen(points: FloatArray, valid: MaskArray, membrane: Mounted) -> Array:
     """Return some of the points (3, n), m, that lie well within the membrane's sides and clamps."""
     some, good = points[::STRIDE, ::STRIDE].reshape(-1, 3), valid[::STRIDE, ::STRIDE].reshape(-1)
-    across = SIDE * membrane.width / 2 / math.sqrt(1 + membrane.span / membrane.gauge)  # stretched it is narrower
+    narrower = SIDE / math.sqrt(1 + membrane.span / membrane.gauge)
+    across = min(narrower, float(read_shapes().across[-1])) * membrane.width / 2
     along = END * (membrane.gauge + membrane.span) / 2
-    near = good & (np.abs(some[:, 0]) < across) & (np.abs(some[:, 1]) < along)
+    near = good & (np.abs(some[:, 0]) < across) & (np.abs(some[:, 1]) < along) & np.isfinite(some[:, 2])
     if np.count_nonzero(near) < LEAST_POINTS:
         raise IllConditioned("too little of the membrane is seen")
     return np.ascontiguousarray(some[near].T, dtype=np.float64)
@@ -116,10 +134,12 @@ class _Fit:
     def __init__(self, forms: Forms, seen: Array, membrane: Mounted, scale: float, curvature: Estimate) -> None:
         self.forms, self.scale, self.span = forms, scale, membrane.span / scale
         self.x, self.y, self.z = seen
-        radius_sd = curvature.sd / abs(curvature.value)
         hang = Estimate(membrane.hang.value / scale, membrane.hang.sd / scale)
-        self.prior = np.array([0.0, math.log(1 / abs(curvature.value) / scale), 0.0, 0.0, 0.0, hang.value])
-        self.prior_sd = np.array([np.inf, radius_sd, OFFSET, BESIDE, BESIDE, max(hang.sd, 1e-6)])
+        self.prior = np.array([0.0, -math.log(curvature.value * scale), 0.0, 0.0, 0.0, hang.value])
+        lengths = OFFSET / scale, BESIDE / scale, BESIDE / scale, max(hang.sd, 1e-6)
+        self.prior_sd = np.array([np.inf, curvature.sd / curvature.value, *lengths])
+        if self._blocks < LEAST_BLOCKS:
+            raise IllConditioned("too little of the membrane is seen")
 
     def solve(self, depth: float) -> Estimate:
         """Return the depth with its standard deviation."""
@@ -127,15 +147,15 @@ class _Fit:
         q[0] = depth
         for _ in range(ROUNDS):
             left, design = self._residuals(q)
-            sd = max(1.4826 * quantile(np.abs(left)), LEAST)
-            weight = np.maximum(1 - (left / (TUKEY * sd)) ** 2, 0.0) ** 2
+            sd = max(MAD_TO_SD * quantile(np.abs(left)), LEAST)
+            weight = tukey_weights(left / (TUKEY * sd))
             normal, pull = self._normal(design, left, weight, q, sd)
             step = np.linalg.solve(normal, pull)
             q = q + step
             if abs(step[0]) < SETTLED:
                 break
         else:
-            raise IllConditioned("the shape of the membrane does not settle")
+            raise IllConditioned(UNSETTLED)
         if self._misfit(left) * self.scale > WRONG or math.hypot(q[3], q[4]) * self.scale > BESIDE:
             raise IllConditioned("what is seen is no press of a sphere in the middle of the membrane")
         own = self._sd(design, left, weight, normal, sd) * self.scale
@@ -166,16 +186,18 @@ class _Fit:
 
     def _normal(self, design: Array, left: Array, weight: Array, q: Array, sd: float) -> tuple[Array, Array]:
         """Return the normal matrix and right side; priors count against as many values as there are independent blocks."""
-        own = (sd * math.sqrt(len(left) / (self._block.max() + 1)) / self.prior_sd) ** 2
+        own = self._own(sd)
         weighed = design * weight[:, None]
         return weighed.T @ design + np.diag(own), weighed.T @ left + own * (self.prior - q) * np.isfinite(self.prior_sd)
+
+    def _own(self, sd: float) -> Array:
+        """Return what the priors add to the normal matrix (6,)."""
+        return np.asarray((sd * math.sqrt(len(self.z) / self._blocks) / self.prior_sd) ** 2)
 
     def _misfit(self, left: Array) -> float:
         """Return the rms, m, of the mean residuals of blocks, each of which counts by its points, pixels that fly held back."""
         count = np.bincount(self._block)
-        means = np.bincount(self._block, np.clip(left, -FLYING / self.scale, FLYING / self.scale)) / np.maximum(
-            count, 1
-        )
+        means = np.bincount(self._block, np.clip(left, -FLYING / self.scale, FLYING / self.scale)) / count
         return math.sqrt(float(np.average(means**2, weights=count)))
 
     @cached_property
@@ -185,12 +207,19 @@ class _Fit:
         places = np.floor(self.x / size) * 1000 + np.floor(self.y / size)
         return np.asarray(np.unique(places, return_inverse=True)[1], dtype=np.int64)
 
+    @property
+    def _blocks(self) -> int:
+        return int(self._block.max()) + 1
+
     def _sd(self, design: Array, left: Array, weight: Array, normal: Array, sd: float) -> float:
         """Return the standard deviation of the depth from residuals that are alike within a block."""
-        scores = np.zeros((int(self._block.max()) + 1, design.shape[1]))
+        scores = np.zeros((self._blocks, design.shape[1]))
         np.add.at(scores, self._block, design * (weight * left)[:, None])
-        inverse = np.linalg.inv(normal)
-        own = (sd * math.sqrt(len(left) / (self._block.max() + 1)) / self.prior_sd) ** 2
+        own = self._own(sd)
+        # A residual's pull grows by less than its weight where the biweight bends over: Huber's mean slope of it.
+        inside = (left / (TUKEY * sd)) ** 2
+        bends = np.mean(np.sqrt(weight) * (1 - 5 * inside)) / np.mean(weight)
+        inverse = np.linalg.inv(max(float(bends), LEAST_BEND) * (normal - np.diag(own)) + np.diag(own))
         priors = own**2 * np.where(np.isfinite(self.prior_sd), self.prior_sd, 0.0) ** 2
         spread = inverse @ (scores.T @ scores + np.diag(priors)) @ inverse
         return math.sqrt(float(spread[0, 0]))
