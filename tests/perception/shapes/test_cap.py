@@ -87,6 +87,17 @@ def test_a_sphere_under_noise_that_neighbours_share_is_refused(press):
             fit_contact_sphere(contact_of(small, CORRELATED, seed))
 
 
+def test_noise_taken_for_a_rim_leaves_the_contact_as_segmented(press, monkeypatch):
+    contact = contact_of(press, WHITE_03, 0)
+    monkeypatch.setattr("stretch_bt.perception.shapes.cap.find_rim", lambda _: Rim(4e-3, -3e-3, 1e-3, 1e-3))
+    assert fit_contact_sphere(contact).radius == pytest.approx(RADIUS, rel=0.05)
+    whole = 2.0 * contact.points[:, :2].std(axis=0)
+    flat = replace(contact, surface=contact.surface * [1.0, 1.0, 1e-3])
+    monkeypatch.setattr("stretch_bt.perception.shapes.cap.find_rim", lambda _: Rim(4e-3, -3e-3, *whole))
+    with pytest.raises(IllConditioned):
+        fit_contact_sphere(flat)
+
+
 def test_a_dent_is_no_contact(press):
     contact = contact_of(press, WHITE_03, 0)
     over = contact.surface * [1.0, 1.0, -1.0]
