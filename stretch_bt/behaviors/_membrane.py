@@ -11,9 +11,10 @@ from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = ["MEMBRANE_NOISE", "Mount", "height_by_membrane"]
+__all__ = ["MEMBRANE_NOISE", "Mount", "height_by_membrane", "keep_how", "told_by_membrane"]
 
 MEMBRANE_NOISE = 1.2e-4  # m, by which such a height is off at least in one frame of the `bench` camera
+TOLD = "told"
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
 CONTACT_SD = 1e-4  # m; of the latter, which states too little
 
@@ -24,6 +25,16 @@ class Mount:
 
     prestretch: Length
     hang: Estimate
+
+
+def keep_how(context: Context, *, by_membrane: bool) -> None:
+    """Remember whether the whole membrane told the latest height of the top."""
+    context.memory[Mount, TOLD] = by_membrane
+
+
+def told_by_membrane(context: Context) -> bool:
+    """Return whether the whole membrane told the latest height of the top."""
+    return bool(context.memory.get((Mount, TOLD), False))
 
 
 def height_by_membrane(

@@ -3,7 +3,7 @@
 import math
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._membrane import Mount
+from stretch_bt.behaviors._membrane import Mount, told_by_membrane
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
@@ -23,8 +23,9 @@ class TrackDrop(ModelBehavior):
 
     Readings are those that `approach` took at the first touch and one from each time that this node runs. The object is in series
     with the membrane, whose force the model gives; the curve of force over drop through all readings gives the height at no force, which no
-    reading shows, and evens out the noise of single ones. The heights of the first touches are told again with the radius. Without
-    readings by `approach` its `contact_height` counts instead.
+    reading shows, and evens out the noise of single ones. The heights of the first touches are told again with the radius, and by the whole
+    membrane where `track_height` told the latest height by it, since heights of two kinds do not go together. Without readings by
+    `approach` its `contact_height` counts instead.
 
     `crept` compares the newer half of this press' readings with the older: an object that still gives way makes it
     negative. Where it is so by three standard deviations, the older half no longer counts.
@@ -71,7 +72,7 @@ class TrackDrop(ModelBehavior):
                 readings.remove(unsettled)
         readings.append(reading)
         curvature = Estimate(1 / self.radius, max(self.radius_sd, LEAST_RADIUS_SD) / self.radius**2)
-        tell_again(self.context, curvature, by_membrane=self.frame_noise < FRAME_NOISE)
+        tell_again(self.context, curvature, by_membrane=told_by_membrane(self.context))
         fit = self._fit(readings)
         self.crept, older = _crept(of_press(readings, readings[-1]), math.sqrt(max(fit.chi2, 1.0)))
         if older:

@@ -1,7 +1,7 @@
 """Tracking the height of the object's top."""
 
 from stretch_bt import perception
-from stretch_bt.behaviors._membrane import MEMBRANE_NOISE, height_by_membrane
+from stretch_bt.behaviors._membrane import MEMBRANE_NOISE, height_by_membrane, keep_how
 from stretch_bt.behaviors._readings import FRAME_NOISE
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
@@ -25,7 +25,7 @@ class TrackHeight(Behavior):
     instant = True
     frame: In[DepthFrame]  # the one to measure in
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
-    sphere: In[Sphere | None] = None  # fitted to the top in contact before: its curvature halves the error
+    sphere: In[Sphere | None] = None  # fitted to the top in contact before; with it the height is surer
     height: Out[Length]  # of the object's top
     frame_noise: Out[Length]  # by which such a height is off in one frame at least
 
@@ -37,6 +37,7 @@ class TrackHeight(Behavior):
         """Measure."""
         self.frame_noise = FRAME_NOISE
         self.height = self._risen() if self.contact is None else self._top(self.contact)
+        keep_how(self.context, by_membrane=self.frame_noise == MEMBRANE_NOISE)
         return Status.SUCCESS
 
     def _risen(self) -> Estimate:
