@@ -34,6 +34,7 @@ _AGE = 2.5  # s for which the memory is kept, for what is asked of a moment ago
 _CREEP = 4e-6  # m; a shape that changes by itself is drawn in steps of this, far below what a camera tells apart
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
+_FRAME = 5e4  # N/m, of the hand's frame where something meets it
 _SWINGS = 8  # passes after which the drop is taken to swing about its value
 
 
@@ -262,7 +263,8 @@ class World:
             return replace(nothing, drop=found.drop)
         depth = found.depth - lift
         felt = self._felt(standing, where, stretch)
-        force = _world(self.fidelity.force(felt, depth, past.membrane), pose)
+        pushed = self.fidelity.force(felt, depth, past.membrane) + [0.0, 0.0, self._framed(depth)[0]]
+        force = _world(pushed, pose)
         place = self._place(standing, where, stretch)
         return Contact(depth, found.drop, force, place, felt, past.membrane, found.iterations)
 
@@ -272,7 +274,7 @@ class World:
         """Return how the travel is shared; a body that changes its shape with its drop is met as it is at the drop found."""
         law = self.specimen.law(past.thing, dt)
         travel = where.depth + lift
-        felt = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
+        felt = self._hand_law(standing, where, stretch, past)
         if law is None:
             return Equilibrium(travel, 0.0, felt(where.depth)[0], 0), standing
         state, drop, spent, near = past.thing, math.inf, 0, _ahead(past, where.depth)
@@ -290,20 +292,40 @@ class World:
                 return found._replace(iterations=spent, drop=drop), changed
             # drops that swing to and fro, as where friction holds, are met in their middle
             standing = changed if turn < _SWINGS else self.specimen.standing(state, (drop + before) / 2)
-            felt = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
+            felt = self._hand_law(standing, where, stretch, past)
         raise NoEquilibrium("membrane and object do not agree on the object's shape")
+
+    def _hand_law(self, standing: Standing, where: Seat, stretch: float, past: _Past) -> Law:
+        """Return the hand's force by depth: that of the membrane, and of the frame behind it where it has one."""
+        law = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
+        if self.scene.hand.frame is None:
+            return law
+
+        def both(depth: float) -> tuple[float, float]:
+            (soft, slope), (hard, steep) = law(depth), self._framed(depth)
+            return soft + hard, slope + steep
+
+        return both
+
+    def _framed(self, depth: float) -> tuple[float, float]:
+        """Return the force, N, of the hand's frame on what stands this deep in it, and its slope, N/m."""
+        frame = self.scene.hand.frame
+        if frame is None or depth <= frame:
+            return 0.0, 0.0
+        return _FRAME * (depth - frame), _FRAME
 
     def _place(self, standing: Standing, where: Seat, stretch: float) -> Place:
         form = self.specimen.form(standing)
         reach = self.scene.object.reach
-        return Place(standing.body, form, where.at, where.heading, where.tilt, reach, stretch, standing.varies)
+        passing = standing.passing and where.tilt == (0.0, 0.0)
+        return Place(standing.body, form, where.at, where.heading, where.tilt, reach, stretch, standing.varies, passing)
 
     def _felt(self, standing: Standing, where: Seat, stretch: float) -> Place:
         """Return the place at which a force is felt: that of a simpler body, if there is one, in the middle of the membrane."""
         place = self._place(standing, where, stretch)
         if standing.felt is None or place.tilt != (0.0, 0.0):
             return place
-        return replace(place, body=standing.felt, at=(0.0, 0.0), heading=0.0)
+        return replace(place, body=standing.felt, at=(0.0, 0.0), heading=0.0, passing=False)
 
     def _covers(self, where: Seat, stretch: float) -> bool:
         """Tell whether the object stands under the membrane, at least in part."""

@@ -12,7 +12,7 @@ from stretch_bt.simulation.dough.lump import Lump
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.solve import find_root
 
-__all__ = ["cracked", "disc_force", "outline", "thickness"]
+__all__ = ["cracked", "disc_force", "edge_roughness", "outline", "thickness"]
 
 Array = npt.NDArray[np.float64]
 
@@ -81,6 +81,14 @@ def cracked(smooth: Array, roughness: float, correlation: float, seed: int = 0) 
     noise = np.fft.irfft(np.fft.rfft(np.random.default_rng(seed).standard_normal(count)) * shape, count)
     gain = math.sqrt(count / (2 * np.sum(shape[1:] ** 2)))
     return smooth * (1 + roughness * gain * noise)[:, None]
+
+
+def edge_roughness(line: Array) -> float:
+    """Return the standard deviation of the radius of an outline (n, 2) over its mean, of what its first 8 harmonics leave."""
+    spectrum = np.fft.rfft(np.linalg.norm(line, axis=1))
+    mean = float(spectrum[0].real)
+    spectrum[: _HARMONICS + 1] = 0.0
+    return float(np.fft.irfft(spectrum, len(line)).std() * len(line) / mean)
 
 
 def _turned(lump: Lump) -> Array:

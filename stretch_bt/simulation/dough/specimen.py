@@ -7,8 +7,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
+
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.dough.disc import cracked, outline
+from stretch_bt.simulation.dough.disc import cracked, edge_roughness, outline
 from stretch_bt.simulation.dough.lump import Lump, cube
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.dough.resistance import Resistance
@@ -27,16 +30,23 @@ _SHORTEST = 1e-3  # s; the rate of a step that takes no time is that of one this
 _LONGEST = 0.1  # s of a step: at 100 mm/s a tenth of the way round
 _STIFF = 100.0  # times as stiff is a dough that does not spring back: its force still begins at 0
 _BARELY = 1e-9  # m of plastic press that leave the shape as it is
+_DISC = 0.2  # logarithm of the height lost from which on its top is flat
 _PART = 0.25  # of the rate at which a lump turns is its plastic strain rate: a strain of 0.1 over 0.4 rad
 
 
 @dataclass(frozen=True, slots=True)
 class DoughState:
-    """The lump and the seed of its chances; `fresh` until it was first rolled or pressed for good."""
+    """The lump, as it was when it rolled last, and the seed of its chances; `fresh` until it was first rolled or pressed for good."""
 
     lump: Lump
+    rolled: Lump
     seed: int = 0
     fresh: bool = True
+
+    @property
+    def pressed(self) -> float:
+        """Logarithm of the height lost since it rolled."""
+        return math.log(self.rolled.height / self.lump.height)
 
 
 class DoughSpecimen(Specimen):
@@ -58,6 +68,7 @@ class DoughSpecimen(Specimen):
         self._top = lru_cache(maxsize=_KEPT)(self._find_top)
         self._felt = lru_cache(maxsize=_KEPT)(self._make_felt)
         self._body = lru_cache(maxsize=_KEPT)(self._make_body)
+        self._discs: dict[Lump, Indenter] = {}
 
     @property
     def memory(self) -> float:
@@ -71,7 +82,8 @@ class DoughSpecimen(Specimen):
 
     def start(self, seed: int = 0) -> DoughState:
         """Return the cube as it was cut, and the seed of what happens to it by chance."""
-        return DoughState(cube(self.spec.edge, self.spec.directions, self.spec.heading), seed)
+        lump = cube(self.spec.edge, self.spec.directions, self.spec.heading)
+        return DoughState(lump, lump, seed)
 
     def law(self, state: DoughState, dt: float) -> Law | None:
         """Return the force on its top, N, less what it weighs, by how far it is pressed down in a step of `dt`, s."""
@@ -86,9 +98,9 @@ class DoughSpecimen(Specimen):
         top = self._top(lump)
         if drop >= top - spec.base:
             raise NoEquilibrium(f"a drop of {drop * 1e3:.3g} mm would press the dough flat")
-        body = spec.body() if state.fresh else self._body(lump)
+        body = spec.body() if state.fresh else self._disc(state) if state.pressed > _DISC else self._body(lump)
         x, y = spec.position.x + lump.x, spec.position.y + lump.y
-        return Standing(body, x, y, spec.heading if state.fresh else 0.0, top - drop, _ball(lump))
+        return Standing(body, x, y, spec.heading if state.fresh else 0.0, top - drop, _ball(lump), passing=not state.fresh)
 
     def after(self, state: DoughState, moved: Moved) -> DoughState:
         """Return it rolled where the hand went across while it pressed, else pressed as far as it gave way for good."""
@@ -106,17 +118,34 @@ class DoughSpecimen(Specimen):
         return replace(state, lump=lump.flattened(plastic), fresh=False)
 
     def known(self, state: DoughState, drop: float) -> dict[str, float]:
-        """Return the radius, m, of the ball of its volume, its roundness, and the circularity of its pressed outline."""
+        """Return the radius, m, of the ball of its volume, its roundness now and when it rolled last, its thickness, m, and how
+        round the outline is that it has as a disc, by each method, with the roughness of its edge.
+        """
         from stretch_bt.perception import circularity
 
         lump = state.lump
         height = lump.height - min(drop, 0.9 * lump.height)
-        found = outline(lump, height)
-        if self.cracks is not None:
-            parameters: Any = self.cracks.parameters
-            part = parameters.roughness * min(lump.strain, 1.0)
-            found = cracked(found, part, parameters.correlation, state.seed)
-        return {"radius": lump.ball, "roundness": lump.roundness, "circularity": float(circularity(found))}
+        line = self.outline(state, height)
+        contour, chain, low = (float(circularity(line, method=m)) for m in ("contour", "pixel_chain", "low_pass"))
+        return {
+            "radius": lump.ball,
+            "roundness": lump.roundness,
+            "radius_spread": state.rolled.roundness,
+            "thickness": height,
+            **dict.fromkeys(("circularity", "circularity_true", "circularity_sensed"), contour),
+            **dict.fromkeys(("pixel_chain", "pixel_chain_true"), chain),
+            "low_pass_true": low,
+            "edge_roughness": edge_roughness(line),
+        }
+
+    def outline(self, state: DoughState, height: float) -> npt.NDArray[np.float64]:
+        """Return the outline (n, 2), m, about its middle, of what rolled last pressed to a height, m, with the cracks of its edge."""
+        found = outline(state.rolled, height)
+        if self.cracks is None:
+            return found
+        parameters: Any = self.cracks.parameters
+        part = parameters.roughness * min(state.lump.strain, 1.0)
+        return cracked(found, part, parameters.correlation, state.seed)
 
     def _rolled(self, state: DoughState, moved: Moved, push: float) -> DoughState:
         turned = math.hypot(*moved.across) / (2 * state.lump.ball)
@@ -129,7 +158,18 @@ class DoughSpecimen(Specimen):
             seed=state.seed,
             rate=_PART * turned / max(moved.dt, _SHORTEST) if not self.timeless else 0.0,
         )
-        return replace(state, lump=lump, fresh=False)
+        return replace(state, lump=lump, rolled=lump, fresh=False)
+
+    def _disc(self, state: DoughState) -> Indenter:
+        known = self._discs.get(state.lump)
+        if known is None:
+            from stretch_bt.simulation.dough.surface import disc_side
+
+            line = self.outline(state, state.lump.height) * [1.0, -1.0]  # y against the world's
+            known = disc_side(line, state.lump.height, state.lump.ball)
+            self._discs.clear()
+            self._discs[state.lump] = known
+        return known
 
     def _pulled(self, force: float, slope: float) -> tuple[float, float]:
         """Return a force, N, and its slope less the pull of the tack, which grows with the first contact."""

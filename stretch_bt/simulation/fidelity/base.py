@@ -29,8 +29,8 @@ class Place:
     """What stands where in the membrane frame: a body and its closed form, if there is one; lengths in m, angles in rad.
 
     Its axis is at `at`, turned by `heading` about z and then by `tilt` about x and y; `reach` is how far from it the body
-    goes; `varies` tells that the body changes a little from press to press. The depth, from the flat membrane to its highest
-    point, is asked for separately.
+    goes; `varies` tells that the body changes a little from press to press, `passing` that its shape is needed within 0.05 mm
+    alone. The depth, from the flat membrane to its highest point, is asked for separately.
     """
 
     body: Indenter | Several | None
@@ -41,6 +41,7 @@ class Place:
     reach: float
     stretch: float
     varies: bool = False
+    passing: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,6 +37,7 @@ __all__ = ["SheetFidelity"]
 PITCH = 0.7e-3  # m of the unstretched sheet between points of its shape
 _FELT, _KNOWN = 1e-5, 1e-10  # of a force that is solved each time, and of one on a smooth curve
 _LOOSE = Settings.within(0.01)
+_PASSING = Settings.within(0.03)  # its shape is within 0.05 mm of that of the finest mesh
 _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
 _RISE = 1.5  # power of depth that a force about grows with
@@ -172,16 +173,16 @@ class SheetFidelity:
         if start is not None and not goes_on_as(start.load.indenter, load.indenter):
             start = start.let_go()  # friction remembers how one body slid
         with self.stats.timed("solve"):
-            solved = self._balanced(load, start)
+            solved = self._balanced(load, start, (_PASSING,) if place.passing and not self.remembers else ())
         _keep(self._last, place, (known, load, solved))
         return solved
 
-    def _balanced(self, load: Load, start: SheetPress | None) -> SheetPress:
+    def _balanced(self, load: Load, start: SheetPress | None, first: tuple[Settings, ...] = ()) -> SheetPress:
         """Return a press; a touch that is too light to be told from the rounding of energies gives way to a deeper one."""
         from stretch_bt.simulation.membrane.sheet.solver import solve
 
         failure: NoEquilibrium | None = None
-        for settings in (self.settings, _LOOSE):  # the latter where forces cannot balance exactly
+        for settings in (*first, self.settings, _LOOSE):  # the latter where forces cannot balance exactly
             try:
                 return solve(self.sheet, load, settings, start)
             except Impossible:
@@ -191,7 +192,7 @@ class SheetFidelity:
         assert failure is not None
         if load.travel > _LIGHT:
             raise failure
-        return self._balanced(replace(load, depth=load.depth + load.travel), start)
+        return self._balanced(replace(load, depth=load.depth + load.travel), start, first)
 
     def _load(self, place: Place, depth: float) -> Load:
         from stretch_bt.simulation.membrane.sheet.result import Load

@@ -93,6 +93,10 @@ class Hand(_Model):
         default=None,
         description="pressed so before the task, which a membrane with `mullins` remembers; without it the membrane is fresh",
     )
+    frame: Annotated[Length, Within(0.001, 0.1, "Length")] | None = Field(
+        default=None,
+        description="how far behind the flat membrane the hand's rigid frame stops what stands in it; without it nothing does",
+    )
     camera: CameraPose = CameraPose()
 
     def material(self) -> Material:

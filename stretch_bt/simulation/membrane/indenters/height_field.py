@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -33,6 +34,8 @@ class HeightField(Solid):
 
     heights: Array
     pitch: float
+    #: whether there may be a second place nearly as near as that close to the point below
+    winding: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         positive("the pitch of a height field", self.pitch)
@@ -172,7 +175,7 @@ class HeightField(Solid):
         from stretch_bt.simulation.membrane.indenters.height_kernel import ground
 
         gap = empty_gap(len(points))
-        ground(points / self.pitch + self._middle, self._coefficients, self._nodes, *gap)
+        ground(points / self.pitch + self._middle, self._coefficients, self._nodes, self.winding, *gap)
         return Gap(gap.distance * self.pitch, gap.normal, gap.curvature / self.pitch)
 
     def top(self, rotation: Array) -> float:

@@ -176,13 +176,16 @@ def within(x: Any, y: Any, most_u: Any, most_v: Any, normal: Any, curvature: Any
 
 
 @kernel()
-def above(x: Any, y: Any, z: Any, coefficients: Any, nodes: Any, u: Any, v: Any, h: Any) -> Any:
-    """Return the nearest point u, v of the surface, the distance, and what the border holds; h as `nearest`."""
+def above(x: Any, y: Any, z: Any, coefficients: Any, nodes: Any, winding: Any, u: Any, v: Any, h: Any) -> Any:
+    """Return the nearest point u, v of the surface, the distance, and what the border holds; h as `nearest`.
+
+    Where the surface is not `winding`, that which is found from the point below is taken for it.
+    """
     spline(coefficients, u, v, h)
     reach = math.sqrt((z - h[0]) ** 2 + (x - u) ** 2 + (y - v) ** 2)
     first, second, hold_u, hold_v = nearest(coefficients, x, y, z, u, v, h)
     away = math.sqrt((x - first) ** 2 + (y - second) ** 2 + (z - h[0]) ** 2)
-    if reach > 1.0:
+    if winding and reach > 1.0:
         third, fourth = search(nodes, x, y, z, u, v, reach)
         other = np.empty(6)
         third, fourth, held_u, held_v = nearest(coefficients, x, y, z, third, fourth, other)
@@ -193,8 +196,8 @@ def above(x: Any, y: Any, z: Any, coefficients: Any, nodes: Any, u: Any, v: Any,
     return first, second, away, hold_u, hold_v
 
 
-@kernel("void(float64[:,::1],float64[:,::1],float64[:,::1],float64[::1],float64[:,::1],float64[:,::1])")
-def ground(points: Any, coefficients: Any, nodes: Any, gap: Any, normal: Any, curvature: Any) -> Any:
+@kernel("void(float64[:,::1],float64[:,::1],float64[:,::1],boolean,float64[::1],float64[:,::1],float64[:,::1])")
+def ground(points: Any, coefficients: Any, nodes: Any, winding: Any, gap: Any, normal: Any, curvature: Any) -> Any:
     """Fill distance (n,), normal (n, 3) and curvature (n, 6) at points (n, 3) whose x and y are u and v."""
     most_u, most_v = nodes.shape[1] - 1.0, nodes.shape[0] - 1.0
     h = np.empty(6)
@@ -206,7 +209,7 @@ def ground(points: Any, coefficients: Any, nodes: Any, gap: Any, normal: Any, cu
         if below and (x != u or y != v):
             gap[q] = beside(x, y, u, v, normal[q], curvature[q])
             continue
-        u, v, away, hold_u, hold_v = above(x, y, z, coefficients, nodes, u, v, h)
+        u, v, away, hold_u, hold_v = above(x, y, z, coefficients, nodes, winding, u, v, h)
         if below and max(max(-x, x - most_u), max(-y, y - most_v)) > -away:
             gap[q] = within(x, y, most_u, most_v, normal[q], curvature[q])
         elif (hold_u or hold_v) and away > 1e-9:
