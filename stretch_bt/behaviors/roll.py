@@ -1,30 +1,104 @@
 """Rolling what lies under the hand."""
 
-import math
+from typing import Literal
 
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
+from stretch_bt.behaviors._rolling import laid, length_of
 from stretch_bt.hardware.interfaces import Arm, Motion
-from stretch_bt.tree.ports import In, Uses, port
+from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Length, Speed
+from stretch_bt.units import Force, Length, Speed
 
 MAX_AGE = 0.5
-STEPS = 72  # poses a turn: the chord misses the circle by a thousandth of the radius
+STEPS = 72  # poses a turn: the chord misses a circle by a thousandth of the radius
+LEGS = 8  # pieces of a lap after each of which the height follows the force
+STIFFNESS = 600.0  # N/m, above that of the hand on a lump, so that the height creeps to where the force is right
+MOST_STEP = 0.0015  # m by which it changes after a leg
+LOST = 0.1  # of the wanted force, below which at the greatest depth nothing is under the hand
 
 
 @node
 class Roll(MotionBehavior):
-    """Press to a depth and move the hand once round a circle that begins and ends where it stands."""
+    """Press to a depth and roll what lies under the hand along a closed path that begins and ends where it stands.
+
+    With a `force` the hand goes higher or lower after each eighth of a lap, down to `depth` at most, until the force along
+    its axis is that; else it stays at the depth. It makes so many laps, or rolls until it is stopped. FAILURE when the force
+    exceeds its limit, or when nothing is under the hand any more.
+    """
 
     arm: Uses[Arm]
-    radius: In[Length] = port(0.015, min=0.001, max=0.060, doc="of the circle")
-    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the circle")
-    depth: In[Length] = port(0.005, min=0.0, max=0.030, doc="absolute, past first contact")
+    shape: In[Literal["circle", "eight"]] = "circle"  # a circle, or an eight along the stretch, 0.8 as wide as long
+    radius: In[Length] = port(0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight")
+    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path")
+    depth: In[Length] = port(
+        0.005, min=-0.030, max=MOST_DEPTH, doc="absolute, past first contact; with a force the most"
+    )
+    force: In[Force | None] = None  # to keep, along the hand's axis
+    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop and fail above this")
+    laps: In[int] = port(1, min=0, max=100000, doc="0: until it is stopped")
+    travel: Out[Length]  # of the hand so far, written after each piece
+    felt: Out[Force]  # mean along its axis over the latest piece
+
+    def initialise(self) -> None:
+        """Forget an earlier roll."""
+        super().initialise()
+        self.done = 0  # pieces
+        self.rolled = 0.0
+        self.readings: list[float] = []
 
     def start(self) -> Motion:
-        """Follow the circle."""
-        contact = self.context.hand.touched_at
-        start = self.arm.pose(MAX_AGE).value.at_height(contact - self.depth)
-        angles = [2 * math.pi * k / STEPS for k in range(STEPS + 1)]
-        path = [start.moved(x=self.radius * (math.cos(a) - 1), y=self.radius * math.sin(a)) for a in angles]
-        return self.arm.follow(path, speed=self.speed, owner=self.path)
+        """Follow the first piece."""
+        self.begin = self.arm.pose(MAX_AGE).value
+        self.height = self.begin.height if self.force is not None else self._lowest
+        return self._follow()
+
+    @property
+    def _lowest(self) -> float:
+        return max(self.context.hand.touched_at - self.depth, 0.0)
+
+    @property
+    def _pieces(self) -> int:
+        return 1 if self.force is None else LEGS
+
+    def _follow(self) -> Motion:
+        """Follow the next piece: a lap, or a leg of it where the height follows the force."""
+        pieces = self._pieces
+        part = self.done % pieces / pieces
+        start = self.begin.at_height(self.height)
+        poses = laid(self.shape, self.radius, start, part, part + 1 / pieces, STEPS // pieces)
+        self.length = length_of(poses)
+        self.readings = []
+        return self.arm.follow(poses, speed=self.speed, owner=self.path)
+
+    def watch(self) -> Status | None:
+        """Stop at the limit of force."""
+        felt = self.arm.wrench(MAX_AGE).value
+        self.readings.append(felt.force[2])
+        if felt.magnitude <= self.max_force:
+            return None
+        self.reason = f"a force of {felt.magnitude:.2f} N exceeds the limit of {self.max_force:g} N"
+        return Status.FAILURE
+
+    def arrived(self) -> Status:
+        """Go on with the next piece, or end with the last lap."""
+        self.done += 1
+        self.rolled += self.length
+        self.travel = self.rolled
+        if self.readings:
+            self.felt = sum(self.readings) / len(self.readings)
+        if self.force is not None and self.readings and not self._level(self.force):
+            return Status.FAILURE
+        if self.laps and self.done >= self.laps * self._pieces:
+            return Status.SUCCESS
+        self.motion = self._follow()
+        return Status.RUNNING
+
+    def _level(self, force: float) -> bool:
+        """Go towards the height at which the force is right; tell whether anything is there to roll."""
+        mean = sum(self.readings) / len(self.readings)
+        step = min(max((force - mean) / STIFFNESS, -MOST_STEP), MOST_STEP)
+        if self.height <= self._lowest and mean < LOST * force:
+            self.reason = f"nothing is under the hand any more: {mean:.2f} N at the greatest depth"
+            return False
+        self.height = max(self.height - step, self._lowest)
+        return True

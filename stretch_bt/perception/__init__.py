@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stretch_bt.perception.average import average_frames as average_frames
+    from stretch_bt.perception.cap import cap_residual as cap_residual
     from stretch_bt.perception.clouds.cloud import Cloud as Cloud
     from stretch_bt.perception.clouds.cloud import cloud_of as cloud_of
     from stretch_bt.perception.clouds.dimensions import Dimensions as Dimensions
@@ -104,6 +105,7 @@ _MODULES = {
     "SurfaceNoise": "types",
     "average_frames": "average",
     "brand": "curvature",
+    "cap_residual": "cap",
     "circularity": "outlines.roundness",
     "classify": "segmentation",
     "cloud_of": "clouds.cloud",
@@ -172,6 +174,7 @@ __all__ = [
     "SurfaceNoise",
     "average_frames",
     "brand",
+    "cap_residual",
     "circularity",
     "classify",
     "cloud_of",

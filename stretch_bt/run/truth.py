@@ -16,10 +16,14 @@ __all__ = ["Truths", "output_values"]
 
 
 class Truths(Onlooker):
-    """A watcher that asks the scene for the truth whenever an output is written; the last write counts."""
+    """A watcher that asks the scene for the truth whenever an output is written; the last write counts.
+
+    Outputs that the scene alone knows are asked for at every one of these moments.
+    """
 
     def __init__(self, outputs: Mapping[str, tuple[Declared, Cell]], truth: Callable[[], Mapping[str, float]]) -> None:
         self.names = {cell.name: name for name, (_, cell) in outputs.items()}
+        self.own = [name for name, (declared, _) in outputs.items() if declared.scene]
         self.truth = truth
         self.found: dict[str, float] = {}
 
@@ -32,8 +36,9 @@ class Truths(Onlooker):
             known = self.truth()
         except NoAnswer:  # the scene has no answer where the hand stands
             return
-        if name in known and math.isfinite(known[name]):
-            self.found[name] = known[name]
+        for asked in (name, *self.own):
+            if asked in known and math.isfinite(known[asked]):
+                self.found[asked] = known[asked]
 
 
 def output_values(
@@ -43,7 +48,9 @@ def output_values(
     values, known = {}, {}
     for name, (declared, cell) in outputs.items():
         unit, scale = shown_in(declared)
-        if cell.value is not MISSING:
+        if declared.scene and name in truths:
+            values[name] = {"value": _scaled(truths[name], scale), "unit": unit, "sd": None}
+        elif cell.value is not MISSING:
             values[name] = {"value": _scaled(cell.value, scale), "unit": unit, "sd": _scaled(cell.sd, scale)}
         if name in truths:
             known[name] = {"value": _scaled(truths[name], scale), "unit": unit, "sd": None}

@@ -34,7 +34,7 @@ _AGE = 2.5  # s for which the memory is kept, for what is asked of a moment ago
 _CREEP = 4e-6  # m; a shape that changes by itself is drawn in steps of this, far below what a camera tells apart
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
-_FRAME = 5e4  # N/m, of the hand's frame where something meets it
+_FRAME = 2e4  # N/m, of the hand's frame where something meets it
 _SWINGS = 8  # passes after which the drop is taken to swing about its value
 
 
@@ -263,7 +263,7 @@ class World:
             return replace(nothing, drop=found.drop)
         depth = found.depth - lift
         felt = self._felt(standing, where, stretch)
-        pushed = self.fidelity.force(felt, depth, past.membrane) + [0.0, 0.0, self._framed(depth)[0]]
+        pushed = self.fidelity.force(felt, depth, past.membrane) + np.array([0.0, 0.0, self._framed(depth)[0]])
         force = _world(pushed, pose)
         place = self._place(standing, where, stretch)
         return Contact(depth, found.drop, force, place, felt, past.membrane, found.iterations)

@@ -63,7 +63,14 @@ def check_flow(
     for part in extras:
         part.flow(data, start)
     for out in signature.outs.values():
-        if out.name not in writers and not out.has_default:
+        if out.scene:
+            data.diagnostics += [
+                mark.error(
+                    "output-of-scene", f"${out.name} is written here, and the scene alone knows it", "write another key"
+                )
+                for _, mark in writers.get(out.name, [])
+            ]
+        elif out.name not in writers and not out.has_default:
             data.diagnostics.append(
                 out.mark.error(
                     "output-unwritten", f"output {out.name!r} is never written", f"write ${out.name} in the body"

@@ -41,16 +41,16 @@ class Declarations:
         self.objects = objects
         self.found = found
 
-    def read(self, key: Scalar, spec: Value, what: str) -> Declared:
-        """Read `name: Type` or `name: {type, default, min, max, unit, doc}`; a wrong type is taken for any type."""
+    def read(self, key: Scalar, spec: Value, what: str, more: tuple[str, ...] = ()) -> Declared:
+        """Read `name: Type` or `name: {type, default, min, max, unit, doc}`, and what else it may have; a wrong type is taken for any type."""
         if isinstance(spec, Map):
-            spec = known_keys(spec, FIELDS, f"a {what}", self.found)
+            spec = known_keys(spec, (*FIELDS, *more), f"a {what}", self.found)
             type_value = spec.get("type")
         else:
             type_value, spec = spec, Map((), spec.mark)
         made = Declared(key.text, self.type(key, type_value, what), key.mark, doc=self.text(spec.get("doc")))
         made.has_default = "default" in spec
-        for read in (self.bounds, self.default, self.unit):
+        for read in (self.bounds, self.default, self.unit, self.scene):
             try:
                 read(made, spec)
             except Refused as refused:
@@ -116,6 +116,29 @@ class Declarations:
                 return
         hint = f"write '{made.type.kind.unit}', or leave it out" if made.type.kind else "leave it out"
         refuse(value.mark, "unit-mismatch", f"{text!r} is not a unit of {made.type}", hint)
+
+    def scene(self, made: Declared, spec: Map) -> None:
+        """Read whether the scene alone knows an output."""
+        value = spec.get("scene")
+        if value is None or made.type is ANY:
+            return
+        if not isinstance(value, Scalar) or not isinstance(value.value, bool):
+            refuse(value.mark, "type-mismatch", "scene takes true or false", "write 'scene: true', or leave it out")
+        made.scene = value.value
+        if made.scene and not made.type.is_number:
+            refuse(
+                value.mark,
+                "type-mismatch",
+                f"a scene knows numbers alone, and {made.name!r} is {made.type}",
+                "leave it out",
+            )
+        if made.scene and made.has_default:
+            refuse(
+                value.mark,
+                "type-mismatch",
+                f"{made.name!r} has a default, and the scene alone gives it a value",
+                "remove one of them",
+            )
 
 
 def _meant_as_default(value: Scalar) -> str:

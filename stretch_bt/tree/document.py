@@ -16,7 +16,10 @@ __all__ = ["Declared", "DeviceDecl", "Document", "Param", "Signature"]
 
 @dataclass(slots=True)
 class Declared:
-    """A declared name: an input, an output or a key of a tree. `unit` is what an output is shown in."""
+    """A declared name: an input, an output or a key of a tree. `unit` is what an output is shown in.
+
+    `scene` marks an output of a task that no node writes: the scene alone knows it, and on a robot it is absent.
+    """
 
     name: str
     type: Type
@@ -27,6 +30,7 @@ class Declared:
     min: float | None = None
     max: float | None = None
     doc: str = ""
+    scene: bool = False
 
 
 @dataclass(slots=True)

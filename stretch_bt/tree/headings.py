@@ -297,7 +297,8 @@ class _Headings:
         elif name.text in self.doc.devices:
             self.error(name.mark, "key-duplicate", f"${name.text} has the name of a device", "rename one of them")
         else:
-            table[name.text] = self.declarations.read(name, spec, "key")
+            more = ("scene",) if table is tree.outs and tree.name == "main" else ()
+            table[name.text] = self.declarations.read(name, spec, "key", more)
 
 
 def _nearby(target: str, base: Path) -> str:

@@ -100,7 +100,9 @@ class DoughSpecimen(Specimen):
             raise NoEquilibrium(f"a drop of {drop * 1e3:.3g} mm would press the dough flat")
         body = spec.body() if state.fresh else self._disc(state) if state.pressed > _DISC else self._body(lump)
         x, y = spec.position.x + lump.x, spec.position.y + lump.y
-        return Standing(body, x, y, spec.heading if state.fresh else 0.0, top - drop, _ball(lump), passing=not state.fresh)
+        return Standing(
+            body, x, y, spec.heading if state.fresh else 0.0, top - drop, _ball(lump), passing=not state.fresh
+        )
 
     def after(self, state: DoughState, moved: Moved) -> DoughState:
         """Return it rolled where the hand went across while it pressed, else pressed as far as it gave way for good."""

@@ -126,6 +126,10 @@ def _declarations() -> Schema:
             "max": {"description": "the greatest value allowed"},
             "unit": {"type": "string", "description": "the unit in which it is shown"},
             "doc": {"type": "string", "description": "what it means"},
+            "scene": {
+                "type": "boolean",
+                "description": "of an output of 'main': the scene alone knows it, and nothing writes it",
+            },
         },
         "allOf": [
             {

@@ -1,0 +1,42 @@
+"""Telling whether the height of what rolls has settled."""
+
+import math
+import statistics
+
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Length
+
+
+@node
+class HeightSettled(Behavior):
+    """Take one more height, and tell whether the last ones spread by less than a limit.
+
+    That a lump has the same height whichever way it lies is no proof that it is round: a path that repeats one rotation meets the
+    same places again, and heights are blind to shapes of constant width.
+    """
+
+    kind = "perception"
+    instant = True
+    height: In[Length]  # the latest
+    height_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of height, which is not taken off the spread")
+    count: In[int] = port(10, min=3, max=1000, doc="how many of the last heights count")
+    limit: In[Length] = port(0.001, min=1e-6, max=0.1, doc="of their standard deviation")
+    reset: In[bool] = False  # whether to begin anew with this height
+    spread: Out[Length]  # standard deviation of the last heights, of those there are
+    heights: Out[list[float]]  # the last ones, m
+    settled: Out[bool]  # whether there are enough of them and their spread is under the limit
+
+    def __init__(self, path: str = "") -> None:
+        super().__init__(path)
+        self.known: list[float] = []
+
+    def update(self) -> Status:
+        """Take it, and look at the last ones."""
+        self.known = [*([] if self.reset else self.known), float(self.height)][-self.count :]
+        number = len(self.known)
+        spread = statistics.pstdev(self.known)
+        self.heights = self.known
+        self.spread = Estimate(spread, math.hypot(spread, self.height_sd) / math.sqrt(2 * number))
+        self.settled = number >= self.count and spread < self.limit
+        return Status.SUCCESS

@@ -1,0 +1,112 @@
+"""Pressing something that stays as it is pressed, until it is as thin as wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stretch_bt import perception
+from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
+from stretch_bt.frames import DepthFrame
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
+from stretch_bt.tree.ports import In, Out, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Force, Length, Speed
+
+MAX_AGE = 0.5
+SHARE = 0.97  # of the force at which the cell stops the arm, which is never asked for
+CLOSE = 0.0004  # m above the wanted thickness that is as good
+LEAST_STEP = 0.0003
+MOST_LOOKS = 24
+
+
+@node
+class PressToThickness(MotionBehavior):
+    """Press until the top stands at a thickness over the table, as the camera sees it, or until the force reaches its limit.
+
+    The hand goes down by what the top still has to fall and looks again, so that it comes to the thickness from above whatever
+    share of the way the membrane takes. SUCCESS however it ended, with what ended it: `thickness`, `force`, or `depth` where the
+    hand may not go deeper. FAILURE when nothing is seen in contact.
+    """
+
+    arm: Uses[Arm]
+    camera: Uses[DepthCamera]
+    gripper: Uses[Gripper | None]
+    thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted, under the press")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand")
+    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here")
+    max_depth: In[Length] = port(MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact")
+    frames: In[int] = port(2, min=1, max=64, doc="to average at each look")
+    reached: Out[Length]  # thickness under the press
+    force: Out[Force]  # along the hand's axis, at the last look
+    ended: Out[str]  # by what: `thickness`, `force` or `depth`
+
+    def initialise(self) -> None:
+        """Look first."""
+        super().initialise()
+        self.looks = 0
+        self.limited = False
+        self._look()
+
+    def start(self) -> Motion:
+        """Go down to where the top would be low enough if it fell as far as the hand."""
+        self.motion = self.arm.move(self.target, speed=self.speed, owner=self.path)
+        return self.motion
+
+    def update(self) -> Status:
+        """Go on with looking, or with moving."""
+        return self.phase()
+
+    def _look(self) -> None:
+        self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.shots: list[DepthFrame] = []
+        self.forces: list[float] = []
+        self.phase: Callable[[], Status] = self._see
+
+    def _see(self) -> Status:
+        frame = self.source.next()
+        self.forces.append(self.arm.wrench(MAX_AGE).value.force[2])
+        if frame is not None:
+            self.shots.append(frame)
+        if len(self.shots) < self.frames:
+            return Status.RUNNING
+        self.looks += 1
+        top = self._top(self.source.corrected(perception.average_frames(self.shots)))
+        over = top.value - self.thickness
+        low = max(self.context.hand.touched_at - self.max_depth, 0.0)
+        pose = self.arm.pose(MAX_AGE).value
+        if over <= CLOSE or self.limited or self.looks >= MOST_LOOKS or pose.height <= low + 1e-5:
+            return self._end(top, "thickness" if over <= CLOSE else "force" if self.limited else "depth")
+        self.target = pose.at_height(max(pose.height - max(over, LEAST_STEP), low))
+        self.start()
+        self.phase = self._move
+        return Status.RUNNING
+
+    def _move(self) -> Status:
+        assert self.motion is not None
+        state = self.motion.poll()
+        limits = self.context.limits
+        most = self.max_force if limits is None else min(self.max_force, SHARE * limits.force)
+        if state is MotionState.MOVING:
+            if self.arm.wrench(MAX_AGE).value.magnitude < most:
+                return Status.RUNNING
+            self.motion.stop()
+            self.limited = True
+        elif state is not MotionState.DONE:
+            return super().update()
+        self.motion = None
+        self._look()
+        return Status.RUNNING
+
+    def _top(self, frame: DepthFrame) -> Estimate:
+        """Return the height of the top over the table, m."""
+        contact = perception.find_contact(frame)
+        points, valid = perception.deproject(frame)
+        seen = perception.to_membrane(points, frame.plane_distance or 0.0)
+        top = perception.track_height(seen, valid, contact.labels)
+        return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
+
+    def _end(self, top: Estimate, ended: str) -> Status:
+        self.reached, self.ended = top, ended
+        self.force = sum(self.forces) / len(self.forces)
+        return Status.SUCCESS
