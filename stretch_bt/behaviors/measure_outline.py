@@ -13,12 +13,14 @@ from stretch_bt.units import Area, Estimate, Length
 class MeasureOutline(Behavior):
     """Measure the area, perimeter and circularity of a contact; FAILURE when its border is cut, unseen or in pieces.
 
-    Circularity is 4 pi area / perimeter^2: 1 for a disc, 0.785 for a square.
+    Circularity is 4 pi area / perimeter^2: 1 for a disc, 0.785 for a square. With a `level` it is the outline of the membrane that
+    far below its highest place, which flat and low objects show better than the curvature by which contact is told.
     """
 
     kind = "perception"
     instant = True
     contact: In[Contact]  # of a flat object
+    level: In[Length | None] = None  # below the highest place; without it the border of the contact is taken
     method: In[Literal["contour", "pixel_chain", "low_pass"]] = "contour"  # how the perimeter in it is had
     circularity: Out[float]  # by that method; they differ by 10 % and more
     area: Out[Area]  # that the outline encloses
@@ -26,9 +28,14 @@ class MeasureOutline(Behavior):
 
     def update(self) -> Status:
         """Trace and measure."""
-        outline = perception.outline_of(self.contact.labels, self.contact.surface)
+        outline = self._line(self.contact, self.level)
         found = outline.roundness(self.method)
         self.circularity = Estimate(found.circularity, found.circularity_sd)
         self.area = Estimate(outline.area, outline.area_sd)
         self.perimeter = Estimate(outline.perimeter, outline.perimeter_sd)
         return Status.SUCCESS
+
+    def _line(self, contact: Contact, level: float | None) -> perception.Outline:
+        if level is not None:
+            return perception.outline_at(contact.surface, level)
+        return perception.outline_of(contact.labels, contact.surface)

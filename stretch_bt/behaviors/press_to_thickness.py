@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from stretch_bt import perception
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
-from stretch_bt.frames import DepthFrame
+from stretch_bt.errors import NoAnswer
+from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
@@ -17,6 +20,7 @@ MAX_AGE = 0.5
 SHARE = 0.97  # of the force at which the cell stops the arm, which is never asked for
 CLOSE = 0.0004  # m above the wanted thickness that is as good
 LEAST_STEP = 0.0003
+FLAT_SD = 0.0003  # m, of a top whose contact is not told
 MOST_LOOKS = 24
 
 
@@ -71,13 +75,16 @@ class PressToThickness(MotionBehavior):
         if len(self.shots) < self.frames:
             return Status.RUNNING
         self.looks += 1
-        top = self._top(self.source.corrected(perception.average_frames(self.shots)))
-        over = top.value - self.thickness
         low = max(self.context.hand.touched_at - self.max_depth, 0.0)
         pose = self.arm.pose(MAX_AGE).value
+        top = self._top(self.source.corrected(perception.average_frames(self.shots)))
+        over = top.value - self.thickness
         if over <= CLOSE or self.limited or self.looks >= MOST_LOOKS or pose.height <= low + 1e-5:
             return self._end(top, "thickness" if over <= CLOSE else "force" if self.limited else "depth")
-        self.target = pose.at_height(max(pose.height - max(over, LEAST_STEP), low))
+        return self._go(pose.at_height(max(pose.height - max(over, LEAST_STEP), low)))
+
+    def _go(self, target: Pose) -> Status:
+        self.target = target
         self.start()
         self.phase = self._move
         return Status.RUNNING
@@ -100,10 +107,12 @@ class PressToThickness(MotionBehavior):
 
     def _top(self, frame: DepthFrame) -> Estimate:
         """Return the height of the top over the table, m."""
-        contact = perception.find_contact(frame)
         points, valid = perception.deproject(frame)
         seen = perception.to_membrane(points, frame.plane_distance or 0.0)
-        top = perception.track_height(seen, valid, contact.labels)
+        try:
+            top = perception.track_height(seen, valid, perception.find_contact(frame).labels)
+        except NoAnswer:  # a top that is pressed flat has no curvature to tell contact by
+            top = Estimate(perception.highest_of(np.where(valid[..., None], seen, np.nan)), FLAT_SD)
         return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
 
     def _end(self, top: Estimate, ended: str) -> Status:

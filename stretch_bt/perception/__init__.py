@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from stretch_bt.perception.noise import frame_noise as frame_noise
     from stretch_bt.perception.noise import pixel_noise as pixel_noise
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
+    from stretch_bt.perception.outlines.level import highest_of as highest_of
+    from stretch_bt.perception.outlines.level import outline_at as outline_at
     from stretch_bt.perception.outlines.outline import Outline as Outline
     from stretch_bt.perception.outlines.outline import outline_of as outline_of
     from stretch_bt.perception.outlines.roundness import Roundness as Roundness
@@ -127,6 +129,7 @@ _MODULES = {
     "fit_sphere": "shapes.sphere",
     "frame_noise": "noise",
     "fuse_contact": "clouds.fuse",
+    "highest_of": "outlines.level",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "mask_membrane": "mask",
@@ -134,6 +137,7 @@ _MODULES = {
     "measure_object": "clouds.dimensions",
     "membrane_height": "pressed.height",
     "mounted": "pressed.height",
+    "outline_at": "outlines.level",
     "outline_of": "outlines.outline",
     "pixel_noise": "noise",
     "segment": "segmentation",
@@ -195,6 +199,7 @@ __all__ = [
     "fit_sphere",
     "frame_noise",
     "fuse_contact",
+    "highest_of",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",
@@ -202,6 +207,7 @@ __all__ = [
     "measure_object",
     "membrane_height",
     "mounted",
+    "outline_at",
     "outline_of",
     "pixel_noise",
     "pooled_sphere",

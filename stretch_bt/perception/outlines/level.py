@@ -1,0 +1,89 @@
+"""The outline of what stands highest in the membrane, at a level below its top."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.perception.outlines.outline import Outline, outline_of
+from stretch_bt.perception.types import FloatArray
+from stretch_bt.units import Length
+
+__all__ = ["highest_of", "outline_at"]
+
+BLUR = 2.5  # pixels, over which noise is averaged; half a millimetre of a surface seen from 200 mm
+TOP = 0.5  # per cent of the pixels that count as the top: a disc 8 mm across of a membrane of 100 x 90 mm
+LEAST = 1e-3  # m over the flat membrane, below which nothing stands in it
+
+
+def highest_of(surface: FloatArray) -> Length:
+    """Return the height of the highest place of a surface (h, w, 3), m, membrane frame, NaN where invalid.
+
+    It is that of the lower edge of the highest half per cent, after a blur: without curvature, so that it serves for flat tops
+    too; a round one comes out low by some tenths of a millimetre.
+
+    Raises
+    ------
+    NoContact
+        No pixel is valid, or nothing stands 1 mm over the flat membrane.
+    """
+    heights, valid = _smooth(surface)
+    if not valid.any():
+        raise NoContact("the frame has no valid pixel")
+    top = float(np.percentile(heights[valid], 100 - TOP))
+    if top < LEAST:
+        raise NoContact(f"nothing stands in the membrane: its highest place is {top * 1e3:.1f} mm over its plane")
+    return top
+
+
+def outline_at(surface: FloatArray, below: float) -> Outline:
+    """Return the outline of the highest place of a membrane at a level below it, in the plane of the flat membrane.
+
+    Over a flat body under a slack membrane it is the border of the body rounded by its shoulder: unlike the border of contact it
+    needs no curvature, of which noise leaves little.
+
+    Parameters
+    ----------
+    surface : (h, w, 3) float, m, membrane frame
+        The point of each pixel, NaN where invalid.
+    below
+        How far below the top, m.
+
+    Raises
+    ------
+    NoContact
+        Nothing stands that high in the membrane.
+    IllConditioned
+        The outline is cut by the edge of the image or by pixels without depth.
+    InvalidInput
+        The surface has another shape, or the level is not above 0.
+    """
+    import cv2
+
+    if not 0 < below < np.inf:
+        raise InvalidInput(f"a level is finite and above 0 m below the top, not {below}")
+    top = highest_of(surface)
+    heights, valid = _smooth(surface)
+    if below > top - LEAST:
+        raise NoContact(
+            f"the membrane is raised by {top * 1e3:.1f} mm, too little for an outline {below * 1e3:g} mm below its top"
+        )
+    over = ((heights > top - below) & valid).astype(np.uint8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(over)
+    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])) if count > 1 else 0
+    return outline_of(np.asarray(labels == largest), surface)
+
+
+def _smooth(surface: FloatArray) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    """Return heights (h, w), m, blurred as far as pixels are valid, and which are."""
+    import cv2
+
+    surface = np.asarray(surface)
+    if surface.ndim != 3 or surface.shape[2] != 3:
+        raise InvalidInput(f"a surface has shape (h, w, 3), got {surface.shape}")
+    heights = surface[..., 2].astype(np.float64)
+    valid = np.isfinite(heights)
+    weight = cv2.GaussianBlur(valid.astype(np.float64), (0, 0), BLUR)
+    total = cv2.GaussianBlur(np.where(valid, heights, 0.0), (0, 0), BLUR)
+    return total / np.maximum(weight, 1e-9), valid
