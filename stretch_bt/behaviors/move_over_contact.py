@@ -1,0 +1,40 @@
+"""Taking the hand to where what it touched stands in its middle."""
+
+import numpy as np
+
+from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.errors import NoContact
+from stretch_bt.hardware.interfaces import Arm, Motion
+from stretch_bt.perception.types import Contact
+from stretch_bt.tree.ports import In, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Length, Speed
+
+MAX_AGE = 0.5
+#: the membrane frame's y is reversed against the hand's
+MIRROR = np.array([1.0, -1.0])
+
+
+@node
+class MoveOverContact(MotionBehavior):
+    """Raise the hand clear and take it across to where the middle of a contact was; FAILURE when the contact does not know its pose."""
+
+    arm: Uses[Arm]
+    contact: In[Contact]  # the last one before the hand left
+    clearance: In[Length] = port(0.010, min=0.0, max=0.300, doc="above where the hand is")
+    speed: In[Speed] = port(0.050, min=0.001, max=0.250, doc="of the hand")
+
+    def start(self) -> Motion:
+        """Go up, then across."""
+        seen = self.contact
+        if seen.pose is None or not len(seen.points):
+            raise NoContact(
+                "the contact does not know the pose of the hand, or has no point; use an arm beside the camera"
+            )
+        now = self.arm.pose(MAX_AGE).value
+        matrix, middle = seen.pose.matrix()[:2, :2], np.median(seen.points[:, :2], axis=0) * MIRROR
+        x, y = (np.asarray(seen.pose.position[:2]) + matrix @ middle).tolist()
+        raised = now.moved(z=self.clearance)
+        across = raised.moved(x - now.position[0], y - now.position[1])
+        path = [raised, across] if self.clearance > 0 else [across]
+        return self.arm.follow(path, speed=self.speed, owner=self.path)
