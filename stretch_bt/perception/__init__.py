@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stretch_bt.perception.average import average_frames as average_frames
+    from stretch_bt.perception.cap import Cap as Cap
+    from stretch_bt.perception.cap import cap_of as cap_of
     from stretch_bt.perception.cap import cap_residual as cap_residual
     from stretch_bt.perception.clouds.cloud import Cloud as Cloud
     from stretch_bt.perception.clouds.cloud import cloud_of as cloud_of
@@ -107,6 +109,8 @@ _MODULES = {
     "SurfaceNoise": "types",
     "average_frames": "average",
     "brand": "curvature",
+    "Cap": "cap",
+    "cap_of": "cap",
     "cap_residual": "cap",
     "circularity": "outlines.roundness",
     "classify": "segmentation",
@@ -152,6 +156,7 @@ _MODULES = {
 }
 __all__ = [
     "Candidate",
+    "Cap",
     "Cloud",
     "Cone",
     "Contact",
@@ -178,6 +183,7 @@ __all__ = [
     "SurfaceNoise",
     "average_frames",
     "brand",
+    "cap_of",
     "cap_residual",
     "circularity",
     "classify",

@@ -1,80 +1,109 @@
-"""How far the top of a lump, as the membrane shows it, is from a sphere."""
+"""How far a lump that turns is from a ball: by how much the caps that the membrane shows of it differ from their mean."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.perception.outlines.level import blurred, highest_of
 from stretch_bt.perception.types import Contact
-from stretch_bt.units import Estimate
+from stretch_bt.units import Estimate, Length
 
-__all__ = ["cap_residual"]
+__all__ = ["Cap", "cap_of", "cap_residual"]
 
 Array = npt.NDArray[np.float64]
 
-CELL = 2e-3  # m; pixels are averaged over cells of this size, finer than any facet that counts
-RIM = 0.8  # share of the contact's radius that the membrane's bend at the rim leaves alone
-LEAST = 16  # cells
-LEAST_PIXELS = 4  # of a cell
-PARAMETERS = 4
+REACH = 0.58  # of the ball's radius: a cap 35 degrees wide, which the membrane still follows
+CELLS = 7  # to each side of the middle cell, across the reach and a little more
+CELL = 1 / 6.2  # of the radius
+DOWN = 0.2  # of the radius below the top: what lies higher tells where the middle of a cap is
+LEAST_PIXELS, LEAST_CELLS = 8, 16
+PARAMETERS = 3  # of the plane that is taken off each cap
 
 
-def cap_residual(contact: Contact) -> Estimate:
-    """Return the root mean square distance of a contact from the sphere that fits it best, m, without that of the noise.
+@dataclass(frozen=True, eq=False)
+class Cap:
+    """Mean heights (15, 15), m, in square cells around the top of a lump, without offset and slope, NaN where not seen.
 
-    Points are averaged over cells of 2 mm. The variance that the frame's own noise leaves in such a mean is taken off; where it
-    is more than what is there, the residual is 0, and its standard deviation says how much that hides.
+    `noise`, m, is the standard deviation that the frame's noise gives to one of them.
+    """
+
+    heights: Array
+    noise: Length
+
+
+def cap_of(contact: Contact, radius: float) -> Cap:
+    """Return the cap that a contact shows of a lump of the volume of a ball of a radius, m.
+
+    Raises
+    ------
+    NoContact
+        Nothing stands in the membrane.
+    IllConditioned
+        Too little of the cap is seen.
+    InvalidInput
+        The radius is not above 0.
+    """
+    if not 0 < radius < math.inf:
+        raise InvalidInput(f"a ball has a finite radius above 0 m, not {radius}")
+    surface = np.asarray(contact.surface, dtype=np.float64)
+    heights, valid = blurred(surface)
+    over = valid & (heights > highest_of(surface) - DOWN * radius)
+    middle = surface[over][:, :2].mean(axis=0)
+    away = (surface[..., :2] - middle) / radius
+    near = valid & (np.hypot(away[..., 0], away[..., 1]) < REACH)
+    if near.sum() < LEAST_PIXELS * LEAST_CELLS:
+        raise IllConditioned(f"only {int(near.sum())} pixels of the top of the lump are seen")
+    return _binned(away[near], surface[near][:, 2], contact)
+
+
+def _binned(places: Array, heights: Array, contact: Contact) -> Cap:
+    """Return means in cells of heights (n,), m, at places (n, 2) in radii, less what is even and sloping in them."""
+    x, y = places.T
+    design = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    fit, *_ = np.linalg.lstsq(design, heights, rcond=None)
+    level = heights - design[:, :PARAMETERS] @ fit[:PARAMETERS]
+    side = 2 * CELLS + 1
+    column, row = (np.rint(v / CELL).astype(np.intp) + CELLS for v in (x, y))
+    inside = (column >= 0) & (column < side) & (row >= 0) & (row < side)
+    which = row[inside] * side + column[inside]
+    counts = np.bincount(which, minlength=side**2)
+    sums = np.bincount(which, level[inside], minlength=side**2)
+    full = counts >= LEAST_PIXELS
+    if full.sum() < LEAST_CELLS:
+        raise IllConditioned(f"the top of the lump is seen in {int(full.sum())} cells; it takes {LEAST_CELLS}")
+    cells = np.where(full, sums / np.maximum(counts, 1), np.nan).reshape(side, side)
+    alike = min(max(contact.noise_area, 1.0) / float(counts[full].mean()), 1.0)
+    return Cap(cells, float(contact.noise) * math.sqrt(alike))
+
+
+def cap_residual(caps: Sequence[Cap]) -> Estimate:
+    """Return the root mean square deviation of caps from their mean, m, without that of the noise.
+
+    A ball looks the same from all sides, also through a membrane that shows it changed: that drops out with the mean. Where noise
+    is more than what is there the residual is 0, and its standard deviation says how much that hides.
 
     Raises
     ------
     IllConditioned
-        The contact is too small: fewer than 16 cells.
+        There are fewer than two caps, or they have fewer than 16 cells in common.
     """
-    cells, noise = _cells(contact)
-    if len(cells) < LEAST:
-        raise IllConditioned(f"the contact covers {len(cells)} cells of 2 mm; a residual needs {LEAST}")
-    away = _from_sphere(cells)
-    free = len(cells) - PARAMETERS
-    variance = float(away @ away) / free
-    hidden = noise**2
+    if len(caps) < 2:
+        raise IllConditioned(f"to differ it takes two caps, not {len(caps)}")
+    cells = np.array([cap.heights for cap in caps])
+    shared = cells[:, np.isfinite(cells).all(axis=0)]
+    count, places = shared.shape
+    if places < LEAST_CELLS:
+        raise IllConditioned(f"the caps have {places} cells in common; it takes {LEAST_CELLS}")
+    variance = float(((shared - shared.mean(axis=0)) ** 2).sum() / ((count - 1) * places))
+    hidden = float(np.mean([cap.noise**2 for cap in caps]))
     left = max(variance - hidden, 0.0)
-    # of a variance with so many degrees of freedom; and noise is known to a fifth of its variance
-    sd = math.hypot(variance * math.sqrt(2 / free), 0.2 * hidden)
+    # about one in four cells tells something of its own, and noise is known to a tenth of its variance
+    free = (count - 1) * max(places / 4, 1.0)
+    sd = math.hypot(variance * math.sqrt(2 / free), 0.1 * hidden)
     return Estimate(math.sqrt(left), sd / (2 * math.sqrt(max(left, sd))))
-
-
-def _cells(contact: Contact) -> tuple[Array, float]:
-    """Return the means (n, 3) of points in cells inside the rim, m, and the noise of a mean."""
-    points = np.asarray(contact.points, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise InvalidInput(f"contact points have shape (n, 3), got {points.shape}")
-    points = points[np.isfinite(points).all(axis=1)]
-    if not len(points):
-        raise IllConditioned("the contact has no point with a depth")
-    middle = np.median(points[:, :2], axis=0)
-    far = np.hypot(*(points[:, :2] - middle).T)
-    points = points[far <= RIM * math.sqrt(2.0 * float(np.mean(far**2)))]
-    _, which, counts = np.unique(np.floor(points[:, :2] / CELL), axis=0, return_inverse=True, return_counts=True)
-    which = which.reshape(-1)
-    sums = np.column_stack([np.bincount(which, points[:, k], len(counts)) for k in range(3)])
-    full = counts >= LEAST_PIXELS
-    pixels = float(counts[full].mean()) if full.any() else 1.0
-    alike = min(contact.noise_area / pixels, 1.0) if contact.noise_area > 1 else 1.0 / pixels
-    return sums[full] / counts[full, None], float(contact.noise) * math.sqrt(alike)
-
-
-def _from_sphere(points: Array) -> Array:
-    """Return the distances (n,) of points from the sphere that fits them best in the sense of least squares, m."""
-    centred = points - points.mean(axis=0)
-    size = float(np.abs(centred).max())
-    scaled = centred / size
-    # z + k |p|^2 / 2 + a x + b y + c = 0 has no preference for small spheres, unlike |p|^2 = 2 m p + d
-    design = np.column_stack([np.ones(len(scaled)), scaled[:, :2], (scaled**2).sum(axis=1)])
-    fit, *_ = np.linalg.lstsq(design, scaled[:, 2], rcond=None)
-    slope = np.column_stack(
-        [-fit[1] - 2 * fit[3] * scaled[:, 0], -fit[2] - 2 * fit[3] * scaled[:, 1], 1 - 2 * fit[3] * scaled[:, 2]]
-    )
-    return np.asarray(size * (scaled[:, 2] - design @ fit) / np.linalg.norm(slope, axis=1))

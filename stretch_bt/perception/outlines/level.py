@@ -10,7 +10,7 @@ from stretch_bt.perception.outlines.outline import Outline, outline_of
 from stretch_bt.perception.types import FloatArray
 from stretch_bt.units import Length
 
-__all__ = ["highest_of", "outline_at"]
+__all__ = ["blurred", "highest_of", "outline_at"]
 
 BLUR = 2.5  # pixels, over which noise is averaged; half a millimetre of a surface seen from 200 mm
 TOP = 0.5  # per cent of the pixels that count as the top: a disc 8 mm across of a membrane of 100 x 90 mm
@@ -28,7 +28,7 @@ def highest_of(surface: FloatArray) -> Length:
     NoContact
         No pixel is valid, or nothing stands 1 mm over the flat membrane.
     """
-    heights, valid = _smooth(surface)
+    heights, valid = blurred(surface)
     if not valid.any():
         raise NoContact("the frame has no valid pixel")
     top = float(np.percentile(heights[valid], 100 - TOP))
@@ -64,7 +64,7 @@ def outline_at(surface: FloatArray, below: float) -> Outline:
     if not 0 < below < np.inf:
         raise InvalidInput(f"a level is finite and above 0 m below the top, not {below}")
     top = highest_of(surface)
-    heights, valid = _smooth(surface)
+    heights, valid = blurred(surface)
     if below > top - LEAST:
         raise NoContact(
             f"the membrane is raised by {top * 1e3:.1f} mm, too little for an outline {below * 1e3:g} mm below its top"
@@ -75,7 +75,7 @@ def outline_at(surface: FloatArray, below: float) -> Outline:
     return outline_of(np.asarray(labels == largest), surface)
 
 
-def _smooth(surface: FloatArray) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+def blurred(surface: FloatArray) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
     """Return heights (h, w), m, blurred as far as pixels are valid, and which are."""
     import cv2
 
