@@ -26,7 +26,8 @@ import numpy as np
 
 from stretch_bt import run
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.perception import circularity
+from stretch_bt.perception.outlines.polyline import area_of, perimeter_of
+from stretch_bt.perception.outlines.roundness import METHODS, contour_of
 from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.run.runner import Runner
 from stretch_bt.simulation.dough.disc import outline
@@ -121,7 +122,9 @@ def _along(lump: Lump, axis: Any) -> Lump:
 
 
 def _one(lump: Lump) -> float:
-    return float(circularity(outline(lump, lump.ball), method="low_pass"))
+    """Return the low-pass circularity of the outline to which a lump would be pressed as it lies, without its error."""
+    curve = METHODS["low_pass"](contour_of(outline(lump, lump.ball)))
+    return 4 * math.pi * area_of(curve) / perimeter_of(curve) ** 2
 
 
 def made(tree: str, seed: int, spin: float | None = None) -> dict[str, Any]:

@@ -24,7 +24,6 @@ class HeightSettled(Behavior):
     limit: In[Length] = port(0.001, min=1e-6, max=0.1, doc="of their standard deviation")
     reset: In[bool] = False  # whether to begin anew with this height
     spread: Out[Length]  # standard deviation of the last heights, of those there are
-    heights: Out[list[float]]  # the last ones, m
     settled: Out[bool]  # whether there are enough of them and their spread is under the limit
 
     def __init__(self, path: str = "") -> None:
@@ -36,7 +35,6 @@ class HeightSettled(Behavior):
         self.known = [*([] if self.reset else self.known), float(self.height)][-self.count :]
         number = len(self.known)
         spread = statistics.pstdev(self.known)
-        self.heights = self.known
         self.spread = Estimate(spread, math.hypot(spread, self.height_sd) / math.sqrt(2 * number))
         self.settled = number >= self.count and spread < self.limit
         return Status.SUCCESS

@@ -55,7 +55,11 @@ class Roundness(Behavior):
 
     def update(self) -> Status:
         """Look, and take the last looks together."""
-        look = _Look(perception.cap_of(self.contact, self.radius), float(self.height), self._outline() if self.min_outline > 0 else None)
+        look = _Look(
+            perception.cap_of(self.contact, self.radius),
+            float(self.height),
+            self._outline() if self.min_outline > 0 else None,
+        )
         self.looks = [*([] if self.reset else self.looks), look][-self.count :]
         radius, number = self.radius, len(self.looks)
         heights = [look.height / radius for look in self.looks]
