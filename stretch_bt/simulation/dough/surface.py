@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.simulation.dough.lump import Lump
 from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 
@@ -48,7 +49,10 @@ def upper_side(lump: Lump) -> UpperSide:
 
     vectors = np.ascontiguousarray(lump.directions.vectors @ lump.rotation.T * [1.0, -1.0, 1.0])
     count = 2 * math.ceil(1.1 * float(lump.radii.max()) / PITCH) + 1
-    return UpperSide(top_side(lump.radii.copy(), vectors, PITCH, count, STEEPEST), PITCH, lump.ball)
+    try:
+        return UpperSide(top_side(lump.radii.copy(), vectors, PITCH, count, STEEPEST), PITCH, lump.ball)
+    except InvalidInput as error:
+        raise NoEquilibrium(f"the dough is too ragged to be met by the membrane: {error}") from error
 
 
 def disc_side(line: npt.NDArray[np.float64], height: float, ball: float) -> UpperSide:

@@ -1,0 +1,179 @@
+"""Nodes that shape dough, one by one."""
+
+import math
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stretch_bt.frames import Pose, Wrench
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.perception.types import Contact
+from stretch_bt.run.context import RunContext
+from stretch_bt.testing import ScriptedDevice
+from stretch_bt.tree.ports import Role, Status
+from stretch_bt.tree.registry import lookup
+
+TOUCHED, BALL = 0.030, 0.0155
+START = Pose((0.02, -0.01, TOUCHED))
+
+
+def node(name, arm=None, **inputs):
+    info = lookup(name)
+    made = info.cls(f"main/{name}")
+    made.context = RunContext()
+    made.context.hand.contact_height = TOUCHED
+    made.context.devices = {} if arm is None else {"arm": arm}
+    made.device_names = {p.name: p.name for p in info.of(Role.DEVICE) if p.name in made.context.devices}
+    for p in info.of(Role.INPUT):
+        made.wiring[p.name] = partial(inputs.get, p.name, p.default)
+    return made
+
+
+def tick(made, times=1):
+    for _ in range(times):
+        for _ in made.tick():
+            pass
+    return made.status
+
+
+def told(made, name):
+    return made.sinks[name].value
+
+
+def arm(force=1.0, motion=(MotionState.MOVING, MotionState.DONE), pose=START):
+    return ScriptedDevice("Arm", {"pose": pose, "wrench": Wrench((0.0, 0.0, force))}, motion=list(motion))
+
+
+def device_of(made):
+    return made.context.devices["arm"]
+
+
+def paths(device):
+    return [[p.position for p in c.arguments["path"]] for c in device.commands if c.name == "follow"]
+
+
+@pytest.mark.parametrize("shape", ["circle", "eight"])
+@pytest.mark.parametrize("yaw", [0.0, math.pi / 2])
+def test_a_lap_is_closed_and_turns_with_the_hand(shape, yaw):
+    device = arm(pose=Pose(START.position, (0.0, 0.0, yaw)))
+    roll = node("roll", device, shape=shape, radius=0.02, depth=0.004)
+    assert tick(roll, 2) is Status.SUCCESS
+    (path,) = paths(device)
+    assert path[0] == pytest.approx((*START.position[:2], TOUCHED - 0.004))
+    assert path[-1] == pytest.approx(path[0])
+    x, y = np.ptp(np.array(path)[:, :2], axis=0) if yaw == 0 else np.ptp(np.array(path)[:, :2], axis=0)[::-1]
+    assert (x, y) == pytest.approx((0.04, 0.04) if shape == "circle" else (0.4 * 0.04, 0.04), rel=1e-3)
+    assert told(roll, "travel") == pytest.approx(sum(math.dist(a, b) for a, b in pairwise(path)))
+
+
+def test_it_rolls_lap_after_lap_until_it_is_stopped():
+    device = arm(motion=[MotionState.DONE])
+    roll = node("roll", device, laps=0)
+    assert tick(roll, 50) is Status.RUNNING
+    assert len(paths(device)) == 51
+    roll.stop(Status.INVALID)
+    assert roll.motion is None
+
+
+@pytest.mark.parametrize(("force", "wanted", "lower"), [(0.5, 1.0, True), (2.0, 1.0, False)])
+def test_the_height_follows_the_force(force, wanted, lower):
+    device = arm(force)
+    roll = node("roll", device, shape="eight", force=wanted, depth=0.004, laps=1)
+    assert tick(roll, 16) is Status.SUCCESS
+    heights = [path[0][2] for path in paths(device)]
+    assert len(heights) == 8, "a leg for each eighth of a lap"
+    assert all(
+        path[0][:2] == pytest.approx(before[-1][:2])
+        for before, path in zip(paths(device), paths(device)[1:], strict=False)
+    )
+    assert (heights[1] < heights[0]) == lower
+    assert min(heights) >= TOUCHED - 0.004 - 1e-12
+    assert told(roll, "felt") == pytest.approx(force)
+
+
+def test_nothing_under_the_hand_is_a_failure():
+    roll = node("roll", arm(0.0), force=1.0, depth=0.002, laps=0)
+    while tick(roll) is Status.RUNNING:
+        assert len(device_of(roll).commands) < 50
+    assert roll.status is Status.FAILURE
+    assert "nothing is under the hand" in roll.reason
+
+
+def test_too_much_force_stops_it():
+    device = arm(5.0)
+    roll = node("roll", device, max_force=4.0)
+    assert tick(roll) is Status.FAILURE
+    assert "5.00 N exceeds" in roll.reason
+    assert [c.name for c in device.commands] == ["follow", "stop"]
+
+
+def test_heights_settle_when_enough_of_them_are_alike():
+    made = node("height_settled", count=3, limit=0.001)
+    seen = []
+    for height in (0.030, 0.034, 0.031, 0.0312, 0.0311):
+        made.wiring["height"] = lambda height=height: height
+        assert tick(made) is Status.SUCCESS
+        seen.append(told(made, "settled"))
+    assert seen == [False, False, False, False, True]
+    assert told(made, "spread") == pytest.approx(np.std([0.031, 0.0312, 0.0311]))
+    made.wiring["reset"] = lambda: True
+    tick(made)
+    assert not told(made, "settled")
+
+
+def seen_from(shape, noise=0.0, seed=0, at=(0.0, 0.0), lift=0.009):
+    """The contact that a body of heights shape(x, y), m, over its middle shows, on a grid of 0.4 mm."""
+    v, u = np.mgrid[:120, :120]
+    x, y = (u - 60) * 0.4e-3, (v - 60) * 0.4e-3
+    heights = np.maximum(shape(x, y), -0.004) + lift + noise * np.random.default_rng(seed).standard_normal(x.shape)
+    surface = np.stack([x + at[0], y + at[1], heights], axis=2)
+    labels = np.where(heights > lift - 0.004, 2, 0).astype(np.uint8)
+    points = surface[labels == 2]
+    rays = points - [0.0, 0.0, 0.2]
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    pose = Pose((0.05, 0.02, 0.02))
+    return Contact(points, rays, labels, max(noise, 1e-6), 0.02, 0.0, 0.0, surface, np.ones(labels.shape), pose)
+
+
+def facetted(angle, oval):
+    """A ball that is longer by `oval` along a direction in the plane."""
+
+    def shape(x, y):
+        along = x * math.cos(angle) + y * math.sin(angle)
+        across = -x * math.sin(angle) + y * math.cos(angle)
+        return -((along / (1 + oval)) ** 2 + (across * (1 + oval)) ** 2) / (2 * BALL)
+
+    return shape
+
+
+@pytest.mark.parametrize("oval", [0.0, 0.05, 0.2])
+def test_roundness_tells_an_oval_from_a_ball(oval):
+    made = node("roundness", radius=BALL, count=6, max_residual=0.004, max_spread=0.08, max_width=1.05)
+    for k in range(6):
+        made.wiring["contact"] = lambda k=k: seen_from(facetted(k * 0.5, oval), 1e-4, k, at=(1e-3 * k, 0.0))
+        made.wiring["height"] = lambda k=k: 2 * BALL * (1 + oval * math.cos(k))
+        assert tick(made) is Status.SUCCESS, made.reason
+        assert told(made, "round") in ({False} if k < 5 else {oval == 0.0})
+    residual = made.sinks["residual"]
+    assert residual.value == pytest.approx({0.0: 0.0, 0.05: 0.007, 0.2: 0.0285}[oval], abs=0.002)
+    assert residual.sd > 0
+    assert told(made, "width") == pytest.approx(1.0, abs=0.1)
+
+
+def test_roundness_refuses_what_shows_nothing():
+    made = node("roundness", radius=BALL, contact=seen_from(lambda x, y: -0.012 + 0 * x, lift=0.0), height=0.03)
+    assert tick(made) is Status.FAILURE
+    assert "nothing stands" in made.reason
+
+
+def test_the_hand_goes_over_what_it_touched():
+    device = arm(pose=Pose((0.0, 0.0, 0.02)))
+    made = node("move_over_contact", device, contact=seen_from(facetted(0.0, 0.0), at=(0.004, 0.007)), clearance=0.01)
+    assert tick(made, 2) is Status.SUCCESS
+    (path,) = paths(device)
+    assert path[0] == pytest.approx((0.0, 0.0, 0.03))
+    assert path[1] == pytest.approx((0.05 + 0.004, 0.02 - 0.007, 0.03), abs=1e-4), (
+        "y of the membrane is against the hand's"
+    )

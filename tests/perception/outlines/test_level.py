@@ -1,0 +1,51 @@
+"""Level lines of a membrane over what stands in it."""
+
+import numpy as np
+import pytest
+
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.perception import highest_of, outline_at
+
+PITCH = 0.4e-3
+
+
+def over(reach, noise=0.0, top=0.012):
+    """A membrane that falls by 0.3 m/m from the border of a flat top, whose border is at reach(azimuth), m."""
+    v, u = np.mgrid[:160, :160]
+    x, y = (u - 80) * PITCH, (v - 80) * PITCH
+    past = np.maximum(np.hypot(x, y) - reach(np.arctan2(y, x)), 0.0)
+    heights = np.maximum(top - 0.3 * past, 0.0) + noise * np.random.default_rng(1).standard_normal(x.shape)
+    return np.stack([x, y, heights], axis=2)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize(("oval", "low", "high"), [(0.0, 0.985, 1.005), (0.15, 0.96, 0.988)])
+def test_the_line_is_as_round_as_the_body(noise, oval, low, high):
+    found = outline_at(over(lambda a: 0.012 * (1 + oval * np.cos(2 * a)), noise), 0.0015)
+    assert low < found.roundness("low_pass").circularity < high
+    assert found.area == pytest.approx(np.pi * (0.012 + 0.0015 / 0.3) ** 2, rel=0.05)
+
+
+def test_the_highest_place_needs_no_curvature():
+    assert highest_of(over(lambda a: 0.012, 1e-4)) == pytest.approx(0.012, abs=1e-4)
+
+
+def test_holes_are_left_out():
+    surface = over(lambda a: 0.012)
+    surface[75:78, 75:78] = np.nan
+    assert outline_at(surface, 0.0015).roundness("low_pass").circularity > 0.98
+
+
+@pytest.mark.parametrize(
+    ("surface", "below", "error"),
+    [
+        (over(lambda a: 0.012, top=0.0005), 0.001, NoContact),
+        (over(lambda a: 0.012, top=0.002), 0.0015, NoContact),
+        (np.full((20, 20, 3), np.nan), 0.001, NoContact),
+        (over(lambda a: 0.012), 0.0, InvalidInput),
+        (np.zeros((20, 20)), 0.001, InvalidInput),
+    ],
+)
+def test_what_has_no_line_is_refused(surface, below, error):
+    with pytest.raises(error):
+        outline_at(surface, below)
