@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,6 +16,7 @@ from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 
 __all__ = ["UpperSide", "disc_side", "upper_side"]
 
+BLURS = (0.0, 0.6, 1.0, 1.6)  # pitches
 PITCH = 1.2e-3  # m; half the distance between 500 directions
 STEEPEST = math.radians(65)  # where the membrane no longer reaches at a depth of half the radius
 
@@ -43,16 +45,25 @@ class UpperSide(HeightField):
 def upper_side(lump: Lump) -> UpperSide:
     """Return the upper side of a lump on a grid around its centroid, with a cone for what is steeper than 65 degrees.
 
-    The heights are taken from radii averaged over about two directions to each side; y is against the world's.
+    The heights are taken from radii averaged over about two directions to each side, and blurred further where a smooth surface
+    through them would ring, as at an overhang; y is against the world's.
+
+    Raises
+    ------
+    NoEquilibrium
+        It is too ragged for any surface, as after far too much force.
     """
+    from scipy.ndimage import gaussian_filter
+
     from stretch_bt.simulation.dough.surface_kernel import top_side
 
     vectors = np.ascontiguousarray(lump.directions.vectors @ lump.rotation.T * [1.0, -1.0, 1.0])
     count = 2 * math.ceil(1.1 * float(lump.radii.max()) / PITCH) + 1
-    try:
-        return UpperSide(top_side(lump.radii.copy(), vectors, PITCH, count, STEEPEST), PITCH, lump.ball)
-    except InvalidInput as error:
-        raise NoEquilibrium(f"the dough is too ragged to be met by the membrane: {error}") from error
+    heights = top_side(lump.radii.copy(), vectors, PITCH, count, STEEPEST)
+    for blur in BLURS:
+        with suppress(InvalidInput):
+            return UpperSide(gaussian_filter(heights, blur, mode="nearest") if blur else heights, PITCH, lump.ball)
+    raise NoEquilibrium("the dough is too ragged to be met by the membrane")
 
 
 def disc_side(line: npt.NDArray[np.float64], height: float, ball: float) -> UpperSide:

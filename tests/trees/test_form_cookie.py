@@ -1,0 +1,69 @@
+"""Both cookies in the twin: what they report, and the lumps that they give up."""
+
+import pytest
+
+SCENE = """\
+format: stretch-scene/1
+object: {{type: dough, {thing}}}
+hand: {{frame: 12 mm}}
+tolerance: {{roundness: 1 %, height: 0.5 mm}}
+conditions: {{stretch: 60 mm, depth: 5 mm, hold: 0 s, speed: 30 mm/s, frames: 1, travel: 2 m}}
+"""
+BRIEF = {"max_looks": 1, "interval": 0.3, "blind": 0.0}
+
+
+@pytest.fixture
+def cookie(run, tmp_path):
+    def make(tree, thing="edge: 25 mm", **params):
+        path = tmp_path / "scene.yaml"
+        path.write_text(SCENE.format(thing=thing))
+        return run(tree, scene=path, params=params)
+
+    return make
+
+
+def values(result):
+    return {name: out["value"] for name, out in result.outputs.items()}
+
+
+@pytest.mark.parametrize(
+    ("tree", "params"), [("form_cookie", {}), ("form_cookie_fast", {"blind": 0.2, "max_width": 1.2})]
+)
+def test_a_cube_becomes_a_disc(cookie, tree, params):
+    result = cookie(tree, **params)
+    assert result.status == "SUCCESS", result.reason
+    out = values(result)
+    assert out["thickness"] <= 0.6 * out["before"]
+    assert result.truth["thickness"]["value"] == pytest.approx(out["thickness"], abs=0.5)
+    assert 0.05 < out["radius_spread"] < 0.12 if tree == "form_cookie" else out["radius_spread"] < 0.09
+    assert 0.85 < out["pixel_chain_true"] + 0.09 < 1.01 > out["circularity_true"] > 0.85
+    assert out["circularity_sensed"] == pytest.approx(out["circularity_true"], abs=0.06)
+    assert out["rolling_time"] < 120
+    assert result.cpu_seconds < 60, "a bound against a hang; what it takes is measured in benchmarks"
+    if tree == "form_cookie_fast":
+        assert out["yield_stress"] == pytest.approx(5.0, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("thing", "why"),
+    [
+        ("edge: 25 mm, position: {x: 150 mm, y: 0 mm}", "nothing was met"),
+        ("edge: 10 mm", "too small"),
+        ("edge: 42 mm", "too large"),
+        ("edge: 25 mm, yield_stress: 200 kPa, modulus: 4000 kPa", "too hard"),
+        ("edge: 25 mm, yield_stress: 0.5 kPa, modulus: 10 kPa", "too soft"),
+        ("edge: 25 mm", "does not get round"),
+    ],
+)
+def test_what_cannot_be_shaped_is_given_up_with_the_reason(cookie, thing, why):
+    result = cookie("form_cookie_fast", thing, **BRIEF)
+    assert result.status == "FAILURE"
+    assert why in result.reason
+    assert result.task_seconds < 60
+
+
+def test_dough_that_stays_thick_is_no_cookie(cookie):
+    result = cookie("form_cookie", "edge: 25 mm", readings=3, settled=0.05, max_force=5.0)
+    assert result.status == "FAILURE"
+    assert "too stiff to be pressed flat" in result.reason
+    assert values(result)["thickness"] > 0.6 * values(result)["before"]
