@@ -24,6 +24,7 @@ class MeasureOutline(Behavior):
     method: In[Literal["contour", "pixel_chain", "low_pass"]] = "contour"  # how the perimeter in it is had
     circularity: Out[float]  # by that method; they differ by 10 % and more
     area: Out[Area]  # that the outline encloses
+    line: Out[list[float]]  # x and y of its corners in turn, m, membrane frame
     perimeter: Out[Length]  # of the smoothed outline
 
     def update(self) -> Status:
@@ -32,6 +33,7 @@ class MeasureOutline(Behavior):
         found = outline.roundness(self.method)
         self.circularity = Estimate(found.circularity, found.circularity_sd)
         self.area = Estimate(outline.area, outline.area_sd)
+        self.line = [round(float(v), 6) for v in outline.vertices.reshape(-1)]
         self.perimeter = Estimate(outline.perimeter, outline.perimeter_sd)
         return Status.SUCCESS
 

@@ -39,6 +39,12 @@ class Cell:
         """
         return {} if self._bench.scene is None else self._bench.twin.truth()
 
+    def sketch(self) -> dict[str, list[tuple[float, float]]]:
+        """Return lines, m, that show a simulated object which changes its shape for good, as it is now; else none."""
+        if self._bench.scene is None:
+            return {}
+        return self._bench.twin.world.sketch(self._bench.now())
+
     def stats(self) -> list[dict[str, Any]]:
         """Return what the twin did, how often and in what CPU time; empty where nothing is simulated."""
         if self._bench.scene is None:

@@ -21,6 +21,7 @@ from stretch_bt.run.record.plain import plain
 from stretch_bt.run.report import write_report
 from stretch_bt.run.runner import Outcome, Runner, Watcher
 from stretch_bt.run.signals import signals
+from stretch_bt.run.sketches import Sketches
 from stretch_bt.run.truth import Truths, output_values
 from stretch_bt.tree.build import BuiltTree
 
@@ -196,6 +197,10 @@ class _Run:
         built = self.task.built
         truths, visits = Truths(built.outputs, cell.truth if cell is not None else dict), Visits()
         watchers: list[Watcher] = [self.record, truths, visits]
+        sketches = None
+        if truths.own and cell is not None:
+            sketches = Sketches(truths.names, cell.sketch)
+            watchers.append(sketches)
         if self.view is not None:
             watchers.append(Shown(self.view, built))
         period = self.task.program.document.tick_period
@@ -214,6 +219,8 @@ class _Run:
         outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
         result = _result(self.task, outcome, truths, visits, self.seen, self.record)
         result.stats = cell.stats() if cell is not None else []
+        if sketches is not None:
+            sketches.save(self.record.folder)
         self.write_down(result)
         return result
 
@@ -233,6 +240,10 @@ class Given:
         self.devices = devices
 
     def truth(self) -> dict[str, float]:
+        """Nothing is known."""
+        return {}
+
+    def sketch(self) -> dict[str, list[tuple[float, float]]]:
         """Nothing is known."""
         return {}
 

@@ -243,6 +243,10 @@ class World:
             "contact_height": self.scene.object.top,
         }
 
+    def sketch(self, time: float) -> dict[str, list[tuple[float, float]]]:
+        """Return lines, m, that show the object as it was at a time, s; none of one that keeps its shape."""
+        return self.specimen.sketch(self._before(time).thing)
+
     def _before(self, time: float) -> _Past:
         """Return the latest memory that is not after a moment."""
         return next((past for past in reversed(self._past) if past.time <= time), self._past[0])

@@ -12,7 +12,7 @@ from stretch_bt.simulation.dough.lump import Lump
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.solve import find_root
 
-__all__ = ["cracked", "disc_force", "edge_roughness", "outline", "thickness"]
+__all__ = ["cracked", "disc_force", "edge_roughness", "hull", "outline", "silhouette", "thickness"]
 
 Array = npt.NDArray[np.float64]
 
@@ -89,6 +89,22 @@ def edge_roughness(line: Array) -> float:
     mean = float(spectrum[0].real)
     spectrum[: _HARMONICS + 1] = 0.0
     return float(np.fft.irfft(spectrum, len(line)).std() * len(line) / mean)
+
+
+def hull(points: Array) -> Array:
+    """Return the corners (n, 2) of the convex hull of points (m, 2), in order."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(points[ConvexHull(points).vertices])
+
+
+def silhouette(line: Array, height: float) -> Array:
+    """Return what is seen from the side (n, 2), m, of a disc of an outline (m, 2), m: its side bulges in half a circle."""
+    bulge = min(height / 2, float(np.ptp(line[:, 0])) / 2)
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    right = np.column_stack([line[:, 0].max() - bulge + bulge * np.cos(angles), height / 2 * (1 + np.sin(angles))])
+    left = np.column_stack([line[:, 0].min() + bulge - bulge * np.cos(angles), height / 2 * (1 + np.sin(angles))])
+    return np.vstack([right, left[::-1]])
 
 
 def _turned(lump: Lump) -> Array:

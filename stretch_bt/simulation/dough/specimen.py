@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation.dough.disc import cracked, edge_roughness, outline
+from stretch_bt.simulation.dough.disc import cracked, edge_roughness, hull, outline, silhouette
 from stretch_bt.simulation.dough.lump import Lump, cube
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.dough.resistance import Resistance
@@ -139,6 +139,16 @@ class DoughSpecimen(Specimen):
             "low_pass_true": low,
             "edge_roughness": edge_roughness(line),
         }
+
+    def sketch(self, state: DoughState) -> dict[str, list[tuple[float, float]]]:
+        """Return what is seen of it from the side, above its underside, and the outline that it has or would be pressed to."""
+        line = self.outline(state, state.lump.height if state.pressed > _DISC else state.lump.ball)
+        if state.pressed > _DISC:
+            side = silhouette(line, state.lump.height)
+        else:
+            points = state.lump.radii[:, None] * (state.lump.directions.vectors @ state.lump.rotation.T)
+            side = hull(points[:, [0, 2]] + [0.0, state.lump.extent[0]])
+        return {name: [(float(x), float(y)) for x, y in closed] for name, closed in (("side", side), ("outline", line))}
 
     def outline(self, state: DoughState, height: float) -> npt.NDArray[np.float64]:
         """Return the outline (n, 2), m, about its middle, of what rolled last pressed to a height, m, with the cracks of its edge."""

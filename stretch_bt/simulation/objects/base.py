@@ -200,6 +200,10 @@ class Specimen:
         """Return the drop up to which it stays down by itself after `dt`, s; m."""
         return 0.0 if self.response is None else self.response.rest(state, dt)
 
+    def sketch(self, state: Any) -> dict[str, list[tuple[float, float]]]:
+        """Return closed lines, m, that show an object which changes its shape for good: `side`, by x and height, and `outline`, by x and y."""
+        return {}
+
     def form(self, standing: Standing) -> HertzForm | None:
         """Return the closed form that stands in for it at `hertz` fidelity."""
         return self.spec.hertz

@@ -8,6 +8,11 @@ from stretch_bt.run.report.panels import cloud, palpation, sensitivity, shape
 __all__ = ["panels"]
 
 PANELS = (palpation, sensitivity, shape, cloud)
+from stretch_bt.run.report.panels import cloud, cookie, palpation, sensitivity
+
+__all__ = ["panels"]
+
+PANELS = (palpation, sensitivity, cloud, cookie)
 
 
 def panels(record: RecordReader) -> str:
