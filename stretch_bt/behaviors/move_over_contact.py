@@ -26,12 +26,11 @@ class MoveOverContact(MotionBehavior):
 
     def start(self) -> Motion:
         """Go up, then across."""
-        seen = self.contact
+        now, seen = self.arm.pose(MAX_AGE).value, self.contact
         if seen.pose is None or not len(seen.points):
             raise NoContact(
                 "the contact does not know the pose of the hand, or has no point; use an arm beside the camera"
             )
-        now = self.arm.pose(MAX_AGE).value
         matrix, middle = seen.pose.matrix()[:2, :2], np.median(seen.points[:, :2], axis=0) * MIRROR
         x, y = (np.asarray(seen.pose.position[:2]) + matrix @ middle).tolist()
         raised = now.moved(z=self.clearance)
