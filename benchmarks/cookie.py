@@ -252,7 +252,8 @@ def _quantiles(values: Iterable[float], parts: tuple[int, ...]) -> str:
     found = sorted(values)
     if not found:
         return "-"
-    return ", ".join(f"{np.percentile(found, p, method='lower'):.3f}" for p in parts)
+    method: Any = "linear" if math.isfinite(found[-1]) else "lower"
+    return ", ".join(f"{np.percentile(found, p, method=method):.3f}" for p in parts)
 
 
 if __name__ == "__main__":
