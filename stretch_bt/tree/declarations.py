@@ -15,6 +15,8 @@ from stretch_bt.units import KINDS, kind_of, parse_quantity, parse_unit
 
 __all__ = ["Declarations", "known_keys"]
 
+#: what a scene tells of an object beside what nodes measure
+OF_SCENE = ("circularity_true", "low_pass_true", "pixel_chain_true", "edge_roughness", "radius_spread", "roundness")
 FIELDS = ("type", "default", "min", "max", "unit", "doc")
 
 
@@ -125,6 +127,9 @@ class Declarations:
         if not isinstance(value, Scalar) or not isinstance(value.value, bool):
             refuse(value.mark, "type-mismatch", "scene takes true or false", "write 'scene: true', or leave it out")
         made.scene = value.value
+        if made.scene and made.name not in OF_SCENE:
+            hint = did_you_mean(made.name, OF_SCENE) or f"known: {', '.join(OF_SCENE)}"
+            refuse(made.mark, "name-unknown", f"no scene tells {made.name!r}", hint)
         if made.scene and not made.type.is_number:
             refuse(
                 value.mark,

@@ -16,6 +16,7 @@ from stretch_bt.simulation.objects.base import Moved
 from stretch_bt.simulation.objects.dough import DoughObject
 from stretch_bt.simulation.scene import load_scene, parse_scene
 from stretch_bt.simulation.world import World
+from stretch_bt.tree.declarations import OF_SCENE
 
 ANGLES = np.linspace(0, 2 * np.pi, 180, endpoint=False)
 
@@ -60,6 +61,7 @@ def test_the_outline_is_of_the_lump_that_rolled_last():
         steps += 1
         assert steps < 100
     known = thing.known(state, 0.0)
+    assert set(OF_SCENE) <= set(known)
     assert known["radius_spread"] == spread != known["roundness"]
     line = thing.outline(state, known["thickness"])
     assert known["circularity_true"] == pytest.approx(float(circularity(line)))
