@@ -25,7 +25,7 @@ SAMPLES = [Path(__file__).parent / "samples" / "every_construct.yaml", *(shipped
 TEXTS = {path.stem: path.read_text("utf-8") for path in SAMPLES}
 samples = pytest.mark.parametrize("sample", TEXTS)
 WORD = re.compile(r"[\w$.]+")
-NUMBER_AND_UNIT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) (mm/s|mm|ms|s|N/mm|N|deg)\b(?!\s*[:\w])")
+NUMBER_AND_UNIT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) (mm/s|mm|ms|s|N/mm|N|deg|kPa|Pa)\b(?!\s*[:\w])")
 
 
 def findings(text: str, folder: Path) -> list[Diagnostic]:
