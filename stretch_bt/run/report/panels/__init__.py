@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from stretch_bt.run.record import RecordReader
-from stretch_bt.run.report.panels import cloud, palpation, sensitivity, shape
+from stretch_bt.run.report.panels import cloud, cookie, palpation, sensitivity, shape
 
 __all__ = ["panels"]
 
-PANELS = (palpation, sensitivity, shape, cloud)
-from stretch_bt.run.report.panels import cloud, cookie, palpation, sensitivity
-
-__all__ = ["panels"]
-
-PANELS = (palpation, sensitivity, cloud, cookie)
+PANELS = (palpation, sensitivity, shape, cloud, cookie)
 
 
 def panels(record: RecordReader) -> str:
