@@ -51,6 +51,29 @@ def test_a_path_goes_through_its_poses_and_ends_at_the_floor():
     assert PosePath([Pose((0, 0, 0.1)), Pose((0, 0, 0.1), (0, 0, 1))]).length == pytest.approx(0.1)
 
 
+ANGLE = st.floats(-np.pi, np.pi)
+
+
+@given(st.tuples(ANGLE, ANGLE, ANGLE), st.integers(-1, 1), st.floats(0.0, 1e-6))
+def test_the_same_orientation_written_otherwise_is_no_turn(rotation, rounds, off):
+    """As a measured rotation vector near half a turn is, whose sign noise decides."""
+    angle = np.linalg.norm(rotation)
+    other = np.multiply(rotation, 1 + rounds * 2 * np.pi / angle + off) if angle > 1e-6 else np.array(rotation)
+    path = PosePath([Pose((0, 0, 0.1), rotation), Pose((0, 0, 0.2), tuple(other.tolist()))])
+    assert path.length == pytest.approx(0.1)
+    assert path.at(0.05).rotation == pytest.approx(rotation, abs=1e-4)
+    assert path.at(0.1).matrix() == pytest.approx(Pose(rotation=tuple(other.tolist())).matrix(), abs=1e-9)
+
+
+@given(st.tuples(ANGLE, ANGLE, ANGLE), st.tuples(ANGLE, ANGLE, ANGLE))
+def test_no_turn_is_longer_than_half_a_round_about_the_axis_it_ends_at(one, other):
+    path = PosePath([Pose(rotation=one), Pose(rotation=other)])
+    last = np.array(path.poses[1].rotation)
+    assert Pose(rotation=other).matrix() == pytest.approx(path.poses[1].matrix(), abs=1e-9)
+    axis = last / (np.linalg.norm(last) or 1.0)
+    assert abs(axis @ np.subtract(last, one)) <= np.pi * (1 + 1e-9)
+
+
 def test_the_table_is_never_entered(clock, advance, tmp_path):
     path = tmp_path / "cell.yaml"
     path.write_text(

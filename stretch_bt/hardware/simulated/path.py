@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 from stretch_bt.frames import Pose
@@ -22,10 +23,14 @@ class Placed(NamedTuple):
 
 
 class PosePath:
-    """A polyline of poses, by distance, m; rotation vectors are interpolated along with the position."""
+    """A polyline of poses, by distance, m; rotation vectors are interpolated along with the position.
+
+    The same orientation has many rotation vectors; of each pose that next to the one before it is taken, so that no hand near half a
+    turn goes the long way round.
+    """
 
     def __init__(self, poses: Sequence[Pose]) -> None:
-        self.poses = list(poses)
+        self.poses = list(accumulate(poses, _next_to))
         self.distances = [0.0]
         for one, other in zip(self.poses, self.poses[1:], strict=False):
             self.distances.append(self.distances[-1] + _distance(one, other))
@@ -52,6 +57,19 @@ class PosePath:
                 part = min(max((before.height - floor) / drop, 0.0), 1.0) if drop > 0 else 0.0
                 return PosePath([*self.poses[:i], _between(before, pose, part)])
         return self
+
+
+def _next_to(before: Pose, pose: Pose) -> Pose:
+    """Return a pose with that of its rotation vectors, rounds about the same axis apart, that is next to the one before."""
+    angle = math.hypot(*pose.rotation)
+    turn = pose.rotation if angle > 0 else before.rotation
+    axis = [v / (math.hypot(*turn) or 1.0) for v in turn]
+    along = sum(a * b for a, b in zip(axis, before.rotation, strict=True))
+    rounds = round((along - angle) / math.tau)
+    if rounds == 0:
+        return pose
+    a, b, c = (v * (angle + math.tau * rounds) for v in axis)
+    return Pose(pose.position, (a, b, c))
 
 
 def _distance(one: Pose, other: Pose) -> float:
