@@ -136,7 +136,7 @@ def _pair(driver: ArmDriver) -> Reading[tuple[Pose, Wrench]]:
 
 
 def _place(pose: Pose) -> str:
-    x, y, z = (1e3 * v for v in pose.position)
+    x, y, z = (round(1e3 * v, 1) + 0.0 for v in pose.position)  # no -0.0
     turned = math.degrees(math.hypot(*pose.rotation))
     return f"hand at {x:.1f}, {y:.1f}, {z:.1f} mm, turned by {turned:.1f} deg"
 

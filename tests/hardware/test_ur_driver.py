@@ -124,6 +124,12 @@ def test_setpoints_go_from_begin_to_end_no_faster_than_asked(poses, speed, accel
     assert ride.judge(long, poses[-1]) is MotionState.DONE
 
 
+def test_after_a_pause_the_setpoint_goes_on_from_where_it_was():
+    ride = Ride([Pose(), Pose((0.1, 0.0, 0.0))], 0.05, 0.5, 0.001)
+    times = [ride.since(now, 0.024) for now in (7.0, 7.008, 7.016, 7.216, 7.224)]
+    assert times == pytest.approx([0.0, 0.008, 0.016, 0.040, 0.048])
+
+
 def test_a_hand_that_lags_or_ends_elsewhere_is_told():
     ride = Ride([Pose(), Pose((0.1, 0.0, 0.0))], 0.05, 0.5, 0.001)
     assert ride.judge(1.0, ride.setpoint(0.9)) is MotionState.MOVING
@@ -139,6 +145,18 @@ def test_half_a_turn_is_the_same_whichever_way_it_is_written(turn):
     ride = Ride([Pose(), Pose(rotation=(0.0, 0.0, turn))], 0.05, 0.5, 0.001)
     assert ride.judge(100.0, Pose(rotation=(0.0, 0.0, turn - 2 * np.pi))) is MotionState.DONE
     assert "did not arrive" in ride.judge(100.0, Pose(rotation=(0.0, 0.0, turn - 0.1)))
+
+
+def test_a_hand_that_is_half_a_turn_round_goes_straight_whatever_sign_is_measured():
+    """The sign of its rotation vector is decided by noise; a path the long way round would turn the wrist by a whole round."""
+    here, there = Pose((0.0, 0.0, 0.1), (0.0, 0.0, -3.14159)), Pose((0.0, 0.0, 0.14), (0.0, 0.0, 3.14159))
+    ride = Ride([here, there], 0.05, 0.5, 0.001)
+    halfway = ride.setpoint(0.45).matrix()
+    assert halfway == pytest.approx(here.matrix(), abs=1e-4)
+    assert ride.judge(100.0, there) is MotionState.DONE
+    start = (np.pi, -1.6, 1.8, -1.8, -np.pi / 2, 3.0)
+    reach = Reach("ur5", BASE, HAND, joint_speed=1.0, margin=0.05)
+    assert reach.obstacle(PosePath([here, there]), 0.05, start) is None
 
 
 @pytest.mark.parametrize("model", ["ur5", "ur5e"])

@@ -36,6 +36,8 @@ _STUCK, _CONNECTING, _ENGAGING = 2.0, 4.0, 10.0
 _PRIORITY = -10
 #: a cycle that is later than this, s, was not given its time by the machine
 _LATE = 0.05
+#: how many cycles a setpoint may be ahead of the one before
+_LEAP = 3
 #: how long the control script may refuse commands, s
 _DEAF = 0.1
 #: what no controller tells: modes, safety bits and joint angles, rad, beyond these
@@ -56,7 +58,7 @@ class _Keeper:
         self._number = 0
         self._contact_height: float | None = None
         self._ride: Ride | None = None
-        self._began = self._taken = 0.0
+        self._taken = 0.0
         self._touched: float | None = None
         self._motion, self._motion_state = 0, "done"
         self._fault: str | None = None
@@ -154,7 +156,7 @@ class _Keeper:
         poses = [Pose(tuple(six[:3]), tuple(six[3:])) for six in message["path"]]
         s = self._settings
         self._ride = Ride([self._place(), *poses], message["speed"], s.acceleration, s.tolerance)
-        self._began = self._taken = time.monotonic()
+        self._taken = time.monotonic()
         self._touched = self._force()
 
     def _stop(self, state: MotionState) -> None:
@@ -213,7 +215,7 @@ class _Keeper:
         return beyond(self._settings, self._place().position, speed, self._force(), self._contact_height)
 
     def _lead(self, ride: Ride) -> None:
-        since = time.monotonic() - self._began
+        since = ride.since(time.monotonic(), _LEAP / self._settings.rate)
         contact = self._settings.contact_force
         if contact is not None and self._touched is not None and self._force() - self._touched > contact:
             self._stop(MotionState.BLOCKED)

@@ -39,6 +39,16 @@ class Ride:
         self._path = PosePath(poses)
         self._speed, self._tolerance = speed, tolerance
         self._profile = Profile.trapezoid(self._path.length, speed, acceleration)
+        self._gone, self._asked = 0.0, math.inf
+
+    def since(self, now: float, most: float) -> float:
+        """Return how far in time, s, the motion is at a time of a clock; 0 when asked first.
+
+        Of a pause in which it was not asked only `most` counts: the setpoint goes on from where it was rather than with a leap.
+        """
+        self._gone += min(max(now - self._asked, 0.0), most)
+        self._asked = now
+        return self._gone
 
     def setpoint(self, time: float) -> Pose:
         """Return where the hand should be at a time, s, after the begin."""
