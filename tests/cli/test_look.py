@@ -14,7 +14,17 @@ HOST = f"127.1.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 CELL = """\
 format: stretch-cell/1
 devices:
-  arm: {type: Arm, use: ur, host: HOST, model: ur5, base: {x: -500 mm}, hand: {z: 300 mm, rx: 180 deg}, source: a test}
+  arm:
+    type: Arm
+    use: ur
+    host: HOST
+    model: ur5
+    base: {x: -500 mm}
+    hand: {z: 300 mm, rx: 180 deg}
+    source: a test
+    watchdog: 1 Hz
+    lost_after: 2 s
+    heartbeat: 5 s
   gripper:
     type: Gripper
     use: robotiq_urcap

@@ -219,7 +219,7 @@ def test_a_part_of_the_packages_is_enough(moving):
     [
         (lambda s: s.inject("registers"), "already in use"),
         (lambda s: s.inject("power_off"), "switch power and brakes on"),
-        (lambda s: s.inject("protective_stop"), "cannot be unlocked"),
+        (lambda s: s.inject("protective_stop", {"locked": 0.0}), "protective stop: .* unlock it at the pendant"),
         (lambda s: s.controller.load(iter(lambda: None, 0), 0.0), "runs a program"),
     ],
 )
@@ -231,7 +231,9 @@ def test_a_controller_that_cannot_be_moved_is_not_opened(
     eventually(lambda: behind.state()["time"] > 0.05)
     with pytest.raises(DeviceFault, match=said):
         open_cell(load_cell(live_cell("ur", "rtde", behind.host)), now=clock)
-    assert not behind.state()["moving"]
+    state = behind.state()
+    assert not state["moving"]
+    assert (state["safety"] == "PROTECTIVE_STOP") is ("protective" in said)
 
 
 def test_a_newer_controller_has_to_be_in_remote_control(stand_in, live_cell, clock):

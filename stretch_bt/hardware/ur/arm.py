@@ -43,10 +43,10 @@ class UrArm(ArmDriver):
     _was_ready = False
 
     def open(self) -> None:
-        """Connect, and make ready to move; moves nothing, and refuses a controller that runs another program."""
+        """Connect, and make ready to move; moves nothing, and refuses a controller that runs another program or is stopped."""
         self.open_to_read()
         try:
-            self._engage(self._opened())
+            self._engage(self._opened(), unlock=False)
             if self.options.tare:
                 self._tare(self._opened())
         except BaseException:
@@ -93,7 +93,7 @@ class UrArm(ArmDriver):
         supervisor.acknowledge()
         state = supervisor.latest().value
         if not state.engaged or state.fault is not None:
-            self._engage(supervisor)
+            self._engage(supervisor, unlock=True)
         self._told = None
 
     def follow(self, path: Sequence[Pose], speed: float) -> Poll:
@@ -167,8 +167,8 @@ class UrArm(ArmDriver):
             self._told = None
         return sample
 
-    def _engage(self, supervisor: Supervisor) -> None:
-        reason = supervisor.engage(_ENGAGING, again=self._was_ready)
+    def _engage(self, supervisor: Supervisor, *, unlock: bool) -> None:
+        reason = supervisor.engage(_ENGAGING, again=self._was_ready, unlock=unlock)
         if reason is not None:
             raise DeviceFault(self.name, reason)
         due = time.monotonic() + _BEGINNING

@@ -136,7 +136,7 @@ class _Keeper:
         signal.setitimer(signal.ITIMER_REAL, _ENGAGING)
         reason = None
         try:
-            self._session.engage(again=message["again"])
+            self._session.engage(again=message["again"], unlock=message["unlock"])
         except Refused as refused:
             reason = str(refused)
         self._engaged = reason is None

@@ -63,9 +63,10 @@ class Session:
         """Whether the controller runs a program."""
         return bool(self.receive.getRobotStatus() & _PROGRAM)
 
-    def engage(self, *, again: bool) -> None:
-        """Make ready to move: unlock a protective stop, run the control script, set tool, payload and watchdog; moves nothing.
+    def engage(self, *, again: bool, unlock: bool) -> None:
+        """Make ready to move: run the control script, set tool, payload and watchdog; moves nothing.
 
+        A protective stop is unlocked only with `unlock`, on a person's word.
         With `again` a program that runs is ended for it: the client of a process before this one may have left its script there, because it
         uploads it anew when it loses its connection.
 
@@ -74,7 +75,12 @@ class Session:
         Refused
             With why, and what to do.
         """
-        self._unlock()
+        if unlock:
+            self._unlock()
+        elif self.receive.isProtectiveStopped():
+            raise Refused(
+                "protective stop: look for its cause, move the hand clear if need be, wait 5 s, and unlock it at the pendant"
+            )
         mode = self.receive.getRobotMode()
         if mode != _RUNNING:
             raise Refused(f"the robot is not running (mode {mode}); switch power and brakes on at the pendant")

@@ -142,11 +142,11 @@ class Supervisor:
             self._number += 1
             return self._number
 
-    def engage(self, within: float, *, again: bool) -> str | None:
+    def engage(self, within: float, *, again: bool, unlock: bool) -> str | None:
         """Have the arm made ready to move, and return what keeps it from that; raises DeviceLost."""
         self._engaging = True  # the process is silent while it connects the client that controls
         try:
-            reason: str | None = self.ask({"do": "engage", "again": again}, within)["reason"]
+            reason: str | None = self.ask({"do": "engage", "again": again, "unlock": unlock}, within)["reason"]
         finally:
             self._heard, self._engaging = time.monotonic(), False
         return reason
