@@ -12,7 +12,7 @@ __all__ = ["PATHS", "laid", "length_of"]
 
 Place = tuple[float, float]
 
-#: width of an eight over its length
+#: width of an eight over half of its length
 WAIST = 0.8
 
 

@@ -92,15 +92,15 @@ class PressToThickness(MotionBehavior):
     def _move(self) -> Status:
         assert self.motion is not None
         state = self.motion.poll()
+        if state not in (MotionState.MOVING, MotionState.DONE):
+            return super().update()
         limits = self.context.limits
         most = self.max_force if limits is None else min(self.max_force, SHARE * limits.force)
+        self.limited = not self.arm.wrench(MAX_AGE).value.magnitude < most
         if state is MotionState.MOVING:
-            if self.arm.wrench(MAX_AGE).value.magnitude < most:
+            if not self.limited:
                 return Status.RUNNING
             self.motion.stop()
-            self.limited = True
-        elif state is not MotionState.DONE:
-            return super().update()
         self.motion = None
         self._look()
         return Status.RUNNING

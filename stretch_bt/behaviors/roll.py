@@ -23,17 +23,19 @@ class Roll(MotionBehavior):
 
     With a `force` the hand goes higher or lower after each eighth of a lap, down to `depth` at most, until the force along
     its axis is that; else it stays at the depth. It makes so many laps, or rolls until it is stopped. FAILURE when the force
-    exceeds its limit, or when nothing is under the hand any more.
+    exceeds its limit, or, with a `force`, when nothing is under the hand any more.
     """
 
     arm: Uses[Arm]
-    shape: In[Literal["circle", "eight"]] = "circle"  # a circle, or an eight along the stretch, 0.8 as wide as long
+    shape: In[Literal["circle", "eight"]] = (
+        "circle"  # a circle, or an eight along the stretch, 0.4 times as wide as long
+    )
     radius: In[Length] = port(0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight")
     speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path")
     depth: In[Length] = port(
         0.005, min=-0.030, max=MOST_DEPTH, doc="absolute, past first contact; with a force the most"
     )
-    force: In[Force | None] = None  # to keep, along the hand's axis
+    force: In[Force | None] = port(None, min=0.01, max=50.0, doc="to keep, along the hand's axis")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop and fail above this")
     laps: In[int] = port(1, min=0, max=100000, doc="0: until it is stopped")
     travel: Out[Length]  # of the hand so far, written after each piece
@@ -81,12 +83,13 @@ class Roll(MotionBehavior):
 
     def arrived(self) -> Status:
         """Go on with the next piece, or end with the last lap."""
+        if not self.readings and self.watch() is not None:  # a piece that took less than a tick
+            return Status.FAILURE
         self.done += 1
         self.rolled += self.length
         self.travel = self.rolled
-        if self.readings:
-            self.felt = sum(self.readings) / len(self.readings)
-        if self.force is not None and self.readings and not self._level(self.force):
+        self.felt = sum(self.readings) / len(self.readings)
+        if self.force is not None and not self._level(self.force):
             return Status.FAILURE
         if self.laps and self.done >= self.laps * self._pieces:
             return Status.SUCCESS

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from stretch_bt import check
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception.types import Contact
@@ -101,12 +102,20 @@ def test_nothing_under_the_hand_is_a_failure():
     assert "nothing is under the hand" in roll.reason
 
 
-def test_too_much_force_stops_it():
-    device = arm(5.0)
-    roll = node("roll", device, max_force=4.0)
+@pytest.mark.parametrize("motion", [MotionState.MOVING, MotionState.DONE])
+def test_too_much_force_stops_it_however_short_a_piece_is(motion):
+    device = arm(5.0, motion=[motion])
+    roll = node("roll", device, max_force=4.0, laps=0)
     assert tick(roll) is Status.FAILURE
     assert "5.00 N exceeds" in roll.reason
-    assert [c.name for c in device.commands] == ["follow", "stop"]
+    assert [c.name for c in device.commands][:2] == (["follow", "stop"] if motion is MotionState.MOVING else ["follow"])
+
+
+@pytest.mark.parametrize("force", ["-0.5 N", "0 N"])
+def test_a_force_that_would_raise_the_hand_for_ever_is_refused(tmp_path, force):
+    tree = "format: stretch-tree/1\ndevices: {arm: Arm}\ntrees:\n  main:\n    roll: {force: %s}\n"
+    (tmp_path / "tree.yaml").write_text(tree % force)
+    assert "out-of-bounds" in [d.code for d in check([tmp_path / "tree.yaml"])]
 
 
 def test_heights_settle_when_enough_of_them_are_alike():
