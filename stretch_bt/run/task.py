@@ -18,6 +18,9 @@ from stretch_bt.tree.program import load_program
 
 __all__ = ["RunResult", "Task", "View", "execute", "run"]
 
+#: how like a param of the tree a name in a scene is that is taken for a slip; trees have params that are somewhat alike
+MISSPELT = 0.8
+
 
 def run(
     tree: str | Path,
@@ -106,7 +109,7 @@ def _with_asked(task: Task, asked: dict[Scalar, Scalar], again: Callable[[dict[s
     """
     known = task.program.document.params
     strange = [key for key in asked if key.text not in known]
-    wrong = [_unknown(key, known) for key in strange if closest(key.text, known) is not None]
+    wrong = [_unknown(key, known) for key in strange if closest(key.text, known, MISSPELT) is not None]
     if wrong:
         raise SceneError(wrong)
     taken = {k.text: v for k, v in asked.items() if k.text in known and k.text not in task.params}
@@ -116,5 +119,5 @@ def _with_asked(task: Task, asked: dict[Scalar, Scalar], again: Callable[[dict[s
 
 
 def _unknown(key: Scalar, known: Iterable[str]) -> Diagnostic:
-    hint = did_you_mean(key.text, known) if closest(key.text, known) else "this run goes without it"
+    hint = did_you_mean(key.text, known) if closest(key.text, known, MISSPELT) else "this run goes without it"
     return key.mark.error("param-unknown", f"params: the tree has no parameter {key.text!r}", hint)

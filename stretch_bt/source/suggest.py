@@ -10,11 +10,11 @@ from stretch_bt.source.values import Scalar, Value
 __all__ = ["closest", "did_you_mean", "unknown_key"]
 
 
-def closest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that is most like this one, or None."""
+def closest(word: str, known: Iterable[str], alike: float = 0.6) -> str | None:
+    """Return the known word that is most like this one, at least so much, from 0 to 1, or None."""
     known = list(known)
     folded = {k.lower(): k for k in known}
-    match = difflib.get_close_matches(word.lower(), folded, n=1, cutoff=0.6)
+    match = difflib.get_close_matches(word.lower(), folded, n=1, cutoff=alike)
     return folded[match[0]] if match else None
 
 

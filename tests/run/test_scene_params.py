@@ -76,9 +76,10 @@ def test_a_mistake_is_told_at_its_place_in_the_scene_before_anything_moves(outpu
     assert (Path(found.file).name, found.line, found.column) == ("scene.yaml", 3, column)
 
 
-def test_a_name_that_the_tree_does_not_have_is_told(tmp_path):
+@pytest.mark.parametrize("name", ["warmth", "max_frames"])
+def test_a_name_that_the_tree_does_not_have_is_told(tmp_path, name):
     (tmp_path / "tree.yaml").write_text(TREE)
-    (tmp_path / "scene.yaml").write_text(f"{SCENE}params: {{max_force: 0.8 N, warmth: 3}}\n")
+    (tmp_path / "scene.yaml").write_text(f"{SCENE}params: {{max_force: 0.8 N, {name}: 3}}\n")
     (note,) = run(tmp_path / "tree.yaml", out=tmp_path / "record").notes
     assert "scene.yaml:3:28 warning[param-unknown]" in note
 
