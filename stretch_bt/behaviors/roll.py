@@ -27,9 +27,7 @@ class Roll(MotionBehavior):
     """
 
     arm: Uses[Arm]
-    shape: In[Literal["circle", "eight"]] = (
-        "circle"  # a circle, or an eight along the stretch, 0.4 times as wide as long
-    )
+    shape: In[Literal["circle", "eight"]] = "circle"  # a circle, or an eight along the stretch, 0.4 as wide as long
     radius: In[Length] = port(0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight")
     speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path")
     depth: In[Length] = port(
