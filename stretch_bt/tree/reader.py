@@ -316,6 +316,9 @@ class Reader(Wiring):
             if key.text in target.ins:
                 declared = target.ins[key.text]
                 self.input(found.inputs, key, given, declared.type, f"{target.name}.{key.text}", declared)
+            elif key.text in target.outs and target.outs[key.text].scene:
+                message = f"the scene alone knows {key.text!r} of {target.name!r}, and no tree may read it"
+                self.error(key.mark, "output-of-scene", message, "leave it out")
             elif key.text in target.outs:
                 self.sink(found.outputs, key, given, target.outs[key.text].type, f"{target.name}.{key.text}")
         for name in required:

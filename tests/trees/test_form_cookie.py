@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+import stretch_bt
+
 MOCKS = Path(__file__).parent / "mocks"
 SCENE = """\
 format: stretch-scene/1
@@ -49,6 +51,19 @@ def test_a_cube_becomes_a_disc(cookie, tree, params):
     assert "outlines from above" in page
     if tree == "form_cookie_fast":
         assert out["yield_stress"] == pytest.approx(5.0, rel=0.3)
+
+
+def test_no_tree_that_takes_it_as_a_part_reads_what_the_scene_alone_knows(tmp_path):
+    path = tmp_path / "tree.yaml"
+    shipped = Path(stretch_bt.__file__).parent / "trees" / "form_cookie.yaml"
+    (tmp_path / "cook.yaml").write_text(shipped.read_text())
+    path.write_text(
+        "format: stretch-tree/1\nimports: {cook: cook.yaml}\ndevices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\n"
+        "keys: {c: float}\ntrees:\n  main:\n    sequence:\n"
+        "      - cook.main: {circularity_true: $c}\n      - wait: {duration: 1 s}\n"
+    )
+    found = [d for d in stretch_bt.check([path]) if d.severity == "error"]
+    assert [(d.code, d.line) for d in found] == [("output-of-scene", 8)]
 
 
 def test_without_a_scene_its_outputs_are_absent(run):
