@@ -106,4 +106,4 @@ def cap_residual(caps: Sequence[Cap]) -> Estimate:
     # about one in four cells tells something of its own, and noise is known to a tenth of its variance
     free = (count - 1) * max(places / 4, 1.0)
     sd = math.hypot(variance * math.sqrt(2 / free), 0.1 * hidden)
-    return Estimate(math.sqrt(left), sd / (2 * math.sqrt(max(left, sd))))
+    return Estimate(math.sqrt(left), sd / (2 * math.sqrt(max(left, sd))) if sd else 0.0)
