@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
-from stretch_bt.errors import DeviceFault, DeviceLost, NotReady
+from stretch_bt.errors import DeviceFault, DeviceLost
+from stretch_bt.hardware.latched import Latched
 
 __all__ = ["Attendant", "Sample", "Wire", "WireClosed", "WireError"]
 
@@ -57,7 +58,7 @@ class Sample(Generic[S]):
 _Job = tuple["Future[Any]", Callable[[Any], Any]]
 
 
-class Attendant(Generic[W, S]):
+class Attendant(Latched, Generic[W, S]):
     """Polls a wire and runs commands between the polls.
 
     After a loss it connects again and reads on, but takes no commands until `acknowledge`.
@@ -91,7 +92,7 @@ class Attendant(Generic[W, S]):
         after_poll: Callable[[W, Sample[S]], None],
         on_return: Callable[[W], None],
     ) -> None:
-        self.name = name
+        super().__init__(name)
         self._wire = wire
         self._period, self._deadline, self._now = period, deadline, now
         self._after_poll, self._on_return = after_poll, on_return
@@ -100,9 +101,6 @@ class Attendant(Generic[W, S]):
         self._started = threading.Event()
         self._sample: Sample[S] | None = None
         self._heard = 0.0
-        self._down: str | None = None
-        self._untold: str | None = None
-        self._unacknowledged: str | None = None
         self._failed: Exception | None = None
         self._thread = threading.Thread(target=self._run, name=f"attendant of {name}", daemon=True)
 
@@ -131,9 +129,7 @@ class Attendant(Generic[W, S]):
         DeviceLost
             The connection is down, or it was down since this was asked last.
         """
-        down, self._untold = self._down or self._untold, None
-        if down is not None:
-            raise DeviceLost(self.name, f"the connection broke ({down})")
+        self._tell_loss()
         silent = time.monotonic() - self._heard
         if silent > self._deadline:
             raise DeviceLost(self.name, f"no answer for {silent:.2g} s")
@@ -144,20 +140,6 @@ class Attendant(Generic[W, S]):
     def deadline(self) -> float:
         """How long a job may take, s."""
         return self._deadline
-
-    def check_acknowledged(self) -> None:
-        """Raise NotReady after a loss that nobody acknowledged."""
-        if self._unacknowledged is not None:
-            reason = (
-                f"the connection broke ({self._unacknowledged}) and nobody acknowledged it; nothing moves until then"
-            )
-            raise NotReady(self.name, reason)
-
-    def acknowledge(self) -> None:
-        """Take commands again; raises DeviceLost while the connection is down."""
-        if self._down is not None:
-            raise DeviceLost(self.name, f"the connection is still down ({self._down})")
-        self._unacknowledged = self._untold = None
 
     def refresh(self) -> Sample[S]:
         """Poll now, and return the sample."""
@@ -250,7 +232,7 @@ class Attendant(Generic[W, S]):
             self._failed = error if isinstance(error, ImportError) else WireError(reason)
             self._started.set()
             self._ending.set()
-        self._down = self._untold = self._unacknowledged = reason
+        self._latch(reason)
         with suppress(Empty):
             while True:
                 job = self._jobs.get_nowait()

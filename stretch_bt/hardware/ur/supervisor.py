@@ -16,8 +16,9 @@ from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from typing import IO
 
-from stretch_bt.errors import DeviceLost, MissingExtra, NotReady
+from stretch_bt.errors import DeviceLost, MissingExtra
 from stretch_bt.hardware.attendant import Sample
+from stretch_bt.hardware.latched import Latched
 from stretch_bt.hardware.ur.channel import Channel, ChannelClosed, Message
 from stretch_bt.hardware.ur.settings import ArmState, Settings
 
@@ -30,7 +31,7 @@ _BACKOFF = (0.1, 0.2, 0.5, 1.0, 2.0)
 _MODULE = "stretch_bt.hardware.ur.process"
 
 
-class Supervisor:
+class Supervisor(Latched):
     """Keeps one process that keeps one arm.
 
     After a loss it begins another, which reads again but is not made ready to move until `acknowledge`.
@@ -50,7 +51,7 @@ class Supervisor:
     def __init__(
         self, name: str, settings: Settings, now: Callable[[], float], contact_height: Callable[[], float | None]
     ) -> None:
-        self.name = name
+        super().__init__(name)
         self._settings, self._now, self._contact_height = settings, now, contact_height
         self._ending = threading.Event()
         self._started = threading.Event()
@@ -63,9 +64,6 @@ class Supervisor:
         self._waiting: dict[int, Future[Message]] = {}
         self._connecting, self._engaging = True, False
         self._heard = 0.0
-        self._down: str | None = None
-        self._untold: str | None = None
-        self._unacknowledged: str | None = None
         self._failed: Exception | None = None
         self._thread = threading.Thread(target=self._run, name=f"supervisor of {name}", daemon=True)
 
@@ -104,25 +102,9 @@ class Supervisor:
         DeviceLost
             There is no process or no connection, or there was none since this was asked last.
         """
-        down, self._untold = self._down or self._untold, None
-        if down is not None:
-            raise DeviceLost(self.name, f"the connection broke ({down})")
+        self._tell_loss()
         assert self._sample is not None
         return self._sample
-
-    def check_acknowledged(self) -> None:
-        """Raise NotReady after a loss that nobody acknowledged."""
-        if self._unacknowledged is not None:
-            reason = (
-                f"the connection broke ({self._unacknowledged}) and nobody acknowledged it; nothing moves until then"
-            )
-            raise NotReady(self.name, reason)
-
-    def acknowledge(self) -> None:
-        """Take a loss as known; raises DeviceLost while it lasts."""
-        if self._down is not None:
-            raise DeviceLost(self.name, f"the connection is still down ({self._down})")
-        self._unacknowledged = self._untold = None
 
     def keep_zero(self, wrench: tuple[float, ...]) -> None:
         """Take a wrench off all that follow, also of a process that is begun later."""
@@ -267,7 +249,7 @@ class Supervisor:
             self._failed = self._failed or ChannelClosed(reason)
             self._ending.set()
             self._started.set()
-        self._down = self._untold = self._unacknowledged = reason
+        self._latch(reason)
         for future in list(self._waiting.values()):
             with suppress(InvalidStateError):
                 future.set_exception(ChannelClosed(reason))
@@ -284,9 +266,8 @@ class Supervisor:
             if code < 0:
                 return f"its process was ended by {signal.Signals(-code).name}"
             said.seek(0)
-            return (said.read().decode("utf-8", "replace").strip().splitlines() or [f"its process ended with {code}"])[
-                -1
-            ]
+            lines = said.read().decode("utf-8", "replace").strip().splitlines()
+            return lines[-1] if lines else f"its process ended with {code}"
         return text
 
     def _reap(self) -> None:
