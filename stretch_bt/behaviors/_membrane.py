@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 from stretch_bt import perception
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.types import FloatArray, MaskArray
+from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = ["MEMBRANE_NOISE", "Mount", "height_by_membrane", "keep_how", "told_by_membrane"]
+__all__ = ["FRAME_NOISE", "MEMBRANE_NOISE", "Mount", "height_of_top", "keep_how", "told_by_membrane"]
 
-MEMBRANE_NOISE = 1.2e-4  # m, by which such a height is off at least in one frame of the `bench` camera
+FRAME_NOISE = 3e-4  # m, by which the height of a top is off at least in one frame of the `bench` camera
+MEMBRANE_NOISE = 1.2e-4  # m, the same where the whole membrane tells it
 TOLD = "told"
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
 CONTACT_SD = 1e-4  # m; of the latter, which states too little
@@ -37,7 +38,29 @@ def told_by_membrane(context: Context) -> bool:
     return bool(context.memory.get((Mount, TOLD), False))
 
 
-def height_by_membrane(
+def height_of_top(
+    context: Context,
+    points: FloatArray,
+    valid: MaskArray,
+    labels: LabelArray,
+    stretch: Length,
+    curvature: Estimate | None,
+    *,
+    by_membrane: bool = True,
+) -> tuple[Estimate, Length]:
+    """Return the height of a top, z of the membrane frame, m, and by how much such a height is off in one frame at least, m.
+
+    By the whole membrane, where that may be and can tell it, else by the contact.
+    """
+    top = perception.track_height(points, valid, labels, curvature=curvature)
+    if curvature is not None and by_membrane:
+        whole = _by_membrane(context, points, valid, stretch, curvature, top)
+        if whole is not None:
+            return whole, MEMBRANE_NOISE
+    return top, FRAME_NOISE
+
+
+def _by_membrane(
     context: Context,
     points: FloatArray,
     valid: MaskArray,

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from stretch_bt import perception
-from stretch_bt.behaviors._membrane import MEMBRANE_NOISE, height_by_membrane
+from stretch_bt.behaviors._membrane import FRAME_NOISE, height_of_top
 from stretch_bt.model import Series
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
 __all__ = [
-    "FRAME_NOISE",
     "Fitted",
     "Reading",
     "Touch",
@@ -26,7 +24,6 @@ __all__ = [
     "tell_again",
 ]
 
-FRAME_NOISE = 3e-4  # m, by which the height of a top is off at least in one frame of the `bench` camera
 SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
 FIXED = 3e-5  # m, of that what no averaging takes away
 
@@ -91,13 +88,10 @@ def tell_again(context: Context, curvature: Estimate, *, by_membrane: bool) -> N
     for i, reading in enumerate(readings):
         touch = reading.touch
         if touch is not None and (touch.curvature, touch.by_membrane) != (curvature.value, by_membrane):
-            top = perception.track_height(touch.points, touch.valid, touch.labels, curvature=curvature)
             told = replace(touch, curvature=curvature.value, by_membrane=by_membrane)
-            noise = FRAME_NOISE
-            if by_membrane:
-                whole = height_by_membrane(context, touch.points, touch.valid, reading.stretch, curvature, top)
-                if whole is not None:
-                    top, noise = whole, MEMBRANE_NOISE
+            top, noise = height_of_top(
+                context, touch.points, touch.valid, touch.labels, reading.stretch, curvature, by_membrane=by_membrane
+            )
             sd = reading_sd(top.sd, touch.frames, noise)
             readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, sd, told)
 

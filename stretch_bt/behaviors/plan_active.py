@@ -1,8 +1,9 @@
 """Where to press next and how long to look."""
 
 from stretch_bt import model as mechanics
+from stretch_bt.behaviors._membrane import FRAME_NOISE
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, fitted, fixed_part, frames_at
+from stretch_bt.behaviors._readings import Fitted, fitted, fixed_part, frames_at
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.active import Choice
 from stretch_bt.tree.ports import In, Out, Status, port

@@ -3,9 +3,9 @@
 import math
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._membrane import Mount, told_by_membrane
+from stretch_bt.behaviors._membrane import FRAME_NOISE, Mount, told_by_membrane
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import FRAME_NOISE, Fitted, Reading, of_press, reading_sd, readings_of, tell_again
+from stretch_bt.behaviors._readings import Fitted, Reading, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.pressed.height import FORM_OFF
 from stretch_bt.tree.ports import In, Out, Status, port

@@ -1,8 +1,7 @@
 """Tracking the height of the object's top."""
 
 from stretch_bt import perception
-from stretch_bt.behaviors._membrane import MEMBRANE_NOISE, height_by_membrane, keep_how
-from stretch_bt.behaviors._readings import FRAME_NOISE
+from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, height_of_top, keep_how
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
 from stretch_bt.tree.ports import Behavior, In, Out, Status
@@ -49,12 +48,9 @@ class TrackHeight(Behavior):
         frame = self.frame
         points, valid = perception.deproject(frame)
         points = perception.to_membrane(points, frame.plane_distance or 0.0)
-        curvature = self._curvature()
-        top = perception.track_height(points, valid, contact.labels, curvature=curvature)
-        if curvature is not None:
-            whole = height_by_membrane(self.context, points, valid, frame.stretch or 0.0, curvature, top)
-            if whole is not None:
-                top, self.frame_noise = whole, MEMBRANE_NOISE
+        top, self.frame_noise = height_of_top(
+            self.context, points, valid, contact.labels, frame.stretch or 0.0, self._curvature()
+        )
         return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
 
     def _curvature(self) -> Estimate | None:

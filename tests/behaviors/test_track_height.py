@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from stretch_bt.behaviors._membrane import MEMBRANE_NOISE, Mount
-from stretch_bt.behaviors._readings import FRAME_NOISE, Reading, Touch, readings_of
+from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, Mount
+from stretch_bt.behaviors._readings import Reading, Touch, readings_of
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Sphere, deproject, find_contact, to_membrane
 from stretch_bt.perception.pressed.table import read_shapes
