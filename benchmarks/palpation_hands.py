@@ -29,7 +29,7 @@ import numpy.typing as npt
 import yaml
 
 import stretch_bt
-from stretch_bt.accuracy.force.hands import STRETCHES, TrueHand, measured
+from stretch_bt.accuracy.force.hands import ROBOT, STRETCHES, TrueHand, measured
 from stretch_bt.accuracy.palpation.figures import DROP, figures
 from stretch_bt.accuracy.palpation.palpated import watched
 from stretch_bt.accuracy.palpation.protocols import BALLOONS
@@ -97,7 +97,8 @@ def palpated(hand: Path, tree: str, balloon: str, seed: int) -> dict[str, Any]:
 def _scene(folder: Path, balloon: str, hand: TrueHand) -> Path:
     """Return a balloon's scene with a drawn hand that was conditioned before."""
     effects = [f"friction: {{coefficient: {hand.friction}}}", f"mullins: {{share: {hand.softening}}}"]
-    effects += [f"{name}: on" for name in ("sag", "bending", "repeatability", "force_sensor_noise")]
+    effects += [f"{name}: on" for name in ("sag", "bending", "force_sensor_noise")]
+    effects += [f"repeatability: {{sd: {ROBOT} m}}"]
     shipped = (SCENES / f"{balloon}_balloon.yaml").read_text("utf-8").rstrip()  # which ends with its effects
     path = folder / "scene.yaml"
     path.write_text(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from stretch_bt.behaviors._membrane import FRAME_NOISE, height_of_top
 from stretch_bt.model import Series
+from stretch_bt.model.palpation.balance import SAME
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
@@ -24,7 +25,6 @@ __all__ = [
     "tell_again",
 ]
 
-SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
 FIXED = 3e-5  # m, of that what no averaging takes away
 
 

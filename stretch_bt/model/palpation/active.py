@@ -203,9 +203,9 @@ def _view(model: ForceModel, radius: float, fit: Series, last: Pressed, plan: Pl
     steep = drop * slope / (force * power)
     row = np.array([1.0, -grown, drop * math.log(share) / power**2]) / (1 + steep)
     secant = slope / force * row - (np.array([1.0, 0.0, 0.0]) - row) / drop
-    gain = steep / (1 + steep)
+    gain = steep / (1 + steep)  # of the top's height by the hand's: what is seen is the one less the other
     by_model = drop * model_sd / force / power * (1 - gain)
-    return _View(plan, row, secant, math.hypot(looks.fixed, looks.robot * gain, by_model))
+    return _View(plan, row, secant, math.hypot(looks.fixed, looks.robot * (1 - gain), by_model))
 
 
 def _slope(model: ForceModel, radius: float, stretch: float, depth: float) -> tuple[float, float]:

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.force.force_model import ForceModel
-from stretch_bt.model.force.local import LocalForces, Pressed, local_forces
+from stretch_bt.model.force.local import Pressed, local_forces
+from stretch_bt.model.palpation.balance import FLATTEST, STEEPEST, Balance, presses_of
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
 __all__ = ["POWER", "Series", "TopReading", "fit_series"]
@@ -21,10 +22,7 @@ Array = npt.NDArray[np.float64]
 #: of its drop by which an object's force grows: filled balloons 1.27 to 1.5 from 0.3 to 1.6 mm, an elastic ball 1.5, a spring 1
 POWER = Estimate(1.4, 0.12)
 ROBOT = 5e-5  # m, by which the hand stands off where it was sent, from press to press
-STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
 SIGNIFICANT = 3.0  # standard deviations by which a drop must exceed 0 to carry a stiffness
-ROUNDS = 40
-SETTLED = 1e-12  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,15 +119,17 @@ def fit_series(
 
     Membrane and object carry the same force: F_model(stretch, h - hand) = F_ref ((top - h) / compliance)^power. Each reading's
     height h follows from that for the unknown top, compliance and power, which Gauss-Newton finds with the weights
-    1 / (sd^2 + (robot_sd dh/dhand)^2 + (drop dF/F / power)^2), dF the model's own sd; `power` is a prior. A factor common to all forces
-    leaves the drops as they are. Where readings scatter more than they say, all sds grow by the root of chi2.
+    1 / (sd^2 + (drop dF/F / power)^2), dF the model's own sd; `power` is a prior. At each press the hand stands above or below where it was
+    sent by an unknown of its own, whose prior is 0 with `robot_sd`: the depth that a camera on the hand sees is as it is, and the height told
+    from it is off by that. A factor common to all forces leaves the drops as they are. Where readings scatter more than they say, all sds
+    grow by the root of chi2.
 
     Parameters
     ----------
     model, radius
         The hand's force law, and the radius of the sphere in contact, m.
     readings
-        In the order they were taken; one that is above its hand by nothing counts for the top alone.
+        In the order they were taken, which tells which are of one press; one that is above its hand by nothing counts for the top alone.
     top
         The height of the undeformed top, where something else knows it.
     robot_sd
@@ -140,146 +140,60 @@ def fit_series(
     Raises
     ------
     IllConditioned
-        The readings are too few or all at one force, or the model's force falls with depth.
+        The readings are too few, all of one press or all at one force, or the model's force falls with depth.
     InvalidInput
         A number is not finite or has the wrong sign, or a reading lies outside the model's range.
     """
     _check(radius, readings, top, power, robot_sd=robot_sd, common_sd=common_sd)
     forces = local_forces(model, radius.value, readings)
-    _enough(forces.force, top)
-    fit = _Fit(forces, readings, top, power, robot_sd)
+    _enough(forces.force, readings, top)
+    fit = Balance(forces, readings, top, power, robot_sd)
     fit.solve()
     return _concluded(model, radius, readings[-1], fit, common_sd)
 
 
-class _Fit:
-    """Gauss-Newton over q = (top, compliance, power); each reading's height is what its force balance gives."""
-
-    def __init__(
-        self, forces: LocalForces, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, robot: float
-    ) -> None:
-        self.forces, self.power, self.top, self.robot = forces, power, top, robot
-        self.hand, self.height, self.sd = (
-            np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd")
-        )
-        self.level = float(np.mean(self.height))
-        self.q = self._begun()
-        self.weighted_sd = self.sd
-
-    def solve(self) -> None:
-        """Find q, with the weights of the drops found, and the covariance."""
-        for _ in range(ROUNDS):
-            height, rows, gain = self.curve(self.q)
-            self.weighted_sd = self._weights(height, gain)
-            step, *_ = np.linalg.lstsq(*self._stacked(height, rows), rcond=None)
-            self.q = self._held(self.q + step)
-            if abs(step[0]) + abs(step[1]) < SETTLED and abs(step[2]) < 1e-9:
-                break
-        height, rows, _ = self.curve(self.q)
-        design, left = self._stacked(height, rows)
-        free = len(left) - 3
-        self.chi2 = float(left @ left) / free if free > 0 else 1.0
-        self.covariance = np.asarray(np.linalg.inv(design.T @ design)) * max(1.0, self.chi2)
-
-    def curve(self, q: Array) -> tuple[Array, Array, Array]:
-        """Return the readings' heights (n,), their derivatives by q (n, 3), and by the hand's height (n,)."""
-        top, compliance, power = q[0] + self.level, q[1], q[2]
-        height = self.height.copy()
-        for _ in range(ROUNDS):
-            drop, slope = self._drop(height, compliance, power)
-            step = (top - drop - height) / (1 + slope)
-            height = height + step
-            if np.max(np.abs(step)) < SETTLED:
-                break
-        drop, slope = self._drop(height, compliance, power)
-        share = self.forces.at(height - self.hand)[0] / self.forces.force[-1]
-        grown = share ** (1 / power)
-        bend = compliance * grown * np.log(np.maximum(share, 1e-300)) / power**2
-        rows = np.stack([np.ones_like(grown), -grown, np.where(share > 0, bend, 0.0)], axis=1)
-        return height, rows / (1 + slope)[:, None], slope / (1 + slope)
-
-    def _drop(self, height: Array, compliance: float, power: float) -> tuple[Array, Array]:
-        """Return the object's drop under the force at each height, and its derivative."""
-        depth = height - self.hand
-        force, slope = self.forces.at(depth)
-        grown = compliance * (force / self.forces.force[-1]) ** (1 / power)
-        return grown, np.where(force > 0, grown * slope / (np.maximum(force, 1e-300) * power), 0.0)
-
-    def _weights(self, height: Array, gain: Array) -> Array:
-        """Return the sd of each reading beside the curve, with those of the hand's place and of the model's forces."""
-        drop = np.abs(self.q[0] + self.level - height)
-        model = drop * self.forces.relative_sd / self.q[2] * (1 - gain)
-        sd: Array = np.sqrt(self.sd**2 + (self.robot * gain) ** 2 + model**2)
-        return sd
-
-    def _stacked(self, height: Array, rows: Array) -> tuple[Array, Array]:
-        """Return the weighted design and what is left over, the priors of power and top among them."""
-        extra = [([0.0, 0.0, 1 / self.power.sd], (self.power.value - self.q[2]) / self.power.sd)]
-        if self.top is not None:
-            extra.append(([1 / self.top.sd, 0.0, 0.0], (self.top.value - self.level - self.q[0]) / self.top.sd))
-        design = np.vstack([rows / self.weighted_sd[:, None], [row for row, _ in extra]])
-        return design, np.append((self.height - height) / self.weighted_sd, [value for _, value in extra])
-
-    def _begun(self) -> Array:
-        """Return the q of plain least squares at the power of the prior."""
-        share = (self.forces.force / self.forces.force[-1]) ** (1 / self.power.value)
-        design = np.column_stack([np.ones_like(share), -share]) / self.sd[:, None]
-        values = (self.height - self.level) / self.sd
-        if self.top is not None:
-            design = np.vstack([design, [1 / self.top.sd, 0.0]])
-            values = np.append(values, (self.top.value - self.level) / self.top.sd)
-        found, *_ = np.linalg.lstsq(design, values, rcond=None)
-        return self._held(np.array([*found, self.power.value]))
-
-    def _held(self, q: Array) -> Array:
-        """Keep the power within its bounds, and the compliance above where membrane and object would run away."""
-        share = self.forces.force / self.forces.force[-1]
-        steep = np.max(share ** (1 / q[2]) * self.forces.power / self.forces.depth) if q[2] > 0 else np.inf
-        least = -0.3 * q[2] / steep if np.isfinite(steep) and steep > 0 else 0.0
-        return np.array([q[0], max(q[1], least), min(max(q[2], FLATTEST), STEEPEST)])
-
-
-def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: _Fit, common_sd: float) -> Series:
+def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance, common_sd: float) -> Series:
     """Return what the fit says at the last reading's pose."""
-    heights, rows, _ = fit.curve(fit.q)
-    height, row = float(heights[-1]), rows[-1]
+    heights, rows = fit.curve(fit.q)
+    height, row, sunk = float(heights[-1]), rows[-1], fit.depths(rows)[-1]
+    depths = heights - fit.hand - fit.off
     lowest, highest = model.range.depth
-    depth = min(max(height - last.hand, lowest), highest)
+    depth = min(max(float(depths[-1]), lowest), highest)
     force, model_sd = model.predict(radius.value, last.stretch, depth)
-    slope = float(fit.forces.at(heights - last.hand)[1][-1])
+    slope = float(fit.forces.at(depths)[1][-1])
     sized = model.predict(max(radius.value - radius.sd, model.range.radius[0]), last.stretch, depth)[0] - force
     force_sd = math.hypot(model_sd, sized, slope * common_sd) / force if force > 0 else 0.0
-    drop_row = np.array([1.0, 0.0, 0.0]) - row
+    drop_row = np.eye(len(row))[0] - row
     drop = fit.q[0] + fit.level - height
-    moved = math.sqrt(float(row @ fit.covariance @ row))
     secant = Estimate(math.inf, math.inf)
     if drop > 0:
-        both = (slope * row - force / drop * drop_row) / drop
-        own = math.hypot(force_sd * force, slope * fit.robot) / drop
-        secant = Estimate(force / drop, math.hypot(math.sqrt(float(both @ fit.covariance @ both)), own))
-    force_at_all = math.hypot(force_sd * force, slope * moved, slope * fit.robot)
-    drop_sd = math.sqrt(float(drop_row @ fit.covariance @ drop_row))
+        both = (slope * sunk - force / drop * drop_row) / drop
+        secant = Estimate(force / drop, math.hypot(fit.sd_along(both), force_sd * force / drop))
+    force_at_all = math.hypot(force_sd * force, slope * fit.sd_along(sunk))
+    drop_sd = fit.sd_along(drop_row)
     return Series(
         top=Estimate(fit.q[0] + fit.level, math.sqrt(fit.covariance[0, 0])),
-        height=Estimate(height, moved),
+        height=Estimate(height, fit.sd_along(row)),
         drop=Estimate(drop, drop_sd),
         force=Estimate(force, force_at_all),
         power=Estimate(float(fit.q[2]), math.sqrt(fit.covariance[2, 2])),
-        together=slope * float(row @ fit.covariance @ drop_row) / max(force_at_all * drop_sd, 1e-300),
+        together=slope * float(sunk @ fit.covariance @ drop_row) / max(force_at_all * drop_sd, 1e-300),
         secant=secant,
         chi2=fit.chi2,
         compliance=Estimate(float(fit.q[1]), math.sqrt(fit.covariance[1, 1])),
         reference=float(fit.forces.force[-1]),
         force_sd=force_sd,
-        covariance=fit.covariance,
+        covariance=fit.covariance[:3, :3],
     )
 
 
-def _enough(force: Array, top: Estimate | None) -> None:
+def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> None:
     if not force[-1] > 0:
         raise IllConditioned("the hand is not past the undeformed top, so that this press says nothing of a drop")
-    if top is None and (force.size < 2 or np.ptp(force) <= 1e-3 * force.max()):
-        raise IllConditioned("readings at one force do not tell how far the object gives way; press at two or more")
+    if top is None and (presses_of(readings)[-1] == 0 or np.ptp(force) <= 1e-3 * force.max()):
+        raise IllConditioned(
+            "readings of one press or at one force do not tell how far the object gives way; press at two or more"
+        )
 
 
 def _check(radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, **sds: float) -> None:

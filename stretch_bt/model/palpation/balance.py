@@ -1,0 +1,137 @@
+"""Gauss-Newton for the curve of an object that carries what the membrane carries."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.model.force.local import LocalForces, Pressed
+from stretch_bt.units import Estimate
+
+__all__ = ["FLATTEST", "SAME", "STEEPEST", "Balance", "presses_of"]
+
+Array = npt.NDArray[np.float64]
+
+STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
+SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
+ROUNDS = 40
+SETTLED = 1e-12  # m
+
+
+def presses_of(readings: Sequence[Pressed]) -> npt.NDArray[np.int64]:
+    """Return the number (n,) of each reading's press: another one begins where the hand or the stretch changed since the reading before."""
+    hand, stretch = (np.array([getattr(r, name) for r in readings]) for name in ("hand", "stretch"))
+    moved = (np.abs(np.diff(hand)) >= SAME) | (np.diff(stretch) != 0)
+    return np.concatenate([[0], np.cumsum(moved)]).astype(np.int64)
+
+
+class Balance:
+    """The fit over q = (top, compliance, power, and by how much the hand stands above where it was sent at each press).
+
+    What a reading gives is a depth of the membrane below the hand, and so the height of the top only as far as the hand's is known:
+    the height told is that of the force balance less what the hand stands off.
+    """
+
+    def __init__(
+        self, forces: LocalForces, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, robot: float
+    ) -> None:
+        self.forces, self.power, self.top, self.robot = forces, power, top, robot
+        self.hand, self.height, self.sd = (
+            np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd")
+        )
+        press = presses_of(readings)
+        self.of_press = np.eye(press[-1] + 1)[press] if robot > 0 else np.zeros((len(readings), 0))
+        self.level = float(np.mean(self.height))
+        self.q = self._begun()
+        self.weighted_sd = self.sd
+
+    def solve(self) -> None:
+        """Find q, with the weights of the drops found, and the covariance."""
+        for _ in range(ROUNDS):
+            height, rows = self.curve(self.q)
+            self.weighted_sd = self._weights(height, rows)
+            step, *_ = np.linalg.lstsq(*self._stacked(height, rows), rcond=None)
+            self.q = self._held(self.q + step)
+            if np.abs(np.delete(step, 2)).sum() < SETTLED and abs(step[2]) < 1e-9:
+                break
+        design, left = self._stacked(*self.curve(self.q))
+        free = len(left) - len(self.q)
+        self.chi2 = float(left @ left) / free if free > 0 else 1.0
+        self.covariance = np.asarray(np.linalg.inv(design.T @ design)) * max(1.0, self.chi2)
+
+    @property
+    def off(self) -> Array:
+        """By how much the hand stands above where it was sent, of each reading (n,), m."""
+        return self._off(self.q)
+
+    def _off(self, q: Array) -> Array:
+        return np.asarray(self.of_press @ q[3:])
+
+    def curve(self, q: Array) -> tuple[Array, Array]:
+        """Return the height of the top at each reading (n,), m, and its derivatives by q (n, 3 + presses)."""
+        top, compliance, power = q[0] + self.level, q[1], q[2]
+        hand = self.hand + self._off(q)
+        height = self.height.copy()
+        for _ in range(ROUNDS):
+            drop, slope = self._drop(height - hand, compliance, power)
+            step = (top - drop - height) / (1 + slope)
+            height = height + step
+            if np.max(np.abs(step)) < SETTLED:
+                break
+        drop, slope = self._drop(height - hand, compliance, power)
+        share = self.forces.at(height - hand)[0] / self.forces.force[-1]
+        grown = share ** (1 / power)
+        bend = compliance * grown * np.log(np.maximum(share, 1e-300)) / power**2
+        rows = np.stack([np.ones_like(grown), -grown, np.where(share > 0, bend, 0.0)], axis=1)
+        return height, np.hstack([rows, slope[:, None] * self.of_press]) / (1 + slope)[:, None]
+
+    def depths(self, rows: Array) -> Array:
+        """Return the derivatives by q of the membrane's depths, and of the heights told (n, 3 + presses), from those of the heights."""
+        return rows - np.pad(self.of_press, ((0, 0), (3, 0)))
+
+    def sd_along(self, row: Array) -> float:
+        """Return the standard deviation of what changes with q like this."""
+        return float(np.sqrt(row @ self.covariance @ row))
+
+    def _drop(self, depth: Array, compliance: float, power: float) -> tuple[Array, Array]:
+        """Return the object's drop under the force at each depth, and its derivative."""
+        force, slope = self.forces.at(depth)
+        grown = compliance * (force / self.forces.force[-1]) ** (1 / power)
+        return grown, np.where(force > 0, grown * slope / (np.maximum(force, 1e-300) * power), 0.0)
+
+    def _weights(self, height: Array, rows: Array) -> Array:
+        """Return the sd of each reading beside the curve, with that of the model's forces."""
+        drop = np.abs(self.q[0] + self.level - height)
+        sd: Array = np.hypot(self.sd, drop * self.forces.relative_sd / self.q[2] * rows[:, 0])
+        return sd
+
+    def _stacked(self, height: Array, rows: Array) -> tuple[Array, Array]:
+        """Return the weighted design and what is left over, the priors of power, top and the hand's places among them."""
+        priors = [(2, self.power.value, self.power.sd)]
+        if self.top is not None:
+            priors.append((0, self.top.value - self.level, self.top.sd))
+        priors += [(k, 0.0, self.robot) for k in range(3, len(self.q))]
+        at, values, sds = (np.array(column) for column in zip(*priors, strict=True))
+        design = np.vstack([self.depths(rows) / self.weighted_sd[:, None], np.eye(len(self.q))[at] / sds[:, None]])
+        left = (self.height + self.off - height) / self.weighted_sd
+        return design, np.append(left, (values - self.q[at]) / sds)
+
+    def _begun(self) -> Array:
+        """Return the q of plain least squares at the power of the prior."""
+        share = (self.forces.force / self.forces.force[-1]) ** (1 / self.power.value)
+        design = np.column_stack([np.ones_like(share), -share]) / self.sd[:, None]
+        values = (self.height - self.level) / self.sd
+        if self.top is not None:
+            design = np.vstack([design, [1 / self.top.sd, 0.0]])
+            values = np.append(values, (self.top.value - self.level) / self.top.sd)
+        found, *_ = np.linalg.lstsq(design, values, rcond=None)
+        return self._held(np.array([*found, self.power.value, *np.zeros(self.of_press.shape[1])]))
+
+    def _held(self, q: Array) -> Array:
+        """Keep the power within its bounds, and the compliance above where membrane and object would run away."""
+        share = self.forces.force / self.forces.force[-1]
+        steep = np.max(share ** (1 / q[2]) * self.forces.power / self.forces.depth) if q[2] > 0 else np.inf
+        least = -0.3 * q[2] / steep if np.isfinite(steep) and steep > 0 else 0.0
+        return np.array([q[0], max(q[1], least), min(max(q[2], FLATTEST), STEEPEST), *q[3:]])
