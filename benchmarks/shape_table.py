@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.perception.pressed.height import Mounted, membrane_height
+from stretch_bt.perception.pressed.height import MountedMembrane, membrane_height
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import rubber
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects
@@ -131,7 +131,7 @@ def _fitted(hand: TrueHand, diameter: float, stretch: float, depth: float) -> Es
     load = Load(Sphere(diameter), stretch, depth, (0.0, 0.0), (0.0, 0.0), lowest(sheet, stretch))
     points = solve(sheet, load, Settings()).shape.points(SEEN, SEEN)
     hangs = -float(hang(sheet, stretch).points(3, 3)[1, 1, 2])
-    membrane = Mounted(GAUGE, WIDTH, hand.mount_prestretch + stretch, Estimate(hangs, 0.05 * hangs))
+    membrane = MountedMembrane(GAUGE, WIDTH, hand.mount_prestretch + stretch, Estimate(hangs, 0.05 * hangs))
     curvature = Estimate(2 / diameter, CURVATURE_SD * 2 / diameter)
     return membrane_height(points, np.ones(points.shape[:2], bool), membrane, curvature, depth)
 

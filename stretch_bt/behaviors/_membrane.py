@@ -11,7 +11,7 @@ from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = ["FRAME_NOISE", "MEMBRANE_NOISE", "Mount", "height_of_top", "keep_how", "told_by_membrane"]
+__all__ = ["FRAME_NOISE", "MEMBRANE_NOISE", "Mounting", "height_of_top", "keep_how", "told_by_membrane"]
 
 FRAME_NOISE = 3e-4  # m, by which the height of a top is off at least in one frame of the `bench` camera
 MEMBRANE_NOISE = 1.2e-4  # m, the same where the whole membrane tells it
@@ -21,7 +21,7 @@ CONTACT_SD = 1e-4  # m; of the latter, which states too little
 
 
 @dataclass(frozen=True, slots=True)
-class Mount:
+class Mounting:
     """How a force model says that the membrane is mounted: its stretch at stretch 0, m, and how far it hangs there in its middle, m."""
 
     prestretch: Length
@@ -30,12 +30,12 @@ class Mount:
 
 def keep_how(context: Context, *, by_membrane: bool) -> None:
     """Remember whether the whole membrane told the latest height of the top."""
-    context.memory[Mount, TOLD] = by_membrane
+    context.memory[Mounting, TOLD] = by_membrane
 
 
 def told_by_membrane(context: Context) -> bool:
     """Return whether the whole membrane told the latest height of the top."""
-    return bool(context.memory.get((Mount, TOLD), False))
+    return bool(context.memory.get((Mounting, TOLD), False))
 
 
 def height_of_top(
@@ -72,12 +72,12 @@ def _by_membrane(
 
     None where no mount is known, what is seen is no sphere pressed into the middle of such a membrane, or the two heights do not agree.
     """
-    mount: Mount | None = context.memory.get(Mount)
+    mount: Mounting | None = context.memory.get(Mounting)
     if mount is None:
         return None
     hand = context.hand.geometry
     try:
-        membrane = perception.mounted(hand.gauge, hand.width, mount.prestretch, stretch, mount.hang)
+        membrane = perception.mounted_membrane(hand.gauge, hand.width, mount.prestretch, stretch, mount.hang)
         found = perception.membrane_height(points, valid, membrane, curvature, contact.value)
     except IllConditioned:
         return None

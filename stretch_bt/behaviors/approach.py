@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stretch_bt import model, perception
 from stretch_bt.behaviors._frames import FrameSource
-from stretch_bt.behaviors._membrane import Mount
+from stretch_bt.behaviors._membrane import Mounting
 from stretch_bt.behaviors._motion import MotionBehavior
 from stretch_bt.behaviors._readings import Reading, Touch, reading_sd, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
@@ -73,9 +73,9 @@ class Approach(MotionBehavior):
         self.pattern: perception.Pattern | None = None
         self.source.learn(None)
         readings_of(self.context).clear()
-        self.context.memory.pop(Mount, None)
+        self.context.memory.pop(Mounting, None)
         if self.mount_prestretch > 0:
-            self.context.memory[Mount] = Mount(self.mount_prestretch, Estimate(self.hang, self.hang_sd))
+            self.context.memory[Mounting] = Mounting(self.mount_prestretch, Estimate(self.hang, self.hang_sd))
         self.frames: list[DepthFrame] = []
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
         self.read: list[Reading] = []

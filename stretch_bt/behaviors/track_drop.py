@@ -3,7 +3,7 @@
 import math
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._membrane import FRAME_NOISE, Mount, told_by_membrane
+from stretch_bt.behaviors._membrane import FRAME_NOISE, Mounting, told_by_membrane
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import Fitted, Reading, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
@@ -98,7 +98,8 @@ class TrackDrop(ModelBehavior):
                 power=Estimate(self.power, self.power_sd),
                 robot_sd=self.robot_sd,
                 common_sd=math.hypot(
-                    pattern.hang_sd if pattern is not None else 0.0, FORM_OFF if Mount in self.context.memory else 0.0
+                    pattern.hang_sd if pattern is not None else 0.0,
+                    FORM_OFF if Mounting in self.context.memory else 0.0,
                 ),
             )
 

@@ -47,9 +47,9 @@ if TYPE_CHECKING:
     from stretch_bt.perception.pattern import Pattern as Pattern
     from stretch_bt.perception.pattern import with_left_over as with_left_over
     from stretch_bt.perception.pattern import without_pattern as without_pattern
-    from stretch_bt.perception.pressed.height import Mounted as Mounted
+    from stretch_bt.perception.pressed.height import MountedMembrane as MountedMembrane
     from stretch_bt.perception.pressed.height import membrane_height as membrane_height
-    from stretch_bt.perception.pressed.height import mounted as mounted
+    from stretch_bt.perception.pressed.height import mounted_membrane as mounted_membrane
     from stretch_bt.perception.segmentation import Segmentation as Segmentation
     from stretch_bt.perception.segmentation import classify as classify
     from stretch_bt.perception.segmentation import segment as segment
@@ -96,7 +96,7 @@ _MODULES = {
     "FrameNoise": "noise",
     "FreeView": "pattern",
     "HeightTracker": "tracker",
-    "Mounted": "pressed.height",
+    "MountedMembrane": "pressed.height",
     "Outline": "outlines.outline",
     "Pattern": "pattern",
     "PixelNoise": "noise",
@@ -140,7 +140,7 @@ _MODULES = {
     "measure_contact": "size.measure",
     "measure_object": "clouds.dimensions",
     "membrane_height": "pressed.height",
-    "mounted": "pressed.height",
+    "mounted_membrane": "pressed.height",
     "outline_at": "outlines.level",
     "outline_of": "outlines.outline",
     "pixel_noise": "noise",
@@ -170,7 +170,7 @@ __all__ = [
     "FrameNoise",
     "FreeView",
     "HeightTracker",
-    "Mounted",
+    "MountedMembrane",
     "Outline",
     "Pattern",
     "PixelNoise",
@@ -212,7 +212,7 @@ __all__ = [
     "measure_contact",
     "measure_object",
     "membrane_height",
-    "mounted",
+    "mounted_membrane",
     "outline_at",
     "outline_of",
     "pixel_noise",

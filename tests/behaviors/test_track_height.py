@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, Mount
+from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, Mounting
 from stretch_bt.behaviors._readings import Reading, Touch, readings_of
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Sphere, deproject, find_contact, to_membrane
@@ -17,7 +17,7 @@ from stretch_bt.units import Estimate
 
 CAMERA, DISTANCE = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333), 0.2
 RADIUS, SPAN, DEEP, LIGHT, HAND = 0.03, 0.014, 8e-3, 2.5e-3, 0.05
-MOUNT = Mount(SPAN, Estimate(6e-4, 3e-5))
+MOUNT = Mounting(SPAN, Estimate(6e-4, 3e-5))
 
 
 def frame(depth, beside=0.0):
@@ -56,7 +56,7 @@ def told(mount=MOUNT, *, fitted=None, beside=0.0):
     """Return the run and `track_height` after it looked at a deep press."""
     context, seen = RunContext(), frame(DEEP, beside)
     if mount is not None:
-        context.memory[Mount] = mount
+        context.memory[Mounting] = mount
     return context, ran(context, "track_height", frame=seen, contact=find_contact(seen), sphere=fitted)
 
 

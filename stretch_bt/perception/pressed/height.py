@@ -16,7 +16,7 @@ from stretch_bt.perception.surface import check_points
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["FORM_OFF", "Mounted", "membrane_height", "mounted"]
+__all__ = ["FORM_OFF", "MountedMembrane", "membrane_height", "mounted_membrane"]
 
 Array = npt.NDArray[np.float64]
 
@@ -42,7 +42,7 @@ WRONG = 3e-4  # m rms of what is left in blocks: no sphere in the middle of such
 
 
 @dataclass(frozen=True, slots=True)
-class Mounted:
+class MountedMembrane:
     """A membrane between its clamps; lengths in m.
 
     `span` is how far the clamps are apart past the gauge, mount pre-stretch and stretch together; `hang` how far the free
@@ -55,17 +55,17 @@ class Mounted:
     hang: Estimate
 
 
-def mounted(gauge: float, width: float, prestretch: float, stretch: float, hang: Estimate) -> Mounted:
+def mounted_membrane(gauge: float, width: float, prestretch: float, stretch: float, hang: Estimate) -> MountedMembrane:
     """Return the membrane at a stretch, of one with such a mount pre-stretch that hangs by `hang` at stretch 0, m."""
     table = read_shapes()
     scale = gauge / table.gauge
     at = [(prestretch + x) / scale for x in (stretch, 0.0)]
     less = table.hang(at[0], 1.0, at[1])
-    return Mounted(gauge, width, prestretch + stretch, Estimate(less * hang.value, less * hang.sd))
+    return MountedMembrane(gauge, width, prestretch + stretch, Estimate(less * hang.value, less * hang.sd))
 
 
 def membrane_height(
-    points: FloatArray, valid: MaskArray, membrane: Mounted, curvature: Estimate, depth: float
+    points: FloatArray, valid: MaskArray, membrane: MountedMembrane, curvature: Estimate, depth: float
 ) -> Estimate:
     """Return the height of a sphere's top in the middle of the membrane, z of the membrane frame, m, by all of the membrane.
 
@@ -116,7 +116,7 @@ def _forms(span: float) -> Forms:
     return read_shapes().at(span)
 
 
-def _seen(points: FloatArray, valid: MaskArray, membrane: Mounted) -> Array:
+def _seen(points: FloatArray, valid: MaskArray, membrane: MountedMembrane) -> Array:
     """Return some of the points (3, n), m, that lie well within the membrane's sides and clamps."""
     some, good = points[::STRIDE, ::STRIDE].reshape(-1, 3), valid[::STRIDE, ::STRIDE].reshape(-1)
     narrower = SIDE / math.sqrt(1 + membrane.span / membrane.gauge)
@@ -131,7 +131,7 @@ def _seen(points: FloatArray, valid: MaskArray, membrane: Mounted) -> Array:
 class _Fit:
     """Gauss-Newton over (depth, ln radius, offset, x, y, hang); lengths in those of the table's membrane."""
 
-    def __init__(self, forms: Forms, seen: Array, membrane: Mounted, scale: float, curvature: Estimate) -> None:
+    def __init__(self, forms: Forms, seen: Array, membrane: MountedMembrane, scale: float, curvature: Estimate) -> None:
         self.forms, self.scale, self.span = forms, scale, membrane.span / scale
         self.x, self.y, self.z = seen
         hang = Estimate(membrane.hang.value / scale, membrane.hang.sd / scale)

@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter
 
 from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.pressed.height import FORM_OFF, OFFSET, Mounted, membrane_height, mounted
+from stretch_bt.perception.pressed.height import FORM_OFF, OFFSET, MountedMembrane, membrane_height, mounted_membrane
 from stretch_bt.perception.pressed.table import read_shapes
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.hanging import hang, lowest
@@ -36,7 +36,7 @@ def shape(radius, span, depth, beside=(0.0, 0.0), offset=0.0, hangs=HANG.value, 
 def told(points, radius, span, depth, *, curvature_sd=0.03, gauge=0.1, width=0.09, hang=HANG, valid=None):
     valid = np.ones(points.shape[:2], dtype=bool) if valid is None else valid
     curvature = Estimate(1 / radius, curvature_sd / abs(radius))
-    return membrane_height(points, valid, Mounted(gauge, width, span, hang), curvature, 0.95 * depth)
+    return membrane_height(points, valid, MountedMembrane(gauge, width, span, hang), curvature, 0.95 * depth)
 
 
 @given(
@@ -138,7 +138,7 @@ def test_heights_that_are_no_numbers_are_passed_over():
 
 
 def test_a_tenser_membrane_hangs_less_in_the_same_proportion():
-    hangs = [mounted(0.1, 0.09, 0.012, stretch, HANG).hang for stretch in (0.0, 0.02, 0.06)]
+    hangs = [mounted_membrane(0.1, 0.09, 0.012, stretch, HANG).hang for stretch in (0.0, 0.02, 0.06)]
     assert hangs[0] == HANG
     assert hangs[0].value > hangs[1].value > hangs[2].value
     assert hangs[2].sd / hangs[2].value == pytest.approx(HANG.sd / HANG.value)
