@@ -16,10 +16,11 @@ from stretch_bt.model.calibration.form import decoded, text_of
 from stretch_bt.model.calibration.protocol import State
 from stretch_bt.tree.context import Context
 
-__all__ = ["TableFile", "check_table", "opened", "table_of"]
+__all__ = ["TableFile", "check_table", "is_of_run", "opened", "table_of"]
 
 #: what must be alike for rows to belong to one table
 _ALIKE = ("hand", "scene", "cell", "protocol")
+_CHECKED = "checked"
 
 
 class _Parsed(Protocol):
@@ -125,7 +126,7 @@ def opened(context: Context, name: str, protocol: str, conditioned: Conditioning
 
 
 def check_table(context: Context, name: str, protocol: str, conditioned: Conditioning) -> None:
-    """Refuse, before a run, a table that cannot be gone on with or begun; changes nothing.
+    """Refuse, before a run, a table that cannot be gone on with or begun; changes no file.
 
     Raises
     ------
@@ -146,6 +147,12 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
             _check_alike(path, table.provenance, _provenance(context, protocol, conditioned))
         except IllConditioned as refusal:
             raise InvalidInput(str(refusal)) from None
+    context.memory[TableFile, _CHECKED, name] = True
+
+
+def is_of_run(context: Context, name: str) -> bool:
+    """Return whether the run writes the table of this name, or has begun to."""
+    return (TableFile, _CHECKED, name) in context.memory or (TableFile, name) in context.memory
 
 
 def _open(context: Context, name: str, kind: _Kind, provenance: Mapping[str, Any]) -> TableFile:

@@ -4,7 +4,7 @@ from contextlib import suppress
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import FITTED
-from stretch_bt.behaviors._table import table_of
+from stretch_bt.behaviors._table import is_of_run, table_of
 from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.model.calibration.characterization import Table, as_table, read_table
 from stretch_bt.tree.ports import Behavior, In, Out, Status
@@ -30,7 +30,7 @@ class FitCalibration(Behavior):
     def prepare(self) -> None:
         """Refuse a model that does not exist, and a table that is none."""
         with suppress(UnsetKey):  # a key names it, and nothing wrote it yet
-            if self.table:
+            if self.table and not is_of_run(self.context, self.table):
                 read_table(self.table)
             self._fit()
 
@@ -52,7 +52,7 @@ class FitCalibration(Behavior):
         return mechanics.CALIBRATIONS[self.fit]
 
     def _table(self) -> Table:
-        if self.table:
+        if self.table and not is_of_run(self.context, self.table):
             return read_table(self.table)
         table = table_of(self.context, self.table)
         return as_table(table.provenance, table.presses)

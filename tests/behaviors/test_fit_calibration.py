@@ -75,3 +75,14 @@ def test_an_unknown_model_is_refused_before_anything_moves(tmp_path, table):
     path = tree(tmp_path, TREE.replace("TABLE", f"'{table}'").replace("FIT", "spring"))
     with pytest.raises(InvalidInput, match="spring"):
         run(path, out=tmp_path / "record")
+
+
+def test_a_table_that_the_run_writes_itself_is_not_asked_for_before_it(tmp_path):
+    name = tmp_path / "own.csv"
+    text = TREE.replace("TABLE", f"'{name}'").replace("FIT", "membrane")
+    begin = f"      - next_state: {{table: '{name}', diameters: [20 mm], stretches: [0 mm], depths: [2 mm]}}\n"
+    text = text.replace("      - fit_calibration", begin + "      - fit_calibration")
+    result = run(tree(tmp_path, text), out=tmp_path / "record")
+    assert result.status == "FAILURE"
+    assert result.reason.startswith("main/fit_calibration: ")
+    assert name.exists()
