@@ -8,14 +8,12 @@ from typing import ClassVar
 
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
-from stretch_bt.model.force.force_model import PAPER, SHIPPED, shipped
+from stretch_bt.model.force.force_model import FITTED, PAPER, SHIPPED, shipped
 from stretch_bt.tree.ports import Behavior, In, port
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
-__all__ = ["FITTED", "ModelBehavior", "inverted", "within_range"]
+__all__ = ["ModelBehavior", "inverted", "within_range"]
 
-#: what `fit_calibration` fitted in this run
-FITTED = "fitted"
 _ROUNDING = 1e-9
 STEP = 1e-5  # m, over which the slope of a force is taken: far below any length of a press
 

@@ -3,14 +3,12 @@
 from contextlib import suppress
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._models import FITTED
 from stretch_bt.behaviors._table import is_of_run, table_of
 from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.model.calibration.characterization import Table, as_table, read_table
+from stretch_bt.model.force.force_model import FITTED, FITTED_FILE
 from stretch_bt.tree.ports import Behavior, In, Out, Status
 from stretch_bt.tree.registry import node
-
-NAME = "calibration.json"
 
 
 @node
@@ -41,7 +39,7 @@ class FitCalibration(Behavior):
         model = self._fit()(given, {"characterization": dict(table.provenance)})
         self.context.memory[mechanics.ForceModel, FITTED] = model
         if self.context.folder is not None:
-            model.save(self.context.folder / NAME)
+            model.save(self.context.folder / FITTED_FILE)
         self.left, self.presses = model.relative_sd, len(given)
         return Status.SUCCESS
 

@@ -15,7 +15,18 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.model.checks import is_number
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
-__all__ = ["FORMAT", "PAPER", "SHIPPED", "ForceModel", "Range", "model_of_kind", "require_force", "shipped"]
+__all__ = [
+    "FITTED",
+    "FITTED_FILE",
+    "FORMAT",
+    "PAPER",
+    "SHIPPED",
+    "ForceModel",
+    "Range",
+    "model_of_kind",
+    "require_force",
+    "shipped",
+]
 
 FORMAT = "stretch-calibration/1"
 _KINDS = {
@@ -25,6 +36,8 @@ _KINDS = {
 }
 #: the shipped calibration of the paper's model
 PAPER = "paper"
+#: name of what `fit_calibration` fitted in a run, and of the file that the record of the run keeps of it
+FITTED, FITTED_FILE = "fitted", "calibration.json"
 #: shipped models by name: the file, and the kind to read it as
 SHIPPED = {
     PAPER: ("default_calibration", "calibrated_hertz"),

@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.force.force_model import SHIPPED, ForceModel, shipped
+from stretch_bt.model.force.force_model import FITTED, FITTED_FILE, SHIPPED, ForceModel, shipped
 from stretch_bt.run.record import RecordReader
 
 __all__ = ["used_model"]
@@ -22,12 +22,19 @@ def used_model(record: RecordReader) -> tuple[ForceModel | None, str]:
         return None, "without the curves of the force model: the tree has no param 'model' that names it"
     if name in SHIPPED:
         return shipped(name), f"curves: shipped force model '{name}'"
+    if name == FITTED:
+        return _loaded(record.folder / FITTED_FILE, "curves: the force model that this run fitted")
+    changed = _changed(record, Path(name))
+    return _loaded(
+        name, f"curves: {Path(name).name}" + (", which was written again after the run began" if changed else "")
+    )
+
+
+def _loaded(file: str | Path, told: str) -> tuple[ForceModel | None, str]:
     try:
-        model = ForceModel.load(name)
+        return ForceModel.load(file), told
     except InvalidInput as error:
         return None, f"without the curves of the force model: {error}"
-    changed = _changed(record, Path(name))
-    return model, f"curves: {Path(name).name}" + (", which was written again after the run began" if changed else "")
 
 
 def _changed(record: RecordReader, path: Path) -> bool:

@@ -154,6 +154,15 @@ def test_without_the_model_the_path_stands_alone_and_the_page_says_so(record, tm
     assert len(path["marks"]) == len(PRESSES)
 
 
+def test_the_model_that_the_run_fitted_is_read_from_its_record(record, tmp_path):
+    params = {**PARAMS, "model": "fitted"}
+    assert "calibration.json: the calibration cannot be read" in panel(record(params=params))
+    shipped("paper").save(tmp_path / "record" / "calibration.json")
+    html = panel(RecordReader(tmp_path / "record"))
+    assert "curves: the force model that this run fitted" in html
+    assert len(figures(html)[0]["lines"]) == 3
+
+
 def test_a_model_file_that_changed_since_is_told(record, tmp_path):
     file = tmp_path / "hand.json"
     shipped("paper").save(file)
