@@ -3,8 +3,8 @@
     python -m benchmarks.shape_table make [--workers 2]
     python -m benchmarks.shape_table check [--hands 12]
 
-A press of a sphere in the middle of the sheet of 100 by 90 mm, 2 mm thick, that resists bending: the height of one quarter of it over
-the depth, without weight, and what weight adds over the hang of the free sheet. It takes some five minutes of one core. The check presses
+A press of a sphere in the middle of a sheet of 100 by 90 mm, 1, 2 and 3 mm thick, that resists bending: the height of one quarter of it over
+the depth, without weight, and for 2 mm what weight adds over the hang of the free sheet. It takes some ten minutes of one core. The check presses
 hands that differ in thickness, modulus, energy, friction and softening, and fits the table to their shapes as perception does.
 """
 
@@ -34,7 +34,9 @@ from stretch_bt.units import Estimate
 Array = npt.NDArray[np.float64]
 
 TABLE = Path(__file__).parents[1] / "stretch_bt" / "perception" / "pressed" / "shapes.npz"
-GAUGE, WIDTH, THICKNESS, MODULUS = 0.1, 0.09, 0.002, 70e3
+GAUGE, WIDTH, MODULUS = 0.1, 0.09, 70e3
+THICKNESSES = np.array([1, 2, 3]) * 1e-3
+MIDDLE = 1  # of the thicknesses: weight is told of that
 DIAMETERS = np.array([10, 16, 24, 36, 54, 80, 120]) * 1e-3
 SPANS = np.array([5, 8, 12, 16, 21, 28, 40, 60, 100]) * 1e-3
 DEPTHS = np.array([0.75, 1.5, 3, 5, 8, 12, 18]) * 1e-3
@@ -44,6 +46,7 @@ UNIT = 5e-4  # of the height over the depth, and of what weight adds over the ha
 DENSE = 241
 SEEN = 320  # points a side, of which perception takes every fourth
 CURVATURE_SD = 0.03  # of itself
+BENDING, WEIGHED = Effects(bending=True), Effects(bending=True, sag=DENSITY)
 
 
 def main() -> None:
@@ -60,17 +63,18 @@ def make(workers: int) -> None:
     """Write the table."""
     places = [(float(d), float(x)) for d in DIAMETERS for x in SPANS]
     shape = len(DIAMETERS), len(SPANS), len(DEPTHS), len(ALONG), len(ACROSS)
-    lifted, hung = np.zeros(shape), np.zeros(shape)
+    lifted, hung = np.zeros((len(THICKNESSES), *shape)), np.zeros(shape)
     deepest, free = np.zeros(shape[:2]), np.zeros(len(SPANS))
     with ProcessPoolExecutor(workers) as pool:
         for k, (*parts, free_hang, depth) in enumerate(pool.map(_shapes, places)):
             i, j = divmod(k, len(SPANS))
-            (lifted[i, j], hung[i, j]), free[j], deepest[i, j] = parts, free_hang, depth
+            (lifted[:, i, j], hung[i, j]), free[j], deepest[i, j] = parts, free_hang, depth
             print(f"{k + 1} of {len(places)}", flush=True)
     TABLE.parent.mkdir(exist_ok=True)
     np.savez_compressed(
         TABLE,
         lifted=np.round(lifted / UNIT).astype(np.int16),
+        thicknesses=THICKNESSES,
         hung=np.round(hung / UNIT).astype(np.int16),
         unit=UNIT,
         diameters=DIAMETERS,
@@ -86,30 +90,39 @@ def make(workers: int) -> None:
 
 
 def _shapes(place: tuple[float, float]) -> tuple[Array, Array, float, float]:
-    """Return (depths, along, across) float of both parts, the free sheet's hang and the deepest press, m; past it those of that press."""
+    """Return lifted (thicknesses, depths, along, across) and hung (depths, along, across), the free sheet's hang and the deepest press, m.
+
+    Past the deepest press the shapes are those of it.
+    """
     diameter, span = place
-    light, heavy = (Sheet(GAUGE, WIDTH, THICKNESS, rubber(MODULUS, 0.0), 0.0, e) for e in _EFFECTS)
-    free = -float(hang(heavy, span).points(3, 3)[1, 1, 2])
+    sheets = [_sheet(float(t), BENDING) for t in THICKNESSES] + [_sheet(float(THICKNESSES[MIDDLE]), WEIGHED)]
+    free = -float(hang(sheets[-1], span).points(3, 3)[1, 1, 2])
     lifted: list[Array] = []
     hung: list[Array] = []
     deepest = 0.0
-    last: list[SheetPress | None] = [None, None]
+    last: list[SheetPress | None] = [None] * len(sheets)
     for depth in DEPTHS.tolist():
         try:
-            for n, sheet in enumerate((light, heavy)):
-                lift = lowest(sheet, span) if sheet.effects.sag else 0.0
-                load = Load(Sphere(diameter), span, depth, (0.0, 0.0), (0.0, 0.0), lift)
-                last[n] = solve(sheet, load, Settings(), last[n])
+            last = [_pressed(sheet, diameter, span, depth, before) for sheet, before in zip(sheets, last, strict=True)]
         except NoEquilibrium:
             lifted.append(lifted[-1])
             hung.append(hung[-1])
             continue
-        without, weighed = (_quarter(press.shape, span) for press in last if press is not None)
-        top = without[0, 0]
-        lifted.append(without / top)
-        hung.append((weighed - weighed[0, 0] - (without - top)) / free)
+        *without, weighed = (_quarter(press.shape, span) for press in last if press is not None)
+        lifted.append(np.array([quarter / quarter[0, 0] for quarter in without]))
+        own = without[MIDDLE]
+        hung.append((weighed - weighed[0, 0] - (own - own[0, 0])) / free)
         deepest = depth
-    return np.array(lifted), np.array(hung), free, deepest
+    return np.moveaxis(np.array(lifted), 1, 0), np.array(hung), free, deepest
+
+
+def _sheet(thickness: float, effects: Effects) -> Sheet:
+    return Sheet(GAUGE, WIDTH, thickness, rubber(MODULUS, 0.0), 0.0, effects)
+
+
+def _pressed(sheet: Sheet, diameter: float, span: float, depth: float, before: SheetPress | None) -> SheetPress:
+    lift = lowest(sheet, span) if sheet.effects.sag else 0.0
+    return solve(sheet, Load(Sphere(diameter), span, depth, (0.0, 0.0), (0.0, 0.0), lift), Settings(), before)
 
 
 def check(hands: int) -> None:
@@ -131,12 +144,11 @@ def _fitted(hand: TrueHand, diameter: float, stretch: float, depth: float) -> Es
     load = Load(Sphere(diameter), stretch, depth, (0.0, 0.0), (0.0, 0.0), lowest(sheet, stretch))
     points = solve(sheet, load, Settings()).shape.points(SEEN, SEEN)
     hangs = -float(hang(sheet, stretch).points(3, 3)[1, 1, 2])
-    membrane = MountedMembrane(GAUGE, WIDTH, hand.mount_prestretch + stretch, Estimate(hangs, 0.05 * hangs))
+    membrane = MountedMembrane(
+        GAUGE, WIDTH, hand.thickness, hand.mount_prestretch + stretch, Estimate(hangs, 0.05 * hangs)
+    )
     curvature = Estimate(2 / diameter, CURVATURE_SD * 2 / diameter)
     return membrane_height(points, np.ones(points.shape[:2], bool), membrane, curvature, depth)
-
-
-_EFFECTS = Effects(bending=True), Effects(bending=True, sag=DENSITY)
 
 
 def _quarter(shape: Shape, span: float) -> Array:

@@ -77,7 +77,9 @@ def _by_membrane(
         return None
     hand = context.hand.geometry
     try:
-        membrane = perception.mounted_membrane(hand.gauge, hand.width, mount.prestretch, stretch, mount.hang)
+        membrane = perception.mounted_membrane(
+            hand.gauge, hand.width, hand.thickness, mount.prestretch, stretch, mount.hang
+        )
         found = perception.membrane_height(points, valid, membrane, curvature, contact.value)
     except IllConditioned:
         return None

@@ -22,7 +22,7 @@ MOUNT = Mounting(SPAN, Estimate(6e-4, 3e-5))
 
 def frame(depth, beside=0.0):
     """Return what a camera sees of a press by the table's shapes, with 0.05 mm of noise."""
-    form = read_shapes().at(SPAN).form(RADIUS, depth)
+    form = read_shapes().at(SPAN, 0.002).form(RADIUS, depth)
     v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width]
     z = np.zeros(u.shape)
     for _ in range(8):  # where a ray meets the membrane

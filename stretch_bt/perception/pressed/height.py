@@ -43,7 +43,7 @@ WRONG = 3e-4  # m rms of what is left in blocks: no sphere in the middle of such
 
 @dataclass(frozen=True, slots=True)
 class MountedMembrane:
-    """A membrane between its clamps; lengths in m.
+    """A membrane between its clamps; lengths in m, `thickness` that before any stretch.
 
     `span` is how far the clamps are apart past the gauge, mount pre-stretch and stretch together; `hang` how far the free
     membrane hangs in its middle at that span.
@@ -51,17 +51,20 @@ class MountedMembrane:
 
     gauge: float
     width: float
+    thickness: float
     span: float
     hang: Estimate
 
 
-def mounted_membrane(gauge: float, width: float, prestretch: float, stretch: float, hang: Estimate) -> MountedMembrane:
+def mounted_membrane(
+    gauge: float, width: float, thickness: float, prestretch: float, stretch: float, hang: Estimate
+) -> MountedMembrane:
     """Return the membrane at a stretch, of one with such a mount pre-stretch that hangs by `hang` at stretch 0, m."""
     table = read_shapes()
     scale = gauge / table.gauge
     at = [(prestretch + x) / scale for x in (stretch, 0.0)]
     less = table.hang(at[0], 1.0, at[1])
-    return MountedMembrane(gauge, width, prestretch + stretch, Estimate(less * hang.value, less * hang.sd))
+    return MountedMembrane(gauge, width, thickness, prestretch + stretch, Estimate(less * hang.value, less * hang.sd))
 
 
 def membrane_height(
@@ -104,7 +107,9 @@ def membrane_height(
         raise IllConditioned(f"the shapes known are of membranes with sides as {table.width:g} to {table.gauge:g}")
     seen = _seen(points, valid, membrane) / scale
     try:
-        return _Fit(_forms(membrane.span / scale), seen, membrane, scale, curvature).solve(depth / scale)
+        return _Fit(_forms(membrane.span / scale, membrane.thickness / scale), seen, membrane, scale, curvature).solve(
+            depth / scale
+        )
     except InvalidInput as error:
         raise IllConditioned(str(error)) from error
     except OverflowError as error:
@@ -112,8 +117,8 @@ def membrane_height(
 
 
 @lru_cache(maxsize=4)
-def _forms(span: float) -> Forms:
-    return read_shapes().at(span)
+def _forms(span: float, thickness: float) -> Forms:
+    return read_shapes().at(span, thickness)
 
 
 def _seen(points: FloatArray, valid: MaskArray, membrane: MountedMembrane) -> Array:

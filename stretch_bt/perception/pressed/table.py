@@ -1,8 +1,9 @@
 """Shapes of the solved sheet under spheres, as the data that a benchmark command made, and splines through them.
 
 A shape is that of a membrane of 100 by 90 mm with a sphere in its middle: the height of a quarter over the depth of the press,
-without weight, and what weight adds, over the hang of the free membrane. The span is how far the clamps are apart past the
-gauge, mount pre-stretch and stretch together. `benchmarks/shape_table.py` makes the file.
+without weight, at three thicknesses, as a thicker sheet bends less sharply, and what weight adds, over the hang of the free
+membrane. The span is how far the clamps are apart past the gauge, mount pre-stretch and stretch together.
+`benchmarks/shape_table.py` makes the file.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ShapeTable:
-    """`lifted` and `hung` (diameters, spans, depths, along, across); `free` (spans), m, is the hang of the free sheet.
+    """`lifted` (thicknesses, diameters, spans, depths, along, across), `hung` without the first; `free` (spans), m, is the hang of the free sheet.
 
     `across` and `along` are parts of half the width and half the length between the clamps; `deepest` (diameters, spans), m, is
     the deepest press that was solved.
@@ -38,6 +39,7 @@ class ShapeTable:
     lifted: Array
     hung: Array
     free: Array
+    thicknesses: Array
     diameters: Array
     spans: Array
     depths: Array
@@ -52,11 +54,13 @@ class ShapeTable:
         at = np.interp([span, known_at], self.spans, self.free)
         return float(hang * at[0] / at[1])
 
-    def at(self, span: float) -> Forms:
-        """Return the shapes at a span, m; raises InvalidInput where it is not between those of the table."""
+    def at(self, span: float, thickness: float) -> Forms:
+        """Return the shapes at a span, m, of a membrane so thick, m; raises InvalidInput where they are not between those of the table."""
         _require("span", span, self.spans)
-        weights = np.asarray(self._spline(span))
-        lifted, hung = (np.einsum("j,ijkyx->ikyx", weights, values) for values in (self.lifted, self.hung))
+        _require("thickness", thickness, self.thicknesses)
+        weights, by_thickness = np.asarray(self._spline(span)), np.asarray(self._through(thickness))
+        lifted = np.einsum("t,j,tijkyx->ikyx", by_thickness, weights, self.lifted, optimize=True)
+        hung = np.einsum("j,ijkyx->ikyx", weights, self.hung)
         j = min(int(np.searchsorted(self.spans, span)), len(self.spans) - 1)
         deepest = self.deepest[:, max(j - 1, 0) : j + 1].min(axis=1)
         ends = self.across * self.width / 2, self.along * (self.gauge + span) / 2
@@ -65,6 +69,10 @@ class ShapeTable:
     @cached_property
     def _spline(self) -> CubicSpline:
         return _units(self.spans)
+
+    @cached_property
+    def _through(self) -> CubicSpline:
+        return _units(self.thicknesses)
 
 
 class Forms:

@@ -24,19 +24,21 @@ HANG = Estimate(6e-4, 3e-5)
 NOISE = 5e-5  # m, of a pixel
 
 
-def shape(radius, span, depth, beside=(0.0, 0.0), offset=0.0, hangs=HANG.value, scale=1.0):
+def shape(radius, span, depth, beside=(0.0, 0.0), offset=0.0, hangs=HANG.value, scale=1.0, thickness=0.002):
     """Return points (SIDE, SIDE, 3) of a membrane of the table."""
     y, x = np.meshgrid(np.linspace(-0.055, 0.055, SIDE), np.linspace(-0.045, 0.045, SIDE), indexing="ij")
-    form = read_shapes().at(span).form(radius, depth)
+    form = read_shapes().at(span, thickness).form(radius, depth)
     lifted, hung = form.heights((x - beside[0]).ravel(), (y - beside[1]).ravel())
     z = (depth * lifted + hangs * hung).reshape(x.shape) + offset
     return scale * np.stack([x, y, z], axis=-1)
 
 
-def told(points, radius, span, depth, *, curvature_sd=0.03, gauge=0.1, width=0.09, hang=HANG, valid=None):
+def told(
+    points, radius, span, depth, *, curvature_sd=0.03, gauge=0.1, width=0.09, thickness=0.002, hang=HANG, valid=None
+):
     valid = np.ones(points.shape[:2], dtype=bool) if valid is None else valid
     curvature = Estimate(1 / radius, curvature_sd / abs(radius))
-    return membrane_height(points, valid, MountedMembrane(gauge, width, span, hang), curvature, 0.95 * depth)
+    return membrane_height(points, valid, MountedMembrane(gauge, width, thickness, span, hang), curvature, 0.95 * depth)
 
 
 @given(
@@ -71,7 +73,7 @@ def test_its_deviation_is_that_of_many_draws(sd, alike):
 
 def test_a_membrane_of_another_size_has_the_same_shape():
     small = shape(0.03, 0.02, 6e-3, scale=0.5)
-    given = {"gauge": 0.05, "width": 0.045, "hang": Estimate(HANG.value / 2, HANG.sd / 2)}
+    given = {"gauge": 0.05, "width": 0.045, "thickness": 0.001, "hang": Estimate(HANG.value / 2, HANG.sd / 2)}
     height = told(small, 0.015, 0.01, 3e-3, **given)
     assert height.value == pytest.approx(3e-3, abs=1e-5)
 
@@ -91,7 +93,9 @@ def test_a_hand_with_friction_softening_and_another_rubber(depth):
     load = Load(Sphere(0.06), 0.0, depth, (0.0, 0.0), (0.0, 0.0), lowest(sheet, 0.0))
     points = solve(sheet, load, Settings()).shape.points(2 * SIDE, 2 * SIDE)
     hangs = -float(hang(sheet, 0.0).points(3, 3)[1, 1, 2])
-    height = told(points, 0.03, hand.mount_prestretch, depth, hang=Estimate(hangs, 0.05 * hangs))
+    height = told(
+        points, 0.03, hand.mount_prestretch, depth, thickness=hand.thickness, hang=Estimate(hangs, 0.05 * hangs)
+    )
     assert height.value == pytest.approx(depth, abs=4e-5)
 
 
@@ -107,6 +111,7 @@ FLAT = np.where(
         ({"points": np.dstack([shape(0.03, 0.014, 6e-3)[..., :2], FLAT])}, "no press|settle|known"),
         ({"width": 0.12}, "sides as"),
         ({"span": 0.2}, "span"),
+        ({"thickness": 0.004}, "thickness"),
         ({"depth": 1e-4, "points": shape(0.03, 0.014, 1e-3)}, "depth"),
         ({"radius": 0.2}, "diameter"),
         ({"radius": -0.03}, "convex"),
@@ -138,7 +143,7 @@ def test_heights_that_are_no_numbers_are_passed_over():
 
 
 def test_a_tenser_membrane_hangs_less_in_the_same_proportion():
-    hangs = [mounted_membrane(0.1, 0.09, 0.012, stretch, HANG).hang for stretch in (0.0, 0.02, 0.06)]
+    hangs = [mounted_membrane(0.1, 0.09, 0.002, 0.012, stretch, HANG).hang for stretch in (0.0, 0.02, 0.06)]
     assert hangs[0] == HANG
     assert hangs[0].value > hangs[1].value > hangs[2].value
     assert hangs[2].sd / hangs[2].value == pytest.approx(HANG.sd / HANG.value)
