@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.simulated.path import PosePath
-from stretch_bt.hardware.ur.channel import Channel, ChannelClosed
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.ride import Ride
