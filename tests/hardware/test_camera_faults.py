@@ -331,7 +331,7 @@ devices:
     watchdog: 1 Hz
     lost_after: 1 s
     heartbeat: 5 s
-  camera: {type: DepthCamera, use: realsense, host: HOST, lost_after: 600 ms}
+  camera: {type: DepthCamera, use: realsense, host: HOST}
 """
 TREE = """\
 format: stretch-tree/1
@@ -346,6 +346,8 @@ trees:
 """
 RECORD = {"run.json", "events.jsonl", "record.mcap", "result.json", "report.html"}
 FEW = {"drop", "stale", "restart"}
+#: how often a run may be begun again that this machine was too busy for, so that it ended before its fault
+AGAIN = 3
 
 
 @pytest.mark.parametrize(
@@ -353,31 +355,49 @@ FEW = {"drop", "stale", "restart"}
     [pytest.param(f, p, marks=() if f in FEW else pytest.mark.slow) for f, p, _, _ in ENDS],
 )
 def test_a_fault_ends_the_run_with_the_arm_at_rest(own_hosts, tmp_path, fault, parameters):
-    host, injected = next(own_hosts), []
     (tmp_path / "tree.yaml").write_text(TREE)
-    (tmp_path / "cell.yaml").write_text(CELL.replace("HOST", host))
-    with serving(["ur", "realsense"], Stage(), host=host) as servers:
-        arm, camera = servers.stand_ins["ur"], servers.stand_ins["realsense"]
+    for k in range(AGAIN):
+        host, record = next(own_hosts), tmp_path / f"record{k}"
+        (tmp_path / "cell.yaml").write_text(CELL.replace("HOST", host))
+        with serving(["ur", "realsense"], Stage(), host=host) as servers:
+            took = ended_by(servers.stand_ins, fault, parameters, (tmp_path, record))
+        assert {path.name for path in record.iterdir()} == RECORD
+        assert b"stretch_bt.hardware" not in b"".join(children())
+        if took is not None:
+            print(f"{fault:10s}{took[0]:7.3f} s  {took[1][:90]}")  # noqa: T201
+            return
+    raise AssertionError("it ended before the fault")
 
-        def harm():
-            eventually(lambda: arm.state()["height"] > 0.205)
-            camera.inject(fault, parameters)
+
+def ended_by(behind, fault, parameters, folders):
+    """Run until a fault of the camera, and return how long it took to its end and why; None where the run ended before."""
+    arm, injected, over = behind["ur"], [], threading.Event()
+
+    def harm():
+        while not (over.is_set() or arm.state()["height"] > 0.205):
+            time.sleep(0.005)
+        if not over.is_set():
+            behind["realsense"].inject(fault, parameters)
             injected.append(time.monotonic())
 
-        chaos = threading.Thread(target=harm)
-        chaos.start()
-        result = run(tmp_path / "tree.yaml", cell=tmp_path / "cell.yaml", out=tmp_path / "record")
-        took = time.monotonic()
+    chaos = threading.Thread(target=harm)
+    chaos.start()
+    try:
+        result = run(folders[0] / "tree.yaml", cell=folders[0] / "cell.yaml", out=folders[1])
+    finally:
+        ended = time.monotonic()
+        over.set()
         chaos.join()
-        eventually(lambda: not arm.state()["moving"])
-        height = arm.state()["height"]
-        time.sleep(0.2)
-        assert arm.state()["height"] == pytest.approx(height, abs=1e-6)
-    assert (result.status, "camera" in result.reason) == ("FAULT", True), result.reason
+    eventually(lambda: not arm.state()["moving"])
+    height = arm.state()["height"]
+    time.sleep(0.2)
+    assert arm.state()["height"] == pytest.approx(height, abs=1e-6)
     assert height < 0.29
-    assert {path.name for path in (tmp_path / "record").iterdir()} == RECORD
-    assert b"stretch_bt.hardware" not in b"".join(children())
-    print(f"{fault:10s}{took - injected[0]:7.3f} s  {result.reason[:90]}")  # noqa: T201
+    assert result.status == "FAULT", result.reason
+    if not injected:
+        return None
+    assert "camera" in result.reason
+    return ended - injected[0], result.reason
 
 
 def children():
