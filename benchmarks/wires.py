@@ -99,7 +99,7 @@ def loss(served: Served, stand_in: str, fault: str, driver: Driver) -> None:
         try:
             read(driver)
         except DeviceFault as told:
-            print(f"{stand_in:8s}{fault:14s}{(time.perf_counter() - begin) * 1e3:8.0f} ms   {told.reason[:70]}")
+            print(f"{stand_in:10s}{fault:14s}{(time.perf_counter() - begin) * 1e3:8.0f} ms   {told.reason[:70]}")
             break
         time.sleep(0.001)
     control(served.control, {"do": "clear"})

@@ -67,6 +67,19 @@ def test_any_bytes_are_messages_or_the_end(data):
             assert str(error)
 
 
+def test_what_was_said_before_the_end_is_read_first():
+    """Also where the other side ends with something unread, which resets the connection."""
+    one, other = socket.socketpair()
+    with other:
+        there = Channel(other)
+        with one:
+            there.send({"do": "next"})
+            Channel(one).send({"say": "lost"})
+        assert there.drain() == [{"say": "lost"}]
+        with pytest.raises(ChannelClosed, match="gone"):
+            there.drain()
+
+
 def test_a_side_that_does_not_read_counts_as_gone():
     one, other = socket.socketpair()
     with one, other:
