@@ -139,8 +139,9 @@ class RealsenseStandIn(StandIn):
             while not self._ending.is_set():
                 with self._due:
                     self._due.wait_for(lambda: self._ending.is_set() or self._is_due(waiting), timeout=0.05)
-                if self._is_due(waiting):
-                    self._send(connection, waiting.popleft()[1])
+                    packet = waiting.popleft()[1] if self._is_due(waiting) else None
+                if packet is not None:
+                    self._send(connection, packet)
                 elif _hung_up(connection):
                     return
         finally:
@@ -197,16 +198,16 @@ class RealsenseStandIn(StandIn):
             self._number += 1
             for picture in self._in_order(self._faulty(self._plane() if seen is None else seen.raw)):
                 self._tell(self._broken(picture.encode()))
-        with self._due:
-            self._due.notify_all()
 
     def _tell(self, packet: bytes) -> None:
         late, now = self.faults.shown("late"), time.monotonic()
         self._sent += 1
-        for waiting in self._clients:
-            waiting.append((now + (late["delay"] if late else 0.0), packet))
-            while sum(due <= now for due, _ in waiting) > _WAITING or len(waiting) > _LATEST:
-                waiting.popleft()
+        with self._due:
+            for waiting in self._clients:
+                waiting.append((now + (late["delay"] if late else 0.0), packet))
+                while sum(due <= now for due, _ in waiting) > _WAITING or len(waiting) > _LATEST:
+                    waiting.popleft()
+            self._due.notify_all()
 
     def _faulty(self, image: Counts) -> Picture:
         """Return a frame with what the faults make of it."""

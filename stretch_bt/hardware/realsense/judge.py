@@ -14,8 +14,8 @@ Counts = npt.NDArray[np.uint16]
 
 #: rows of an image that are looked at together, and how many of their pixels must have a value for that
 _BANDS, _ENOUGH = 16, 32
-#: that many older frames in a row are a camera that began anew, not ones that were overtaken
-_ANEW = 10
+#: that many older frames in a row, or one that is older by more than that, s, are a camera that began anew, not ones that were overtaken
+_ANEW, _BACK = 10, 1.0
 #: by how much a camera's clock may run differently from this machine's, and how far it may be ahead at once, s
 _DRIFT, _JUMP = 2e-4, 0.5
 
@@ -112,7 +112,7 @@ class Judge:
             self.counters.stale += 1
             self._newest = replace(last, number=shot.number)
             return "the time of its frames stands"
-        if ahead < 0 and later <= 0 and self._older < _ANEW:
+        if ahead < 0 and -_BACK < later <= 0 and self._older < _ANEW:
             self.counters.late += 1
             self._older += 1
             return "its frames come in the wrong order"
