@@ -1,11 +1,13 @@
-"""What gripper and force sensor cost over their wires, on loopback, and how soon a loss is known.
+"""What gripper, force sensor and camera cost over their wires, on loopback, and how soon a loss is known.
 
 Run with `python -m benchmarks.wires [exchanges]`. The stand-ins are in a process of their own. One exchange is a whole status of the
-gripper: one request by Modbus, seven lines by the URCap's socket. CPU is that of this process.
+gripper: one request by Modbus, seven lines by the URCap's socket. CPU is that of this process; frames are of 320 x 240 pixels, and their age
+counts from the exposure, without the option `latency`.
 """
 
 from __future__ import annotations
 
+import os
 import statistics
 import sys
 import time
@@ -20,6 +22,7 @@ from stretch_bt.hardware.emulators.serve import Served, serving_elsewhere
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.implementations import driver_class
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.realsense.camera import RealsenseCamera
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 
 POINTS = [{"count": 3, "opening": "140 mm"}, {"count": 230, "opening": "0 mm"}]
@@ -64,25 +67,58 @@ def idle(title: str, driver: Driver, seconds: float = 5.0) -> None:
     print(f"{title:22s}{(time.process_time() - start) / seconds * 100:8.2f} % of a core, asked by nobody")
 
 
-def loss(served: Served, stand_in: str, fault: str, driver: RobotiqDriver | AtiForceSensor) -> None:
+def frames(driver: RealsenseCamera, seconds: float = 5.0) -> None:
+    """Print how many frames come, how old they are, and what they cost in the process of the library."""
+    pid = driver.process
+    assert pid is not None
+    before, ages, seen = spent(pid), [], 0
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        reading = driver.frame()
+        if reading.sequence != seen:
+            seen = reading.sequence
+            ages.append((time.monotonic() - reading.host_time - driver.options.latency) * 1e3)
+        time.sleep(0.001)
+    ages.sort()
+    print(f"{len(ages) / seconds:8.1f} frames/s{statistics.median(ages):8.1f} ms old when they are read, median"
+          f"{ages[int(0.99 * len(ages))]:8.1f} ms p99{(spent(pid) - before) / seconds * 100:8.1f} % of a core for its process")  # fmt: skip
+
+
+def spent(pid: int) -> float:
+    """Return the CPU time of a process, s."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def loss(served: Served, stand_in: str, fault: str, driver: Driver) -> None:
     """Print how long after the begin of a fault a reading says so."""
     assert served.control is not None
     control(served.control, {"do": "inject", "device": stand_in, "fault": fault})
     begin = time.perf_counter()
     while time.perf_counter() < begin + 10:
         try:
-            driver.opening() if isinstance(driver, RobotiqDriver) else driver.wrench()
+            read(driver)
         except DeviceFault as told:
-            print(f"{stand_in:8s}{fault:14s}{(time.perf_counter() - begin) * 1e3:8.0f} ms   {told.reason[:70]}")
+            print(f"{stand_in:10s}{fault:14s}{(time.perf_counter() - begin) * 1e3:8.0f} ms   {told.reason[:70]}")
             break
         time.sleep(0.001)
     control(served.control, {"do": "clear"})
     driver.close()
 
 
+def read(driver: Driver) -> None:
+    """Take a reading."""
+    if isinstance(driver, RobotiqDriver):
+        driver.opening()
+    elif isinstance(driver, AtiForceSensor):
+        driver.wrench()
+    elif isinstance(driver, RealsenseCamera):
+        driver.frame()
+
+
 def main(count: int) -> None:
-    ports = [option for wire in ("rtu", "tcp", "urcap", "rdt") for option in ("--port", f"{wire}=0")]
-    with serving_elsewhere(["robotiq", "urcap", "ati"], "--control", "0", "--activated", *ports) as served:
+    ports = [option for wire in ("rtu", "tcp", "urcap", "rdt", "depth") for option in ("--port", f"{wire}=0")]
+    with serving_elsewhere(["robotiq", "urcap", "ati", "realsense"], "--control", "0", "--activated", *ports) as served:
         print(f"one status of the gripper, {count} of them")
         for title, stand_in, wire, use, options in WIRES:
             driver = opened(served, stand_in, wire, "Gripper", use, {**GRIPPER, **options})
@@ -95,6 +131,13 @@ def main(count: int) -> None:
         idle("ATI at 125 Hz", sensor)
         print(f"  {sensor.counters()}")
         sensor.close()
+        begin = time.perf_counter()
+        camera = opened(served, "realsense", "depth", "DepthCamera", "realsense", {})
+        assert isinstance(camera, RealsenseCamera)
+        print(f"camera at 30 Hz, opened in {time.perf_counter() - begin:.2f} s")
+        idle("  asked by nobody", camera)
+        frames(camera)
+        camera.close()
         print("how soon a loss is told, with the default times")
         for fault in ("drop", "freeze", "crc", "garbage", "deactivate", "code"):
             driver = opened(served, "robotiq", "rtu", "Gripper", "robotiq", GRIPPER)
@@ -105,6 +148,10 @@ def main(count: int) -> None:
             assert isinstance(sensor, AtiForceSensor)
             time.sleep(0.5)
             loss(served, "ati", fault, sensor)
+        for fault in ("drop", "freeze", "repeat", "clock", "stale", "torn", "dark", "corrupt", "restart", "jump"):
+            camera = opened(served, "realsense", "depth", "DepthCamera", "realsense", {})
+            time.sleep(0.5)
+            loss(served, "realsense", fault, camera)
 
 
 if __name__ == "__main__":

@@ -18,9 +18,14 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
+#: how long a thread may keep the others from running, s: a tenth of what Python allows, because a controller has cycles of 2 ms
+_SWITCH = 5e-4
+
 
 def command(
-    devices: Annotated[list[str], typer.Argument(help="Which, such as ur, robotiq, ati; several share one scene.")],
+    devices: Annotated[
+        list[str], typer.Argument(help="Which, such as ur, robotiq, ati, realsense; several share one scene.")
+    ],
     host: Annotated[str, typer.Option("--host", help="Address to listen on.")] = "127.0.0.2",
     scene: Annotated[
         str | None, typer.Option("--scene", help="What the stand-ins act on: a scene file or a shipped scene.")
@@ -45,6 +50,7 @@ def command(
     classes = {name: stand_in_class(name) for name in devices}
     ports = _ports(port or [], {name: list(cls.PORTS) for name, cls in classes.items()})
     _check_host(host)
+    sys.setswitchinterval(_SWITCH)
     stage = Stage(_load(scene), seed=seed)
     with serving(devices, stage, host=host, control=control, ports=ports, activated=activated) as servers:
         served = servers.served

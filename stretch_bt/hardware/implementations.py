@@ -16,6 +16,7 @@ IMPLEMENTATIONS: dict[tuple[str, str], str] = {
     ("Gripper", "robotiq_urcap"): "stretch_bt.hardware.robotiq.urcap_gripper:RobotiqUrcapGripper",
     ("DepthCamera", "simulated"): "stretch_bt.hardware.simulated.camera:SimulatedCamera",
     ("DepthCamera", "replay"): "stretch_bt.hardware.replay.camera:ReplayCamera",
+    ("DepthCamera", "realsense"): "stretch_bt.hardware.realsense.camera:RealsenseCamera",
     ("ForceSensor", "simulated"): "stretch_bt.hardware.simulated.force_sensor:SimulatedForceSensor",
     ("ForceSensor", "replay"): "stretch_bt.hardware.replay.force_sensor:ReplayForceSensor",
     ("ForceSensor", "ati"): "stretch_bt.hardware.ati.force_sensor:AtiForceSensor",

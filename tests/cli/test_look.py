@@ -8,6 +8,7 @@ import pytest
 
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.realsense.library import library
 
 #: an address that no other test has, because the clients of a UR controller have their ports built in
 HOST = f"127.1.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
@@ -99,3 +100,54 @@ def test_what_is_no_address_does_not_pass_a_check(cli, tmp_path, host):
     code, out, _ = cli("check", "lab.yaml")
     assert code == 2
     assert out.count("is no address; write a name or an address alone") == 2
+
+
+CAMERA = "format: stretch-cell/1\ndevices:\n  camera: {type: DepthCamera, use: realsense, "
+
+
+@pytest.fixture
+def librealsense():
+    """Skip on a machine for which there is no librealsense."""
+    try:
+        library()
+    except ImportError as error:
+        pytest.skip(str(error))
+
+
+def test_a_camera_is_looked_at_from_its_port_to_its_frames(cli, tmp_path, librealsense):
+    made = stand_in_class("realsense")("127.0.0.1", Stage(), {"depth": 0})
+    host, _, port = made.start()["depth"].partition(":")
+    try:
+        (tmp_path / "lab.yaml").write_text(f"{CAMERA}host: {host}, port: {port}}}\n")
+        code, out, _ = cli("status", "lab.yaml", "--json")
+        assert (code, json.loads(out)[0]["detail"]) == (0, "frames of 320 x 240")
+        code, out, _ = cli("doctor", "lab.yaml", "--json")
+        found = {row["check"]: row["detail"] for row in json.loads(out)}
+        assert list(found) == ["cell", "camera: source", "camera: reading", "camera: ready"]
+        assert f"{host} port {port} answers" in found["camera: source"]
+        assert "readings/s" in found["camera: reading"]
+    finally:
+        made.stop()
+    code, out, _ = cli("doctor", "lab.yaml")
+    assert code == 3
+    assert "no  camera: source: no answer at" in out
+    assert "begin stretch-bt emulate realsense" in out
+
+
+def test_a_camera_that_is_not_connected_is_told_with_those_that_are(cli, tmp_path, librealsense):
+    (tmp_path / "lab.yaml").write_text(f"{CAMERA}serial: '0042'}}\n")
+    code, out, _ = cli("doctor", "lab.yaml")
+    assert code == 3
+    assert "no  camera: source: no camera 0042; connected: " in out
+    assert "the extra sr305" in out
+    (tmp_path / "play.yaml").write_text(f"{CAMERA}file: gone.db3}}\n")
+    code, out, _ = cli("check", "play.yaml")
+    assert (code, "no file 'gone.db3'" in out) == (2, True)
+
+
+def test_a_library_that_is_missing_is_told_with_what_installs_it(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("stretch_bt.hardware.examine.find_spec", lambda name: None)
+    (tmp_path / "lab.yaml").write_text(f"{CAMERA}serial: '0042'}}\n")
+    code, out, _ = cli("doctor", "lab.yaml")
+    assert code == 3
+    assert "no  camera: packages: not installed: pyrealsense2\n    pip install 'stretch-bt[realsense]'" in out

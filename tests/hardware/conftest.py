@@ -18,6 +18,8 @@ from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
+from stretch_bt.hardware.realsense.camera import RealsenseCamera
+from stretch_bt.hardware.realsense.library import library
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.ur.arm import UrArm
 from stretch_bt.simulation.scene import load_scene
@@ -37,6 +39,7 @@ LIVE = {
     "urcap": ("robotiq_urcap", "urcap", "urcap"),
     "ati": ("ati", "ati", "rdt"),
     "ur": ("ur", "ur", "rtde"),
+    "realsense": ("realsense", "realsense", "depth"),
 }
 #: a machine that is busy is no fault, where a test is not about deadlines
 PATIENT = {"watchdog": "1 Hz", "lost_after": "2 s", "heartbeat": "5 s"}
@@ -73,6 +76,13 @@ devices:
     base: {x: -500 mm}
     hand: {z: 300 mm, rx: 180 deg}
     source: the stand-in's own
+""",
+    "realsense": """\
+format: stretch-cell/1
+devices:
+  camera:
+    type: DepthCamera
+    use: realsense
 """,
 }
 
@@ -154,6 +164,8 @@ def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
     def make(
         kind: str = "simulated", *, scene: str = "calibration_sphere", seed: int = 0, only=None, **options
     ) -> Cell:
+        if kind == "realsense":
+            librealsense()
         if kind in LIVE:
             use, server, wire = LIVE[kind]
             behind, places = stand_in(server)
@@ -176,12 +188,24 @@ def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
         cell.close()
 
 
+def librealsense():
+    """Return the module, or skip a test on a machine for which there is none."""
+    try:
+        return library()
+    except ImportError as error:
+        pytest.skip(str(error))
+
+
 def notice(driver: Driver, clock: Clock) -> None:
     """Wait until a driver has a reading of this moment, or says why it has none."""
     end = time.monotonic() + 10
     with suppress(DeviceFault):
         if isinstance(driver, RobotiqDriver):
             driver.status()
+        before = driver.frame().sequence if isinstance(driver, RealsenseCamera) else 0
+        while isinstance(driver, RealsenseCamera) and driver.frame().sequence < before + 2:
+            assert time.monotonic() < end, "no new frame comes"
+            time.sleep(0.002)
         while isinstance(driver, AtiForceSensor | UrArm) and driver.wrench().host_time < clock.time:
             assert time.monotonic() < end, "no reading of this moment comes"
             time.sleep(0.002)
@@ -205,6 +229,8 @@ def write_live_cell(folder: Path, use: str, wire: str, place: str, **options: st
         chosen["framing"] = "tcp"
     if use == "ur":
         chosen = {"host": host, "model": "ur5", **PATIENT}
+    elif use == "realsense":
+        chosen = {**chosen, "lost_after": "5 s"}
     elif use != "ati":
         chosen = {"timeout": "500 ms", "calibration": CALIBRATION, **chosen}
     lines = [f"    {key}: {value}" for key, value in {**chosen, **options}.items()]

@@ -24,8 +24,9 @@ LIVE = {
     "urcap": "robotiq_urcap",
     "ati": "ati",
     "ur": "ur",
+    "realsense": "realsense",
 }
-GRIPPERS = [kind for kind, use in LIVE.items() if use not in ("ati", "ur")]
+GRIPPERS = [kind for kind, use in LIVE.items() if use not in ("ati", "ur", "realsense")]
 MOVERS = [("simulated", "arm"), ("simulated", "gripper"), *((kind, "gripper") for kind in GRIPPERS), ("ur", "arm")]
 #: how far a position may be from what was asked for, m, where it is counted in steps, or settled to
 STEP = {**dict.fromkeys(GRIPPERS, 0.0007), "ur": 0.0001}
@@ -43,6 +44,7 @@ READERS = [
     ("ati", "force_sensor", "wrench"),
     ("ur", "arm", "pose"),
     ("ur", "arm", "wrench"),
+    ("realsense", "camera", "frame"),
 ]
 #: with those that have nothing to read; a person at a terminal is in a test of its own
 DEVICES = sorted({*((kind, name) for kind, name, _ in READERS), ("simulated", "operator")})

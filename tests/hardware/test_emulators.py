@@ -73,7 +73,7 @@ def test_a_port_that_is_taken_leaves_nothing(name):
 
 
 def test_unknown_stand_ins_are_named():
-    with pytest.raises(InvalidInput, match="no stand-in 'arm'; there are ur, ur5e, robotiq, urcap, ati"):
+    with pytest.raises(InvalidInput, match="no stand-in 'arm'; there are ur, ur5e, robotiq, urcap, ati, realsense"):
         stand_in_class("arm")
     for names in ([], ["ati", "ati"]):
         with pytest.raises(InvalidInput, match="name each stand-in once"), serving(names, Stage()):

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.simulated.path import PosePath
-from stretch_bt.hardware.ur.channel import Channel, ChannelClosed
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.ride import Ride
@@ -65,6 +65,19 @@ def test_any_bytes_are_messages_or_the_end(data):
                 assert all(isinstance(message, dict) for message in there.drain())
         except ChannelClosed as error:
             assert str(error)
+
+
+def test_what_was_said_before_the_end_is_read_first():
+    """Also where the other side ends with something unread, which resets the connection."""
+    one, other = socket.socketpair()
+    with other:
+        there = Channel(other)
+        with one:
+            there.send({"do": "next"})
+            Channel(one).send({"say": "lost"})
+        assert there.drain() == [{"say": "lost"}]
+        with pytest.raises(ChannelClosed, match="gone"):
+            there.drain()
 
 
 def test_a_side_that_does_not_read_counts_as_gone():

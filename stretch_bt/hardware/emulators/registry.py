@@ -15,6 +15,7 @@ STAND_INS: dict[str, str] = {
     "robotiq": "stretch_bt.hardware.emulators.robotiq:RobotiqStandIn",
     "urcap": "stretch_bt.hardware.emulators.urcap:UrcapStandIn",
     "ati": "stretch_bt.hardware.emulators.ati:AtiStandIn",
+    "realsense": "stretch_bt.hardware.emulators.realsense:RealsenseStandIn",
 }
 
 

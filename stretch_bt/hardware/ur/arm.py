@@ -11,11 +11,11 @@ import numpy as np
 from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.attendant import Sample
+from stretch_bt.hardware.channel import ChannelClosed
 from stretch_bt.hardware.driver import ArmDriver, Poll
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.simulated.path import PosePath
-from stretch_bt.hardware.ur.channel import ChannelClosed
 from stretch_bt.hardware.ur.look import look
 from stretch_bt.hardware.ur.options import UrOptions
 from stretch_bt.hardware.ur.reach import Reach

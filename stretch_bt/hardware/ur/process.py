@@ -19,8 +19,8 @@ from typing import NoReturn
 import numpy as np
 
 from stretch_bt.frames import Pose
+from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
 from stretch_bt.hardware.interfaces import MotionState
-from stretch_bt.hardware.ur.channel import Channel, ChannelClosed, Message
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.ride import Ride

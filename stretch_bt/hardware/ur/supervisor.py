@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import select
-import signal
-import socket
-import subprocess
-import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from typing import IO
 
 from stretch_bt.errors import DeviceLost, MissingExtra
 from stretch_bt.hardware.attendant import Sample
+from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.child import Child
 from stretch_bt.hardware.latched import Latched
-from stretch_bt.hardware.ur.channel import Channel, ChannelClosed, Message
 from stretch_bt.hardware.ur.settings import ArmState, Settings
 
 __all__ = ["Supervisor"]
@@ -57,7 +51,7 @@ class Supervisor(Latched):
         self._started = threading.Event()
         self._lock = threading.Lock()
         self._channel: Channel | None = None
-        self._process: subprocess.Popen[bytes] | None = None
+        self._child: Child | None = None
         self._sample: Sample[ArmState] | None = None
         self._zero: tuple[float, ...] | None = None
         self._number = self._read = 0
@@ -70,8 +64,8 @@ class Supervisor(Latched):
     @property
     def pid(self) -> int | None:
         """Number of the process, while there is one."""
-        process = self._process
-        return None if process is None else process.pid
+        child = self._child
+        return None if child is None else child.pid
 
     def start(self) -> None:
         """Begin the process and wait for a first reading; raises DeviceLost when none comes, and then nothing is left."""
@@ -157,28 +151,27 @@ class Supervisor(Latched):
 
     def kill(self) -> None:
         """End the process without its doing; the controller's watchdog stops the arm."""
-        process = self._process
-        if process is not None:
-            process.kill()
+        child = self._child
+        if child is not None:
+            child.kill()
 
     def _run(self) -> None:
         failures = 0
         while not self._ending.is_set():
             before = self._sample
-            with tempfile.TemporaryFile() as said:
-                try:
-                    self._attend(said)
-                except Exception as error:  # whatever breaks is a loss of the device, never of the thread
-                    self._lose(error, said)
-                finally:
-                    self._reap()
+            try:
+                self._attend()
+            except Exception as error:  # whatever breaks is a loss of the device, never of the thread
+                self._lose(error)
+            finally:
+                self._reap()
             if not self._started.is_set():
                 return
             failures = failures + 1 if self._sample is before else 0
             self._ending.wait(_BACKOFF[min(failures, len(_BACKOFF) - 1)])
 
-    def _attend(self, said: IO[bytes]) -> None:
-        channel = self._begin(said)
+    def _attend(self) -> None:
+        channel = self._begin()
         self._heard, self._connecting = time.monotonic(), True
         beat, silence = 0.0, self._settings.lost_after + _MORE
         while not self._ending.is_set():
@@ -197,27 +190,13 @@ class Supervisor(Latched):
             ):  # else it was this thread that did not run
                 raise ChannelClosed(f"its process gave no sign of life for {silent:.2g} s")
 
-    def _begin(self, said: IO[bytes]) -> Channel:
-        ours, theirs = socket.socketpair()
-        with theirs:
-            # what the interpreter finds packages by, so that the process has the same ones
-            env = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-            self._process = subprocess.Popen(  # noqa: S603  the arguments are our own module
-                [sys.executable, "-m", _MODULE, str(theirs.fileno())],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=said,
-                pass_fds=[theirs.fileno()],
-                env=env,
-                start_new_session=True,  # Ctrl-C is for the run, which stops the arm
-            )
-        channel = Channel(ours)
-        channel.send(self._settings.to_message())
+    def _begin(self) -> Channel:
+        self._child = child = Child(_MODULE, [self._settings.to_message()])
         if self._zero is not None:
-            channel.send({"do": "zero", "wrench": self._zero})
+            child.channel.send({"do": "zero", "wrench": self._zero})
         with self._lock:
-            self._channel = channel
-        return channel
+            self._channel = child.channel
+        return child.channel
 
     def _take(self, message: Message) -> None:
         self._heard = time.monotonic()
@@ -240,11 +219,11 @@ class Supervisor(Latched):
                     if future is not None:
                         future.set_result(message)
 
-    def _lose(self, error: Exception, said: IO[bytes]) -> None:
+    def _lose(self, error: Exception) -> None:
         """Write down a loss, and refuse what waits for an answer."""
         if self._ending.is_set():
             return
-        reason = self._why(error, said)
+        reason = self._why(error)
         if not self._started.is_set():
             self._failed = self._failed or ChannelClosed(reason)
             self._ending.set()
@@ -254,33 +233,16 @@ class Supervisor(Latched):
             with suppress(InvalidStateError):
                 future.set_exception(ChannelClosed(reason))
 
-    def _why(self, error: Exception, said: IO[bytes]) -> str:
+    def _why(self, error: Exception) -> str:
         """Return why the process ended, from what it told or how it ended."""
-        text = str(error) if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
-        if not isinstance(error, ChannelClosed) or self._process is None or "gone" not in text:
-            return text
-        with suppress(subprocess.TimeoutExpired):
-            code = self._process.wait(1.0)
-            if code == -signal.SIGALRM:
-                return "the client of the controller hangs: no answer from there"
-            if code < 0:
-                return f"its process was ended by {signal.Signals(-code).name}"
-            said.seek(0)
-            lines = said.read().decode("utf-8", "replace").strip().splitlines()
-            return lines[-1] if lines else f"its process ended with {code}"
-        return text
+        if isinstance(error, ChannelClosed) and self._child is not None:
+            return self._child.why(error)
+        return str(error) if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
 
     def _reap(self) -> None:
         """Leave no process behind: it has a moment to brake when it was told to end."""
         with self._lock:
-            channel, self._channel = self._channel, None
-        if channel is not None:
-            channel.close()
-        process, self._process = self._process, None
-        if process is None:
-            return
-        try:
-            process.wait(1.5 if self._ending.is_set() else 0.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+            self._channel = None
+        child, self._child = self._child, None
+        if child is not None:
+            child.end(1.5 if self._ending.is_set() else 0.0)

@@ -54,10 +54,12 @@ class Channel:
             except BlockingIOError:
                 return messages
             except OSError as error:
+                if messages:
+                    return messages  # the end is told next time
                 raise ChannelClosed(f"the other side is gone ({error})") from error
             if not data:
                 if messages:
-                    return messages  # the end is told next time
+                    return messages
                 raise ChannelClosed("the other side is gone")
             *lines, self._rest = (self._rest + data).split(b"\n")
             if len(self._rest) > _LONGEST:

@@ -1,0 +1,323 @@
+"""Every fault that the stand-in of a camera can show, its process killed, and runs that a fault ends."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from stretch_bt import run
+from stretch_bt.errors import DeviceFault, DeviceLost, StaleReading
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
+from stretch_bt.hardware.emulators.serve import serving
+from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.interfaces import DeviceState
+from stretch_bt.hardware.realsense.library import library
+
+try:
+    library()
+except ImportError as error:
+    pytest.skip(str(error), allow_module_level=True)
+
+LIMIT = 20.0
+LOST = "600 ms"
+
+# (fault, parameters, kind of the fault, what it says)
+ENDS = [
+    ("drop", {}, DeviceLost, "connection"),
+    ("reset", {}, DeviceLost, "connection"),
+    ("freeze", {}, DeviceLost, "nothing came"),
+    ("slow", {"rate": 0.5}, DeviceLost, "nothing came"),
+    ("late", {"delay": 2.0}, DeviceLost, "nothing came"),
+    ("loss", {"part": 1.0}, DeviceLost, "nothing came"),
+    ("repeat", {}, DeviceLost, "the same frame again and again"),
+    ("clock", {}, DeviceLost, "the time of its frames stands"),
+    ("stale", {}, DeviceLost, "its image stands"),
+    ("torn", {}, DeviceLost, "its images are torn"),
+    ("torn", {"part": 0.1}, DeviceLost, "its images are torn"),
+    ("dark", {}, DeviceLost, "no pixel of its images has a value"),
+    ("corrupt", {}, DeviceLost, "what it sends is broken"),
+    ("truncate", {}, DeviceLost, "what it sends is broken|connection"),
+    ("garbage", {}, DeviceLost, "connection"),
+    ("restart", {}, DeviceFault, "the camera was restarted"),
+    ("jump", {}, DeviceFault, "its clock jumped ahead by"),
+]
+# (fault, parameters, the counter that shows it)
+HARMLESS = [
+    ("loss", {"part": 0.4}, "lost"),
+    ("reorder", {"part": 0.4}, "late"),
+    ("repeat", {"times": 6}, "repeated"),
+    ("clock", {"times": 6}, "stale"),
+    ("stale", {"times": 6}, "stale"),
+    ("torn", {"times": 6}, "torn"),
+    ("dark", {"times": 6}, "empty"),
+    ("corrupt", {"times": 6}, "broken"),
+]
+OTHERS = {"exchange"}
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory, write_cell):
+    """A cell on a stand-in, which the tests leave ready."""
+    behind = RealsenseStandIn("127.0.0.1", Stage(), {"depth": 0})
+    path = write_cell(tmp_path_factory.mktemp("camera"), "realsense", "depth", behind.start()["depth"], lost_after=LOST)
+    cell = open_cell(load_cell(path), now=time.monotonic)
+    cell.stand_in = behind
+    yield cell
+    cell.close()
+    behind.stop()
+
+
+@pytest.fixture
+def camera(shared):
+    """The camera, ready, and its stand-in."""
+    device = shared.devices["camera"]
+    yield device, shared.stand_in
+    shared.stand_in.clear()
+    eventually(lambda: device.acknowledge() is None and fresh(device))
+
+
+def eventually(ask):
+    """Return the answer of `ask` as soon as it has a true one and raises no fault."""
+    end = time.monotonic() + LIMIT
+    while time.monotonic() < end:
+        with suppress(DeviceFault):
+            if answer := ask():
+                return answer
+        time.sleep(0.01)
+    raise AssertionError("it does not come")
+
+
+def fault_of(device, age=1e9):
+    """Read until a reading raises a fault, and return that; all frames before it are new ones."""
+    end, numbers = time.monotonic() + LIMIT, []
+    while time.monotonic() < end:
+        try:
+            numbers.append(device.frame(age).device_time)
+        except DeviceFault as fault:
+            assert numbers == sorted(numbers)
+            return fault
+        time.sleep(0.005)
+    raise AssertionError("no fault comes")
+
+
+def fresh(device):
+    """Return a reading that came after this was asked."""
+    before = device.frame(1e9).sequence
+    return eventually(lambda: (reading := device.frame(1e9)).sequence > before + 1 and reading)
+
+
+def test_every_fault_is_in_a_table():
+    assert {row[0] for row in (*ENDS, *HARMLESS)} | OTHERS == set(RealsenseStandIn.FAULTS)
+
+
+@pytest.mark.parametrize(("fault", "parameters", "kind", "said"), ENDS)
+def test_a_fault_stays_until_it_is_acknowledged_and_reading_comes_back(camera, fault, parameters, kind, said):
+    device, stand_in = camera
+    last = fresh(device)
+    stand_in.inject(fault, parameters)
+    found = fault_of(device)
+    assert type(found) is kind
+    with pytest.raises(kind, match=said):
+        raise found
+    assert device.state is DeviceState.FAULT
+    stand_in.clear()
+    again = eventually(lambda: fresh(device))
+    assert again.sequence > last.sequence
+    assert device.state is DeviceState.FAULT
+    with suppress(DeviceFault):  # what came between, such as the silence that is over, is told too
+        device.acknowledge()
+    eventually(lambda: device.acknowledge() is None)
+    assert device.state is DeviceState.READY
+    assert fresh(device).value.raw.any()
+
+
+@pytest.mark.parametrize(("fault", "parameters", "counter"), HARMLESS)
+def test_a_frame_that_is_bad_is_left_out_and_does_no_harm(camera, fault, parameters, counter):
+    device, stand_in = camera
+    before = getattr(device.driver.counters(), counter)
+    stand_in.inject(fault, parameters)
+    times = {}
+
+    def seen():
+        reading = device.frame(1e9)
+        times[reading.sequence] = reading.value.time
+        return getattr(device.driver.counters(), counter) > before + 3
+
+    eventually(seen)
+    assert list(times.values()) == sorted(set(times.values()))
+    assert device.state is DeviceState.READY
+
+
+def test_frames_that_come_late_are_old(camera):
+    """Their age counts from their exposure, not from when they came."""
+    device, stand_in = camera
+    assert time.monotonic() - fresh(device).host_time < 0.4
+    stand_in.inject("late", {"delay": 0.5})
+    eventually(lambda: time.monotonic() - device.frame(1e9).host_time > 0.5 and fresh(device))
+    with pytest.raises(StaleReading, match="latest frame is 0"):
+        device.frame(0.4)
+    assert device.state is DeviceState.READY
+
+
+def test_what_the_camera_tells_is_taken_from_it(camera):
+    device, _ = camera
+    lens, frame = device.intrinsics, device.frame(1e9).value
+    assert (lens.fx, lens.cx, lens.width, lens.height) == (238.0, 160.0, 320, 240)
+    assert frame.intrinsics == lens
+    assert frame.unit == pytest.approx(0.000125, rel=1e-6)
+    assert frame.raw.mean() * frame.unit == pytest.approx(0.2, abs=1e-4)
+    with pytest.raises(ValueError, match="read-only"):
+        frame.raw[0, 0] = 0
+
+
+def test_another_camera_is_not_taken_for_the_one_that_was_opened(camera):
+    device, stand_in = camera
+    stand_in.inject("exchange")
+    stand_in.inject("reset")
+    eventually(lambda: "another camera answers" in str(fault_of(device)))
+    with pytest.raises(DeviceLost):
+        device.acknowledge()
+    assert device.state is DeviceState.FAULT
+
+
+# --- processes that are killed
+
+
+@pytest.mark.parametrize(
+    ("ending", "said"), [(signal.SIGKILL, "ended by SIGKILL"), (signal.SIGSTOP, "no sign of life|hangs|SIGALRM")]
+)
+def test_a_process_that_is_killed_or_hangs_is_replaced(camera, ending, said):
+    device, _ = camera
+    first = device.driver.process
+    os.kill(first, ending)
+    with pytest.raises(DeviceLost, match=said):
+        raise fault_of(device)
+    eventually(lambda: fresh(device))
+    assert device.driver.process not in (None, first)
+    assert not Path(f"/proc/{first}").exists()
+    device.acknowledge()
+
+
+RUN = """
+import sys, time
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
+print(open_cell(load_cell(sys.argv[1]), now=time.monotonic).devices["camera"].driver.process, flush=True)
+time.sleep(60)
+"""
+
+
+def test_killing_the_run_leaves_no_process(stand_in, live_cell):
+    _, places = stand_in("realsense")
+    path = live_cell("realsense", "depth", places["depth"])
+    with subprocess.Popen([sys.executable, "-c", RUN, str(path)], stdout=subprocess.PIPE) as process:
+        driver = json.loads(process.stdout.readline())
+        process.kill()
+    eventually(lambda: not Path(f"/proc/{driver}").exists() or "zombie" in Path(f"/proc/{driver}/status").read_text())
+
+
+# --- runs
+
+CELL = """\
+format: stretch-cell/1
+devices:
+  arm:
+    type: Arm
+    use: ur
+    host: HOST
+    model: ur5
+    base: {x: -500 mm}
+    hand: {z: 300 mm, rx: 180 deg}
+    source: a test
+    watchdog: 1 Hz
+    lost_after: 1 s
+    heartbeat: 5 s
+  camera: {type: DepthCamera, use: realsense, host: HOST}
+"""
+TREE = """\
+format: stretch-tree/1
+devices: {arm: Arm, camera: DepthCamera}
+keys: {frame: DepthFrame}
+trees:
+  main:
+    parallel:
+      children:
+        - retract: {clearance: 100 mm, speed: 20 mm/s}
+        - average_frames: {count: 200, frame: $frame}
+"""
+RECORD = {"run.json", "events.jsonl", "record.mcap", "result.json", "report.html"}
+FEW = {"drop", "stale", "restart"}
+#: how often a run may be begun again that this machine was too busy for, so that it ended before its fault
+AGAIN = 3
+
+
+@pytest.mark.parametrize(
+    ("fault", "parameters"),
+    [pytest.param(f, p, marks=() if f in FEW else pytest.mark.slow) for f, p, _, _ in ENDS],
+)
+def test_a_fault_ends_the_run_with_the_arm_at_rest(own_hosts, tmp_path, fault, parameters):
+    (tmp_path / "tree.yaml").write_text(TREE)
+    before = children()
+    for k in range(AGAIN):
+        host, record = next(own_hosts), tmp_path / f"record{k}"
+        (tmp_path / "cell.yaml").write_text(CELL.replace("HOST", host))
+        with serving(["ur", "realsense"], Stage(), host=host) as servers:
+            took = ended_by(servers.stand_ins, fault, parameters, (tmp_path, record))
+        assert {path.name for path in record.iterdir()} == RECORD
+        assert children() <= before
+        if took is not None:
+            print(f"{fault:10s}{took[0]:7.3f} s  {took[1][:90]}")  # noqa: T201
+            return
+    raise AssertionError("it ended before the fault")
+
+
+def ended_by(behind, fault, parameters, folders):
+    """Run until a fault of the camera, and return how long it took to its end and why; None where the run ended before."""
+    arm, injected, over = behind["ur"], [], threading.Event()
+
+    def harm():
+        while not (over.is_set() or arm.state()["height"] > 0.205):
+            time.sleep(0.005)
+        if not over.is_set():
+            behind["realsense"].inject(fault, parameters)
+            injected.append(time.monotonic())
+
+    chaos = threading.Thread(target=harm)
+    chaos.start()
+    try:
+        result = run(folders[0] / "tree.yaml", cell=folders[0] / "cell.yaml", out=folders[1])
+    finally:
+        ended = time.monotonic()
+        over.set()
+        chaos.join()
+    eventually(lambda: not arm.state()["moving"])
+    height = arm.state()["height"]
+    time.sleep(0.2)
+    assert arm.state()["height"] == pytest.approx(height, abs=1e-6)
+    assert height < 0.29
+    assert result.status == "FAULT", result.reason
+    if not injected:
+        return None
+    assert "camera" in result.reason
+    return ended - injected[0], result.reason
+
+
+def children():
+    """Return the numbers of the processes of drivers that this process began and that are left."""
+    found = set()
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError, ValueError):
+            fields = (entry / "stat").read_text().rpartition(")")[2].split() if entry.name.isdigit() else []
+            ours = fields and int(fields[1]) == os.getpid()
+            if ours and b"stretch_bt.hardware" in (entry / "cmdline").read_bytes():
+                found.add(entry.name)
+    return found

@@ -1,0 +1,136 @@
+"""What is read of a camera: any bytes of its stand-in, and any frames."""
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.realsense.judge import Judge, Shot
+from stretch_bt.hardware.realsense.wire import Described, Packets, Picture, _packet
+
+CAMERA = Described(serial="1", width=4, height=3, rate=30, unit=1e-4, fx=5.0, fy=5.0, cx=2.0, cy=1.5)
+TIMES = st.floats(-1e11, 1e11)
+PICTURES = st.builds(Picture, st.integers(0, (1 << 64) - 1), TIMES, st.binary(max_size=40))
+
+
+def in_pieces(packets, data, sizes):
+    """Yield what packets are cut out of bytes that come in pieces."""
+    at = 0
+    for size in [*sizes, len(data)]:
+        yield from packets.feed(data[at : at + size])
+        at += size
+
+
+@given(st.lists(PICTURES, max_size=6), st.lists(st.integers(1, 60), max_size=20))
+def test_frames_survive_the_wire_in_any_pieces(pictures, sizes):
+    packets = Packets()
+    data = b"".join(p.encode() for p in (CAMERA, *pictures))
+    assert list(in_pieces(packets, data, sizes)) == [CAMERA, *pictures]
+    assert packets.broken == 0
+
+
+@given(st.lists(st.binary(max_size=60), max_size=8))
+def test_any_bytes_are_no_frames(chunks):
+    packets, found = Packets(), []
+    try:
+        for chunk in chunks:
+            found += packets.feed(chunk)
+    except InvalidInput as error:
+        assert len(str(error)) < 200
+    assert found == []
+
+
+@given(st.lists(PICTURES, min_size=1, max_size=4), st.integers(0, 10_000), st.integers(1, 255))
+def test_a_byte_that_is_changed_costs_its_frame_or_the_connection(pictures, at, change):
+    """And never gives one that was not sent."""
+    data = bytearray(b"".join(p.encode() for p in pictures))
+    data[at % len(data)] ^= change
+    found = []
+    with suppress(InvalidInput):
+        for packet in Packets().feed(bytes(data)):
+            found.append(packet)
+    assert all(packet in pictures for packet in found)
+    assert len(found) <= len(pictures)
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        (b"{}", "Field required"),
+        (CAMERA.model_dump_json().replace("0.0001", "NaN").encode(), "valid|finite"),
+        (CAMERA.model_dump_json().replace('"width":4', '"width":0').encode(), "greater"),
+        (CAMERA.model_dump_json().replace('"width":4', '"width":100000').encode(), "less"),
+        (b"[" * 4000, "recursion|Invalid JSON|depth"),
+    ],
+)
+def test_what_describes_no_camera(body, said):
+    with pytest.raises(InvalidInput, match=said):
+        list(Packets().feed(_packet(1, body)))
+
+
+@given(st.integers(0, 255), st.binary(max_size=30))
+def test_a_packet_of_any_kind(kind, body):
+    try:
+        found = list(Packets().feed(_packet(kind, body)))
+    except InvalidInput:
+        return
+    assert kind == 2
+    assert found[0].pixels == body[16:]
+
+
+SHOTS = st.lists(
+    st.tuples(st.integers(0, 12), st.integers(0, 12), st.floats(0.001, 0.5), st.integers(0, 3)), max_size=40
+)
+
+
+@given(SHOTS, st.booleans())
+def test_any_frames_are_given_out_once_and_in_their_order(shots, noisy):
+    """With their exposure never after they came, and every frame counted; a camera that is restarted may begin anew."""
+    judge, now, taken, events = Judge(0.4, noisy, 0.0), 0.0, [], 0
+    for number, time, wait, seed in shots:
+        now += wait
+        image = np.random.default_rng(seed).integers(0, 3, (48, 64)).astype(np.uint16) * (seed > 0)
+        good = judge.take(Shot(number, time / 10, now, image))
+        events, judge.event = events + (judge.event is not None), None
+        assert (good is None) == (judge.bad is not None)
+        if good is not None:
+            assert good.exposed <= good.arrived == now
+            assert judge.silent(now) == 0.0
+            taken.append((good.number, good.time))
+    assert judge.counters.received == len(shots)
+    assert min(judge.counters.to_message().values()) >= 0
+    if not events:
+        assert taken == sorted(set(taken))
+
+
+def test_noise_that_stands_in_a_strip_is_a_torn_image():
+    random = np.random.default_rng(0)
+    first, second = (random.integers(1590, 1610, (480, 640)).astype(np.uint16) for _ in range(2))
+    judge = Judge(1.0, noisy=True, began=0.0)
+    assert judge.take(Shot(1, 0.0, 0.0, first)) is not None
+    torn = second.copy()
+    torn[450:] = first[450:]
+    assert judge.take(Shot(2, 0.03, 0.03, torn)) is None
+    assert judge.bad == "its images are torn"
+    cut = random.permuted(second, axis=1)
+    cut[240:] = 0
+    assert judge.take(Shot(3, 0.07, 0.07, cut)) is None
+    assert judge.take(Shot(4, 0.1, 0.1, second)) is not None
+    assert judge.counters.torn == 2
+    still = Judge(1.0, noisy=False, began=0.0)
+    assert [still.take(Shot(k, k / 30, k / 30, first)) is not None for k in range(3)] == [True] * 3
+
+
+def test_a_frame_that_was_held_up_is_as_old_as_its_exposure():
+    judge, random = Judge(10.0, noisy=False, began=0.0), np.random.default_rng(0)
+    image = random.integers(1, 9, (4, 4)).astype(np.uint16)
+    way = [0.02, 0.03, 0.02, 0.32, 0.29, 0.02]
+    for k, late in enumerate(way):
+        shot = judge.take(Shot(k, 50.0 + k, k + late, image))
+        assert shot.exposed == pytest.approx(k + 0.02, abs=1e-3)  # the drift that a clock may have
+    assert judge.event is None
+    judge.take(Shot(9, 70.0, 10.0, image))
+    assert "jumped ahead by 1" in judge.event
