@@ -101,7 +101,7 @@ class Watch(Onlooker):
             return
         past = self.twin.world._past[-1]
         lump: Lump = past.thing.rolled
-        self.at_stop = {"spread": lump.roundness, "low_pass": _one(lump), "mean": all_round(lump)}
+        self.at_stop = {"spread": lump.roundness, "low_pass": low_pass(lump), "mean": all_round(lump)}
         if self.reached is None and self.at_stop["mean"] >= ROUND:
             self.reached = self.rolled
 
@@ -112,7 +112,7 @@ def all_round(lump: Lump) -> float:
     z = 1 - (index + 0.5) / AXES
     azimuth, across = index * math.pi * (3 - math.sqrt(5)), np.sqrt(1 - z**2)
     axes = np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), z])
-    return float(np.mean([_one(_along(lump, axis)) for axis in axes]))
+    return float(np.mean([low_pass(_along(lump, axis)) for axis in axes]))
 
 
 def _along(lump: Lump, axis: Any) -> Lump:
@@ -122,7 +122,7 @@ def _along(lump: Lump, axis: Any) -> Lump:
     return replace(lump, quaternion=quaternion / np.linalg.norm(quaternion))
 
 
-def _one(lump: Lump) -> float:
+def low_pass(lump: Lump) -> float:
     """Return the low-pass circularity of the outline to which a lump would be pressed as it lies, without its error."""
     curve = METHODS["low_pass"](contour_of(outline(lump, lump.ball)))
     return 4 * math.pi * area_of(curve) / perimeter_of(curve) ** 2

@@ -23,7 +23,7 @@ class Roll(MotionBehavior):
 
     With a `force` the hand goes higher or lower after each eighth of a lap, down to `depth` at most, until the force along
     its axis is that; else it stays at the depth. It makes so many laps, or rolls until it is stopped. FAILURE when the force
-    exceeds its limit, or, with a `force`, when nothing is under the hand any more.
+    exceeds its limit, or, with a `force`, when nothing was under the hand for a whole lap.
     """
 
     arm: Uses[Arm]
@@ -44,6 +44,7 @@ class Roll(MotionBehavior):
         super().initialise()
         self.done = 0  # pieces
         self.rolled = 0.0
+        self.missed = 0  # pieces in a row without a force at the greatest depth
         self.readings: list[float] = []
 
     def start(self) -> Motion:
@@ -98,7 +99,8 @@ class Roll(MotionBehavior):
         """Go towards the height at which the force is right; tell whether anything is there to roll."""
         mean = sum(self.readings) / len(self.readings)
         step = min(max((force - mean) / STIFFNESS, -MOST_STEP), MOST_STEP)
-        if self.height <= self._lowest and mean < LOST * force:
+        self.missed = self.missed + 1 if self.height <= self._lowest and mean < LOST * force else 0
+        if self.missed >= LEGS:
             self.reason = f"nothing is under the hand any more: {mean:.2f} N at the greatest depth"
             return False
         self.height = max(self.height - step, self._lowest)

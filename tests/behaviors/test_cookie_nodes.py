@@ -100,6 +100,14 @@ def test_nothing_under_the_hand_is_a_failure():
         assert len(device_of(roll).commands) < 50
     assert roll.status is Status.FAILURE
     assert "nothing is under the hand" in roll.reason
+    assert len(paths(device_of(roll))) >= 8, "a place where it is too low to be felt is no loss"
+
+
+def test_what_is_felt_again_within_a_lap_is_not_lost():
+    felt = [Wrench((0.0, 0.0, force)) for force in (*[0.0] * 7, 1.0)]
+    device = ScriptedDevice("Arm", {"pose": START, "wrench": 6 * felt}, motion=[MotionState.DONE])
+    roll = node("roll", device, force=1.0, depth=0.002, laps=0)
+    assert tick(roll, 40) is Status.RUNNING, roll.reason
 
 
 @pytest.mark.parametrize("motion", [MotionState.MOVING, MotionState.DONE])

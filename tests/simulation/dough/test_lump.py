@@ -131,6 +131,7 @@ HARD = {
     "wild spin": {"spin": 5.0},
     "n 100": {"count": 100},
     "n 2000": {"count": 2000},
+    "n 8000": {"count": 8000},
     "one long step": {"leg": 2.0},
     "tiny steps": {"leg": 1e-5},
 }  # fmt: skip

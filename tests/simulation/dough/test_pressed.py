@@ -130,6 +130,11 @@ def test_hard_cases_have_an_answer(name):
     assert abs(drift) < 1e-12
     if name in ("never yields", "contact lost on the way"):
         assert after["radius_spread"] == pytest.approx(0.125, abs=0.003)
+    if name == "it wanders off the membrane":
+        half, reach = world.membrane.width / 2, spec.reach
+        assert 0.02 < lump.x < half + reach, "it stays behind, and is not rolled on by a hand that is past it"
+    if name == "steps ten times as long":
+        assert after == pytest.approx(moved(World(scene.with_(object=spec)), case["points"], case["height"]))
 
 
 def test_a_cube_under_the_table_is_refused():
