@@ -91,6 +91,14 @@ class CellSpec:
         """Whether any device is simulated, so that the cell needs a scene."""
         return any(driver_class(device.type, device.use).simulated for device in self.devices.values())
 
+    def span(self, limit: str) -> tuple[float, float]:
+        """Return the least and the greatest value that the cell allows of a limit, SI; a stretch as far as its gripper opens too."""
+        low, high = self.limits.span(limit)
+        for device in self.devices.values() if limit == "stretch" else ():
+            if (ends := device.options.openings()) is not None:
+                low, high = max(low, self.hand.stretch(ends[0])), min(high, self.hand.stretch(ends[1]))
+        return low, high
+
 
 def load_cell(cell: str | Path) -> CellSpec:
     """Read a cell file, or a shipped cell by its name; opens nothing.
