@@ -153,6 +153,10 @@ class GripperDriver(Driver, ABC):
     def opening(self) -> Reading[float]:
         """Return the latest measured opening, m."""
 
+    def count(self) -> int | None:
+        """Return the gripper's own number of where its fingers stand, or None where it has none; raises DeviceFault."""
+        return None
+
 
 class CameraDriver(Driver, ABC):
     """Delivers depth frames."""
