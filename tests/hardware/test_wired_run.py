@@ -27,7 +27,7 @@ HARMLESS = {
 MOVING = {("robotiq", "stall")}
 #: runs wait for most of their time
 AT_ONCE = 2 * (os.cpu_count() or 1)
-LONGEST = 120.0
+LONGEST = 300.0
 
 
 def faults():
