@@ -104,7 +104,7 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
         tilt_x=Estimate(tilt_x, tilt_sd[0]),
         tilt_y=Estimate(tilt_y, tilt_sd[1]),
         yaw=Estimate(yaw, ends.slope_sd),
-        length=Estimate(length, 2 * ends.sd),
+        length=Estimate(length, math.sqrt(2) * ends.sd),
         aim_x=Estimate(aim[0], math.hypot(sides.sd, middle[1] * ends.slope_sd)),
         aim_y=Estimate(aim[1], math.hypot(ends.sd, middle[0] * ends.slope_sd)),
     )
@@ -177,7 +177,7 @@ def _edges(flat: Array, on: MaskArray, *, along: int, pitch: float) -> _Edges:
     span = float(np.ptp(where[first, lines][:, across]))
     scatter = math.hypot(left, right) / 2 / math.sqrt(len(lines) / 4)
     half = _UNIFORM * pitch
-    sd = math.hypot(half / math.sqrt(2), scatter)
+    sd = math.hypot(half, scatter)  # what shifts both edges alike is in it
     slope_sd = math.hypot(2 * half, scatter) / span
     return _Edges(low, high, sd, (slope_low + slope_high) / 2, slope_sd)
 
