@@ -4,6 +4,7 @@ It reads one JSON object a line, `{"phase": ..., "device": ..., "fault": ...}`, 
 run took to its end, with which status and reason, how often it was begun, and everything that was not as it should be.
 """
 
+import faulthandler
 import itertools
 import json
 import os
@@ -103,6 +104,8 @@ STATED = {("ati", "load"): "FAILURE"}
 AGAIN = 25
 #: a gripper that cannot be reached goes on to where it was last sent
 UNTOLD = {("robotiq", fault) for fault in ("drop", "freeze", "slow", "corrupt", "truncate", "garbage", "crc", "refuse")}
+#: after which a case is taken to hang, s
+HANGS = 200.0
 #: how fast the arm goes, m/s, where a phase is taken for under way
 UNDER_WAY = 0.004
 #: pictures of one pose that differ by their noise
@@ -285,10 +288,12 @@ def main():
     hosts = (f"127.{101 + pid % 150}.{pid // 150 % 250}.{1 + k % 250}" for k in itertools.count())
     for line in sys.stdin:
         asked = json.loads(line)
+        faulthandler.dump_traceback_later(HANGS, exit=True)  # whoever waits hears where
         try:
             row = trial(**asked, hosts=hosts)
         except Exception:
             row = {"problems": [traceback.format_exc()], "took": None}
+        faulthandler.cancel_dump_traceback_later()
         row["problems"] += broken
         broken.clear()
         print(json.dumps({**asked, **row}), flush=True)  # noqa: T201
