@@ -63,6 +63,7 @@ class FrameSource:
             height = pose.height
         if stretch is None and self.gripper is not None:
             stretch = geometry.stretch(self.gripper.opening(MAX_AGE).value)
+        pose = None if pose is None else geometry.seen_from(pose)
         stretch = None if stretch is None else max(stretch, 0.0)  # a gripper's counts may end short of the rest length
         distance = frame.plane_distance or geometry.plane_distance
         placed = replace(frame, pose=pose, hand_height=height, stretch=stretch, plane_distance=distance)

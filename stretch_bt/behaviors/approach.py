@@ -42,9 +42,11 @@ class Approach(MotionBehavior):
     arm: Uses[Arm]
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
-    speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="of the descent")
-    max_travel: In[Length] = port(0.100, min=0.001, max=0.500, doc="give up when nothing was met this far down")
-    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this")
+    speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="of the descent", limit="speed")
+    max_travel: In[Length] = port(
+        0.100, min=0.001, max=0.500, doc="give up when nothing was met this far down", limit="travel"
+    )
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
     average: In[int] = port(24, min=1, max=64, doc="frames to average at each")

@@ -26,11 +26,13 @@ class MoveOver(MotionBehavior):
     """
 
     arm: Uses[Arm]
-    x: In[Length]  # of the hand, world
-    y: In[Length]  # of the hand, world
+    x: In[Length] = port(limit="x")  # of the hand, world
+    y: In[Length] = port(limit="y")  # of the hand, world
     yaw: In[Angle] = port(0.0, min=-math.pi, max=math.pi, doc="turn about the vertical")
-    clearance: In[Length] = port(0.020, min=0.005, max=0.300, doc="above the highest place that was felt")
-    speed: In[Speed] = port(0.100, min=0.001, max=0.250, doc="of the hand")
+    clearance: In[Length] = port(
+        0.020, min=0.005, max=0.300, doc="above the highest place that was felt", limit="travel"
+    )
+    speed: In[Speed] = port(0.100, min=0.001, max=0.250, doc="of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Go up, then across."""

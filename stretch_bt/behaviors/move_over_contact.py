@@ -21,8 +21,8 @@ class MoveOverContact(MotionBehavior):
 
     arm: Uses[Arm]
     contact: In[Contact]  # the last one before the hand left
-    clearance: In[Length] = port(0.010, min=0.0, max=0.300, doc="above where the hand is")
-    speed: In[Speed] = port(0.050, min=0.001, max=0.250, doc="of the hand")
+    clearance: In[Length] = port(0.010, min=0.0, max=0.300, doc="above where the hand is", limit="travel")
+    speed: In[Speed] = port(0.050, min=0.001, max=0.250, doc="of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Go up, then across."""

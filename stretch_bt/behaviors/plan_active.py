@@ -29,9 +29,9 @@ class PlanActive(ModelBehavior):
     least_gain: In[float] = port(
         0.01, min=0.0, max=10.0, doc="part of the variance per second below which no look is worth its time"
     )
-    max_depth: In[Length] = port(0.018, min=0.001, max=0.030, doc="of the hand, past first contact")
-    max_force: In[Force] = port(8.0, min=0.05, max=50.0, doc="by the model")
-    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="of the membrane")
+    max_depth: In[Length] = port(0.018, min=0.001, max=0.030, doc="of the hand, past first contact", limit="depth")
+    max_force: In[Force] = port(8.0, min=0.05, max=50.0, doc="by the model", limit="force")
+    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="of the membrane", limit="stretch")
     stretch_step: In[Length] = port(0.010, min=0.001, max=0.080, doc="between the stretches to choose from")
     press_speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand")
     change_time: In[Time] = port(3.5, min=0.0, max=60.0, doc="of leaving the object, stretching and coming back")

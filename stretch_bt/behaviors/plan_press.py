@@ -21,9 +21,9 @@ class PlanPress(ModelBehavior):
     radius: In[Length] = port(min=0.001, max=1.0, doc="of the sphere in contact")
     contact_height: In[Length] = port(doc="height from which depths count, as `approach` found it")
     drop: In[Length] = port(min=1e-4, doc="by which the object should give way")
-    max_depth: In[Length] = port(0.018, min=0.001, max=0.030, doc="of the hand, past first contact")
-    max_force: In[Force] = port(8.0, min=0.05, max=50.0, doc="by the model")
-    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="of the membrane")
+    max_depth: In[Length] = port(0.018, min=0.001, max=0.030, doc="of the hand, past first contact", limit="depth")
+    max_force: In[Force] = port(8.0, min=0.05, max=50.0, doc="by the model", limit="force")
+    max_stretch: In[Length] = port(0.080, min=0.0, max=0.080, doc="of the membrane", limit="stretch")
     stretch_step: In[Length] = port(0.010, min=0.001, max=0.080, doc="between the stretches to choose from")
     stretch: Out[Length]  # at which to press; the present one where that will do
     depth: Out[Length]  # of the hand, past first contact

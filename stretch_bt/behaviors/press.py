@@ -14,9 +14,9 @@ class Press(MotionBehavior):
     """Move the hand to a depth past first contact, up or down; FAILURE when the force exceeds its limit."""
 
     arm: Uses[Arm]
-    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute, past first contact")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand")
-    max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this")
+    depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute, past first contact", limit="depth")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="speed")
+    max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
 
     def start(self) -> Motion:
         """Move straight down, or up."""

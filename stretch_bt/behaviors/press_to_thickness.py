@@ -37,9 +37,9 @@ class PressToThickness(MotionBehavior):
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
     thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted, under the press")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="speed")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here")
-    max_depth: In[Length] = port(MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact")
+    max_depth: In[Length] = port(MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact", limit="depth")
     frames: In[int] = port(2, min=1, max=64, doc="to average at each look")
     reached: Out[Length]  # thickness under the press
     force: Out[Force]  # along the hand's axis, at the last look

@@ -14,8 +14,8 @@ class Retract(MotionBehavior):
     """Raise the hand clear of the object: above first contact, or above where it is when none is known; never lower it."""
 
     arm: Uses[Arm]
-    clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact")
-    speed: In[Speed] = port(0.020, min=0.001, max=0.250, doc="of the hand")
+    clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact", limit="travel")
+    speed: In[Speed] = port(0.020, min=0.001, max=0.250, doc="of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Move straight up."""

@@ -28,13 +28,15 @@ class Roll(MotionBehavior):
 
     arm: Uses[Arm]
     shape: In[Literal["circle", "eight"]] = "circle"  # a circle, or an eight along the stretch, 0.4 as wide as long
-    radius: In[Length] = port(0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight")
-    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path")
-    depth: In[Length] = port(
-        0.005, min=-0.030, max=MOST_DEPTH, doc="absolute, past first contact; with a force the most"
+    radius: In[Length] = port(
+        0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight", limit="radius"
     )
-    force: In[Force | None] = port(None, min=0.01, max=50.0, doc="to keep, along the hand's axis")
-    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop and fail above this")
+    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path", limit="speed")
+    depth: In[Length] = port(
+        0.005, min=-0.030, max=MOST_DEPTH, doc="absolute, past first contact; with a force the most", limit="depth"
+    )
+    force: In[Force | None] = port(None, min=0.01, max=50.0, doc="to keep, along the hand's axis", limit="force")
+    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
     laps: In[int] = port(1, min=0, max=100000, doc="0: until it is stopped")
     travel: Out[Length]  # of the hand so far, written after each piece
     felt: Out[Force]  # mean along its axis over the latest piece

@@ -16,8 +16,8 @@ class SetStretch(MotionBehavior):
     """Open the gripper until the membrane is stretched by so much; FAILURE when the fingers do not get there."""
 
     gripper: Uses[Gripper]
-    stretch: In[Length] = port(min=0.0, max=MOST_STRETCH, doc="how far past the rest length")
-    speed: In[Speed] = port(0.020, min=0.001, max=0.150, doc="of the fingers")
+    stretch: In[Length] = port(min=0.0, max=MOST_STRETCH, doc="how far past the rest length", limit="stretch")
+    speed: In[Speed] = port(0.020, min=0.001, max=0.150, doc="of the fingers", limit="gripper_speed")
 
     def start(self) -> Motion:
         """Move the fingers."""

@@ -55,7 +55,7 @@ def _add_commands(group: typer.Typer, package: ModuleType) -> None:
             _add_commands(inner, loaded)
             group.add_typer(inner, name=module.name)
         else:
-            group.command(module.name.removeprefix("command_"))(loaded.command)
+            group.command(module.name.removeprefix("command_").replace("_", "-"))(loaded.command)
 
 
 _add_commands(app, cli)

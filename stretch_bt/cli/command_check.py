@@ -13,12 +13,15 @@ __all__ = ["command"]
 
 def command(
     files: Annotated[list[str], typer.Argument(help="Tree, scene, cell or mocks files.")],
+    cell: Annotated[
+        str | None, typer.Option(help="Cell file or shipped cell, against whose devices and limits the trees are held.")
+    ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Check files, all findings at once; opens no device."""
     from stretch_bt.run.check import check
 
-    findings = check(files)
+    findings = check(files, cell=cell)
     errors = [f for f in findings if f.severity == "error"]
     if json_:
         emit_json([f.to_json() for f in findings])

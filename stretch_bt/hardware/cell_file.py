@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union
@@ -13,10 +13,11 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from stretch_bt.errors import CellError, Diagnostic, FileError
 from stretch_bt.hardware.driver import Options
 from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class, names_for
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.limits import Limits
-from stretch_bt.source import Map, Mark, Scalar, did_you_mean, load, resolve, validate
+from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, load, resolve, validate
 from stretch_bt.units import Length, Within
 
 __all__ = ["CellSpec", "DeviceSpec", "cell_names", "cell_schema", "load_cell"]
@@ -40,6 +41,9 @@ class _Hand(BaseModel):
     )
     plane_distance: Annotated[Length, Within(0.02, 2.0, "Length")] = Field(
         default=_REST.plane_distance, description="camera to the flat membrane"
+    )
+    calibration: str | None = Field(
+        default=None, description="file that `calibrate-hand` wrote, relative to this one, in place of `plane_distance`"
     )
 
 
@@ -91,6 +95,14 @@ class CellSpec:
         """Whether any device is simulated, so that the cell needs a scene."""
         return any(driver_class(device.type, device.use).simulated for device in self.devices.values())
 
+    def span(self, limit: str) -> tuple[float, float]:
+        """Return the least and the greatest value that the cell allows of a limit, SI; a stretch as far as its gripper opens too."""
+        low, high = self.limits.span(limit)
+        for device in self.devices.values() if limit == "stretch" else ():
+            if (ends := device.options.openings()) is not None:
+                low, high = max(low, self.hand.stretch(ends[0])), min(high, self.hand.stretch(ends[1]))
+        return low, high
+
 
 def load_cell(cell: str | Path) -> CellSpec:
     """Read a cell file, or a shipped cell by its name; opens nothing.
@@ -106,6 +118,7 @@ def load_cell(cell: str | Path) -> CellSpec:
     except FileError as error:
         raise CellError(error.diagnostics) from None
     found: list[Diagnostic] = []
+    source, calibration = _calibrated(source, path.parent, found)
     devices = _read_devices(source.get("devices"), path.parent, found)
     try:
         made = validate(_CellFile, source)
@@ -115,7 +128,10 @@ def load_cell(cell: str | Path) -> CellSpec:
         raise CellError(sorted(found, key=lambda d: (d.line, d.column))) from None
     if found:
         raise CellError(found)
-    hand = HandGeometry(**made.hand.model_dump())
+    hand = HandGeometry(**made.hand.model_dump(exclude={"calibration"}))
+    if calibration is not None:
+        c = calibration.camera
+        hand = replace(hand, plane_distance=c.distance, aim_x=c.aim_x, aim_y=c.aim_y, yaw=c.yaw)
     return CellSpec(path.stem, path, made.doc, hand, made.limits, devices)
 
 
@@ -137,6 +153,54 @@ def cell_schema() -> dict[str, Any]:
 
 def _shipped() -> Path:
     return Path(str(files("stretch_bt") / "trees" / "cells"))
+
+
+def _calibrated(source: Map, root: Path, found: list[Diagnostic]) -> tuple[Map, HandFile | None]:
+    """Return the file with the gripper's calibration from the one of the hand, where it names one, and that."""
+    hand = source.get("hand")
+    named = hand.get("calibration") if isinstance(hand, Map) else None
+    if not (isinstance(hand, Map) and isinstance(named, Scalar)):
+        return source, None
+    if "plane_distance" in hand:
+        told = "'plane_distance' is given, and in the calibration too"
+        found.append(hand.key("plane_distance").mark.error("device-file", told, "leave one of them out"))
+    try:
+        text = load(root / named.text, named.text)
+        made = validate(HandFile, text)
+    except FileError as error:
+        first = error.diagnostics[0]
+        missing = first.code == "file-missing"
+        found += (
+            [
+                named.mark.error(
+                    "file-missing", f"there is no file {named.text!r}", "write a path relative to the cell file"
+                )
+            ]
+            if missing
+            else error.diagnostics
+        )
+        return source, None
+    gripper, devices = text.get("gripper"), source.get("devices")
+    if gripper is None or not isinstance(devices, Map):
+        return source, made
+    pairs = tuple((key, _with_calibration(device, gripper)) for key, device in devices)
+    whole = tuple((key, Map(pairs, devices.mark) if key.text == "devices" else value) for key, value in source)
+    return Map(whole, source.mark), made
+
+
+def _with_calibration(device: Value, gripper: Value) -> Value:
+    """Return a device with the calibration of the hand, where it is a gripper that takes one and has none."""
+    kind, use = (device.get(name) if isinstance(device, Map) else None for name in ("type", "use"))
+    if (
+        not (isinstance(device, Map) and isinstance(kind, Scalar) and isinstance(use, Scalar))
+        or "calibration" in device
+    ):
+        return device
+    if (kind.text, use.text) not in IMPLEMENTATIONS or kind.text != "Gripper":
+        return device
+    if "calibration" not in driver_class(kind.text, use.text).Options.model_fields:
+        return device
+    return Map((*device.pairs, (Scalar("calibration", False, use.mark), gripper)), device.mark)
 
 
 def _read_devices(source: Any, root: Path, found: list[Diagnostic]) -> dict[str, DeviceSpec]:

@@ -53,6 +53,10 @@ class Options(BaseModel):
         """Yield (key, what is wrong, what to write instead) for what only the files it names can tell."""
         yield from ()
 
+    def openings(self) -> tuple[float, float] | None:
+        """Return the least and the greatest opening, m, that a gripper can have, where this is one."""
+        return None
+
 
 @dataclass(frozen=True)
 class Bench:
@@ -148,6 +152,10 @@ class GripperDriver(Driver, ABC):
     @abstractmethod
     def opening(self) -> Reading[float]:
         """Return the latest measured opening, m."""
+
+    def count(self) -> int | None:
+        """Return the gripper's own number of where its fingers stand, or None where it has none; raises DeviceFault."""
+        return None
 
 
 class CameraDriver(Driver, ABC):

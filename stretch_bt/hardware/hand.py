@@ -5,19 +5,37 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from stretch_bt.errors import NoContact
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.ur.transforms import rotation_vector
 
 __all__ = ["Hand", "HandGeometry"]
 
 
 @dataclass(frozen=True, slots=True)
 class HandGeometry:
-    """Lengths of the hand, m; `rest_opening` is the gripper's opening at stretch 0."""
+    """Lengths of the hand, m; `rest_opening` is the gripper's opening at stretch 0.
+
+    (`aim_x`, `aim_y`) is where the camera's axis meets the membrane's plane, membrane frame, and `yaw`, rad, its turn about that frame's z.
+    """
 
     gauge: float = 0.100
     width: float = 0.090
     thickness: float = 0.002
     rest_opening: float = 0.055
     plane_distance: float = 0.200
+    aim_x: float = 0.0
+    aim_y: float = 0.0
+    yaw: float = 0.0
+
+    def seen_from(self, pose: Pose) -> Pose:
+        """Return the pose of the hand from which the camera, if it stood and looked straight, would see what it sees."""
+        if not (self.aim_x or self.aim_y or self.yaw):
+            return pose
+        turn = pose.matrix()
+        shift = turn @ [self.aim_x, -self.aim_y, 0.0]
+        x, y, z = (float(p + s) for p, s in zip(pose.position, shift, strict=True))
+        a, b, c = rotation_vector(turn @ Pose(rotation=(0.0, 0.0, -self.yaw)).matrix()).tolist()
+        return Pose((x, y, z), (a, b, c))
 
     def opening(self, stretch: float) -> float:
         """Return the gripper opening, m, that gives a stretch, m."""

@@ -10,6 +10,7 @@ __all__ = ["IMPLEMENTATIONS", "driver_class", "names_for"]
 
 IMPLEMENTATIONS: dict[tuple[str, str], str] = {
     ("Arm", "simulated"): "stretch_bt.hardware.simulated.arm:SimulatedArm",
+    ("Arm", "replay"): "stretch_bt.hardware.replay.arm:ReplayArm",
     ("Arm", "ur"): "stretch_bt.hardware.ur.arm:UrArm",
     ("Gripper", "simulated"): "stretch_bt.hardware.simulated.gripper:SimulatedGripper",
     ("Gripper", "robotiq"): "stretch_bt.hardware.robotiq.gripper:RobotiqGripper",

@@ -48,6 +48,18 @@ class Limits(_Model):
     stretch: Span = Span.model_construct(min=0.0, max=0.08)
     force: Annotated[Force, Within(0.1, 200.0, "Force")] = Field(default=20.0, description="on the arm, while it moves")
 
+    def span(self, name: str) -> tuple[float, float]:
+        """Return the least and the greatest value that a limit allows, SI.
+
+        Beside the fields there are `travel`, the height of the box, and `radius`, of the largest circle that fits into it.
+        """
+        if name == "travel":
+            return -math.inf, self.height.max - self.height.min
+        if name == "radius":
+            return -math.inf, min(span.max - span.min for span in (self.x, self.y)) / 2
+        limit: Span | float = getattr(self, name)
+        return (limit.min, limit.max) if isinstance(limit, Span) else (-math.inf, limit)
+
     def check_pose(self, device: str, target: Pose, hand: Hand) -> None:
         """Raise LimitExceeded when the hand may not go there."""
         for name, span, value in zip("xy", (self.x, self.y), target.position[:2], strict=True):

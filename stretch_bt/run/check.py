@@ -69,11 +69,15 @@ _CHECKS: dict[str, Callable[[Path], list[Diagnostic]]] = {
 }
 
 
-def check(paths: Iterable[str | Path] | str | Path) -> list[Diagnostic]:
-    """Return the findings of files, in the order given; the first key of each says what it is."""
+def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None = None) -> list[Diagnostic]:
+    """Return the findings of files, in the order given; the first key of each says what it is.
+
+    With a cell, trees are also held against its devices and limits.
+    """
     if isinstance(paths, str | Path):
         paths = [paths]
-    return [finding for path in paths for finding in check_file(path)]
+    found = [finding for path in paths for finding in check_file(path)]
+    return found if cell is None else [*found, *_with_cell(paths, cell, found)]
 
 
 def check_file(path: str | Path) -> list[Diagnostic]:
@@ -83,6 +87,31 @@ def check_file(path: str | Path) -> list[Diagnostic]:
         return _CHECKS[_format(Path(path), name)](Path(path))
     except FileError as error:
         return error.diagnostics
+
+
+def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagnostic]) -> list[Diagnostic]:
+    """Return what trees without errors ask for beyond a cell, or what is wrong with the cell."""
+    from stretch_bt.hardware.cell_file import load_cell
+    from stretch_bt.run.reach import beyond_cell
+
+    try:
+        spec = load_cell(cell)
+    except FileError as error:
+        return [d for d in error.diagnostics if d not in found]
+    beyond: list[Diagnostic] = []
+    for path in paths:
+        if _is_tree(path):
+            program = load_program(path)
+            if not program.errors and "main" in program.document.trees:
+                beyond += beyond_cell(program, spec, path)
+    return beyond
+
+
+def _is_tree(path: str | Path) -> bool:
+    try:
+        return _format(Path(path), str(path)) == TREE
+    except FileError:
+        return False
 
 
 def _format(path: Path, name: str) -> str:

@@ -12,6 +12,7 @@ __all__ = ["Clock", "EndOfRecord", "RealClock", "ReplayClock", "VirtualClock"]
 
 #: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
 LONGEST = 0.05
+_ROUNDING = 1e-9
 
 
 class EndOfRecord(Exception):
@@ -27,6 +28,10 @@ class Clock(Protocol):
 
     def wait_until(self, deadline: float) -> None:
         """Return at the deadline, s, or earlier when woken."""
+        ...
+
+    def reached(self, deadline: float) -> bool:
+        """Return whether the wait for a deadline, s, is over."""
         ...
 
     def wake(self) -> None:
@@ -52,6 +57,10 @@ class RealClock:
             with suppress(Empty):
                 self._wakes.get(timeout=min(remaining, LONGEST))
 
+    def reached(self, deadline: float) -> bool:
+        """Return whether it is that late."""
+        return self.now() >= deadline - _ROUNDING
+
     def wake(self) -> None:
         """End the wait."""
         self._wakes.put(None)
@@ -70,6 +79,10 @@ class VirtualClock:
     def wait_until(self, deadline: float) -> None:
         """Jump to the deadline, s; never back."""
         self._now = max(self._now, deadline)
+
+    def reached(self, deadline: float) -> bool:
+        """Return whether it is that late."""
+        return self.now() >= deadline - _ROUNDING
 
     def advance(self, seconds: float) -> None:
         """Go on by some seconds."""
@@ -97,6 +110,10 @@ class ReplayClock:
             raise EndOfRecord
         self._now = self._times[self._next]
         self._next += 1
+
+    def reached(self, deadline: float) -> bool:
+        """Return that it is: a tick comes when it came, whatever deadline it would have had here."""
+        return True
 
     def wake(self) -> None:
         """Nothing waits on a record."""

@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.errors import CellError, InvalidInput
+from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.mocks import Mocks
@@ -73,21 +73,10 @@ class Task:
         if not wanted and self.cell is None:
             return None
         from stretch_bt.hardware.cell_file import load_cell
+        from stretch_bt.run.reach import check_devices
 
         spec = load_cell(self.cell or DEFAULT_CELL)
-        declared = self.program.document.devices
-        findings = []
-        for name in sorted(wanted):
-            interface = declared[name].interface.__name__
-            present = spec.devices.get(name)
-            if present is None or present.type != interface:
-                what = f"the tree needs {name!r}, a device of kind {interface}"
-                hint = f"add 'devices: {{{name}: {{type: {interface}, use: ...}}}}', or run another cell"
-                findings.append(
-                    declared[name].mark.error("device-missing", f"{what}, and {spec.path.name} has none", hint)
-                )
-        if findings:
-            raise CellError(findings)
+        check_devices(self.program, spec, wanted)
         return spec
 
     def header(self) -> dict[str, Any]:

@@ -158,7 +158,7 @@ class Runner:
     def _wait(self, limit: int) -> None:
         while len(self._interrupts) <= limit:
             self.clock.wait_until(self._deadline)
-            if self.clock.now() >= self._deadline - 1e-9:
+            if self.clock.reached(self._deadline):
                 break
 
     def _lateness(self) -> None:

@@ -64,15 +64,28 @@ class _Options:
     min: float | None
     max: float | None
     doc: str
+    limit: str | None = None
 
 
 @overload
-def port(default: T, *, min: float | None = None, max: float | None = None, doc: str = "") -> T: ...
+def port(
+    default: T, *, min: float | None = None, max: float | None = None, doc: str = "", limit: str | None = None
+) -> T: ...
 @overload
-def port(*, min: float | None = None, max: float | None = None, doc: str = "") -> Any: ...
-def port(default: Any = MISSING, *, min: float | None = None, max: float | None = None, doc: str = "") -> Any:  # noqa: A002
-    """Give a port a default, bounds (SI, both ends allowed) or a doc; a plain default can also be assigned as it is."""
-    return _Options(default, min, max, doc)
+def port(*, min: float | None = None, max: float | None = None, doc: str = "", limit: str | None = None) -> Any: ...
+def port(
+    default: Any = MISSING,
+    *,
+    min: float | None = None,  # noqa: A002
+    max: float | None = None,  # noqa: A002
+    doc: str = "",
+    limit: str | None = None,
+) -> Any:
+    """Give a port a default, bounds (SI, both ends allowed) or a doc; a plain default can also be assigned as it is.
+
+    `limit` names what of a cell's `limits` bounds the port too, such as `depth`: `check` holds trees against it.
+    """
+    return _Options(default, min, max, doc, limit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +101,7 @@ class Port:
     told: str = ""
     optional: bool = False
     owner: type | None = None
+    limit: str | None = None
 
     @property
     def doc(self) -> str:
@@ -299,7 +313,9 @@ def _make_port(cls: type, name: str, role: Role, annotation: Any, optional: bool
     options = given if isinstance(given, _Options) else _Options(given, None, None, "")
     if role is not Role.INPUT and options.default is not MISSING:
         raise TypeError(f"{cls.__name__}.{name}: only an input port can have a default")
-    return Port(name, role, annotation, options.default, options.min, options.max, options.doc, optional, cls)
+    return Port(
+        name, role, annotation, options.default, options.min, options.max, options.doc, optional, cls, options.limit
+    )
 
 
 def _split(hint: Any) -> tuple[Role | None, Any, bool]:

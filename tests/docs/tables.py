@@ -417,7 +417,7 @@ def findings(mistake: dict[str, Any]) -> list[Diagnostic]:
     from stretch_bt.run.task import run
 
     commands: dict[str, Callable[[], Any]] = {
-        "check": lambda: check("given.yaml"),
+        "check": lambda: check("given.yaml", cell=mistake.get("against")),
         "run": lambda: run("given.yaml", params=mistake.get("set"), **mistake.get("arguments", {})),
         "replay": lambda: replay("given"),
         "report": lambda: write_report(run("given.yaml").record, Path("no/folder/report.html")),

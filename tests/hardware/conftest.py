@@ -29,6 +29,7 @@ format: stretch-cell/1
 devices:
   camera: {type: DepthCamera, use: replay, file: press.npz, depth: z, time: t, unit: 0.1 mm, intrinsics: K, roi: roi}
   force_sensor: {type: ForceSensor, use: replay, file: press.npz}
+  arm: {type: Arm, use: replay, file: press.npz}
 """
 
 #: kinds of cell whose device is reached over a wire: what it is called in the file, its stand-in, the wire
@@ -248,6 +249,7 @@ def recording() -> dict[str, np.ndarray]:
         "K": np.array([434.0, 433.0, 4.0, 3.0]),
         "roi": np.array([1, 7, 2, 10]),
         "wrench": np.outer(np.arange(5.0), np.ones(6)),
+        "pose": np.outer(0.01 * np.arange(5.0), np.ones(6)),
     }
 
 

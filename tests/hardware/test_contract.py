@@ -38,6 +38,8 @@ READERS = [
     ("simulated", "gripper", "opening"),
     ("simulated", "camera", "frame"),
     ("simulated", "force_sensor", "wrench"),
+    ("replay", "arm", "pose"),
+    ("replay", "arm", "wrench"),
     ("replay", "camera", "frame"),
     ("replay", "force_sensor", "wrench"),
     *((kind, "gripper", "opening") for kind in GRIPPERS),

@@ -4,10 +4,15 @@ import cv2
 import numpy as np
 import pytest
 
-from stretch_bt.errors import DeviceFault, DeviceLost
+from stretch_bt import run
+from stretch_bt.errors import DeviceFault, DeviceLost, NotReady
+from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.interfaces import DeviceState
 from stretch_bt.hardware.replay.frames import png_files
+from stretch_bt.run.record import RecordReader
+from stretch_bt.run.replay import replay
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 
@@ -179,3 +184,44 @@ def test_recorded_camera_frames_play_whole(tmp_path, clock):
         seen.add(frame.sequence)
         clock.time += 0.01
     assert len(seen) == 12
+
+
+LIFT = """\
+format: stretch-tree/1
+devices: {arm: Arm}
+trees:
+  main:
+    guard: arm.force < 50 N and arm.height < 1 m
+    sequence:
+      - retract: {clearance: 8 mm, speed: 40 mm/s}
+      - move_over: {x: 8 mm, y: 0 mm, speed: 40 mm/s}
+"""
+
+
+def test_the_record_of_a_robot_replays_alike_and_its_arm_plays_from_it(stand_in, live_cell, tmp_path, clock):
+    _, places = stand_in("ur")
+    (tmp_path / "lift.yaml").write_text(LIFT)
+    result = run(tmp_path / "lift.yaml", cell=live_cell("ur", "rtde", places["rtde"]), out=tmp_path / "record")
+    assert result.status == "SUCCESS"
+    again = replay(tmp_path / "record")
+    assert (again.identical, again.first_difference) == (True, None)
+    assert again.decisions > 4
+    reader = RecordReader(tmp_path / "record")
+    handed = {}
+    for tick, _ in reader.ticks:
+        for _, name, reading in reader.readings(tick):
+            handed.setdefault(reading.host_time, {})[name] = reading.value
+    both = {time: values for time, values in handed.items() if {"pose", "wrench"} <= values.keys()}
+    assert len(both) >= 2
+    poses = [[*v["pose"].position, *v["pose"].rotation] for v in both.values()]
+    wrenches = [[*v["wrench"].force, *v["wrench"].torque] for v in both.values()]
+    np.savez(tmp_path / "arm.npz", t=list(both), pose=poses, wrench=wrenches)
+    arm = play(tmp_path / "cell.yaml", "  arm: {type: Arm, use: replay, file: arm.npz}\n", clock).devices["arm"]
+    seen = []
+    for due in np.array(list(both)) - next(iter(both)):
+        clock.time = due + 1e-6
+        seen.append(arm.pose(1.0).value)
+    assert seen == [values["pose"] for values in both.values()]
+    with pytest.raises(NotReady, match="a recording cannot be moved"):
+        arm.move(Pose((0, 0, 0.2)), speed=0.05, owner="a")
+    assert arm.state is DeviceState.READY

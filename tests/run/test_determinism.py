@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from stretch_bt.run import execute
-from stretch_bt.run.clock import VirtualClock
+from stretch_bt.run.clock import ReplayClock, VirtualClock
 from stretch_bt.run.replay import replay
 from stretch_bt.run.task import run
 from stretch_bt.tree.ports import Status
@@ -135,6 +135,12 @@ def test_a_run_on_the_real_clock_replays_alike_however_late_it_was(
     assert '"type":"overrun"' in (tmp_path / "record" / "events.jsonl").read_text("utf-8")
     again = replay(tmp_path / "record")
     assert again.identical, again.first_difference
+
+
+def test_a_replay_ticks_at_every_recorded_time_also_after_one_that_was_late(bench: Any) -> None:
+    times = [0.74, 0.81, 0.84, 0.89, 0.97, 0.99]
+    notes = bench.run("probe: {script: R}", clock=ReplayClock(times), period=0.05)
+    assert (notes.status, notes.ticks) == ("INTERRUPTED", len(times))
 
 
 class Sleepy(VirtualClock):

@@ -138,6 +138,10 @@ class RobotiqDriver(GripperDriver, ABC):
         """Ask the gripper for its status now; raises DeviceLost."""
         return self._open().refresh().value
 
+    def count(self) -> int:
+        """Return the position that the gripper tells of now, 0 to 255; raises DeviceLost."""
+        return self.status().position
+
     def _open(self) -> Attendant[GripperWire, Status]:
         if self._attendant is None:
             raise NotReady(self.name, "the device is closed")

@@ -42,6 +42,10 @@ class RobotiqOptions(Options):
             told = f"the slowest speed, {1e3 * slow:g} mm/s, is not below the fastest, {1e3 * fast:g} mm/s"
             yield key, told, "write speeds that rise from count 0 to 255"
 
+    def openings(self) -> tuple[float, float]:
+        """Return what was calibrated, m."""
+        return self.calibration.span
+
     @property
     def speeds(self) -> tuple[float, float]:
         """Speeds at the counts 0 and 255, m/s."""

@@ -26,6 +26,10 @@ class _Options(Options):
         default=0.14, description="where the fingers end"
     )
 
+    def openings(self) -> tuple[float, float]:
+        """Return where the fingers end, m."""
+        return 0.0, self.max_opening
+
 
 class SimulatedGripper(GripperDriver):
     """Moves its fingers on a trapezoid of speed, up to their ends."""
