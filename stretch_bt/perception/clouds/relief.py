@@ -39,6 +39,7 @@ HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camer
 RIM = 2  # cells from the rim of a contact within which it may be none
 MOVED = 1.2e-3  # m by which two views of one place disagree that neither noise nor a slack membrane explains
 WRONG, SHARE = 60, 0.15  # cells that disagree, and their share of those seen twice, from which the object has moved
+AGREES = 4  # times what is pierced that what is raised counts at most: a flat membrane that hangs may seem to touch, and pierces nothing
 TWICE = 2  # views, as soon as there are more, that must have felt what no other may pierce
 FEWEST = 25  # cells or points of a part that is worth telling
 
@@ -333,7 +334,7 @@ def _check_still(relief: Relief, view: View) -> None:
     pierced = inner & (relief.height - seen > MOVED)
     raised = binary_erosion(touched, iterations=RIM) & (seen - relief.ceiling > MOVED)
     twice = int((inner & np.isfinite(seen)).sum())
-    wrong = int(pierced.sum() + raised.sum())
+    wrong = int(pierced.sum() + min(raised.sum(), AGREES * pierced.sum()))
     if wrong > max(WRONG, SHARE * twice):
         worst = float(np.nanmax(np.abs(np.where(pierced, relief.height, relief.ceiling) - seen)[pierced | raised]))
         raise IllConditioned(
