@@ -39,8 +39,8 @@ HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camer
 RIM = 2  # cells from the rim of a contact within which it may be none
 MOVED = 1.2e-3  # m by which two views of one place disagree that neither noise nor a slack membrane explains
 WRONG, SHARE = 60, 0.15  # cells that disagree, and their share of those seen twice, from which the object has moved
-AGREES = 4  # times what is pierced that what is raised counts at most: a flat membrane that hangs may seem to touch, and pierces nothing
 TWICE = 2  # views, as soon as there are more, that must have felt what no other may pierce
+SAME = (2e-3, 0.2)  # m and rad: two poses that are nearer are one
 FEWEST = 25  # cells or points of a part that is worth telling
 
 
@@ -67,7 +67,8 @@ class Relief:
     `ceiling` (n, m), m, world z, is the lowest that the membrane was seen, infinite where it never was. `height` (n, m), m,
     is the mean height of the contacts there, `weight` (n, m) how many they are, and `hung` (n, m) how often the membrane hung
     there for sure while it stayed. `views` counts the presses, and `poses` are
-    the x and y, m, and the turn about the vertical, rad, of the hand at each.
+    the x and y, m, and the turn about the vertical, rad, of the hand at each. `second` (n, m), m, is the lowest of all presses but
+    the one that is lowest there, from another pose than that; None where nothing tells.
     """
 
     origin: tuple[int, int]
@@ -78,6 +79,7 @@ class Relief:
     cell: Length = CELL
     views: int = 0
     poses: tuple[tuple[float, float, float], ...] = ()
+    second: Array | None = None
 
     @property
     def felt(self) -> Mask:
@@ -266,7 +268,8 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
         low, high = view.cells.min(axis=0), view.cells.max(axis=0) + 1
         shape = (int(high[0] - low[0]), int(high[1] - low[1]))
         nothing = np.zeros(shape)
-        relief = Relief((int(low[0]), int(low[1])), np.full(shape, np.inf), nothing, nothing, nothing, cell)
+        free = np.full(shape, np.inf)
+        relief = Relief((int(low[0]), int(low[1])), free, nothing, nothing, nothing, cell, second=free)
     if relief.cell != cell:
         raise InvalidInput(f"the map has cells of {relief.cell} m, the view of {cell} m")
     relief = _grown(relief, view.cells)
@@ -276,6 +279,12 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
     weight, hung = relief.weight.copy(), relief.hung.copy()
     hung[i, j] += view.hung
     ceiling[i, j] = np.minimum(ceiling[i, j], view.heights)
+    second = relief.second
+    if second is not None and not any(
+        math.dist(view.pose[:2], at[:2]) < SAME[0] and abs(view.pose[2] - at[2]) < SAME[1] for at in relief.poses
+    ):
+        second = second.copy()
+        second[i, j] = np.minimum(second[i, j], np.maximum(relief.ceiling[i, j], view.heights))
     t, u, found = i[view.touched], j[view.touched], view.heights[view.touched]
     undercut = (weight[t, u] > 0) & (height[t, u] - found > TOLERANCE)
     weight[t[undercut], u[undercut]] = 0.0
@@ -291,6 +300,7 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
         hung=hung,
         views=relief.views + 1,
         poses=(*relief.poses, view.pose),
+        second=second,
     )
 
 
@@ -315,6 +325,7 @@ def _grown(relief: Relief, cells: npt.NDArray[np.int64]) -> Relief:
         height=np.pad(relief.height, room),
         weight=np.pad(relief.weight, room),
         hung=np.pad(relief.hung, room),
+        second=None if relief.second is None else np.pad(relief.second, room, constant_values=np.inf),
     )
 
 
@@ -334,7 +345,11 @@ def _check_still(relief: Relief, view: View) -> None:
     pierced = inner & (relief.height - seen > MOVED)
     raised = binary_erosion(touched, iterations=RIM) & (seen - relief.ceiling > MOVED)
     twice = int((inner & np.isfinite(seen)).sum())
-    wrong = int(pierced.sum() + min(raised.sum(), AGREES * pierced.sum()))
+    again = relief.felt & touched & (np.abs(seen - relief.height) < TOLERANCE)
+    risen = int(
+        raised.sum()
+    )  # a flat membrane that hangs may seem to touch; an object that rose is felt nowhere as before
+    wrong = int(pierced.sum()) + (risen if risen > again.sum() else 0)
     if wrong > max(WRONG, SHARE * twice):
         worst = float(np.nanmax(np.abs(np.where(pierced, relief.height, relief.ceiling) - seen)[pierced | raised]))
         raise IllConditioned(

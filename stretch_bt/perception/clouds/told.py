@@ -22,6 +22,10 @@ __all__ = ["NEARBY", "told", "told_points"]
 Mask = npt.NDArray[np.bool_]
 
 REACH = 3.0  # cells beyond what was felt
+TWICE = (
+    6.0,
+    0.1e-3,
+)  # cells, where the lowest presses of two poses agree to within so much, m: held up otherwise, a free membrane would not
 HOLLOW = 20.0  # 1/m by which a membrane may bend up that lies on something: what smoothing leaves of a saddle beside it
 ALIKE = (12.0, 0.3)  # 1/m, or share of the bend where it was felt, by which it may bend less
 NEARBY = 1.0e-3  # m, standard deviation of what is told but was not felt, by `python -m benchmarks.reconstruct`
@@ -38,8 +42,8 @@ def told(relief: Relief) -> Mask:
     most, least = bends(np.where(seen, relief.ceiling, np.nan), cell=relief.cell)
     far, near = distance_transform_edt(~felt, return_indices=True)
     there = most[tuple(near)]
-    follows = (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there))
-    parts, _ = label(felt | (seen & (far <= REACH) & follows))
+    follows = seen & (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there))
+    parts, _ = label(felt | (follows & (far <= np.where(_agreed(relief), TWICE[0], REACH))))
     return np.asarray((parts > 0) & np.isin(parts, np.unique(parts[felt])))
 
 
@@ -57,6 +61,15 @@ def told_points(cloud: Cloud, relief: Relief) -> Cloud:
         for name in ("points", "noise", "rays", "columns")
     }
     return replace(kept, **both, seen=np.concatenate([kept.seen, 0 * more.seen]))
+
+
+def _agreed(relief: Relief) -> Mask:
+    """Return where two presses from different poses bound the object alike."""
+    agreed = np.zeros(relief.ceiling.shape, dtype=bool)
+    if relief.second is not None:
+        known = np.isfinite(relief.second)
+        agreed[known] = relief.second[known] - relief.ceiling[known] < TWICE[1]
+    return agreed
 
 
 def _large(felt: Mask) -> Mask:
