@@ -11,7 +11,8 @@ from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.perception.clouds.coverage import Hidden, coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
-from stretch_bt.perception.clouds.relief import Relief, turn_of
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.seen import turn_of
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import KINDS, Angle, Area, Length, parse_quantity

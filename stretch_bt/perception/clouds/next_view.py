@@ -123,14 +123,13 @@ def _worth(relief: Relief, shown: npt.NDArray[np.bool_], x_at: Array, y_at: Arra
     """Return what each cell (n, m) counts: less with each of the first `count` presses that was to show it and did not."""
     from scipy.ndimage import binary_dilation
 
-    worth = np.ones(relief.ceiling.shape)
+    n, m = relief.ceiling.shape
+    worth = np.ones((n, m))
     for k in range(count):
-        i, j = (
-            np.floor(at[k][shown[k]] / relief.cell).astype(np.int64) - o
-            for at, o in zip((x_at, y_at), relief.origin, strict=True)
-        )
-        inside = (i >= 0) & (i < worth.shape[0]) & (j >= 0) & (j < worth.shape[1])
-        missed = np.zeros(worth.shape, dtype=bool)
+        i = np.floor(x_at[k][shown[k]] / relief.cell).astype(np.int64) - relief.origin[0]
+        j = np.floor(y_at[k][shown[k]] / relief.cell).astype(np.int64) - relief.origin[1]
+        inside = (i >= 0) & (i < n) & (j >= 0) & (j < m)
+        missed = np.zeros((n, m), dtype=bool)
         missed[i[inside], j[inside]] = True
         worth[binary_dilation(missed, np.ones((3, 3), dtype=bool))] *= MISSED
     return worth

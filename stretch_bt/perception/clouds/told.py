@@ -9,12 +9,14 @@ where it hangs free it is a saddle.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.clouds.cloud import Cloud, cloud_of
-from stretch_bt.perception.clouds.relief import FEWEST, Relief
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.seen import FEWEST
 from stretch_bt.perception.clouds.support import bends
 
 __all__ = ["NEARBY", "told", "told_points"]
@@ -56,7 +58,7 @@ def told_points(cloud: Cloud, relief: Relief) -> Cloud:
     known[tuple(cells.T)] = False
     places = np.column_stack([relief.place(np.argwhere(known)), relief.ceiling[known]])
     more = cloud_of(places, NEARBY, floor=cloud.floor)
-    both = {
+    both: dict[str, Any] = {
         name: np.concatenate([getattr(kept, name), getattr(more, name)])
         for name in ("points", "noise", "rays", "columns")
     }

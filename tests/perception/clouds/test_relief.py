@@ -16,7 +16,8 @@ from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import cloud_of
 from stretch_bt.perception.clouds.coverage import coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
-from stretch_bt.perception.clouds.relief import View, add_view, carved, turn_of, view_of
+from stretch_bt.perception.clouds.relief import add_view, carved
+from stretch_bt.perception.clouds.seen import View, turn_of, view_of
 from stretch_bt.perception.clouds.told import told, told_points
 
 _spec = importlib.util.spec_from_file_location("sheets", Path(__file__).with_name("sheets.py"))
