@@ -38,9 +38,9 @@ class Hidden:
 
 
 def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH) -> Hidden:
-    """Return where the upper surface may go on beyond what is told, felt or close to it.
+    """Return where the upper surface may go on beyond what is told.
 
-    From each place that is told a surface may fall off at `slope`. Where the membrane hung below that, there is none of
+    From each place that was felt a surface may fall off at `slope`. Where the membrane hung below that, there is none of
     it: it is carved away. Nor is any more than `width` beyond, or than a part is wide that is told: what follows is looked
     for once the next press has shown that there is more.
 
@@ -52,16 +52,15 @@ def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH)
     width : float, m
         How far beyond what is told to look.
     """
-    felt = told(relief)
-    known = np.where(relief.felt, relief.height, relief.ceiling)
-    start = np.where(felt, known, -np.inf)
+    felt, known = relief.felt, told(relief)
+    start = np.where(felt, relief.height, -np.inf)
     room = np.where(felt, _half_width(felt, relief.cell) + relief.cell, -np.inf)
     height, reach = start.copy(), np.minimum(room, width)
     for _ in range(round(width / relief.cell)):
         height, reach = _spread(height, reach, slope * relief.cell, relief.cell)
-    height[felt] = known[felt]
-    cells = ~felt & np.isfinite(height) & (height > 0) & (relief.ceiling - height > TOLERANCE)
-    return Hidden(cells, np.where(cells | felt, height, -np.inf))
+    height[known] = np.where(felt, relief.height, relief.ceiling)[known]
+    cells = ~known & np.isfinite(height) & (height > 0) & (relief.ceiling - height > TOLERANCE)
+    return Hidden(cells, np.where(cells | known, height, -np.inf))
 
 
 def coverage(relief: Relief, unseen: Hidden | None = None) -> float:
