@@ -189,6 +189,19 @@ def test_what_one_of_several_presses_took_for_contact_does_not_move_an_object():
         add_view(lower, replace(once, weight=np.where(beside, 2.0, wrong[0])))
 
 
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_what_seems_to_touch_above_what_was_felt_says_that_it_rose_only_where_little_is_felt_again(share):
+    relief, view = mapped(box, *ROUND), pressed(box)
+    bridge = view.touched & (view.cells[:, 0] < np.quantile(view.cells[view.touched, 0], share))
+    above = replace(view, heights=view.heights + 2 * MM * bridge)
+    if share < 0.5:
+        kept = add_view(above, relief)
+        assert np.abs(kept.height[kept.felt] - 30 * MM).max() < 1 * MM, "nor is it averaged in"
+    else:
+        with pytest.raises(IllConditioned, match="moved or gave way"):
+            add_view(above, relief)
+
+
 @settings(max_examples=4)
 @given(st.floats(14, 28), st.floats(14, 28), st.floats(16, 30))
 def test_no_finger_is_planned_over_what_was_felt_and_none_where_it_was_tried(a, b, top):
