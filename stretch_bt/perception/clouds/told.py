@@ -24,12 +24,11 @@ __all__ = ["NEARBY", "told", "told_points"]
 Mask = npt.NDArray[np.bool_]
 
 REACH = 3.0  # cells beyond what was felt
-TWICE = (
-    6.0,
-    0.1e-3,
-)  # cells, where the lowest presses of two poses agree to within so much, m: held up otherwise, a free membrane would not
+#: cells, where the lowest presses of two poses agree to within so much, m: held up otherwise, a free membrane would not
+TWICE = (6.0, 0.1e-3)
 HOLLOW = 20.0  # 1/m by which a membrane may bend up that lies on something: what smoothing leaves of a saddle beside it
-ALIKE = (12.0, 0.3)  # 1/m, or share of the bend where it was felt, by which it may bend less
+#: 1/m, or shares of the larger and the smaller bend where it was felt, by which it may bend less: off a dome it goes by and by
+ALIKE = (12.0, 0.2, 0.3)
 NEARBY = 1.0e-3  # m, standard deviation of what is told but was not felt, by `python -m benchmarks.reconstruct`
 
 
@@ -43,8 +42,8 @@ def told(relief: Relief) -> Mask:
     seen = np.isfinite(relief.ceiling)
     most, least = bends(np.where(seen, relief.ceiling, np.nan), cell=relief.cell)
     far, near = distance_transform_edt(~felt, return_indices=True)
-    there = most[tuple(near)]
-    follows = seen & (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there))
+    there, other = most[tuple(near)], least[tuple(near)]
+    follows = seen & (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there + ALIKE[2] * other))
     parts, _ = label(felt | (follows & (far <= np.where(_agreed(relief), TWICE[0], REACH))))
     return np.asarray((parts > 0) & np.isin(parts, np.unique(parts[felt])))
 

@@ -104,7 +104,7 @@ def domes(x, y):
 
 
 TOLD = {
-    "box": (box, 1.0),
+    "box": (box, 0.97),
     "dome": (dome, 0.5),
     "ridge": (partial(box, half=(25 * MM, 1 * MM)), 1.0),
     "domes": (domes, 0.2),
