@@ -6,9 +6,9 @@ The shipped objects, with the shape that was found and the error of each graded 
 ellipsoids, as mesh files; then, for the scenes after --grid, the coarsest square grid of presses that covers as much with no
 larger error. Coverage is the share of the upper surface, with normals within 45 degrees of the vertical, in whose cell of
 1 mm a point of the cloud lies; `<0.5 mm` and `<1 mm` are the shares that the lowest membrane of any press bounds from above
-to within that, touched or not; the error is the distance of the cloud's points from the true surface; `most N` is the largest
-force, of the scene, while the hand stood pressed. With --keep each row is also added to a file, and those that it holds already of
-this state of the package and the scene are printed from it, so that a long study can be taken up again.
+to within that, touched or not; the error is the distance of the cloud's points from the true surface, root mean square over
+such cells; `most N` is the largest force, of the scene, while the hand stood pressed. With --keep each row is also added to
+a file, and those that it holds already of this state of the package and the scene are printed from it, so that a long study can be taken up again.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
     return Found(
         coverage=float(above.areas[felt].sum() / above.areas.sum()),
         stated=out["coverage"],
-        rms=float(np.sqrt(np.mean(off**2))),
+        rms=_rms(off, points),
         worst=float(np.percentile(np.abs(off), 95)),
         height=1e-3 * out["top"] - known.object.top,
         presses=out["presses"],
@@ -217,6 +217,14 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
         },
         bounds=(bounded(0.5e-3), bounded(1e-3)),
     )
+
+
+def _rms(off: Any, points: Any) -> float:
+    """Return the root mean square over cells of 1 mm, as seen from above: what was felt has more points than what is told beside it."""
+    _, which, count = np.unique(
+        np.floor(points[:, :2] / 1e-3).astype(int), axis=0, return_inverse=True, return_counts=True
+    )
+    return float(np.sqrt(np.mean(np.bincount(which.ravel(), off**2) / count)))
 
 
 class _Forces(Onlooker):

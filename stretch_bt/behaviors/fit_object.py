@@ -4,6 +4,8 @@ from typing import Literal
 
 from stretch_bt import perception
 from stretch_bt.perception.clouds.cloud import Cloud
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.told import told_points
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
 from stretch_bt.perception.solids.result import Solid
 from stretch_bt.perception.solids.wire import no_wire_there
@@ -30,10 +32,15 @@ class FitObject(Behavior):
     cloud: In[Cloud]  # the contacts, fused
     contacts: In[list[Contact]]  # of which the cloud was fused, with the pose of the hand
     shape: In[Wanted] = port("auto", doc="a shape to take for granted, or the one with most evidence")
+    relief: In[Relief | None] = (
+        None  # map of the presses: what it tells of the surface beside what was felt is added to `felt`
+    )
     fillet: In[Length] = port(FILLET, min=1e-4, max=0.01, doc="radius of the object's edges, or of its wire")
     fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="its standard deviation")
     solid: Out[Solid]  # the shape with all its dimensions, and how all compare
-    felt: Out[Cloud]  # the cloud without what the shape leaves free, as the inside of a wire
+    felt: Out[
+        Cloud
+    ]  # the cloud without what the shape leaves free, as the inside of a wire, and with what the map tells
     kind_found: Out[str]  # which shape
     x: Out[Length]  # of the middle of its top, world
     y: Out[Length]  # of the middle of its top, world
@@ -54,7 +61,11 @@ class FitObject(Behavior):
         )
         self.solid, self.kind_found = found, found.kind
         self.x, self.y, self.heading = float(found.middle[0]), float(found.middle[1]), float(found.heading)
-        self.felt = self.cloud.part(~no_wire_there(found, self.cloud.points[:, :2], self.fillet))
+        # a wire is no wider than it is, and beside it there is nothing to tell
+        whole = (
+            self.cloud if self.relief is None or found.kind.startswith("wire") else told_points(self.cloud, self.relief)
+        )
+        self.felt = whole.part(~no_wire_there(found, whole.points[:, :2], self.fillet))
         for name in ("length", "width", "height", "radius", "side", "radius_1", "radius_2", "radius_3"):
             known = found.dimensions.get(name)
             if known is not None:

@@ -8,7 +8,8 @@ from stretch_bt import perception
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clouds.cloud import CELL, Cloud
-from stretch_bt.perception.clouds.relief import Relief, add_view, carved, view_of
+from stretch_bt.perception.clouds.relief import Relief, add_view, carved
+from stretch_bt.perception.clouds.seen import view_of
 from stretch_bt.perception.clouds.views import contact_of, surface_of
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status

@@ -8,7 +8,7 @@ from stretch_bt.behaviors._motion import MotionBehavior
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Arm, Motion
-from stretch_bt.perception.clouds.relief import turn_of
+from stretch_bt.perception.clouds.seen import turn_of
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Angle, Length, Speed

@@ -11,13 +11,14 @@ from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.perception.clouds.coverage import Hidden, coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
-from stretch_bt.perception.clouds.relief import Relief, turn_of
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.seen import turn_of
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import KINDS, Angle, Area, Length, parse_quantity
 
 MAX_AGE = 0.5
-FRUITLESS = 0.02  # share of what was felt by which a press must change the map to count
+FRUITLESS = 0.02  # share of what is told by which a press must change the map to count
 PATIENCE = 3  # presses in a row that do not
 
 
@@ -45,12 +46,14 @@ class PlanView(Behavior):
     y: Out[Length]  # of the hand, world
     yaw: Out[Angle]  # turn of the hand about the vertical
     request: Out[str]  # what an operator is asked to confirm; empty where the pose was planned
-    coverage: Out[float]  # share of the upper surface that was felt; what may be hidden counts as there
-    unseen: Out[Area]  # upper surface that may be there and was not felt, as seen from above
+    coverage: Out[
+        float
+    ]  # share of the upper surface that is told, felt or close to it; what may be hidden counts as there
+    unseen: Out[Area]  # upper surface that may be there and is not told, as seen from above
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)
-        self.before: tuple[int, float, float] | None = None  # views, area felt and unseen
+        self.before: tuple[int, float, float] | None = None  # views, area told and unseen
         self.fruitless = 0
         self.tried: list[tuple[float, float, float]] = []
 
@@ -74,7 +77,11 @@ class PlanView(Behavior):
             pose = pose_of(self.poses[count]) if count < min(len(self.poses), self.max_presses) else None
         elif relief is None or left is None:
             pose = here
-        elif share >= self.wanted or count >= self.max_presses or self._gave_up(count, relief.felt_area, unseen):
+        elif (
+            share >= self.wanted
+            or count >= self.max_presses
+            or self._gave_up(count, float(left.told.sum()) * relief.cell**2, unseen)
+        ):
             pose = None
         else:
             pose = self._planned(relief, left)
@@ -103,12 +110,12 @@ class PlanView(Behavior):
         self.tried.append((look.x, look.y, look.yaw))
         return self.tried[-1]
 
-    def _gave_up(self, count: int, felt: float, unseen: float) -> bool:
+    def _gave_up(self, count: int, told: float, unseen: float) -> bool:
         """Tell whether the latest presses changed nothing."""
         if self.before is not None and count > self.before[0]:
-            change = abs(felt - self.before[1]) + abs(unseen - self.before[2])
-            self.fruitless = self.fruitless + 1 if change < FRUITLESS * felt else 0
-        self.before = (count, felt, unseen)
+            change = abs(told - self.before[1]) + abs(unseen - self.before[2])
+            self.fruitless = self.fruitless + 1 if change < FRUITLESS * told else 0
+        self.before = (count, told, unseen)
         return self.fruitless >= PATIENCE
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stretch_bt.behaviors._frames import FrameSource
@@ -19,7 +21,8 @@ from stretch_bt.units import Force, Length, Speed
 MAX_AGE = 0.2
 SAFE = 0.8  # of the force at which the cell stops the arm
 LEAST = 0.0005  # m below the height of first contact: less is no press
-LATEST = 6  # frames whose mean tells whether the top has fallen
+LATEST = 3  # looks whose mean tells whether the top has fallen
+APART = 0.8e-3  # m that the hand sinks between them at least: from one frame to the next little changes
 AROUND = 0.003  # m round the highest place
 BACK = 0.001  # m to rise by where nothing answers
 CLEAR = 0.002  # m above first contact at which a hand that went back stays
@@ -51,6 +54,7 @@ class PressGently(MotionBehavior):
         super().initialise()
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.tops: list[float] = []
+        self.looked = -math.inf  # depth of the latest look
         self.lost = False
         self.place = None if self.relief is None else self.relief.summit
 
@@ -71,10 +75,13 @@ class PressGently(MotionBehavior):
     def _limited(self) -> Status | None:
         if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit():
             return self._end("force")
-        frame = None if self.place is None else self.source.next()
-        if frame is not None and self._fell(self.source.corrected(frame)):
-            return self._end("drop")
-        return None
+        if self.place is None or (depth := self._depth()) < self.looked + APART:
+            return None
+        frame = self.source.next()
+        if frame is None:
+            return None
+        self.looked = depth
+        return self._end("drop") if self._fell(self.source.corrected(frame)) else None
 
     def arrived(self) -> Status:
         """Tell how deep it is."""

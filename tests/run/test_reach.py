@@ -157,7 +157,8 @@ def test_the_command_tells_it_and_a_device_that_is_missing(tmp_path):
     (tmp_path / "tree.yaml").write_text(
         TREE.replace("BODY", "    sequence: [capture: {frame: $f}]\n    keys: {f: DepthFrame}")
     )
-    assert [d.code for d in check(tmp_path / "tree.yaml", cell="lab_ur5") if d.severity == "error"] == [
-        "device-missing"
-    ]
+    blind = tmp_path / "blind.yaml"
+    blind.write_text("".join(line for line in CELL.replace("MOST", "140 mm").splitlines(True) if "camera" not in line))
+    found = check(tmp_path / "tree.yaml", cell=str(blind))
+    assert [d.code for d in found if d.severity == "error"] == ["device-missing"]
     assert [d.code for d in check(tmp_path / "tree.yaml", cell="no_such_cell")][-1] == "cell-unknown"

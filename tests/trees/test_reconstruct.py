@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from stretch_bt.hardware.simulated.operator import SimulatedOperator
+from stretch_bt.simulation.objects.base import Point
+
 CUBE = """\
 format: stretch-scene/1
 object: {{type: box, length: 40 mm, width: 40 mm, height: 40 mm, edge: 1 mm, rigid: true, position: {{x: {x}, y: 0 mm}}}}
@@ -80,3 +83,21 @@ def test_a_hard_case_ends_as_expected(reconstruct, name):
     assert limited == (1 if name == "a press that hits a limit" else 0)
     if status == "SUCCESS":
         assert abs(result.outputs["height"]["value"] - 40.0) < 0.5
+
+
+def test_an_object_that_moved_between_presses_ends_the_run_and_is_not_averaged_in(reconstruct, monkeypatch):
+    asked, confirm = [], SimulatedOperator.confirm
+
+    def moving(operator, request):
+        asked.append(request)
+        if len(asked) == 3:
+            twin = operator.bench.twin
+            twin.exchange(twin.scene.object.model_copy(update={"position": Point(x="14 mm", y="0 mm")}))
+        return confirm(operator, request)
+
+    monkeypatch.setattr(SimulatedOperator, "confirm", moving)
+    result = reconstruct(poses=["3 mm; 0 mm", "3 mm; 0 mm; 90 deg", "3 mm; 4 mm"])
+    assert result.status == "FAILURE", result.reason
+    assert "the object moved or gave way" in result.reason
+    written = [json.loads(line) for line in (Path(result.record) / "events.jsonl").read_text().splitlines()]
+    assert not [e for e in written if e["type"] == "write" and e["key"] == "main/shape"], "no shape of two places"

@@ -1,4 +1,4 @@
-"""How much of an object's upper surface was felt, and what of it may lie where a hand has not been yet."""
+"""How much of an object's upper surface is told, and what of it may lie where a hand has not been yet."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.clouds.relief import TOLERANCE, Relief
+from stretch_bt.perception.clouds.told import told
 
 __all__ = ["SLOPE", "WIDTH", "Hidden", "coverage", "hidden"]
 
@@ -16,7 +17,7 @@ Mask = npt.NDArray[np.bool_]
 
 #: of the steepest surface that is looked for; the map rounds off the last degrees to 45
 SLOPE = np.tan(np.radians(40.0))
-WIDTH = 6e-3  # m beyond what was felt that a surface is expected to go on
+WIDTH = 6e-3  # m beyond what is told that a surface is expected to go on
 STEP = (1.0, np.sqrt(2.0))
 
 
@@ -24,18 +25,23 @@ STEP = (1.0, np.sqrt(2.0))
 class Hidden:
     """Where a surface may go on unseen: the cells, (n, m) bool, and its height if it falls as `SLOPE`, (n, m), m.
 
-    `height` is that of what was felt in the cells that were, and minus infinity where nothing is expected.
+    `height` is that of what is told in the cells that are, and minus infinity where nothing is expected.
     """
 
     cells: Mask
     height: Array
 
+    @property
+    def told(self) -> Mask:
+        """The cells (n, m) in which the surface is told."""
+        return np.isfinite(self.height) & ~self.cells
+
 
 def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH) -> Hidden:
-    """Return where the upper surface may go on beyond what was felt.
+    """Return where the upper surface may go on beyond what is told.
 
     From each place that was felt a surface may fall off at `slope`. Where the membrane hung below that, there is none of
-    it: it is carved away. Nor is any more than `width` beyond, or than a part is wide that was felt: what follows is looked
+    it: it is carved away. Nor is any more than `width` beyond, or than a part is wide that is told: what follows is looked
     for once the next press has shown that there is more.
 
     Parameters
@@ -44,24 +50,24 @@ def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH)
     slope : float
         Tangent of the steepest surface looked for.
     width : float, m
-        How far beyond what was felt to look.
+        How far beyond what is told to look.
     """
-    felt = relief.felt
+    felt, known = relief.felt, told(relief)
     start = np.where(felt, relief.height, -np.inf)
     room = np.where(felt, _half_width(felt, relief.cell) + relief.cell, -np.inf)
     height, reach = start.copy(), np.minimum(room, width)
     for _ in range(round(width / relief.cell)):
         height, reach = _spread(height, reach, slope * relief.cell, relief.cell)
-    height[felt] = relief.height[felt]
-    cells = ~felt & np.isfinite(height) & (height > 0) & (relief.ceiling - height > TOLERANCE)
-    return Hidden(cells, np.where(cells | felt, height, -np.inf))
+    height[known] = np.where(felt, relief.height, relief.ceiling)[known]
+    cells = ~known & np.isfinite(height) & (height > 0) & (relief.ceiling - height > TOLERANCE)
+    return Hidden(cells, np.where(cells | known, height, -np.inf))
 
 
 def coverage(relief: Relief, unseen: Hidden | None = None) -> float:
-    """Return the share of the upper surface that was felt, as seen from above; what may be there counts as there."""
-    felt = int(relief.felt.sum())
-    more = int((hidden(relief) if unseen is None else unseen).cells.sum())
-    return felt / (felt + more) if felt else 0.0
+    """Return the share of the upper surface that is told, as seen from above; what may be there counts as there."""
+    unseen = hidden(relief) if unseen is None else unseen
+    known = int(unseen.told.sum())
+    return known / (known + int(unseen.cells.sum())) if known else 0.0
 
 
 def _half_width(felt: Mask, cell: float) -> Array:

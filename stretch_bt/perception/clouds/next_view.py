@@ -29,6 +29,7 @@ FLANK, MARGIN = np.tan(np.radians(65.0)), 3e-3  # of the object beside what was 
 LITTLE = (12e-6, 0.015)  # m^2, and share of what was felt: less is not worth a press
 BESIDE = 8e-3  # m from a clamp within which nothing is felt: it bends the membrane, and the camera hardly sees it
 SIDE = 2  # nodes along each free side of the sheet: one that lies over the object may slip off it
+MISSED = 0.5  # by which a place counts less for each press that was to show it and did not: what is there is steeper than expected
 TAKEN = (5e-3, np.radians(30.0))  # m and rad: as near to a pose that was used, another shows nothing new
 
 
@@ -57,8 +58,8 @@ def next_view(
 
     Where a surface may go on unseen it is taken to fall off as steeply as what is looked for. A sheet is hung over it from
     each of many poses, its hand `depth` below the top, and what it touches of the unseen counts: in truth the membrane then
-    either feels a surface there or hangs below it, and carves it away. Poses at which the object lies under a free side of the
-    sheet come last.
+    either feels a surface there or hangs below it, and carves it away. What earlier presses were to show and did not counts
+    less. Poses at which the object lies under a free side of the sheet come last.
 
     Parameters
     ----------
@@ -92,13 +93,11 @@ def next_view(
     poses = poses[inside]
     if not len(poses):
         return None
-    reach = round(FINGER / GRID)
-    x_at, y_at = (at[:, :, reach:-reach] for at in _grid(poses, length, width))
     slips = way.slips(poses)
-    ground = np.maximum(relief.at(unseen.height, x_at, y_at, 0.0), 0.0)
-    fresh = relief.at(unseen.cells, x_at, y_at, False)
-    fresh[:, :, np.abs((np.arange(x_at.shape[2]) + 0.5) * GRID - length / 2) > length / 2 - BESIDE] = False
-    gains = (fresh & (drape(ground, np.full(len(poses), level)) - ground < NEAR)).sum(axis=(1, 2)) * GRID**2
+    before = np.unique(np.array(relief.poses).reshape(-1, 3), axis=0)
+    shown, x_at, y_at = _shown(relief, unseen, np.concatenate([before, poses]), level, length, width)
+    worth = relief.at(_worth(relief, shown, x_at, y_at, len(before)), x_at[len(before) :], y_at[len(before) :], 1.0)
+    gains = (shown[len(before) :] * worth).sum(axis=(1, 2)) * GRID**2
     little = max(LITTLE[0], LITTLE[1] * relief.felt_area)
     held = np.where(slips, 0.0, gains)
     best = int((held if held.max() >= little else gains).argmax())
@@ -106,6 +105,34 @@ def next_view(
         return None
     at_x, at_y, yaw = (float(v) for v in poses[best])
     return LookFrom(at_x, at_y, yaw, float(gains[best]))
+
+
+def _shown(
+    relief: Relief, unseen: Hidden, poses: Array, level: float, length: float, width: float
+) -> tuple[npt.NDArray[np.bool_], Array, Array]:
+    """Return what sheets hung from poses (k, 3) are expected to touch of the unseen, (k, n, m), and the places of their nodes, m."""
+    reach = round(FINGER / GRID)
+    x_at, y_at = (at[:, :, reach:-reach] for at in _grid(poses, length, width))
+    ground = np.maximum(relief.at(unseen.height, x_at, y_at, 0.0), 0.0)
+    fresh = relief.at(unseen.cells, x_at, y_at, False)
+    fresh[:, :, np.abs((np.arange(x_at.shape[2]) + 0.5) * GRID - length / 2) > length / 2 - BESIDE] = False
+    return fresh & (drape(ground, np.full(len(poses), level)) - ground < NEAR), x_at, y_at
+
+
+def _worth(relief: Relief, shown: npt.NDArray[np.bool_], x_at: Array, y_at: Array, count: int) -> Array:
+    """Return what each cell (n, m) counts: less with each of the first `count` presses that was to show it and did not."""
+    from scipy.ndimage import binary_dilation
+
+    n, m = relief.ceiling.shape
+    worth = np.ones((n, m))
+    for k in range(count):
+        i = np.floor(x_at[k][shown[k]] / relief.cell).astype(np.int64) - relief.origin[0]
+        j = np.floor(y_at[k][shown[k]] / relief.cell).astype(np.int64) - relief.origin[1]
+        inside = (i >= 0) & (i < n) & (j >= 0) & (j < m)
+        missed = np.zeros((n, m), dtype=bool)
+        missed[i[inside], j[inside]] = True
+        worth[binary_dilation(missed, np.ones((3, 3), dtype=bool))] *= MISSED
+    return worth
 
 
 @dataclass(frozen=True, slots=True)

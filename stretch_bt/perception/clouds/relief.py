@@ -15,48 +15,18 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
-from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import Cloud
-from stretch_bt.perception.clouds.support import supported
-from stretch_bt.perception.deprojection import to_world
-from stretch_bt.perception.types import FloatArray
+from stretch_bt.perception.clouds.seen import CELL, FEWEST, Array, Mask, View
 from stretch_bt.units import Area, Length
 
-__all__ = ["CELL", "Relief", "View", "add_view", "carved", "turn_of", "view_of"]
+__all__ = ["CELL", "Relief", "add_view", "carved"]
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-
-CELL = 1e-3  # m
 TOLERANCE = 0.35e-3  # m by which a contact may stand above the ceiling: what averaged frames leave of a camera's error
-CLAMP = 6e-3  # m from the clamps within which the membrane is bent by them, and no contact is believed
-STAYS = (0.04e-3, 0.15e-3)  # m, at least and at most, by which contact may seem to rise
-LAG = 0.02  # share of the hand's rise by which it may besides
-SURE = 3.0  # standard deviations of a rise
-HIGHEST, SPRING = 60, 0.3e-3  # cells that surely touch, and m by which an object under them springs back at most
-LEAST_RISE = 0.8e-3  # m
-HANGS = 2e-3  # m below the hand to which a membrane hangs at most; what a camera sees beyond its sides is lower
 RIM = 2  # cells from the rim of a contact within which it may be none
 MOVED = 1.2e-3  # m by which two views of one place disagree that neither noise nor a slack membrane explains
 WRONG, SHARE = 60, 0.15  # cells that disagree, and their share of those seen twice, from which the object has moved
 TWICE = 2  # views, as soon as there are more, that must have felt what no other may pierce
-FEWEST = 25  # cells or points of a part that is worth telling
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """What one press shows, by cell: (n, 2) int64 indices, heights (n,), m, whether the membrane touched, or hung for sure.
-
-    It hangs for sure where it stays as the hand rises, held up by what it touches elsewhere. `cut` tells that the contact goes
-    on up to a clamp of the hand; `pose` is its x, y, m, and turn, rad.
-    """
-
-    cells: npt.NDArray[np.int64]
-    heights: Array
-    touched: Mask
-    hung: Mask
-    cut: bool = False
-    pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
+SAME = (2e-3, 0.2)  # m and rad: two poses that are nearer are one
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +36,8 @@ class Relief:
     `ceiling` (n, m), m, world z, is the lowest that the membrane was seen, infinite where it never was. `height` (n, m), m,
     is the mean height of the contacts there, `weight` (n, m) how many they are, and `hung` (n, m) how often the membrane hung
     there for sure while it stayed. `views` counts the presses, and `poses` are
-    the x and y, m, and the turn about the vertical, rad, of the hand at each.
+    the x and y, m, and the turn about the vertical, rad, of the hand at each. `second` (n, m), m, is the lowest of all presses but
+    the one that is lowest there, from another pose than that; None where nothing tells.
     """
 
     origin: tuple[int, int]
@@ -77,6 +48,7 @@ class Relief:
     cell: Length = CELL
     views: int = 0
     poses: tuple[tuple[float, float, float], ...] = ()
+    second: Array | None = None
 
     @property
     def felt(self) -> Mask:
@@ -144,112 +116,6 @@ class Relief:
         return np.asarray((cells + np.asarray(self.origin) + 0.5) * self.cell)
 
 
-def view_of(
-    deep: FloatArray,
-    shallow: FloatArray,
-    *,
-    deep_pose: Pose,
-    shallow_pose: Pose,
-    half_length: float,
-    cell: float = CELL,
-) -> View:
-    """Return what a press shows in the cells of the world, from the membrane at two heights of the hand.
-
-    Where the membrane stays while the hand rises it lies on the object; where it hangs free it rises with the hand.
-
-    Parameters
-    ----------
-    deep, shallow : (h, w, 3) float, m, membrane frame
-        Points of the membrane, NaN where unknown, with the hand lower and higher.
-    deep_pose, shallow_pose : Pose
-        Of the hand in the world, then.
-    half_length : float, m
-        From the middle of the membrane to a clamp.
-
-    Raises
-    ------
-    NoContact
-        A frame has no valid pixel.
-    IllConditioned
-        The hand hardly rose between the frames.
-    """
-    rise = shallow_pose.height - deep_pose.height
-    if rise < LEAST_RISE:
-        raise IllConditioned(
-            f"the hand rose by {rise * 1e3:.2f} mm between the frames; to tell contact it takes {LEAST_RISE * 1e3:g} mm"
-        )
-    low, clear = _placed(deep, deep_pose, half_length)
-    high, _ = _placed(shallow, shallow_pose, half_length)
-    cells, which, count = np.unique(_index(low, cell), axis=0, return_inverse=True, return_counts=True)
-    heights, free = _means(which.ravel(), low[:, 2], count), _means(which.ravel(), clear, count) > 0.99
-    above = _heights_at(cells, high, cell)
-    stayed = _stayed(heights, above - heights, rise)
-    whole = count >= 0.3 * np.median(count)
-    cut = int((stayed & ~free).sum()) > FEWEST
-    at = (*deep_pose.position[:2], turn_of(deep_pose))
-    touched, hung = (stayed & free & told for told in _lying(cells, heights, stayed, at[2], cell))
-    return View(cells[whole], heights[whole], touched[whole], hung[whole], cut, at)
-
-
-def _stayed(heights: Array, up: Array, rise: float) -> Mask:
-    """Return where the membrane is in contact, by heights (n,), m, and by how much it rises (n,), m, as the hand does.
-
-    Its highest places are; an object that gives way rises with them. That nothing else rises less shows the noise.
-    """
-    highest = up[heights > np.partition(heights, -HIGHEST)[-HIGHEST]] if len(heights) > HIGHEST else up
-    begin = float(np.clip(np.median(highest), -SPRING, SPRING)) if len(highest) else 0.0
-    below = begin - up[(up < begin) & (up > begin - STAYS[1])]
-    noise = float(np.sqrt(np.mean(below**2))) if len(below) else 0.0
-    return np.asarray(up < begin + float(np.clip(SURE * noise, *STAYS)) + LAG * rise)
-
-
-def _lying(cells: npt.NDArray[np.int64], heights: Array, stayed: Mask, turn: float, cell: float) -> tuple[Mask, Mask]:
-    """Return in which of the cells the membrane lies on something, and in which it hangs, by its shape."""
-    low = cells.min(axis=0)
-    at = tuple((cells - low).T)
-    z, stays = np.full(tuple(cells.max(axis=0) - low + 1), np.nan), np.zeros(tuple(cells.max(axis=0) - low + 1), bool)
-    z[at], stays[at] = heights, stayed
-    lies, hangs = supported(z, stays, turn=turn, cell=cell)
-    return lies[at], hangs[at]
-
-
-def turn_of(pose: Pose) -> float:
-    """Return the turn of a hand about the vertical, rad."""
-    matrix = pose.matrix()
-    return math.atan2(matrix[1, 0], matrix[0, 0])
-
-
-def _placed(surface: FloatArray, pose: Pose, half_length: float) -> tuple[Array, Array]:
-    """Return points in the world (n, 3), m, and which lie clear of the clamps."""
-    points = np.asarray(surface, np.float64).reshape(-1, 3)
-    points = points[np.isfinite(points).all(axis=1) & (np.nan_to_num(points[:, 2]) > -HANGS)]
-    if not len(points):
-        raise NoContact("the frame has no valid pixel")
-    clear = half_length - np.abs(points[:, 1]) > CLAMP
-    return to_world(points, pose), clear.astype(np.float64)
-
-
-def _index(points: Array, cell: float) -> npt.NDArray[np.int64]:
-    return np.floor(points[:, :2] / cell).astype(np.int64)
-
-
-def _means(which: npt.NDArray[np.int64], values: Array, count: npt.NDArray[np.int64]) -> Array:
-    return np.bincount(which, values) / count
-
-
-def _heights_at(cells: npt.NDArray[np.int64], points: Array, cell: float) -> Array:
-    """Return the mean height of the points in each of the cells, infinite where there are none."""
-    low = cells.min(axis=0)
-    size = cells.max(axis=0) - low + 1
-    index = _index(points, cell) - low
-    index = index[inside] if not (inside := ((index >= 0) & (index < size)).all(axis=1)).all() else index
-    flat = index @ [size[1], 1]
-    total = np.bincount(flat, points[inside, 2], minlength=int(size.prod()))
-    count = np.bincount(flat, minlength=int(size.prod()))
-    at = (cells - low) @ [size[1], 1]
-    return np.where(count[at] > 0, total[at] / np.maximum(count[at], 1), np.inf)
-
-
 def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) -> Relief:
     """Return the map with one more view in it.
 
@@ -265,7 +131,8 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
         low, high = view.cells.min(axis=0), view.cells.max(axis=0) + 1
         shape = (int(high[0] - low[0]), int(high[1] - low[1]))
         nothing = np.zeros(shape)
-        relief = Relief((int(low[0]), int(low[1])), np.full(shape, np.inf), nothing, nothing, nothing, cell)
+        free = np.full(shape, np.inf)
+        relief = Relief((int(low[0]), int(low[1])), free, nothing, nothing, nothing, cell, second=free)
     if relief.cell != cell:
         raise InvalidInput(f"the map has cells of {relief.cell} m, the view of {cell} m")
     relief = _grown(relief, view.cells)
@@ -275,6 +142,12 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
     weight, hung = relief.weight.copy(), relief.hung.copy()
     hung[i, j] += view.hung
     ceiling[i, j] = np.minimum(ceiling[i, j], view.heights)
+    second = relief.second
+    if second is not None and not any(
+        math.dist(view.pose[:2], at[:2]) < SAME[0] and abs(view.pose[2] - at[2]) < SAME[1] for at in relief.poses
+    ):
+        second = second.copy()
+        second[i, j] = np.minimum(second[i, j], np.maximum(relief.ceiling[i, j], view.heights))
     t, u, found = i[view.touched], j[view.touched], view.heights[view.touched]
     undercut = (weight[t, u] > 0) & (height[t, u] - found > TOLERANCE)
     weight[t[undercut], u[undercut]] = 0.0
@@ -290,6 +163,7 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
         hung=hung,
         views=relief.views + 1,
         poses=(*relief.poses, view.pose),
+        second=second,
     )
 
 
@@ -314,6 +188,7 @@ def _grown(relief: Relief, cells: npt.NDArray[np.int64]) -> Relief:
         height=np.pad(relief.height, room),
         weight=np.pad(relief.weight, room),
         hung=np.pad(relief.hung, room),
+        second=None if relief.second is None else np.pad(relief.second, room, constant_values=np.inf),
     )
 
 
@@ -333,7 +208,11 @@ def _check_still(relief: Relief, view: View) -> None:
     pierced = inner & (relief.height - seen > MOVED)
     raised = binary_erosion(touched, iterations=RIM) & (seen - relief.ceiling > MOVED)
     twice = int((inner & np.isfinite(seen)).sum())
-    wrong = int(pierced.sum() + raised.sum())
+    again = relief.felt & touched & (np.abs(seen - relief.height) < TOLERANCE)
+    risen = int(
+        raised.sum()
+    )  # a flat membrane that hangs may seem to touch; an object that rose is felt nowhere as before
+    wrong = int(pierced.sum()) + (risen if risen > again.sum() else 0)
     if wrong > max(WRONG, SHARE * twice):
         worst = float(np.nanmax(np.abs(np.where(pierced, relief.height, relief.ceiling) - seen)[pierced | raised]))
         raise IllConditioned(

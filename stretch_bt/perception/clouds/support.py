@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.clouds.expected import TENSIONS
 
-__all__ = ["supported"]
+__all__ = ["bends", "supported"]
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -89,6 +89,12 @@ def _loaded(bent: _Bent, sure: float) -> Mask:
     return np.asarray(
         (seeds | (bent.load > np.maximum(FALL * near, sure / 2))) & (near > 0) & (bent.load > SHARE * bent.most)
     )
+
+
+def bends(heights: Array, *, cell: float) -> tuple[Array, Array]:
+    """Return the principal curvatures (n, m), 1/m, the larger first, positive where convex, of heights (n, m), m, NaN where unknown."""
+    bent = _curvatures(heights, 0.0, cell)
+    return bent.most, bent.least
 
 
 def _curvatures(heights: Array, turn: float, cell: float) -> _Bent:

@@ -6,7 +6,8 @@ import numpy as np
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.clouds.relief import Array, Relief, View
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.seen import Array, View
 from stretch_bt.perception.deprojection import points_of, to_world, view_rays
 from stretch_bt.perception.noise import pixel_noise
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact

@@ -22,7 +22,8 @@ Array = npt.NDArray[np.float64]
 BAND = 1.5e-3  # m to either side of a line through a peak
 REACH = 7e-3  # m
 PATCH = 3e-3  # m round a peak over which its height is taken
-MOST = 12e-3  # m from a peak to the hand within which a view shows it well
+MOST = 12e-3  # m from a peak to the hand within which a view shows how round it is
+ABOVE = 0.3e-3  # m above the lowest within which a view still lies on the peak: a membrane that hangs over it is higher
 SHARED = 0.15e-3  # m
 DIFFERENT = 0.75  # of the logarithm of a radius, by which a height is more than that of a half-sphere on the table
 RADIUS_SD = 0.35  # of a radius that a light touch of a round top shows
@@ -60,10 +61,9 @@ def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
 def _dome(views: list[View], peak: Array) -> Dome:
     nearest = sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - peak))))
     close = [v for v in nearest if np.hypot(*(v.hand[:2] - peak)) < MOST] or nearest[:1]
-    tops, radii, layers = [], [], []
+    radii, layers = [], []
     for view in close:
-        top, curvatures = _vertex(view, peak)
-        tops.append(Dimension(top, max(view.noise / 2, view.shared, 1e-5), {}))
+        _, curvatures = _vertex(view, peak)
         radii.append(1 / max(float(np.mean(curvatures)), 1.0))
         for along in np.eye(2):
             try:
@@ -72,7 +72,19 @@ def _dome(views: list[View], peak: Array) -> Dome:
                 layers.append(LONGEST)
             else:
                 layers.append(bend.length)
-    return Dome(peak, pooled(tops), float(np.median(radii)), float(np.median(layers)))
+    return Dome(peak, _height(views, peak), float(np.median(radii)), float(np.median(layers)))
+
+
+def _height(views: list[View], peak: Array) -> Dimension:
+    """Return the height of a peak by the views that lie on it."""
+    tops = []
+    for view in views:
+        try:
+            tops.append(Dimension(_vertex(view, peak)[0], max(view.noise / 2, view.shared, 1e-5), {}))
+        except IllConditioned:
+            continue
+    lowest = min(top.value for top in tops)
+    return pooled([top for top in tops if top.value < lowest + ABOVE])
 
 
 def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float]]:

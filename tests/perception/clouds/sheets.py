@@ -4,7 +4,8 @@ import numpy as np
 
 from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.expected import drape
-from stretch_bt.perception.clouds.relief import add_view, view_of
+from stretch_bt.perception.clouds.relief import add_view
+from stretch_bt.perception.clouds.seen import view_of
 
 MM = 1e-3
 STEP = 1.25 * MM

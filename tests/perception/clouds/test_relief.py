@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import binary_dilation
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
 from stretch_bt.perception.clouds.cloud import cloud_of
 from stretch_bt.perception.clouds.coverage import coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
-from stretch_bt.perception.clouds.relief import View, add_view, carved, turn_of, view_of
+from stretch_bt.perception.clouds.relief import add_view, carved
+from stretch_bt.perception.clouds.seen import View, turn_of, view_of
+from stretch_bt.perception.clouds.told import told, told_points
 
 _spec = importlib.util.spec_from_file_location("sheets", Path(__file__).with_name("sheets.py"))
 sheets = importlib.util.module_from_spec(_spec)
@@ -43,13 +46,13 @@ def test_the_ceiling_is_nowhere_below_the_object():
     assert (relief.ceiling[np.isfinite(relief.ceiling)] - dome(x, y)).min() > -1.5 * MM
 
 
-def test_what_was_carved_is_not_hidden_and_what_was_felt_is_not_either():
+def test_what_was_carved_is_not_hidden_and_what_is_told_is_not_either():
     relief = mapped(dome, (0, 0, 0), height=6 * MM)
-    left = hidden(relief)
+    left, known = hidden(relief), told(relief)
     assert left.cells.any()
-    assert not (left.cells & relief.felt).any()
+    assert not (left.cells & known).any()
     assert (relief.ceiling[left.cells] > left.height[left.cells]).all()
-    assert np.isneginf(left.height[~(left.cells | relief.felt)]).all()
+    assert np.isneginf(left.height[~(left.cells | known)]).all()
 
 
 @settings(max_examples=6)
@@ -94,6 +97,47 @@ def test_planned_presses_cover_more_and_more_of_a_dome(a, b):
         relief = add_view(pressed(ground, look.x, look.y, look.yaw, 6 * MM), relief)
     assert relief.felt_area >= areas[0]
     assert coverage(relief) > 0.4
+
+
+def domes(x, y):
+    return np.maximum(dome(x, y, (14 * MM, 14 * MM), at=(-22 * MM, 0)), dome(x, y, (14 * MM, 14 * MM), at=(22 * MM, 0)))
+
+
+TOLD = {
+    "box": (box, 0.97),
+    "dome": (dome, 0.5),
+    "ridge": (partial(box, half=(25 * MM, 1 * MM)), 1.0),
+    "domes": (domes, 0.2),
+}
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_what_is_told_beside_what_was_felt_lies_on_the_object_or_just_beside_it(name):
+    ground, least = TOLD[name]
+    relief = mapped(
+        ground, *[(0, y, yaw) for y, yaw in ((0, 0), (0, np.pi / 2), (-25 * MM, 0), (25 * MM, 0))], height=8 * MM
+    )
+    known, every = told(relief), np.ones(relief.felt.shape, bool)
+    x, y = relief.place(np.argwhere(every)).T
+    truth = ground(x, y).reshape(every.shape)
+    on = known & (truth > 0)
+    assert on.sum() >= least * (truth > 0).sum()
+    assert (known & ~relief.felt).any()
+    assert np.sqrt(np.mean((relief.ceiling - truth)[on] ** 2)) < 0.5 * MM
+    assert not (known & ~binary_dilation(truth > 0, iterations=4)).any()
+    middle = (np.abs(x) < 5 * MM).reshape(every.shape)
+    assert name != "domes" or not (known & middle).any(), "between them it hangs"
+
+
+def test_a_cloud_gains_a_point_in_each_cell_that_is_told_and_loses_specks():
+    relief = mapped(box, (0, 0, 0), (0, 0, np.pi / 2))
+    cloud = cloud_of(np.array([[0.0, 0.0, 30.0], [0.0, 60.0, 28.0]]) * MM, 1e-4)
+    whole, known = told_points(cloud, relief), told(relief)
+    assert len(whole) == known.sum()
+    assert whole.points[0].tolist() == cloud.points[0].tolist()
+    assert (whole.seen[0], whole.seen[1:].max()) == (1, 0)
+    assert (whole.sd[1:] > 10 * whole.sd[0] / 2).all()
+    assert np.isin(whole.points[1:, 2], relief.ceiling[known]).all()
 
 
 def test_nothing_is_planned_once_all_is_known():
@@ -143,6 +187,19 @@ def test_what_one_of_several_presses_took_for_contact_does_not_move_an_object():
     assert not add_view(lower, once).felt[beside].any(), "it is taken back"
     with pytest.raises(IllConditioned, match="moved or gave way"):
         add_view(lower, replace(once, weight=np.where(beside, 2.0, wrong[0])))
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_what_seems_to_touch_above_what_was_felt_says_that_it_rose_only_where_little_is_felt_again(share):
+    relief, view = mapped(box, *ROUND), pressed(box)
+    bridge = view.touched & (view.cells[:, 0] < np.quantile(view.cells[view.touched, 0], share))
+    above = replace(view, heights=view.heights + 2 * MM * bridge)
+    if share < 0.5:
+        kept = add_view(above, relief)
+        assert np.abs(kept.height[kept.felt] - 30 * MM).max() < 1 * MM, "nor is it averaged in"
+    else:
+        with pytest.raises(IllConditioned, match="moved or gave way"):
+            add_view(above, relief)
 
 
 @settings(max_examples=4)

@@ -1,0 +1,83 @@
+"""How much of an object's surface the lowest membrane of all presses tells, felt or not.
+
+That membrane lies on the object or above it. Just beyond where it was felt to lie it is still close: a membrane that resists bending
+leaves a flank before it would be tangent to it, and one that is pulled tight rises with the hand where it has lifted by a hair. What tells
+that it has not left for good is its shape: as long as it follows the object it goes on bending as it does where it was felt, and
+where it hangs free it is a saddle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.clouds.cloud import Cloud, cloud_of
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.clouds.seen import FEWEST
+from stretch_bt.perception.clouds.support import bends
+
+__all__ = ["NEARBY", "told", "told_points"]
+
+Mask = npt.NDArray[np.bool_]
+
+REACH = 3.0  # cells beyond what was felt
+#: cells, where the lowest presses of two poses agree to within so much, m: held up otherwise, a free membrane would not
+TWICE = (6.0, 0.1e-3)
+HOLLOW = 20.0  # 1/m by which a membrane may bend up that lies on something: what smoothing leaves of a saddle beside it
+#: 1/m, or shares of the larger and the smaller bend where it was felt, by which it may bend less: off a dome it goes by and by
+ALIKE = (12.0, 0.2, 0.3)
+NEARBY = 1.0e-3  # m, standard deviation of what is told but was not felt, by `python -m benchmarks.reconstruct`
+
+
+def told(relief: Relief) -> Mask:
+    """Return the cells (n, m) of a map whose lowest membrane tells the object's surface: those felt, without specks, and others beside them."""
+    from scipy.ndimage import distance_transform_edt, label
+
+    felt = _large(relief.felt)
+    if not felt.any():
+        return felt
+    seen = np.isfinite(relief.ceiling)
+    most, least = bends(np.where(seen, relief.ceiling, np.nan), cell=relief.cell)
+    far, near = distance_transform_edt(~felt, return_indices=True)
+    there, other = most[tuple(near)], least[tuple(near)]
+    follows = seen & (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there + ALIKE[2] * other))
+    parts, _ = label(felt | (follows & (far <= np.where(_agreed(relief), TWICE[0], REACH))))
+    return np.asarray((parts > 0) & np.isin(parts, np.unique(parts[felt])))
+
+
+def told_points(cloud: Cloud, relief: Relief) -> Cloud:
+    """Return a cloud of the world with one more point in each cell that is told and holds none, and without points in cells that are not."""
+    known = told(relief)
+    x, y = cloud.points[:, 0], cloud.points[:, 1]
+    kept = cloud.part(relief.at(known, x, y, False))
+    cells = np.floor(kept.points[:, :2] / relief.cell).astype(np.int64) - relief.origin
+    known[tuple(cells.T)] = False
+    places = np.column_stack([relief.place(np.argwhere(known)), relief.ceiling[known]])
+    more = cloud_of(places, NEARBY, floor=cloud.floor)
+    both: dict[str, Any] = {
+        name: np.concatenate([getattr(kept, name), getattr(more, name)])
+        for name in ("points", "noise", "rays", "columns")
+    }
+    return replace(kept, **both, seen=np.concatenate([kept.seen, 0 * more.seen]))
+
+
+def _agreed(relief: Relief) -> Mask:
+    """Return where two presses from different poses bound the object alike."""
+    agreed = np.zeros(relief.ceiling.shape, dtype=bool)
+    if relief.second is not None:
+        known = np.isfinite(relief.second)
+        agreed[known] = relief.second[known] - relief.ceiling[known] < TWICE[1]
+    return agreed
+
+
+def _large(felt: Mask) -> Mask:
+    """Return what was felt without parts that are too small to tell anything."""
+    from scipy.ndimage import label
+
+    parts, _ = label(felt, np.ones((3, 3), dtype=np.int64))
+    sizes = np.bincount(parts.ravel())
+    sizes[0] = 0
+    return np.asarray(sizes[parts] >= FEWEST)
