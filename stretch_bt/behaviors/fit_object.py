@@ -32,15 +32,11 @@ class FitObject(Behavior):
     cloud: In[Cloud]  # the contacts, fused
     contacts: In[list[Contact]]  # of which the cloud was fused, with the pose of the hand
     shape: In[Wanted] = port("auto", doc="a shape to take for granted, or the one with most evidence")
-    relief: In[Relief | None] = (
-        None  # map of the presses: what it tells of the surface beside what was felt is added to `felt`
-    )
+    relief: In[Relief | None] = None  # map of the presses; what it tells beside what was felt is added to `felt`
     fillet: In[Length] = port(FILLET, min=1e-4, max=0.01, doc="radius of the object's edges, or of its wire")
     fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="its standard deviation")
     solid: Out[Solid]  # the shape with all its dimensions, and how all compare
-    felt: Out[
-        Cloud
-    ]  # the cloud without what the shape leaves free, as the inside of a wire, and with what the map tells
+    felt: Out[Cloud]  # the cloud with what the map tells, less what the shape leaves free, as the inside of a wire
     kind_found: Out[str]  # which shape
     x: Out[Length]  # of the middle of its top, world
     y: Out[Length]  # of the middle of its top, world

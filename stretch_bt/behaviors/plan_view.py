@@ -46,9 +46,7 @@ class PlanView(Behavior):
     y: Out[Length]  # of the hand, world
     yaw: Out[Angle]  # turn of the hand about the vertical
     request: Out[str]  # what an operator is asked to confirm; empty where the pose was planned
-    coverage: Out[
-        float
-    ]  # share of the upper surface that is told, felt or close to it; what may be hidden counts as there
+    coverage: Out[float]  # share of the upper surface that is told; what may be hidden counts as there
     unseen: Out[Area]  # upper surface that may be there and is not told, as seen from above
 
     def __init__(self, path: str = "") -> None:
