@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from stretch_bt.behaviors._membrane import FRAME_NOISE, height_of_top
 from stretch_bt.model import Series
-from stretch_bt.model.palpation.balance import SAME
+from stretch_bt.model.palpation.balance import presses_of
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
@@ -18,6 +18,7 @@ __all__ = [
     "Touch",
     "fitted",
     "fixed_part",
+    "forget_object",
     "frames_at",
     "of_press",
     "reading_sd",
@@ -73,8 +74,14 @@ def readings_of(context: Context) -> list[Reading]:
     return found
 
 
+def forget_object(context: Context) -> None:
+    """Forget the readings of an object and the curve through them."""
+    readings_of(context).clear()
+    context.memory.pop(Fitted, None)
+
+
 def fitted(context: Context) -> Fitted | None:
-    """Return what `track_drop` fitted last, or None before its first fit."""
+    """Return what `track_drop` fitted last, or None before its first fit since `approach`."""
     found: Fitted | None = context.memory.get(Fitted)
     return found
 
@@ -96,9 +103,13 @@ def tell_again(context: Context, curvature: Estimate, *, by_membrane: bool) -> N
             readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, sd, told)
 
 
-def of_press(readings: list[Reading], press: Reading) -> list[Reading]:
-    """Return those of one press with this reading."""
-    return [r for r in readings if r.stretch == press.stretch and abs(r.hand - press.hand) < SAME]
+def of_press(readings: list[Reading], latest: Reading) -> list[Reading]:
+    """Return those of one press with the latest reading, which may be the last of them or come after them.
+
+    A hand that went away and came back is at another press: it need not stand off as it did.
+    """
+    numbers = presses_of([*readings, latest])
+    return [reading for reading, number in zip(readings, numbers, strict=False) if number == numbers[-1]]
 
 
 def frames_at(context: Context, press: Reading, frame_noise: float) -> float:

@@ -10,7 +10,7 @@ from stretch_bt import model, perception
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._membrane import Mounting
 from stretch_bt.behaviors._motion import MotionBehavior
-from stretch_bt.behaviors._readings import Reading, Touch, reading_sd, readings_of
+from stretch_bt.behaviors._readings import Reading, Touch, forget_object, reading_sd, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
@@ -74,7 +74,7 @@ class Approach(MotionBehavior):
         self.free = perception.FreeView()
         self.pattern: perception.Pattern | None = None
         self.source.learn(None)
-        readings_of(self.context).clear()
+        forget_object(self.context)
         self.context.memory.pop(Mounting, None)
         if self.mount_prestretch > 0:
             self.context.memory[Mounting] = Mounting(self.mount_prestretch, Estimate(self.hang, self.hang_sd))

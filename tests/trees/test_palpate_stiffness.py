@@ -91,3 +91,28 @@ def test_what_gives_way_for_seconds_is_held_and_the_time_is_told(run):
     assert result.status == "SUCCESS", result.reason
     assert result.outputs["hold"]["value"] >= 5.0
     assert abs(result.outputs["stiffness_at_drop"]["value"] - 0.607) < 3 * result.outputs["stiffness_at_drop"]["sd"]
+
+
+CREEPS = """format: stretch-scene/1
+object:
+  type: balloon
+  diameter: 60 mm
+  base: 30 mm
+  pressure: 4 kPa
+  fill: {type: pudding, modulus: 20 kPa, sudden: 20 kPa, time: 60 s}
+support: {type: cup, diameter: 60 mm, rim: 30 mm}
+fidelity: hertz
+effects: {white_noise: on, correlated_noise: on}
+"""
+
+
+def test_what_keeps_creeping_is_told_as_it_is_then_after_no_more_than_the_longest_hold(run, tmp_path):
+    scene = tmp_path / "creeps.yaml"
+    scene.write_text(CREEPS, encoding="utf-8")
+    result = run("palpate_stiffness", scene=scene, seed=1, params={"max_hold": 6.0})
+    assert result.status == "SUCCESS", result.reason
+    stiffness, truth = result.outputs["stiffness"], result.truth
+    now = truth["force"]["value"] / truth["deflection"]["value"]
+    assert now > 1.1 * truth["stiffness"]["value"], "which is that of the settled object"
+    assert abs(stiffness["value"] - now) < 3 * stiffness["sd"] < 0.5 * now
+    assert 3.5 <= result.outputs["hold"]["value"] < 8.0

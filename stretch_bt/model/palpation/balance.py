@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import IllConditioned
 from stretch_bt.model.force.local import LocalForces, Pressed
 from stretch_bt.units import Estimate
 
@@ -16,15 +17,20 @@ Array = npt.NDArray[np.float64]
 
 STEEPEST, FLATTEST = 4.0, 0.5  # powers between which a fit is held
 SAME = 2e-4  # m, within which two readings are of one press: the hand is held better, and a step is larger
+STANDS = 1e-9  # m, below which a hand that stands off where it was sent makes no difference
 ROUNDS = 40
 SETTLED = 1e-12  # m
+LEFT = 0.1  # standard deviations by which an answer may still be on its way
 
 
 def presses_of(readings: Sequence[Pressed]) -> npt.NDArray[np.int64]:
-    """Return the number (n,) of each reading's press: another one begins where the hand or the stretch changed since the reading before."""
-    hand, stretch = (np.array([getattr(r, name) for r in readings]) for name in ("hand", "stretch"))
-    moved = (np.abs(np.diff(hand)) >= SAME) | (np.diff(stretch) != 0)
-    return np.concatenate([[0], np.cumsum(moved)]).astype(np.int64)
+    """Return the number (n,) of each reading's press: another one begins where hand or stretch are not those it began with."""
+    numbers, begun = [-1], readings[:1]
+    for reading in readings:
+        same = reading.stretch == begun[0].stretch and abs(reading.hand - begun[0].hand) < SAME
+        begun = begun if same else [reading]
+        numbers.append(numbers[-1] + (not same or numbers[-1] < 0))
+    return np.array(numbers[1:], dtype=np.int64)
 
 
 class Balance:
@@ -42,24 +48,39 @@ class Balance:
             np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd")
         )
         press = presses_of(readings)
-        self.of_press = np.eye(press[-1] + 1)[press] if robot > 0 else np.zeros((len(readings), 0))
+        self.of_press = np.eye(press[-1] + 1)[press] if robot > STANDS else np.zeros((len(readings), 0))
         self.level = float(np.mean(self.height))
         self.q = self._begun()
         self.weighted_sd = self.sd
 
     def solve(self) -> None:
-        """Find q, with the weights of the drops found, and the covariance."""
+        """Find q, with the weights of the drops found, and the covariance; raises IllConditioned where the readings do not determine it."""
         for _ in range(ROUNDS):
             height, rows = self.curve(self.q)
             self.weighted_sd = self._weights(height, rows)
-            step, *_ = np.linalg.lstsq(*self._stacked(height, rows), rcond=None)
-            self.q = self._held(self.q + step)
+            before, self.q = self.q, self._stepped(*self._stacked(height, rows))
+            step = self.q - before
             if np.abs(np.delete(step, 2)).sum() < SETTLED and abs(step[2]) < 1e-9:
                 break
         design, left = self._stacked(*self.curve(self.q))
         free = len(left) - len(self.q)
         self.chi2 = float(left @ left) / free if free > 0 else 1.0
-        self.covariance = np.asarray(np.linalg.inv(design.T @ design)) * max(1.0, self.chi2)
+        try:
+            self.covariance = np.asarray(np.linalg.inv(design.T @ design)) * max(1.0, self.chi2)
+        except np.linalg.LinAlgError:
+            raise IllConditioned("the readings do not tell how far the object gives way; press deeper") from None
+        if not np.all(np.abs(step) <= LEFT * np.sqrt(np.diag(self.covariance))):
+            raise IllConditioned("the curve through the readings does not settle; look again, or press deeper")
+
+    def _stepped(self, design: Array, left: Array) -> Array:
+        """Return the next q; where the power would leave its bounds it stays at the nearer one, and the rest is fitted to that."""
+        step, *_ = np.linalg.lstsq(design, left, rcond=None)
+        power = min(max(self.q[2] + step[2], FLATTEST), STEEPEST)
+        if power != self.q[2] + step[2]:
+            bent = power - self.q[2]
+            rest, *_ = np.linalg.lstsq(np.delete(design, 2, axis=1), left - design[:, 2] * bent, rcond=None)
+            step = np.insert(rest, 2, bent)
+        return self._held(self.q + step)
 
     @property
     def off(self) -> Array:

@@ -140,7 +140,8 @@ def fit_series(
     Raises
     ------
     IllConditioned
-        The readings are too few, all of one press or all at one force, or the model's force falls with depth.
+        The readings are too few, all of one press or all at one force, the last hand stands above the top, the curve does not settle, or
+        the model's force falls with depth.
     InvalidInput
         A number is not finite or has the wrong sign, or a reading lies outside the model's range.
     """
@@ -157,6 +158,8 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
     heights, rows = fit.curve(fit.q)
     height, row, sunk = float(heights[-1]), rows[-1], fit.depths(rows)[-1]
     depths = heights - fit.hand - fit.off
+    if not depths[-1] > 0:
+        raise IllConditioned("the hand is not past the undeformed top, so that this press says nothing of a drop")
     lowest, highest = model.range.depth
     depth = min(max(float(depths[-1]), lowest), highest)
     force, model_sd = model.predict(radius.value, last.stretch, depth)
@@ -188,8 +191,6 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
 
 
 def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> None:
-    if not force[-1] > 0:
-        raise IllConditioned("the hand is not past the undeformed top, so that this press says nothing of a drop")
     if top is None and (presses_of(readings)[-1] == 0 or np.ptp(force) <= 1e-3 * force.max()):
         raise IllConditioned(
             "readings of one press or at one force do not tell how far the object gives way; press at two or more"

@@ -27,6 +27,8 @@ __all__ = ["Form", "Forms", "ShapeTable", "read_shapes"]
 
 Array = npt.NDArray[np.float64]
 
+ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class ShapeTable:
@@ -106,7 +108,7 @@ class Forms:
 
 
 def _require(name: str, value: float, known: Array) -> None:
-    if not known[0] <= value <= known[-1]:
+    if not known[0] * (1 - ROUNDING) <= value <= known[-1] * (1 + ROUNDING):
         least, most, asked = (format_quantity(float(v), KINDS["Length"]) for v in (known[0], known[-1], value))
         raise InvalidInput(f"shapes of the membrane are known for a {name} of {least} to {most}, not of {asked}")
 

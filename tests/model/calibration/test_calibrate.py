@@ -65,10 +65,16 @@ def test_outliers_do_not_carry_it_away():
     assert np.abs(forces(model, clean) / clean.force - 1)[deep].max() < 0.05
 
 
-def test_one_diameter_is_enough_for_the_membrane_model_with_a_larger_deviation():
-    few = calibrate(presses(diameters=(0.02,), noise=0.01)).model
+@pytest.mark.parametrize(
+    ("only", "place"),
+    [
+        ({"diameters": (0.02,)}, (0.025, 0.03, 0.008)),
+        ({"stretches": (0.02,)}, (0.010, 0.07, 0.008)),
+    ],
+)
+def test_one_diameter_or_stretch_is_enough_for_the_membrane_model_with_a_larger_deviation(only, place):
+    few = calibrate(presses(**only, noise=0.01)).model
     many = calibrate(presses(noise=0.01)).model
-    place = (0.025, 0.03, 0.008)
     assert few.predict(*place)[1] > 1.5 * many.predict(*place)[1]
     assert abs(few.predict(*place)[0] - HAND.predict(*place)[0]) < 3 * few.predict(*place)[1]
 

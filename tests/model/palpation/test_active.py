@@ -74,13 +74,13 @@ def test_a_look_leaves_the_deviation_that_it_says(at_press):
     fit = fit_series(MODEL, RADIUS, readings)
     limits = replace(LIMITS, stretch=0.0)
     choice = next_look(
-        MODEL, RADIUS.value, fit, readings[-1], DROP, limits, replace(LOOKS, taken=1e4), counts=[32], at_press=at_press
+        MODEL, RADIUS.value, fit, readings[-1], DROP, limits, replace(LOOKS, taken=1e4), counts=[64], at_press=at_press
     )
     hand = choice.press.hand
-    seen = TopReading(0.0, hand, height(600.0, 0.0, hand), (LOOKS.fixed**2 + LOOKS.frame**2 / 32) ** 0.5)
+    seen = TopReading(0.0, hand, height(600.0, 0.0, hand), (LOOKS.fixed**2 + LOOKS.frame**2 / 64) ** 0.5)
     after = fit_series(MODEL, RADIUS, [*readings, seen])
     told = after.stiffness() if at_press else after.stiffness_at(DROP)
-    assert choice.relative_sd == pytest.approx(told.sd / told.value, rel=0.1)
+    assert choice.relative_sd == pytest.approx(told.sd / told.value, rel=0.01)
     before = fit.stiffness() if at_press else fit.stiffness_at(DROP)
     assert choice.relative_sd < 0.95 * before.sd / before.value
     fall = 1 - (choice.relative_sd * before.value / before.sd) ** 2

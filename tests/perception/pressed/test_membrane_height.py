@@ -78,6 +78,16 @@ def test_a_membrane_of_another_size_has_the_same_shape():
     assert height.value == pytest.approx(3e-3, abs=1e-5)
 
 
+@pytest.mark.parametrize(("gauge", "thickness"), [(0.09, 0.0027), (0.1, 0.003), (0.07, 0.0021), (0.06, 6e-4)])
+def test_a_membrane_as_thin_or_as_thick_as_the_table_goes_is_known_at_any_size(gauge, thickness):
+    scale = gauge / 0.1
+    points = shape(0.03, 0.02, 6e-3, scale=scale, thickness=round(thickness / scale, 9))
+    given = {"gauge": gauge, "width": 0.9 * gauge, "thickness": thickness, "hang": Estimate(HANG.value * scale, 3e-5)}
+    assert told(points, 0.03 * scale, 0.02 * scale, 6e-3 * scale, **given).value == pytest.approx(
+        6e-3 * scale, abs=1e-5
+    )
+
+
 def test_flying_and_missing_pixels_are_borne():
     points, random = shape(0.03, 0.014, 6e-3), np.random.default_rng(1)
     points[random.random(points.shape[:2]) < 0.05, 2] += 0.01
