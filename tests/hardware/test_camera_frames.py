@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.channel import Channel
+from stretch_bt.hardware.realsense import sources
 from stretch_bt.hardware.realsense.judge import Judge, Shot
 from stretch_bt.hardware.realsense.settings import Settings
 from stretch_bt.hardware.realsense.sources import Source
@@ -202,3 +203,20 @@ def test_a_recording_is_ended_also_when_its_camera_is_lost(tmp_path):
     assert channel.drain()[-1] == {"say": "lost", "reason": "unplugged", "missing": False}
     channel.close()
     assert (tmp_path / "recording").read_text() == "whole"
+
+
+def test_the_library_is_there_before_frames_come(monkeypatch):
+    """Frames that waited for it would be taken for the quickest."""
+
+    def missing():
+        raise ImportError("not here")
+
+    monkeypatch.setattr(sources, "library", missing)
+    names = ("serial", "file", "width", "height", "rate", "lost_after", "noisy", "record")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        host, port = server.getsockname()
+        with pytest.raises(ImportError):
+            sources.open_source(Settings(host=host, port=port, **dict.fromkeys(names)))
+        server.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            server.accept()

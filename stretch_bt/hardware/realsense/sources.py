@@ -139,6 +139,7 @@ class _Fed(Source):
     """The software device, fed with what a stand-in sends."""
 
     def __init__(self, settings: Settings) -> None:
+        library()  # before frames come, which would wait meanwhile and be taken for quick ones
         address = (settings.host, settings.port)
         try:
             self._wire = socket.create_connection(address, timeout=_CONNECTING)
