@@ -107,8 +107,13 @@ class Attendant(Latched, Generic[W, S]):
     def start(self) -> None:
         """Connect and read once; raises DeviceLost when that fails, and then nothing is left."""
         self._thread.start()
-        if not self._started.wait(self._deadline):
-            self._failed = WireError(f"no answer within {self._deadline:.3g} s")
+        try:
+            if not self._started.wait(self._deadline):
+                self._failed = WireError(f"no answer within {self._deadline:.3g} s")
+        except BaseException:  # such as Ctrl-C: nobody will end it later
+            self._ending.set()
+            self._jobs.put(None)
+            raise
         if self._failed is not None:
             self.end()
             if isinstance(self._failed, OSError):

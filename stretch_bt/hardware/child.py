@@ -13,7 +13,12 @@ from contextlib import suppress
 
 from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
 
-__all__ = ["Child"]
+__all__ = ["Child", "environment"]
+
+
+def environment() -> dict[str, str]:
+    """Return this process's environment, and what its interpreter finds packages by, so that another one has the same."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
 
 
 class Child:
@@ -32,8 +37,6 @@ class Child:
     def __init__(self, module: str, first: Sequence[Message], descriptors: Sequence[int] = ()) -> None:
         ours, theirs = socket.socketpair()
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  it is open as long as the process
-        # what the interpreter finds packages by, so that the process has the same ones
-        env = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         with theirs:
             given = (theirs.fileno(), *descriptors)
             self._process = subprocess.Popen(  # noqa: S603  the arguments are our own module
@@ -42,12 +45,16 @@ class Child:
                 stdout=subprocess.DEVNULL,
                 stderr=self._said,
                 pass_fds=given,
-                env=env,
+                env=environment(),
                 start_new_session=True,  # Ctrl-C is for the run, which ends the process
             )
         self.channel = Channel(ours)
-        for message in first:
-            self.channel.send(message)
+        try:
+            for message in first:
+                self.channel.send(message)
+        except BaseException:
+            self.end(0.0)
+            raise
 
     @property
     def pid(self) -> int:

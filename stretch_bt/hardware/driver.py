@@ -164,7 +164,7 @@ class CameraDriver(Driver, ABC):
     @property
     @abstractmethod
     def intrinsics(self) -> Intrinsics:
-        """Intrinsics of the frames, also before `open`."""
+        """Intrinsics of the frames; raises NotReady before `open` where only the camera tells them."""
 
     @abstractmethod
     def frame(self) -> Reading[DepthFrame]:

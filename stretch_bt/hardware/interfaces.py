@@ -151,7 +151,7 @@ class DepthCamera(Device, Protocol):
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Intrinsics of the frames; may be asked before the camera is open."""
+        """Intrinsics of the frames; raises NotReady before the camera is open where only that tells them."""
         ...
 
     @property

@@ -53,13 +53,15 @@ def _explain(model: type, root: Value, error: Any) -> Diagnostic:
         return value.mark.error(
             "value", f"{where} takes a mapping, not {value.text!r}", f"write '{{type: {value.text}}}'"
         )
+    if kind == "string_too_short":
+        return value.mark.error("value", f"{where} is empty", "write what it names, or leave it out")
     wanted = next((what for start, what in _WANTED.items() if kind.startswith(start)), None)
     if wanted is not None:
         given = repr(value.text) if isinstance(value, Scalar) else "this"
         return value.mark.error("value", f"{where} takes {wanted[0]}, not {given}", _as_wanted(value, *wanted))
     message = error["msg"].removeprefix("Value error, ")
     message, _, hint = message.partition("; ")
-    return value.mark.error("value", f"{where}: {message}", hint or _expectation(error))
+    return value.mark.error("value", ": ".join(filter(None, (where, message))), hint or _expectation(error))
 
 
 #: by the beginning of a pydantic error type: what is wanted, and an example

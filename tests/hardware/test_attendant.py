@@ -1,5 +1,7 @@
 """The thread that has a wire to itself."""
 
+import os
+import signal
 import threading
 import time
 
@@ -179,3 +181,20 @@ def test_a_job_that_breaks_the_wire_is_a_loss_and_one_that_refuses_is_not(attend
     until(lambda: "return" in wire.said)
     with pytest.raises(NotReady):
         attendant.check_acknowledged()
+
+
+def test_ctrl_c_before_the_first_reading_ends_the_thread(attend, wire):
+    wire.gate.clear()
+
+    def interrupt():
+        until(lambda: wire.said)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        attend()
+    thread.join()
+    wire.gate.set()
+    until(lambda: "attendant of d" not in [thread.name for thread in threading.enumerate()])
+    assert wire.said == ["connect", "close"]

@@ -1,5 +1,8 @@
 """A camera opened: its recordings, and what cannot be opened."""
 
+import os
+import signal
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -33,7 +36,7 @@ def eventually(ask):
     raise AssertionError("it does not come")
 
 
-def test_what_was_recorded_is_played_at_its_pace_and_ends(stand_in, live_cell, tmp_path):
+def test_what_was_recorded_is_played_at_its_pace_and_ends(stand_in, live_cell, tmp_path, monkeypatch):
     _, places = stand_in("realsense")
     path = live_cell("realsense", "depth", places["depth"], record="kept")
     cell = open_cell(load_cell(path), now=time.monotonic)
@@ -60,8 +63,23 @@ def test_what_was_recorded_is_played_at_its_pace_and_ends(stand_in, live_cell, t
         device, host = zip(*times.values(), strict=True)
         assert len(times) >= 5
         assert 0.5 < (host[-1] - host[0]) / (device[-1] - device[0]) < 1.5
+        stays_at_its_end(camera, monkeypatch)
     finally:
         cell.close()
+
+
+def stays_at_its_end(camera, monkeypatch):
+    """Assert that a recording which ended is not played again: not for its silence, nor when its process is begun anew."""
+    monkeypatch.setattr("stretch_bt.hardware.realsense.link._ANEW", 0.0)
+    first = camera.driver.process
+    time.sleep(0.6)  # more than lost_after
+    assert camera.driver.process == first
+    os.kill(first, signal.SIGKILL)
+    eventually(lambda: camera.driver.process not in (None, first))
+    time.sleep(0.6)
+    assert camera.ended
+    with pytest.raises(DeviceLost, match="end of recording"):
+        camera.frame(1e9)
 
 
 def test_a_file_that_is_no_recording_is_told(tmp_path):
@@ -79,6 +97,8 @@ BAD_CELLS = [
     ("file: none.db3", "no file 'none.db3' beside the cell file"),
     ("host: 'a b'", "no address"),
     ("serial: '1', rate: 30", "'30 Hz'"),
+    ("serial: ''", "serial is empty; write what it names"),
+    ("file: a, record: b", r"error\[value\]: a recording is not recorded again"),
 ]
 
 
@@ -103,6 +123,37 @@ def test_nobody_there_no_such_camera_and_a_library_that_is_missing(live_cell, tm
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(MissingExtra, match=r"camera needs pyrealsense2: not here; .*stretch-bt\[realsense\].*sr305"):
         open_cell(load_cell(tmp_path / "usb.yaml"), now=time.monotonic)
+
+
+def test_a_library_that_cannot_be_loaded_and_a_folder_that_cannot_be_are_told(
+    stand_in, live_cell, tmp_path, monkeypatch
+):
+    _, places = stand_in("realsense")
+    (tmp_path / "taken").write_text("no folder")
+    with pytest.raises(DeviceLost, match=r"no folder can be made at .*taken .*: correct `record`"):
+        open_cell(load_cell(live_cell("realsense", "depth", places["depth"], record="taken")), now=time.monotonic)
+    (tmp_path / "pyrealsense2.py").write_text("raise ImportError('libusb-1.0.so.0: cannot open')")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(MissingExtra, match=r"libusb-1.0.so.0: cannot open; install it with: pip install"):
+        open_cell(load_cell(live_cell("realsense", "depth", places["depth"])), now=time.monotonic)
+
+
+def test_ctrl_c_while_it_is_opened_leaves_no_process_and_no_thread(stand_in, live_cell):
+    behind, places = stand_in("realsense")
+    behind.inject("freeze")
+    cell = load_cell(live_cell("realsense", "depth", places["depth"]))
+
+    def interrupt():
+        eventually(lambda: behind.state()["streaming"])
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        open_cell(cell, now=time.monotonic)
+    thread.join()
+    assert "attendant of camera" not in [thread.name for thread in threading.enumerate()]
+    eventually(lambda: not behind.state()["streaming"])
 
 
 def test_the_lens_is_not_known_before_the_camera_is_open(live_cell):

@@ -157,6 +157,27 @@ def test_a_frame_that_is_bad_is_left_out_and_does_no_harm(camera, fault, paramet
     assert device.state is DeviceState.READY
 
 
+def test_what_happens_while_nobody_listens_is_told_once(camera):
+    """The thread that attends the camera is held up until several messages wait."""
+    device, stand_in = camera
+    fresh(device)
+    device.driver._attendant.do(lambda link: stand_in.inject("restart") or time.sleep(0.5))
+    with pytest.raises(DeviceFault, match="the camera was restarted"):
+        raise fault_of(device)
+    eventually(lambda: device.acknowledge() is None)
+    for _ in range(10):
+        fresh(device)
+    assert device.state is DeviceState.READY
+
+
+def test_what_is_slow_is_quick_again_once_that_is_cleared(camera):
+    device, stand_in = camera
+    stand_in.inject("slow", {"rate": 0.01})
+    fault_of(device)
+    stand_in.clear()
+    eventually(lambda: fresh(device))
+
+
 def test_frames_that_come_late_are_old(camera):
     """Their age counts from their exposure, not from when they came."""
     device, stand_in = camera

@@ -1,5 +1,10 @@
 """What is read of a camera: any bytes of its stand-in, and any frames."""
 
+import itertools
+import os
+import socket
+import subprocess
+import sys
 from contextlib import suppress
 
 import numpy as np
@@ -8,7 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.channel import Channel
+from stretch_bt.hardware.realsense import sources
 from stretch_bt.hardware.realsense.judge import Judge, Shot
+from stretch_bt.hardware.realsense.settings import Settings
+from stretch_bt.hardware.realsense.sources import Source
 from stretch_bt.hardware.realsense.wire import Described, Packets, Picture, _packet
 
 CAMERA = Described(serial="1", width=4, height=3, rate=30, unit=1e-4, fx=5.0, fy=5.0, cx=2.0, cy=1.5)
@@ -134,3 +143,80 @@ def test_a_frame_that_was_held_up_is_as_old_as_its_exposure():
     assert judge.event is None
     judge.take(Shot(9, 70.0, 10.0, image))
     assert "jumped ahead by 1" in judge.event
+
+
+def test_a_camera_may_take_its_time_for_the_first_frame_and_no_silence_reaches_into_the_future():
+    judge, image = Judge(0.4, noisy=False, began=0.0), np.ones((4, 4), np.uint16)
+    assert judge.take(Shot(1, 0.0, 2.0, image)) is not None
+    assert judge.event is None
+    judge.excuse(5.0, now=2.1)
+    assert judge.silent(2.7) == pytest.approx(0.6)
+    assert judge.take(Shot(2, 0.7, 2.7, image)) is not None
+    assert "no good frame came for 0.6 s" in judge.event
+
+
+class Endless:
+    """A syncer to which frames come faster than they are taken."""
+
+    def poll_for_frames(self):
+        return self
+
+    def size(self):
+        return 1
+
+
+def test_a_turn_ends_while_frames_keep_coming():
+    source = Source.__new__(Source)
+    source._syncer, source._shot = Endless(), lambda frames: frames
+    assert 1 <= len(list(itertools.islice(source.shots(0.0), 100))) < 100
+
+
+LOSES = """
+import sys
+from pathlib import Path
+from stretch_bt.frames import Intrinsics
+from stretch_bt.hardware.realsense import process
+
+class Loses:
+    unit, broken, ended, intrinsics = 1e-4, 0, False, Intrinsics(10.0, 10.0, 2.0, 1.5, 4, 3)
+    start = described = lambda self: None
+    def shots(self, within):
+        raise OSError("unplugged")
+    def stop(self):
+        Path(sys.argv[3]).write_text("whole")
+
+process.open_source = lambda settings: Loses()
+process.main(int(sys.argv[1]), int(sys.argv[2]))
+"""
+
+
+def test_a_recording_is_ended_also_when_its_camera_is_lost(tmp_path):
+    settings = dict.fromkeys(("serial", "file", "host", "port", "width", "height", "rate", "record"))
+    ours, theirs = socket.socketpair()
+    channel, given = Channel(ours), [theirs.fileno(), os.memfd_create("frames")]
+    os.ftruncate(given[1], 1 << 12)
+    channel.send(Settings(lost_after=0.4, noisy=True, **settings).to_message())
+    command = [sys.executable, "-c", LOSES, *map(str, given), str(tmp_path / "recording")]
+    assert subprocess.run(command, pass_fds=given, timeout=60).returncode == 0
+    theirs.close()
+    os.close(given[1])
+    assert channel.drain()[-1] == {"say": "lost", "reason": "unplugged", "missing": False}
+    channel.close()
+    assert (tmp_path / "recording").read_text() == "whole"
+
+
+def test_the_library_is_there_before_frames_come(monkeypatch):
+    """Frames that waited for it would be taken for the quickest."""
+
+    def missing():
+        raise ImportError("not here")
+
+    monkeypatch.setattr(sources, "library", missing)
+    names = ("serial", "file", "width", "height", "rate", "lost_after", "noisy", "record")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        host, port = server.getsockname()
+        with pytest.raises(ImportError):
+            sources.open_source(Settings(host=host, port=port, **dict.fromkeys(names)))
+        server.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            server.accept()

@@ -1,7 +1,11 @@
 """The parts of the arm's driver by themselves: messages, limits, setpoints, reach."""
 
 import json
+import os
+import signal
 import socket
+import threading
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.driver import Bench
@@ -193,3 +198,25 @@ def test_reach_says_what_keeps_the_arm_from_a_path(model):
 def test_a_cell_without_payload_leaves_that_of_the_pendant(lab):
     assert lab.payload == (1.6, 0.0, 0.0, 0.11)
     assert Settings.from_message(replace(lab, payload=None).to_message()).payload is None
+
+
+def test_ctrl_c_while_the_arm_is_opened_leaves_no_process(stand_in, live_cell):
+    behind, places = stand_in("ur")
+    behind.inject("freeze")
+    cell = load_cell(live_cell("ur", "rtde", places["rtde"]))
+
+    def begun():
+        return [thread for thread in threading.enumerate() if thread.name == "supervisor of arm"]
+
+    def interrupt():
+        while not begun():
+            time.sleep(0.01)
+        time.sleep(0.5)  # its process, too
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        open_cell(cell, now=time.monotonic)
+    thread.join()
+    assert not begun()

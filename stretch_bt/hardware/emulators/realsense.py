@@ -43,7 +43,7 @@ _FAULTS: dict[str, Fault] = {
     "drop": Fault("closes all connections and refuses new ones, as a camera that is unplugged", state=True),
     "reset": Fault("breaks all connections once; new ones are taken", state=True),
     "freeze": Fault("sends nothing, on connections that stay open", state=True),
-    "slow": Fault("sends `rate` frames a second", {"rate": 1.0}, state=True),
+    "slow": Fault("sends `rate` frames a second, at most its 30", {"rate": 1.0}, state=True),
     "late": Fault("sends each frame `delay` seconds after its time", {"delay": 1.0}, state=True),
     "loss": Fault("leaves out the part `part` of its frames", {"part": 0.3}),
     "reorder": Fault("exchanges the part `part` of its frames with the one after", {"part": 0.3}),
@@ -175,15 +175,14 @@ class RealsenseStandIn(StandIn):
         )
 
     def _run(self) -> None:
-        while not self._ending.wait(self._pause()):
-            if self._clients and self.faults.shown("freeze") is None:
+        begun = 0.0
+        while not self._ending.wait(_PERIOD - self.stage.now() % _PERIOD):
+            slow, now = self.faults.shown("slow"), time.monotonic()
+            waits = self.faults.shown("freeze") is not None or (slow is not None and now < begun + 1 / slow["rate"])
+            if self._clients and not waits:
+                begun = now
                 with suppress(NoEquilibrium):  # a membrane without an answer is not seen
                     self._expose()
-
-    def _pause(self) -> float:
-        """Return the time to the next exposure, s."""
-        slow = self.faults.shown("slow")
-        return 1 / slow["rate"] if slow else _PERIOD - self.stage.now() % _PERIOD
 
     def _time(self) -> float:
         return time.monotonic() if self._seen is None else self._seen.time

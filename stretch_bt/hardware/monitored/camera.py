@@ -20,7 +20,7 @@ class MonitoredCamera(Monitored[CameraDriver]):
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Intrinsics of the frames; may be asked before the camera is open."""
+        """Intrinsics of the frames; raises NotReady before the camera is open where only that tells them."""
         return self.driver.intrinsics
 
     @property

@@ -30,7 +30,6 @@ class RealsenseCamera(CameraDriver):
     packages: ClassVar[Mapping[str, str]] = {"pyrealsense2": "'stretch-bt[realsense]'"}
     _attendant: Attendant[CameraLink, CameraState] | None = None
     _link: CameraLink | None = None
-    _event: str | None = None
     _over = False
 
     @property
@@ -44,7 +43,7 @@ class RealsenseCamera(CameraDriver):
     @property
     def ended(self) -> bool:
         """Whether a recording was played to its end."""
-        return self._attendant is not None and self._over
+        return self._over
 
     @property
     def process(self) -> int | None:
@@ -70,25 +69,28 @@ class RealsenseCamera(CameraDriver):
             after_poll=self._after,
             on_return=lambda _: None,
         )
-        self._event, self._over = None, False
+        self._link, self._attendant, self._over = link, attendant, False
         try:
             attendant.start()
         except DeviceLost as lost:
+            self.close()
             raise DeviceLost(self.name, f"no frames from {o.place}: {lost.reason}") from lost
-        self._link, self._attendant = link, attendant
+        except BaseException:  # such as Ctrl-C
+            self.close()
+            raise
 
     def close(self) -> None:
         """End the stream, and a recording of it."""
-        attendant, self._attendant = self._attendant, None
+        attendant, self._attendant, self._over = self._attendant, None, False
         if attendant is not None and self._link is not None:
             self._link.leave()
             attendant.end()
 
     def acknowledge(self) -> None:
         """Go on after a fault that is over; raises DeviceFault while it lasts."""
-        if self._attendant is not None:
+        if self._attendant is not None and self._link is not None:
             self._attendant.acknowledge()
-            self._event = None
+            self._link.event()
             self._checked()
 
     def frame(self) -> Reading[DepthFrame]:
@@ -112,7 +114,7 @@ class RealsenseCamera(CameraDriver):
         yield from look(self.name, self.options, self.bench.root)
 
     def _after(self, link: CameraLink, sample: Sample[CameraState]) -> None:
-        self._event, self._over = self._event or sample.value.event, sample.value.ended
+        self._over = self._over or sample.value.ended  # the end stays one, also when its process is begun anew
 
     def _opened(self) -> Attendant[CameraLink, CameraState]:
         if self._attendant is None:
@@ -120,11 +122,11 @@ class RealsenseCamera(CameraDriver):
         return self._attendant
 
     def _checked(self) -> CameraState:
-        state = self._opened().latest().value
-        if state.ended:
+        attendant, link = self._opened(), self._link
+        if self._over:
             raise DeviceLost(self.name, "end of recording")
-        event, self._event = self._event, None
-        if event is not None:
+        state = attendant.latest().value
+        if link is not None and (event := link.event()) is not None:
             raise DeviceFault(self.name, f"{event}; look at its cable and supply, then acknowledge")
         if state.silent > self.options.lost_after:
             why = state.bad or "nothing came"

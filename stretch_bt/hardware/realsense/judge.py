@@ -72,6 +72,7 @@ class Judge:
         self.event: str | None = None
         self._lost_after, self._noisy = lost_after, noisy
         self._good = began
+        self._first = True
         self._newest: Shot | None = None
         self._seen: Counts | None = None
         self._older = 0
@@ -81,9 +82,9 @@ class Judge:
         """Return how long no good frame came, s."""
         return now - self._good
 
-    def excuse(self, seconds: float) -> None:
-        """Take back some time in which this machine did not look."""
-        self._good += seconds
+    def excuse(self, seconds: float, now: float) -> None:
+        """Take back some time until now, s, in which this machine did not look."""
+        self._good = min(self._good + seconds, now)
 
     def take(self, shot: Shot) -> Shot | None:
         """Return a frame that is new and whole, with the time of its exposure; None for another."""
@@ -92,7 +93,8 @@ class Judge:
         if self.bad is not None:
             return None
         gone, self._good = shot.arrived - self._good, shot.arrived
-        if gone > self._lost_after:
+        first, self._first = self._first, False
+        if gone > self._lost_after and not first:
             self._note(f"no good frame came for {gone:.2g} s, and now they come again")
         return replace(shot, exposed=shot.arrived - self._lag(shot))
 

@@ -6,6 +6,7 @@ import mmap
 import os
 import select
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -39,13 +40,12 @@ class CameraState:
     latest: Reading[DepthFrame]
     silent: float
     bad: str | None
-    event: str | None
     ended: bool
     counters: Counters
 
 
 class CameraLink:
-    """Keeps one process that keeps one camera; used by one thread, but for `leave`.
+    """Keeps one process that keeps one camera; used by one thread, but for `leave` and `event`.
 
     Parameters
     ----------
@@ -78,6 +78,7 @@ class CameraLink:
         self._known: tuple[Intrinsics, float, str] | None = None
         self._latest: Reading[DepthFrame] | None = None
         self._state: CameraState | None = None
+        self._events: deque[str] = deque()
         self._number = 0
         self._heard = 0.0
 
@@ -95,6 +96,11 @@ class CameraLink:
     def leave(self) -> None:
         """Give up connecting; from any thread."""
         self._leaving = True
+
+    def event(self) -> str | None:
+        """Return the first thing that happened since this was asked last and that somebody has to know; from any thread."""
+        events = [self._events.popleft() for _ in range(len(self._events))]
+        return events[0] if events else None
 
     def connect(self) -> None:
         """Begin the process, and wait for a first good frame."""
@@ -117,15 +123,15 @@ class CameraLink:
         """Return how the camera stands, after a short wait for news of it; raises WireError."""
         self._listen(self._heard + _MUTE)
         assert self._state is not None
-        if self._state.silent > _ANEW + self._settings.lost_after:
+        if not self._state.ended and self._state.silent > _ANEW + self._settings.lost_after:
             raise WireError(f"no good frame came for {self._state.silent:.2g} s ({self._state.bad or 'nothing came'})")
         return self._state
 
     def close(self) -> None:
-        """End the process, which has a moment to end a recording; may be called more than once."""
+        """End the process, which has a moment to end a recording of what came; may be called more than once."""
         child, self._child = self._child, None
         if child is not None:
-            child.end(_ENDING)
+            child.end(_ENDING if self._latest is not None else 0.0)
         memory, self._memory = self._memory, None
         if memory is not None:
             memory.close()
@@ -152,8 +158,10 @@ class CameraLink:
             case "state":
                 if message["shot"] is not None:
                     self._latest = self._reading(message["shot"])
+                if message["event"] is not None:
+                    self._events.append(message["event"])
                 if self._latest is not None:
-                    named = {k: message[k] for k in ("silent", "bad", "event", "ended")}
+                    named = {k: message[k] for k in ("silent", "bad", "ended")}
                     self._state = CameraState(self._latest, counters=Counters(**message["counters"]), **named)
             case "lost":
                 if message["missing"]:

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from stretch_bt.hardware.child import environment
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.realsense.library import library
 from stretch_bt.hardware.realsense.options import RealsenseOptions
@@ -46,7 +47,8 @@ def connected() -> None:
 def _camera(check: str, serial: str) -> Finding:
     """Ask in a process of its own, because the library may hang."""
     try:
-        asked = subprocess.run([sys.executable, "-c", _ASK], capture_output=True, timeout=_WITHIN, check=True)  # noqa: S603
+        command = [sys.executable, "-c", _ASK]
+        asked = subprocess.run(command, capture_output=True, timeout=_WITHIN, check=True, env=environment())  # noqa: S603
         found = json.loads(asked.stdout)
     except subprocess.TimeoutExpired:
         return Finding(

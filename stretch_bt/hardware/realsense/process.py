@@ -59,7 +59,7 @@ class _Keeper:
             signal.setitimer(signal.ITIMER_REAL, _STUCK)
             woke, late = time.monotonic(), time.monotonic() - woke - _TURN
             if late > _LATE:  # this process did not run: nobody was silent towards it
-                self._judge.excuse(late)
+                self._judge.excuse(late, woke)
             self._look()
             self._listen()
             self._tell()
@@ -74,8 +74,9 @@ class _Keeper:
         for shot in self._source.shots(_TURN):
             came = True
             self._newest = self._judge.take(shot) or self._newest
+        self._judge.counters.broken = self._source.broken
         if self._source.broken > broken and not came:
-            self._judge.counters.broken, self._judge.bad = self._source.broken, "what it sends is broken"
+            self._judge.bad = "what it sends is broken"
         self._ended = self._source.ended and not came
 
     def _listen(self) -> None:
@@ -116,14 +117,15 @@ def main(descriptor: int, memory: int) -> NoReturn:
         keeper = _Keeper(channel, mmap.mmap(memory, 0), Settings.from_message(_first(channel)))
         keeper.run()
     except ChannelClosed:
-        if keeper is not None:
-            with suppress(Exception):
-                keeper.end()
+        pass  # told to end, or nobody is there any more
     except BaseException as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         with suppress(ChannelClosed):
             channel.send({"say": "lost", "reason": reason, "missing": isinstance(error, ImportError)})
     finally:
+        if keeper is not None:
+            with suppress(Exception):
+                keeper.end()
         sys.stderr.flush()
         os._exit(0)
 

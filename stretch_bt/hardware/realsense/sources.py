@@ -64,15 +64,15 @@ class Source:
         return {k: self._device.get_info(v) for k, v in asked.items() if self._device.supports(v)}
 
     def shots(self, within: float) -> Iterator[Shot]:
-        """Yield the frames that have come, waiting for one for a time, s."""
+        """Yield the frames that come within a time, s, which ends also while more come than are taken."""
         end = time.monotonic() + within
         while True:
             frames = self._syncer.poll_for_frames()
             if frames and frames.size():
                 yield self._shot(frames)
-            elif time.monotonic() < end:
-                time.sleep(_PAUSE)
             else:
+                time.sleep(_PAUSE)
+            if time.monotonic() >= end:
                 return
 
     def stop(self) -> None:
@@ -90,7 +90,10 @@ class Source:
 
     def _recorded(self, device: Any, folder: Path) -> Any:
         """Return the device with a recorder around it; the name that its file must have depends on the version."""
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OSError(f"no folder can be made at {folder} ({error.strerror}): correct `record`") from error
         stem = folder / f"{time.strftime('%Y%m%d-%H%M%S')}-{time.monotonic_ns() // 1_000_000 % 1000:03d}"
         try:
             return self._rs.recorder(f"{stem}.bag", device)
@@ -136,6 +139,7 @@ class _Fed(Source):
     """The software device, fed with what a stand-in sends."""
 
     def __init__(self, settings: Settings) -> None:
+        library()  # before frames come, which would wait meanwhile and be taken for quick ones
         address = (settings.host, settings.port)
         try:
             self._wire = socket.create_connection(address, timeout=_CONNECTING)

@@ -70,8 +70,12 @@ class Supervisor(Latched):
     def start(self) -> None:
         """Begin the process and wait for a first reading; raises DeviceLost when none comes, and then nothing is left."""
         self._thread.start()
-        if not self._started.wait(_CONNECTING + 1.0):
-            self._failed = ChannelClosed("it was not connected in time")
+        try:
+            if not self._started.wait(_CONNECTING + 1.0):
+                self._failed = ChannelClosed("it was not connected in time")
+        except BaseException:  # such as Ctrl-C: nobody will end it later
+            self.end()
+            raise
         if self._failed is not None:
             self.end()
             if isinstance(self._failed, MissingExtra):
