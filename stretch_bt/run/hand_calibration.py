@@ -94,7 +94,8 @@ def calibrate_hand(
             said(f"stretch {1e3 * stretch:.1f} mm: the membrane is {1e3 * view.length:.2f} mm long")
         _go(gripper, geometry.opening(max(span[0], 0.0)), speed, clock)
     finally:
-        cell.stop()
+        for error in cell.stop():
+            said(str(error))  # such as that the fingers may go on
     return _fitted(found, geometry.opening(0.0), span)
 
 

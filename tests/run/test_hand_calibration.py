@@ -159,23 +159,31 @@ def test_nothing_moves_without_a_word_and_a_fault_on_the_way_stops_the_fingers(w
     assert not (tmp_path / "no.yaml").exists()
 
 
-def test_an_interrupt_on_the_way_stops_the_fingers_and_writes_nothing(wired, tmp_path, monkeypatch):
+@pytest.mark.parametrize("fault", [None, "drop"])
+def test_an_interrupt_on_the_way_stops_the_fingers_or_says_that_they_go_on_and_writes_nothing(
+    wired, tmp_path, monkeypatch, fault
+):
     begin, wait, interrupts = wired.gripper.state()["opening"], RealClock.wait_until, []
 
     def interrupted(clock, deadline):
         wait(clock, deadline)
         if not interrupts and wired.gripper.state()["opening"] > begin + 0.002:
             interrupts.append(deadline)
+            if fault:
+                wired.gripper.inject(fault)
             raise KeyboardInterrupt
 
     monkeypatch.setattr(RealClock, "wait_until", interrupted)
     done = CliRunner().invoke(app, ["calibrate-hand", str(wired()), "--out", str(tmp_path / "hand.yaml"), "--yes"])
     assert (len(interrupts), done.exit_code) == (1, 130), (done.output, done.exception)
+    assert ("cannot be told to stop" in done.output) == bool(fault)
+    assert not (tmp_path / "hand.yaml").exists()
+    if fault:
+        return
     time.sleep(0.1)  # it brakes
     stood = wired.gripper.state()["opening"]
     time.sleep(0.2)
     assert wired.gripper.state()["opening"] == stood < begin + 0.010
-    assert not (tmp_path / "hand.yaml").exists()
 
 
 def test_a_cell_that_is_slow_or_has_an_odd_name_is_calibrated_and_its_file_is_right(tmp_path):
