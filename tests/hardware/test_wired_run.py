@@ -26,7 +26,7 @@ HARMLESS = {
 #: seen only while the fingers move
 MOVING = {("robotiq", "stall")}
 #: runs wait for most of their time
-AT_ONCE = 2 * (os.cpu_count() or 1)
+AT_ONCE = 3 * (os.cpu_count() or 1)
 LONGEST = 300.0
 
 
