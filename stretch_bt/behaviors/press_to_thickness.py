@@ -39,7 +39,9 @@ class PressToThickness(MotionBehavior):
     thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted, under the press")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="speed")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here")
-    max_depth: In[Length] = port(MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact", limit="depth")
+    max_depth: In[Length] = port(
+        MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact; no deeper than the cell allows"
+    )
     frames: In[int] = port(2, min=1, max=64, doc="to average at each look")
     reached: Out[Length]  # thickness under the press
     force: Out[Force]  # along the hand's axis, at the last look
@@ -75,7 +77,9 @@ class PressToThickness(MotionBehavior):
         if len(self.shots) < self.frames:
             return Status.RUNNING
         self.looks += 1
-        low = max(self.context.hand.touched_at - self.max_depth, 0.0)
+        limits = self.context.limits
+        deepest = self.max_depth if limits is None else min(self.max_depth, limits.depth)
+        low = max(self.context.hand.touched_at - deepest, 0.0)
         pose = self.arm.pose(MAX_AGE).value
         top = self._top(self.source.corrected(perception.average_frames(self.shots)))
         over = top.value - self.thickness

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
+_KINDS = ("Gripper", "DepthCamera")
+
 
 def command(
     cell: Annotated[str, typer.Argument(help="A cell file, or the name of a shipped cell.")],
@@ -45,13 +47,17 @@ def command(
         )
     if spec.simulated and scene is None:
         raise InvalidInput("a simulated cell needs a scene; name one with --scene")
+    wanted = [name for name, device in spec.devices.items() if device.type in _KINDS]
+    for kind in _KINDS:
+        count = sum(spec.devices[name].type == kind for name in wanted)
+        if count != 1:
+            raise InvalidInput(f"the hand is calibrated with one {kind}, and the cell has {count}")
     if not (yes or spec.simulated):
         low, high = spec.span("stretch")
         way = f"from {1e3 * max(low, 0.0):.0f} to {1e3 * high:.0f} mm"
         text = f"The fingers will stretch the membrane {way}. Does it touch nothing, and is everybody clear of it?"
         typer.confirm(text, abort=True, err=True)
     clock: Clock = VirtualClock() if spec.simulated else RealClock()
-    wanted = [name for name, device in spec.devices.items() if device.type in ("Gripper", "DepthCamera")]
     opened = open_cell(
         spec, now=clock.now, seed=seed, scene=load_scene(scene) if spec.simulated and scene else None, only=wanted
     )
@@ -60,7 +66,8 @@ def command(
     finally:
         opened.close()
     fields = _fields(found, spec, frames)
-    out.write_text(written(fields), encoding="utf-8")
+    with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
+        file.write(written(fields))
     emit_json(fields) if json_ else _show(fields, out)
 
 

@@ -12,7 +12,7 @@ __all__ = ["command"]
 
 
 def command(
-    files: Annotated[list[str], typer.Argument(help="Tree, scene, cell or mocks files.")],
+    files: Annotated[list[str], typer.Argument(help="Tree, scene, cell, hand or mocks files.")],
     cell: Annotated[
         str | None, typer.Option(help="Cell file or shipped cell, against whose devices and limits the trees are held.")
     ] = None,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from typing import Any, Generic, Protocol, TypeVar
 
 from stretch_bt.errors import DeviceFault, DeviceLost
@@ -96,7 +96,7 @@ class Attendant(Latched, Generic[W, S]):
         self._wire = wire
         self._period, self._deadline, self._now = period, deadline, now
         self._after_poll, self._on_return = after_poll, on_return
-        self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
+        self._jobs: Queue[_Job | None] = Queue()
         self._ending = threading.Event()
         self._started = threading.Event()
         self._sample: Sample[S] | None = None

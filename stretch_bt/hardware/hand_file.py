@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -11,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
 from stretch_bt.units import Angle, Length, Within
 
-__all__ = ["HandFile", "written"]
+__all__ = ["FORMAT", "HandFile", "written"]
 
 FORMAT = "stretch-hand/1"
 _Offset = Annotated[Length, Within(-0.1, 0.1, "Length")]
@@ -68,7 +69,9 @@ def written(fields: Mapping[str, Any]) -> str:
     """Return the text of a file from the fields that `calibrate-hand` prints, SI."""
     provenance = fields["provenance"]
     told = fields["residuals"]["told"]
-    source = f"stretch-bt calibrate-hand {provenance['cell']}, {provenance['made']}, {provenance['frames']} frames at {len(told)} openings"
+    when = f"{provenance['made']}, {provenance['frames']} frames at {len(told)} openings"
+    # quoted, because files may be named anything
+    source = json.dumps(f"stretch-bt calibrate-hand {provenance['cell']}, {when}")
     lines = [f"format: {FORMAT}", f"source: {source}"]
     for key, part in (("camera", "value"), ("camera_sd", "sd")):
         lines.append(f"{key}:")

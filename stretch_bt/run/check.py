@@ -6,8 +6,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from stretch_bt.errors import Diagnostic, FileError
+from stretch_bt.hardware.hand_file import FORMAT as HAND
+from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.run import mocks as mocks_files
-from stretch_bt.source import Map, Scalar, did_you_mean, parse, read_text
+from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, read_text, validate
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.headings import FORMAT as TREE
 from stretch_bt.tree.program import load_program
@@ -61,10 +63,16 @@ def _cell(path: Path) -> list[Diagnostic]:
     return []
 
 
+def _hand(path: Path) -> list[Diagnostic]:
+    validate(HandFile, load(path, str(path)))
+    return []
+
+
 _CHECKS: dict[str, Callable[[Path], list[Diagnostic]]] = {
     TREE: _tree,
     "stretch-scene/1": _scene,
     "stretch-cell/1": _cell,
+    HAND: _hand,
     mocks_files.FORMAT: _mocks,
 }
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from queue import Empty, SimpleQueue
 from typing import Protocol
 
 __all__ = ["Clock", "EndOfRecord", "RealClock", "ReplayClock", "VirtualClock"]
@@ -44,7 +44,9 @@ class RealClock:
 
     def __init__(self) -> None:
         self._start = time.monotonic()
-        self._wakes: SimpleQueue[None] = SimpleQueue()  # an Event may deadlock when a signal handler sets it
+        # had while nobody wakes; an Event may deadlock when a signal handler sets it
+        self._asleep = threading.Lock()
+        self._asleep.acquire()
 
     def now(self) -> float:
         """Return the time since the clock was made, s."""
@@ -54,8 +56,7 @@ class RealClock:
         """Sleep until the deadline, s, or until woken, and at most for a moment; whoever waits asks again."""
         remaining = deadline - self.now()
         if remaining > 0:
-            with suppress(Empty):
-                self._wakes.get(timeout=min(remaining, LONGEST))
+            self._asleep.acquire(timeout=min(remaining, LONGEST))
 
     def reached(self, deadline: float) -> bool:
         """Return whether it is that late."""
@@ -63,7 +64,8 @@ class RealClock:
 
     def wake(self) -> None:
         """End the wait."""
-        self._wakes.put(None)
+        with suppress(RuntimeError):  # it was woken before
+            self._asleep.release()
 
 
 class VirtualClock:

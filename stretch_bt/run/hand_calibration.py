@@ -64,6 +64,8 @@ def calibrate_hand(
 ) -> HandCalibration:
     """Stretch the free membrane in steps within the limits of the cell, look at it at each, and go back to the first.
 
+    The fingers go at `speed`, m/s, or as fast as the cell allows where that is less.
+
     Only the gripper moves. Where the membrane's ends leave the view the steps end.
 
     Raises
@@ -74,7 +76,7 @@ def calibrate_hand(
         Too little of the membrane is seen, or it touches something.
     """
     gripper, camera = _only(cell, "Gripper"), _only(cell, "DepthCamera")
-    span = cell.spec.span("stretch")
+    span, speed = cell.spec.span("stretch"), min(speed, cell.spec.limits.gripper_speed)
     geometry, found = cell.hand.geometry, list[Stop]()
     try:
         for stretch in np.linspace(max(span[0], 0.0), span[1], stops):
@@ -92,7 +94,8 @@ def calibrate_hand(
             said(f"stretch {1e3 * stretch:.1f} mm: the membrane is {1e3 * view.length:.2f} mm long")
         _go(gripper, geometry.opening(max(span[0], 0.0)), speed, clock)
     finally:
-        cell.stop()
+        for error in cell.stop():
+            said(str(error))  # such as that the fingers may go on
     return _fitted(found, geometry.opening(0.0), span)
 
 

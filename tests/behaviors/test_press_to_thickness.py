@@ -5,6 +5,7 @@ import pytest
 
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import Status
 
@@ -24,11 +25,11 @@ def frame(top):
 
 @pytest.fixture
 def press(bench):
-    def made(forces, motion, top=TOP, **inputs):
+    def made(forces, motion, top=TOP, limits=None, **inputs):
         forces = [Wrench((0.0, 0.0, f)) for f in forces]
         arm = ScriptedDevice("Arm", {"pose": Pose((0.0, 0.0, HAND)), "wrench": forces}, motion)
         run = bench(camera=ScriptedDevice("DepthCamera", {"frame": frame(top)}))
-        run.context.devices["arm"] = arm
+        run.context.devices["arm"], run.context.limits = arm, limits
         return run.run("press_to_thickness", frames=1, **inputs), arm
 
     return made
@@ -54,6 +55,15 @@ def test_a_top_that_does_not_fall_is_given_up(press):
     node, arm = press([1.0], [DONE], thickness=0.055)
     assert (node.status, node.sinks["ended"].value) == (Status.SUCCESS, "depth")
     assert 1 < len(arm.commands) < 30
+
+
+@pytest.mark.parametrize(
+    ("limits", "lowest"), [(None, 0.030), (Limits(depth="12 mm"), 0.048), (Limits(depth="40 mm"), 0.030)]
+)
+def test_no_step_goes_deeper_than_the_cell_allows(press, limits, lowest):
+    node, arm = press([1.0], [DONE], limits=limits, thickness=0.020)
+    assert (node.status, node.sinks["ended"].value) == (Status.SUCCESS, "depth")
+    assert min(c.arguments["target"].height for c in arm.commands) == pytest.approx(lowest, abs=1e-9)
 
 
 @pytest.mark.parametrize(("top", "motion", "why"), [(0.0, [DONE], "nothing stands"), (TOP, [BLOCKED], "blocked")])

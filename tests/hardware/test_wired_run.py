@@ -26,7 +26,7 @@ HARMLESS = {
 #: seen only while the fingers move
 MOVING = {("robotiq", "stall")}
 #: runs wait for most of their time
-AT_ONCE = 2 * (os.cpu_count() or 1)
+AT_ONCE = 3 * (os.cpu_count() or 1)
 LONGEST = 300.0
 
 
@@ -46,10 +46,10 @@ def cases(phase):
 @pytest.fixture(scope="module")
 def done():
     """Do runs in some processes at once, and return what came of each; the processes are kept for the next runs."""
-    idle = queue.SimpleQueue()
+    idle = queue.Queue()
 
     def do(asked):
-        waiting, rows = queue.SimpleQueue(), []
+        waiting, rows = queue.Queue(), []
         for case in asked:
             waiting.put(case)
         keepers = [threading.Thread(target=keep, args=(waiting, rows, idle)) for _ in range(AT_ONCE)]

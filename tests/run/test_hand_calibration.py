@@ -1,6 +1,7 @@
 """`calibrate-hand` recovers where the camera stands and what the gripper's counts are, within what it says; and stops on faults."""
 
 import math
+import re
 import time
 from pathlib import Path
 
@@ -8,8 +9,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from stretch_bt import check
 from stretch_bt.cli.app import app
-from stretch_bt.errors import CellError, DeviceFault, IllConditioned
+from stretch_bt.errors import CellError, DeviceFault, IllConditioned, InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
@@ -155,6 +157,56 @@ def test_nothing_moves_without_a_word_and_a_fault_on_the_way_stops_the_fingers(w
     finally:
         cell.close()
     assert not (tmp_path / "no.yaml").exists()
+
+
+@pytest.mark.parametrize("fault", [None, "drop"])
+def test_an_interrupt_on_the_way_stops_the_fingers_or_says_that_they_go_on_and_writes_nothing(
+    wired, tmp_path, monkeypatch, fault
+):
+    begin, wait, interrupts = wired.gripper.state()["opening"], RealClock.wait_until, []
+
+    def interrupted(clock, deadline):
+        wait(clock, deadline)
+        if not interrupts and wired.gripper.state()["opening"] > begin + 0.002:
+            interrupts.append(deadline)
+            if fault:
+                wired.gripper.inject(fault)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(RealClock, "wait_until", interrupted)
+    done = CliRunner().invoke(app, ["calibrate-hand", str(wired()), "--out", str(tmp_path / "hand.yaml"), "--yes"])
+    assert (len(interrupts), done.exit_code) == (1, 130), (done.output, done.exception)
+    assert ("cannot be told to stop" in done.output) == bool(fault)
+    assert not (tmp_path / "hand.yaml").exists()
+    if fault:
+        return
+    time.sleep(0.1)  # it brakes
+    stood = wired.gripper.state()["opening"]
+    time.sleep(0.2)
+    assert wired.gripper.state()["opening"] == stood < begin + 0.010
+
+
+def test_a_cell_that_is_slow_or_has_an_odd_name_is_calibrated_and_its_file_is_right(tmp_path):
+    cell = tmp_path / "lab: #2.yaml"
+    cell.write_text(Path(load_cell("simulated").path).read_text().replace("150 mm/s", "5 mm/s"))
+    hand, path = tmp_path / "hand.yaml", scene(tmp_path, 0)[0]
+    asked = ["calibrate-hand", str(cell), "--scene", str(path), "--out", str(hand), "--stops", "5", "--frames", "2"]
+    done = CliRunner().invoke(app, asked)
+    assert done.exit_code == 0, done.output
+    assert check(hand) == []
+    assert "lab: #2.yaml" in hand.read_text().splitlines()[1]
+    hand.write_text(hand.read_text().replace("deg", "N", 1))
+    assert [d.code for d in check(hand)] == ["value"]
+
+
+@pytest.mark.parametrize("kind", ["gripper", "camera"])
+def test_a_cell_without_what_is_needed_is_refused_before_anybody_is_asked(tmp_path, kind):
+    lines = Path(load_cell("lab_ur5").path).read_text().partition("\n  " + kind)
+    cell = tmp_path / "cell.yaml"
+    cell.write_text(lines[0] + "\n" + "\n".join(re.split(r"\n(?=  \w+:|\w)", lines[2])[1:]))
+    done = CliRunner().invoke(app, ["calibrate-hand", str(cell), "--out", str(tmp_path / "hand.yaml")])
+    assert isinstance(done.exception, InvalidInput)
+    assert f"with one {'Gripper' if kind == 'gripper' else 'DepthCamera'}, and the cell has 0" in str(done.exception)
 
 
 def test_a_membrane_that_touches_something_is_refused(tmp_path):

@@ -2,10 +2,12 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+import stretch_bt
 from stretch_bt import check
 from stretch_bt.cli.app import app
 from stretch_bt.hardware.limits import Limits
@@ -14,6 +16,7 @@ from stretch_bt.tree.registry import load_all
 from stretch_bt.tree.types import Family
 from stretch_bt.units import format_quantity
 
+TREES = Path(stretch_bt.__file__).parent / "trees"
 #: so tight that every port with a limit can be past it
 CELL = """\
 format: stretch-cell/1
@@ -133,6 +136,13 @@ def test_what_a_tree_can_reach_is_found_with_its_path(held, case):
         assert (one.line, one.column) == place
     elif case == "the range of a param":
         assert (one.line, one.column) == (3, 10)
+
+
+@pytest.mark.parametrize("cell", ["lab_ur5", "lab_ur5e", "simulated"])
+@pytest.mark.parametrize("tree", sorted(TREES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_shipped_trees_ask_for_nothing_that_shipped_cells_do_not_allow(tree, cell):
+    found = check(tree, cell=cell)
+    assert [d for d in found if d.code == "cell-limit" and d.severity == "error"] == []
 
 
 def test_a_stretch_past_what_the_fingers_open_is_found(held):
