@@ -45,7 +45,7 @@ OWN = [
     ("deaf", {}, "does not follow"),
     ("stall", {}, "does not follow"),
     ("slider", {"fraction": 0.05}, "speed slider"),
-    ("load", {"fz": 30.0}, "force 30.0 N is past the limit of the cell, at most 20 N"),
+    ("load", {"fz": 30.0}, "force 30.0 N is past the limit|force 30 N is past the limit"),
     ("wall", {"height": 0.18, "stiffness": 20000.0}, "N is past the limit of the cell"),
 ]
 POWER = [("emergency_stop", "emergency stop: release the button"), ("power_off", "the control script ended")]
