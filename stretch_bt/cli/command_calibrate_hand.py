@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from stretch_bt.run.hand_calibration import HandCalibration
 
 __all__ = ["command"]
-
-_KINDS = ("Gripper", "DepthCamera")
 
 
 def command(
@@ -37,7 +36,7 @@ def command(
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.hand_file import written
     from stretch_bt.run.clock import Clock, RealClock, VirtualClock
-    from stretch_bt.run.hand_calibration import calibrate_hand
+    from stretch_bt.run.hand_calibration import calibrate_hand, hand_devices
     from stretch_bt.simulation.scene import load_scene
 
     spec = load_cell(cell)
@@ -47,11 +46,7 @@ def command(
         )
     if spec.simulated and scene is None:
         raise InvalidInput("a simulated cell needs a scene; name one with --scene")
-    wanted = [name for name, device in spec.devices.items() if device.type in _KINDS]
-    for kind in _KINDS:
-        count = sum(spec.devices[name].type == kind for name in wanted)
-        if count != 1:
-            raise InvalidInput(f"the hand is calibrated with one {kind}, and the cell has {count}")
+    wanted = hand_devices(spec)
     if not (yes or spec.simulated):
         low, high = spec.span("stretch")
         way = f"from {1e3 * max(low, 0.0):.0f} to {1e3 * high:.0f} mm"
@@ -94,8 +89,10 @@ def _fields(found: HandCalibration, spec: CellSpec, frames: int) -> dict[str, An
 
 
 def _show(fields: dict[str, Any], out: Path) -> None:
+    from stretch_bt.hardware.hand_file import TURNS
+
     for name, e in fields["camera"].items():
-        unit, scale = ("deg", 57.29577951308232) if name in ("tilt_x", "tilt_y", "yaw") else ("mm", 1e3)
+        unit, scale = ("deg", math.degrees(1)) if name in TURNS else ("mm", 1e3)
         typer.echo(f"{name:10} {scale * e['value']:9.3f} +- {scale * e['sd']:.3f} {unit}")
     ratio = fields["gripper"]["ratio"]
     typer.echo(f"openings seen over openings told: {ratio['value']:.4f} +- {ratio['sd']:.4f}")

@@ -45,6 +45,12 @@ class Channel:
             except OSError as error:
                 raise ChannelClosed(f"the other side is gone ({error})") from error
 
+    def first(self) -> list[Message]:
+        """Wait for messages, and return those that have come; raises ChannelClosed when there will be none."""
+        while not (messages := self.drain()):
+            select.select([self._end], [], [])
+        return messages
+
     def drain(self) -> list[Message]:
         """Return the messages that have come, without waiting; raises ChannelClosed when there will be no more."""
         messages: list[Message] = []

@@ -38,10 +38,17 @@ __all__ = [
     "OperatorDriver",
     "Options",
     "Poll",
+    "missing_file",
 ]
 
 Poll = Callable[[], MotionState]
 Mistake = tuple[str, str, str]
+
+
+def missing_file(root: Path, option: str, file: str) -> Iterator[Mistake]:
+    """Yield that a file that an option names is not there, if it is not."""
+    if not (root / file).is_file():
+        yield option, f"there is no file {file!r} beside the cell file", "write a path relative to the cell file"
 
 
 class Options(BaseModel):

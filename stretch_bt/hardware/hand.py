@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from stretch_bt.errors import NoContact
 from stretch_bt.frames import Pose
-from stretch_bt.hardware.ur.transforms import rotation_vector
+from stretch_bt.hardware.transforms import rotation_vector
 
 __all__ = ["Hand", "HandGeometry"]
 

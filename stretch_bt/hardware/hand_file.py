@@ -12,9 +12,11 @@ from pydantic import BaseModel, ConfigDict, Field
 from stretch_bt.hardware.robotiq.calibration import GripperCalibration
 from stretch_bt.units import Angle, Length, Within
 
-__all__ = ["FORMAT", "HandFile", "written"]
+__all__ = ["FORMAT", "TURNS", "HandFile", "written"]
 
 FORMAT = "stretch-hand/1"
+#: of the camera's pose: angles, the others are lengths
+TURNS = ("tilt_x", "tilt_y", "yaw")
 _Offset = Annotated[Length, Within(-0.1, 0.1, "Length")]
 _Distance = Annotated[Length, Within(0.02, 2.0, "Length")]
 _LengthSd = Annotated[Length, Within(0.0, 0.1, "Length")]
@@ -85,6 +87,6 @@ def written(fields: Mapping[str, Any]) -> str:
 
 
 def _quantity(name: str, value: float) -> str:
-    if name in ("tilt_x", "tilt_y", "yaw"):
+    if name in TURNS:
         return f"{math.degrees(value):.5f} deg"
     return f"{1e3 * value:.4f} mm"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,12 +13,13 @@ from stretch_bt import perception
 from stretch_bt.errors import DeviceFault, IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.cell import Cell
+from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception.hand_eye import HandView, view_of_hand
 from stretch_bt.run.clock import Clock
 from stretch_bt.units import Estimate
 
-__all__ = ["HandCalibration", "Stop", "calibrate_hand"]
+__all__ = ["HandCalibration", "Stop", "calibrate_hand", "hand_devices"]
 
 _TICK = 0.02
 _MAX_AGE = 0.5
@@ -53,6 +54,12 @@ class HandCalibration:
     stops: tuple[Stop, ...]
 
 
+def hand_devices(spec: CellSpec) -> tuple[str, str]:
+    """Return the names of the gripper and the camera of a cell; raises InvalidInput where it has none or several."""
+    gripper, camera = (_only(spec, kind) for kind in ("Gripper", "DepthCamera"))
+    return gripper, camera
+
+
 def calibrate_hand(
     cell: Cell,
     clock: Clock,
@@ -74,8 +81,11 @@ def calibrate_hand(
         A device fails, or the fingers do not get where they are sent; what moves is stopped.
     IllConditioned
         Too little of the membrane is seen, or it touches something.
+    InvalidInput
+        The cell has not one gripper and one camera.
     """
-    gripper, camera = _only(cell, "Gripper"), _only(cell, "DepthCamera")
+    devices: Mapping[str, Any] = cell.devices
+    gripper, camera = (devices[name] for name in hand_devices(cell.spec))
     span, speed = cell.spec.span("stretch"), min(speed, cell.spec.limits.gripper_speed)
     geometry, found = cell.hand.geometry, list[Stop]()
     try:
@@ -135,11 +145,11 @@ def _slope(x: Any, y: Any, sds: Any) -> tuple[float, float, float]:
     return float(slope), max(float(sds.mean()), left * math.sqrt(len(x) / (len(x) - 2))) / spread, left
 
 
-def _only(cell: Cell, kind: str) -> Any:
-    names = [name for name, spec in cell.spec.devices.items() if spec.type == kind and name in cell.devices]
+def _only(spec: CellSpec, kind: str) -> str:
+    names = [name for name, device in spec.devices.items() if device.type == kind]
     if len(names) != 1:
         raise InvalidInput(f"the hand is calibrated with one {kind}, and the cell has {len(names)}")
-    return cell.devices[names[0]]
+    return names[0]
 
 
 def _go(gripper: Any, opening: float, speed: float, clock: Clock) -> None:

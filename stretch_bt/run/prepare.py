@@ -64,8 +64,7 @@ class Task:
 
     def devices(self) -> set[str]:
         """Return the devices that the run needs: those of nodes and readings that are not mocked."""
-        mocked = self.context.mocked_readings
-        return self.built.devices | {r.partition(".")[0] for r in self.built.readings if r not in mocked}
+        return self.built.needed(self.context.mocked_readings)
 
     def cell_spec(self) -> CellSpec | None:
         """Return the cell that the run opens, checked against what the tree declares; None when it needs none."""

@@ -10,7 +10,7 @@ from stretch_bt.errors import CellError, Diagnostic, StretchError
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.run.context import RunContext
 from stretch_bt.source import Mark
-from stretch_bt.tree.build import Builder, BuiltTree, build
+from stretch_bt.tree.build import Builder, build
 from stretch_bt.tree.document import Param
 from stretch_bt.tree.flow import Leaf, Part, Wire
 from stretch_bt.tree.ports import MISSING, Port, Role
@@ -34,7 +34,7 @@ def beyond_cell(program: Program, spec: CellSpec, load: str | Path) -> list[Diag
     asked = _Asked(spec)
     built = build(program, RunContext(), asked)
     try:
-        check_devices(program, spec, wanted(built))
+        check_devices(program, spec, built.needed())
     except CellError as error:
         asked.found += error.diagnostics
     known = {(d.line, d.column, d.file) for d in asked.found}
@@ -43,11 +43,6 @@ def beyond_cell(program: Program, spec: CellSpec, load: str | Path) -> list[Diag
         for end in ends:
             asked.found += _at_end(load, spec, name, param, end, known)
     return sorted(asked.found, key=lambda d: (d.file, d.line, d.column))
-
-
-def wanted(built: BuiltTree) -> set[str]:
-    """Return the devices of the nodes and readings of a tree."""
-    return built.devices | {reading.partition(".")[0] for reading in built.readings}
 
 
 def check_devices(program: Program, spec: CellSpec, needed: Iterable[str]) -> None:

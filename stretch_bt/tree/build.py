@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
@@ -57,6 +57,10 @@ class BuiltTree:
     readings: set[str] = field(default_factory=set)
     #: whether a runner has it: nodes keep what they did, so a tree is run once
     taken: bool = False
+
+    def needed(self, mocked: Container[str] = ()) -> set[str]:
+        """Return the devices of nodes, and of the readings that are not mocked."""
+        return self.devices | {reading.partition(".")[0] for reading in self.readings if reading not in mocked}
 
     def pending(self) -> list[CallNode]:
         """Return the called trees that were entered and still owe their `finally`, the innermost first."""

@@ -8,8 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from waiting import eventually
 
-from stretch_bt.errors import CellError, DeviceFault, DeviceLost, MissingExtra, NotReady
+from stretch_bt.errors import CellError, DeviceLost, MissingExtra, NotReady
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import Bench
@@ -21,19 +22,6 @@ try:
     library()
 except ImportError as error:
     pytest.skip(str(error), allow_module_level=True)
-
-LIMIT = 20.0
-
-
-def eventually(ask):
-    """Return the answer of `ask` as soon as it has a true one and raises no fault."""
-    end = time.monotonic() + LIMIT
-    while time.monotonic() < end:
-        with suppress(DeviceFault):
-            if answer := ask():
-                return answer
-        time.sleep(0.01)
-    raise AssertionError("it does not come")
 
 
 def test_what_was_recorded_is_played_at_its_pace_and_ends(stand_in, live_cell, tmp_path, monkeypatch):

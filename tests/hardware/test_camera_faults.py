@@ -11,6 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from lab import lab_cell
+from waiting import LIMIT, eventually
 
 from stretch_bt import run
 from stretch_bt.errors import DeviceFault, DeviceLost, StaleReading
@@ -27,7 +29,6 @@ try:
 except ImportError as error:
     pytest.skip(str(error), allow_module_level=True)
 
-LIMIT = 20.0
 LOST = "600 ms"
 
 # (fault, parameters, kind of the fault, what it says)
@@ -83,17 +84,6 @@ def camera(shared):
     yield device, shared.stand_in
     shared.stand_in.clear()
     eventually(lambda: device.acknowledge() is None and fresh(device))
-
-
-def eventually(ask):
-    """Return the answer of `ask` as soon as it has a true one and raises no fault."""
-    end = time.monotonic() + LIMIT
-    while time.monotonic() < end:
-        with suppress(DeviceFault):
-            if answer := ask():
-                return answer
-        time.sleep(0.01)
-    raise AssertionError("it does not come")
 
 
 def fault_of(device, age=1e9):
@@ -248,22 +238,7 @@ def test_killing_the_run_leaves_no_process(stand_in, live_cell):
 
 # --- runs
 
-CELL = """\
-format: stretch-cell/1
-devices:
-  arm:
-    type: Arm
-    use: ur
-    host: HOST
-    model: ur5
-    base: {x: -500 mm}
-    hand: {z: 300 mm, rx: 180 deg}
-    source: a test
-    watchdog: 1 Hz
-    lost_after: 1 s
-    heartbeat: 5 s
-  camera: {type: DepthCamera, use: realsense, host: HOST}
-"""
+LAB = {"arm": {"watchdog": "1 Hz", "lost_after": "1 s", "heartbeat": "5 s"}, "camera": {}}
 TREE = """\
 format: stretch-tree/1
 devices: {arm: Arm, camera: DepthCamera}
@@ -290,7 +265,7 @@ def test_a_fault_ends_the_run_with_the_arm_at_rest(own_hosts, tmp_path, fault, p
     before = children()
     for k in range(AGAIN):
         host, record = next(own_hosts), tmp_path / f"record{k}"
-        (tmp_path / "cell.yaml").write_text(CELL.replace("HOST", host))
+        (tmp_path / "cell.yaml").write_text(lab_cell(host, LAB))
         with serving(["ur", "realsense"], Stage(), host=host) as servers:
             took = ended_by(servers.stand_ins, fault, parameters, (tmp_path, record))
         assert {path.name for path in record.iterdir()} == RECORD

@@ -2,9 +2,9 @@
 
 import sys
 import time
-from contextlib import suppress
 
 import pytest
+from waiting import LIMIT, eventually
 
 from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, MissingExtra, NotReady
 from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
@@ -17,7 +17,6 @@ from stretch_bt.hardware.robotiq.registers import FAULTS, Command
 ALL = ("robotiq-rtu", "robotiq-tcp", "robotiq-serial", "urcap")
 NETWORK = ("robotiq-rtu", "robotiq-tcp", "urcap")
 TIMEOUT = "150 ms"
-LIMIT = 20.0
 
 # (kinds, fault, parameters, what the fault says)
 LOSSES = [
@@ -67,17 +66,6 @@ def fault_of(motion, clock):
             return fault
         clock.time += 0.05
     raise AssertionError("no fault comes")
-
-
-def eventually(ask):
-    """Return the answer of `ask` as soon as it has a true one and raises no fault."""
-    end = time.monotonic() + LIMIT
-    while time.monotonic() < end:
-        with suppress(DeviceFault):
-            if answer := ask():
-                return answer
-        time.sleep(0.01)
-    raise AssertionError("it does not come")
 
 
 def test_every_fault_is_in_a_table():

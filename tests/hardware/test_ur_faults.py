@@ -6,10 +6,10 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from waiting import LIMIT, eventually
 
 from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
 from stretch_bt.frames import Pose
@@ -20,7 +20,6 @@ from stretch_bt.hardware.emulators.ur.script import ControlScript
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 
-LIMIT = 20.0
 #: of the cell, so that faults come soon; a machine that is too busy for them makes faults of its own, after which a test goes on
 DEADLINES = {"watchdog": "2.5 Hz", "lost_after": "400 ms", "heartbeat": "500 ms"}
 
@@ -97,17 +96,6 @@ def fault_of(motion):
             return fault
         time.sleep(0.01)
     raise AssertionError("no fault comes")
-
-
-def eventually(ask):
-    """Return the answer of `ask` as soon as it has a true one and raises no fault."""
-    end = time.monotonic() + LIMIT
-    while time.monotonic() < end:
-        with suppress(DeviceFault):
-            if answer := ask():
-                return answer
-        time.sleep(0.01)
-    raise AssertionError("it does not come")
 
 
 def under_way(arm, stand_in):

@@ -20,8 +20,8 @@ from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.script import parse_script
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.emulators.ur.wire import LONGEST, TYPES, Packages, Unpackable, pack, package, unpack
+from stretch_bt.hardware.transforms import rotation_vector, six, transform
 from stretch_bt.hardware.ur.kinematics import MODELS
-from stretch_bt.hardware.ur.transforms import rotation_vector, six, transform
 
 MODELS_OF = {"ur": Ur5StandIn, "ur5e": Ur5eStandIn}
 CLIENTS = Path(__file__).with_name("ur_clients.py")

@@ -17,6 +17,8 @@ import traceback
 import warnings
 from pathlib import Path
 
+from lab import lab_cell
+
 from stretch_bt import run
 from stretch_bt.errors import DeviceFault
 from stretch_bt.frames import DepthFrame, Pose
@@ -34,32 +36,8 @@ from stretch_bt.simulation.camera.counts import counts
 from stretch_bt.simulation.camera.sensor import Shot
 from stretch_bt.simulation.scene import load_scene
 
-CELL = """\
-format: stretch-cell/1
-devices:
-  arm:
-    type: Arm
-    use: ur
-    host: HOST
-    model: ur5
-    base: {x: -500 mm}
-    hand: {z: 300 mm, rx: 180 deg}
-    source: a test
-    watchdog: 2.5 Hz
-    lost_after: 400 ms
-  gripper:
-    type: Gripper
-    use: robotiq
-    host: HOST
-    model: 2f140
-    calibration: {points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}
-  force_sensor:
-    type: ForceSensor
-    use: ati
-    host: HOST
-    calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: the stand-in's own}
-  camera: {type: DepthCamera, use: album, rate: 50 Hz}
-"""
+LAB = {"arm": {"watchdog": "2.5 Hz", "lost_after": "400 ms"}, "gripper": {}, "force_sensor": {}}
+CAMERA = "  camera: {type: DepthCamera, use: album, rate: 50 Hz}\n"
 #: an object so high that the hand of the stand-in is soon there
 SCENE = """\
 format: stretch-scene/1
@@ -185,7 +163,7 @@ def trial(phase, device, fault, hosts):
 
 def attempt(phase, device, fault, host, folder):
     (folder / "tree.yaml").write_text(TREE.replace("STEPS", steps(phase)))
-    (folder / "wired.yaml").write_text(CELL.replace("HOST", host))
+    (folder / "wired.yaml").write_text(lab_cell(host, LAB) + CAMERA)
     injected, over, followed = [], threading.Event(), Followed()
     with serving(["ur", "robotiq", "ati"], Stage(), host=host, activated=True) as servers:
         behind = servers.stand_ins

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.address import Address
-from stretch_bt.hardware.driver import Mistake, Options
+from stretch_bt.hardware.driver import Mistake, Options, missing_file
 from stretch_bt.hardware.realsense.settings import Settings
 from stretch_bt.hardware.realsense.wire import PORT
 from stretch_bt.units import KINDS, Length, Time, Within
@@ -81,9 +81,5 @@ class RealsenseOptions(Options):
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
         """Yield that the recording is not there."""
-        if self.file is not None and not (root / self.file).is_file():
-            yield (
-                "file",
-                f"there is no file {self.file!r} beside the cell file",
-                "write a path relative to the cell file",
-            )
+        if self.file is not None:
+            yield from missing_file(root, "file", self.file)

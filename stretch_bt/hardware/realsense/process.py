@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.realsense.judge import Judge, Shot
 from stretch_bt.hardware.realsense.settings import Settings
 from stretch_bt.hardware.realsense.sources import open_source
@@ -114,7 +114,7 @@ def main(descriptor: int, memory: int) -> NoReturn:
     keeper = None
     try:
         signal.setitimer(signal.ITIMER_REAL, _CONNECTING)
-        keeper = _Keeper(channel, mmap.mmap(memory, 0), Settings.from_message(_first(channel)))
+        keeper = _Keeper(channel, mmap.mmap(memory, 0), Settings.from_message(channel.first()[0]))
         keeper.run()
     except ChannelClosed:
         pass  # told to end, or nobody is there any more
@@ -128,12 +128,6 @@ def main(descriptor: int, memory: int) -> NoReturn:
                 keeper.end()
         sys.stderr.flush()
         os._exit(0)
-
-
-def _first(channel: Channel) -> Message:
-    while not (messages := channel.drain()):
-        time.sleep(0.005)
-    return messages[0]
 
 
 if __name__ == "__main__":

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-import numpy as np
 from pydantic import Field
 
-from stretch_bt.errors import DeviceLost, NotReady
+from stretch_bt.errors import NotReady
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, Mistake, Options, Poll
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays
-from stretch_bt.hardware.replay.tape import Tape
+from stretch_bt.hardware.replay.npz import npz_mistakes
+from stretch_bt.hardware.replay.sixes import Sixes, opened
 
 __all__ = ["ReplayArm"]
 
@@ -37,27 +36,21 @@ class ReplayArm(ArmDriver):
     """Plays a recording from the moment it is opened; then it is lost: end of recording. Motions are refused."""
 
     Options = _Options
-    _tape: Tape | None = None
+    _played: Sixes | None = None
 
     @property
     def ended(self) -> bool:
         """Whether the last pose has had its time."""
-        return self._tape is not None and self._tape.ended
+        return self._played is not None and self._played.tape.ended
 
     def open(self) -> None:
         """Read the recording and begin to play it."""
         o: _Options = self.options
-        found = read_arrays(self.name, self.bench.root / o.file, [o.pose, o.wrench, o.time])
-        tape = Tape(self.name, found[o.time], self.bench.now)
-        for key in (o.pose, o.wrench):
-            if found[key].shape != (tape.times.size, 6) or not np.all(np.isfinite(found[key])):
-                told = f"{key} must be ({tape.times.size}, 6) and finite, it is {found[key].shape}"
-                raise DeviceLost(self.name, told)
-        self._poses, self._wrenches, self._tape = found[o.pose], found[o.wrench], tape
+        self._played = Sixes(self.name, self.bench.root / o.file, o.time, [o.pose, o.wrench], self.bench.now)
 
     def close(self) -> None:
         """Forget where it stood."""
-        self._tape = None
+        self._played = None
 
     def unready(self) -> str:
         """Return that it cannot be moved."""
@@ -69,21 +62,10 @@ class ReplayArm(ArmDriver):
 
     def pose(self) -> Reading[Pose]:
         """Return the pose; raises DeviceLost at the end of the recording."""
-        number, due, time = self._latest()
-        return Reading(Pose(*_halves(self._poses[number])), time, due, number)
+        position, rotation, time, due, number = opened(self.name, self._played).latest(self.options.pose)
+        return Reading(Pose(position, rotation), time, due, number)
 
     def wrench(self) -> Reading[Wrench]:
         """Return the wrench; raises DeviceLost at the end of the recording."""
-        number, due, time = self._latest()
-        return Reading(Wrench(*_halves(self._wrenches[number])), time, due, number)
-
-    def _latest(self) -> tuple[int, float, float]:
-        if self._tape is None:
-            raise NotReady(self.name, "the recording is not open")
-        number, due = self._tape.latest()
-        return number, due, float(self._tape.times[number])
-
-
-def _halves(six: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    a, b, c, d, e, f = (float(v) for v in six)
-    return (a, b, c), (d, e, f)
+        force, torque, time, due, number = opened(self.name, self._played).latest(self.options.wrench)
+        return Reading(Wrench(force, torque), time, due, number)

@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 from pydantic import Field
 
-from stretch_bt.errors import DeviceLost, NotReady
 from stretch_bt.frames import Wrench
 from stretch_bt.hardware.driver import ForceSensorDriver, Mistake, Options
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays
-from stretch_bt.hardware.replay.tape import Tape
+from stretch_bt.hardware.replay.npz import npz_mistakes
+from stretch_bt.hardware.replay.sixes import Sixes, opened
 from stretch_bt.hardware.wrenches import minus
 
 __all__ = ["ReplayForceSensor"]
@@ -36,27 +34,22 @@ class ReplayForceSensor(ForceSensorDriver):
     """Plays recorded wrenches from the moment it is opened; then it is lost: end of recording."""
 
     Options = _Options
-    _tape: Tape | None = None
+    _played: Sixes | None = None
     _zero = Wrench((0.0, 0.0, 0.0))
 
     @property
     def ended(self) -> bool:
         """Whether the last wrench has had its time."""
-        return self._tape is not None and self._tape.ended
+        return self._played is not None and self._played.tape.ended
 
     def open(self) -> None:
         """Read the recording and begin to play it."""
         o: _Options = self.options
-        found = read_arrays(self.name, self.bench.root / o.file, [o.wrench, o.time])
-        tape = Tape(self.name, found[o.time], self.bench.now)
-        wrenches = found[o.wrench]
-        if wrenches.shape != (tape.times.size, 6) or not np.all(np.isfinite(wrenches)):
-            raise DeviceLost(self.name, f"{o.wrench} must be ({tape.times.size}, 6) and finite, it is {wrenches.shape}")
-        self._wrenches, self._tape = wrenches, tape
+        self._played = Sixes(self.name, self.bench.root / o.file, o.time, [o.wrench], self.bench.now)
 
     def close(self) -> None:
         """Forget where it stood."""
-        self._tape = None
+        self._played = None
 
     def wrench(self) -> Reading[Wrench]:
         """Return the wrench since the last `zero`; raises DeviceLost at the end of the recording."""
@@ -67,8 +60,5 @@ class ReplayForceSensor(ForceSensorDriver):
         self._zero = self._raw().value
 
     def _raw(self) -> Reading[Wrench]:
-        if self._tape is None:
-            raise NotReady(self.name, "the recording is not open")
-        number, due = self._tape.latest()
-        fx, fy, fz, tx, ty, tz = (float(v) for v in self._wrenches[number])
-        return Reading(Wrench((fx, fy, fz), (tx, ty, tz)), float(self._tape.times[number]), due, number)
+        force, torque, time, due, number = opened(self.name, self._played).latest(self.options.wrench)
+        return Reading(Wrench(force, torque), time, due, number)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import DeviceLost
-from stretch_bt.hardware.driver import Mistake
+from stretch_bt.hardware.driver import Mistake, missing_file
 from stretch_bt.source import did_you_mean
 
 __all__ = ["npz_mistakes", "read_arrays"]
@@ -22,8 +22,9 @@ _BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile)
 def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]) -> Iterator[Mistake]:
     """Yield what is wrong with a file, or with the array names that options give, by option."""
     path = root / file
-    if not path.is_file():
-        yield option, f"there is no file {file!r} beside the cell file", "write a path relative to the cell file"
+    missing = list(missing_file(root, option, file))
+    if missing:
+        yield from missing
         return
     try:
         names = _names(path)

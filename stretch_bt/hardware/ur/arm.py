@@ -16,12 +16,12 @@ from stretch_bt.hardware.driver import ArmDriver, Poll
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.transforms import pose_of, transform, transform_of
 from stretch_bt.hardware.ur.look import look
 from stretch_bt.hardware.ur.options import UrOptions
 from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.settings import ArmState
 from stretch_bt.hardware.ur.supervisor import Supervisor
-from stretch_bt.hardware.ur.transforms import pose_of, transform, transform_of
 
 __all__ = ["UrArm"]
 

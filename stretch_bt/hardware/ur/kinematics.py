@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.hardware.ur.transforms import Array, rotation_vector
+from stretch_bt.hardware.transforms import Array, rotation_vector
 
 __all__ = ["JOINTS", "MODELS", "Kinematics"]
 

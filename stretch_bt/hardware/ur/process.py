@@ -21,12 +21,12 @@ import numpy as np
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.transforms import Array, inverse, pose_of, six, transform, transform_of
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.ride import Ride
 from stretch_bt.hardware.ur.session import Refused, Session
 from stretch_bt.hardware.ur.settings import ArmState, Settings
-from stretch_bt.hardware.ur.transforms import Array, inverse, pose_of, six, transform, transform_of
 
 __all__ = ["main"]
 
@@ -283,7 +283,7 @@ def main(descriptor: int) -> NoReturn:
         os.setpriority(os.PRIO_PROCESS, 0, _PRIORITY)
     try:
         signal.setitimer(signal.ITIMER_REAL, _CONNECTING)
-        first, *others = _first(channel)
+        first, *others = channel.first()
         keeper = _Keeper(channel, Settings.from_message(first), others)
         keeper.run()
     except ChannelClosed:
@@ -298,12 +298,6 @@ def main(descriptor: int) -> NoReturn:
     finally:
         sys.stderr.flush()
         os._exit(0)
-
-
-def _first(channel: Channel) -> list[Message]:
-    while not (messages := channel.drain()):
-        time.sleep(0.005)
-    return messages
 
 
 if __name__ == "__main__":

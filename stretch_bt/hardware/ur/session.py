@@ -9,8 +9,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from stretch_bt.hardware.transforms import inverse, six, transform
 from stretch_bt.hardware.ur.settings import Settings
-from stretch_bt.hardware.ur.transforms import inverse, six, transform
 
 if TYPE_CHECKING:
     from rtde_control import RTDEControlInterface

@@ -75,12 +75,13 @@ class Balance:
     def _stepped(self, design: Array, left: Array) -> Array:
         """Return the next q; where the power would leave its bounds it stays at the nearer one, and the rest is fitted to that."""
         step, *_ = np.linalg.lstsq(design, left, rcond=None)
-        power = min(max(self.q[2] + step[2], FLATTEST), STEEPEST)
-        if power != self.q[2] + step[2]:
-            bent = power - self.q[2]
-            rest, *_ = np.linalg.lstsq(np.delete(design, 2, axis=1), left - design[:, 2] * bent, rcond=None)
-            step = np.insert(rest, 2, bent)
-        return self._held(self.q + step)
+        q = self.q + step
+        power = min(max(q[2], FLATTEST), STEEPEST)
+        if power != q[2]:
+            bent = design[:, 2] * (power - self.q[2])
+            rest, *_ = np.linalg.lstsq(np.delete(design, 2, axis=1), left - bent, rcond=None)
+            q = np.insert(np.delete(self.q, 2) + rest, 2, power)
+        return self._held(q)
 
     @property
     def off(self) -> Array:
@@ -151,8 +152,8 @@ class Balance:
         return self._held(np.array([*found, self.power.value, *np.zeros(self.of_press.shape[1])]))
 
     def _held(self, q: Array) -> Array:
-        """Keep the power within its bounds, and the compliance above where membrane and object would run away."""
+        """Keep the compliance above where membrane and object would run away."""
         share = self.forces.force / self.forces.force[-1]
-        steep = np.max(share ** (1 / q[2]) * self.forces.power / self.forces.depth) if q[2] > 0 else np.inf
+        steep = np.max(share ** (1 / q[2]) * self.forces.power / self.forces.depth)
         least = -0.3 * q[2] / steep if np.isfinite(steep) and steep > 0 else 0.0
-        return np.array([q[0], max(q[1], least), min(max(q[2], FLATTEST), STEEPEST), *q[3:]])
+        return np.array([q[0], max(q[1], least), *q[2:]])

@@ -14,8 +14,8 @@ from itertools import accumulate
 import numpy as np
 
 from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.transforms import Array, inverse, rotation_vector, six, transform
 from stretch_bt.hardware.ur.kinematics import Kinematics
-from stretch_bt.hardware.ur.transforms import Array, inverse, rotation_vector, six, transform
 
 __all__ = ["ArmModel", "JointMove", "LineMove", "Move", "Servo", "Slowing", "SpeedJ", "SpeedL"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from stretch_bt.errors import IllConditioned
 from stretch_bt.hardware.emulators.ur.arm_model import JointMove, LineMove, Move, Servo, SpeedJ, SpeedL
 from stretch_bt.hardware.emulators.ur.controller import Controller, Program, ProgramEnded
-from stretch_bt.hardware.ur.transforms import Array, inverse, six, transform
+from stretch_bt.hardware.transforms import Array, inverse, six, transform
 
 __all__ = ["ControlScript", "parse_script"]
 

@@ -21,8 +21,8 @@ from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
 from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
 from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
+from stretch_bt.hardware.transforms import inverse, pose_of, transform_of
 from stretch_bt.hardware.ur.kinematics import MODELS
-from stretch_bt.hardware.ur.transforms import inverse, pose_of, transform_of
 
 __all__ = ["BASE", "HAND", "Ur5StandIn", "Ur5eStandIn"]
 
