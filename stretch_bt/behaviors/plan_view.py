@@ -46,8 +46,8 @@ class PlanView(Behavior):
     y: Out[Length]  # of the hand, world
     yaw: Out[Angle]  # turn of the hand about the vertical
     request: Out[str]  # what an operator is asked to confirm; empty where the pose was planned
-    coverage: Out[float]  # share of the upper surface that is told; what may be hidden counts as there
-    unseen: Out[Area]  # upper surface that may be there and is not told, as seen from above
+    coverage: Out[float]  # share of the upper surface that is told; what is hidden counts as likely as it is there
+    unseen: Out[Area]  # upper surface that is likely there and is not told, as seen from above
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)
@@ -67,7 +67,7 @@ class PlanView(Behavior):
         count = self.presses
         here = (now.position[0], now.position[1], turn_of(now))
         left = None if relief is None else hidden(relief)
-        unseen = 0.0 if relief is None or left is None else float(left.cells.sum()) * relief.cell**2
+        unseen = 0.0 if relief is None or left is None else float(left.chance.sum()) * relief.cell**2
         share = 0.0 if relief is None or left is None else coverage(relief, left)
         self.coverage, self.unseen = share, unseen
         pose: tuple[float, float, float] | None

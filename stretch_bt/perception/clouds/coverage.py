@@ -19,17 +19,21 @@ Mask = npt.NDArray[np.bool_]
 SLOPE = np.tan(np.radians(40.0))
 WIDTH = 6e-3  # m beyond what is told that a surface is expected to go on
 STEP = (1.0, np.sqrt(2.0))
+UPPER = np.radians(45.0)  # steeper surface is none that is looked for
+BASE = 2  # cells on each side that the slope of a surface is taken over
 
 
 @dataclass(frozen=True, slots=True)
 class Hidden:
     """Where a surface may go on unseen: the cells, (n, m) bool, and its height if it falls as `SLOPE`, (n, m), m.
 
-    `height` is that of what is told in the cells that are, and minus infinity where nothing is expected.
+    `height` is that of what is told in the cells that are, and minus infinity where nothing is expected. `chance` (n, m) is how likely
+    there is upper surface in a cell, 0 in all others.
     """
 
     cells: Mask
     height: Array
+    chance: Array
 
     @property
     def told(self) -> Mask:
@@ -60,14 +64,50 @@ def hidden(relief: Relief, *, slope: float = float(SLOPE), width: float = WIDTH)
         height, reach = _spread(height, reach, slope * relief.cell, relief.cell)
     height[known] = np.where(felt, relief.height, relief.ceiling)[known]
     cells = ~known & np.isfinite(height) & (height > 0) & (relief.ceiling - height > TOLERANCE)
-    return Hidden(cells, np.where(cells | known, height, -np.inf))
+    height = np.where(cells | known, height, -np.inf)
+    return Hidden(cells, height, np.where(cells, _chance(relief, np.where(known, height, np.nan)), 0.0))
 
 
 def coverage(relief: Relief, unseen: Hidden | None = None) -> float:
-    """Return the share of the upper surface that is told, as seen from above; what may be there counts as there."""
+    """Return the share of the upper surface that is told, as seen from above; what is hidden counts as much as it is likely to be there."""
     unseen = hidden(relief) if unseen is None else unseen
     known = int(unseen.told.sum())
-    return known / (known + int(unseen.cells.sum())) if known else 0.0
+    return known / (known + float(unseen.chance.sum())) if known else 0.0
+
+
+def _chance(relief: Relief, surface: Array) -> Array:
+    """Return how likely an upper surface goes on (n, m) beyond a told one (n, m), m, NaN elsewhere.
+
+    It falls off at least as steeply as the membrane above it, and as the told surface at its rim, as a convex one does. Beyond that
+    all angles up to a wall are taken as alike likely.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    known = np.isfinite(surface)
+    if not known.any():
+        return np.zeros(surface.shape)
+    far, near = distance_transform_edt(~known, return_indices=True)
+    fall = np.maximum(surface[tuple(near)] - relief.ceiling, 0.0)
+    above = np.arctan2(fall, np.maximum(far, 1.0) * relief.cell)
+    least = np.maximum(above, _angles(surface, relief.cell)[tuple(near)])
+    return np.asarray(np.clip((UPPER - least) / (np.pi / 2 - least), 0.0, 1.0))
+
+
+def _angles(surface: Array, cell: float) -> Array:
+    """Return by which angle, rad, a surface (n, m), m, NaN where there is none, is inclined, from one side where its other ends."""
+    from scipy.ndimage import uniform_filter
+
+    square = np.zeros(surface.shape)
+    for axis in (0, 1):
+        room = [(BASE, BASE) if a == axis else (0, 0) for a in (0, 1)]
+        steps = np.diff(np.pad(surface, room, constant_values=np.nan), axis=axis)
+        steps = np.lib.stride_tricks.sliding_window_view(steps, 2 * BASE, axis=axis)
+        count = np.isfinite(steps).sum(axis=-1)
+        square += (np.nansum(steps, axis=-1) / np.maximum(count, 1) / cell) ** 2
+    known = np.isfinite(surface)
+    near = uniform_filter(known.astype(float), 3)
+    mean = uniform_filter(np.where(known, np.arctan(np.sqrt(square)), 0.0), 3) / np.maximum(near, 1e-9)
+    return np.where(known, mean, 0.0)
 
 
 def _half_width(felt: Mask, cell: float) -> Array:

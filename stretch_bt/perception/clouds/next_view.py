@@ -26,7 +26,7 @@ ALONG, STEP, COARSE = 0.040, 1e-3, 10  # m along the hand; between places, m; an
 MOST = 12  # places over what was not seen that are tried beside those
 FINGER = 0.015  # m, of the fingers beyond the clamps
 FLANK, MARGIN = np.tan(np.radians(65.0)), 3e-3  # of the object beside what was felt, and m; no finger goes there
-LITTLE = (12e-6, 0.015)  # m^2, and share of what was felt: less is not worth a press
+LITTLE = (4e-6, 0.005)  # m^2, and share of what was felt: a press that is likely to show less is not worth it
 BESIDE = 8e-3  # m from a clamp within which nothing is felt: it bends the membrane, and the camera hardly sees it
 SIDE = 2  # nodes along each free side of the sheet: one that lies over the object may slip off it
 MISSED = 0.5  # by which a place counts less for each press that was to show it and did not: what is there is steeper than expected
@@ -58,8 +58,8 @@ def next_view(
 
     Where a surface may go on unseen it is taken to fall off as steeply as what is looked for. A sheet is hung over it from
     each of many poses, its hand `depth` below the top, and what it touches of the unseen counts: in truth the membrane then
-    either feels a surface there or hangs below it, and carves it away. What earlier presses were to show and did not counts
-    less. Poses at which the object lies under a free side of the sheet come last.
+    either feels a surface there or hangs below it, and carves it away. It counts as much as upper surface is likely there, and less
+    where earlier presses were to show it and did not. Poses at which the object lies under a free side of the sheet come last.
 
     Parameters
     ----------
@@ -97,7 +97,8 @@ def next_view(
     before = np.unique(np.array(relief.poses).reshape(-1, 3), axis=0)
     shown, x_at, y_at = _shown(relief, unseen, np.concatenate([before, poses]), level, length, width)
     worth = relief.at(_worth(relief, shown, x_at, y_at, len(before)), x_at[len(before) :], y_at[len(before) :], 1.0)
-    gains = (shown[len(before) :] * worth).sum(axis=(1, 2)) * GRID**2
+    likely = relief.at(unseen.chance, x_at[len(before) :], y_at[len(before) :], 0.0)
+    gains = (shown[len(before) :] * worth * likely).sum(axis=(1, 2)) * GRID**2
     little = max(LITTLE[0], LITTLE[1] * relief.felt_area)
     held = np.where(slips, 0.0, gains)
     best = int((held if held.max() >= little else gains).argmax())

@@ -110,11 +110,11 @@ def test_a_page_that_needs_nothing_else(tmp_path: Path) -> None:
 
 def test_outputs_stand_beside_the_truth(tmp_path: Path) -> None:
     page = Page(write_report(recorded(tmp_path / "r")))
-    start = page.rows.index(["output", "value", "unit", "truth", "relative error", "error in sd"])
+    start = page.rows.index(["output", "value", "unit", "truth", "error", "relative error", "error in sd"])
     assert page.rows[start + 1 : start + 4] == [
-        ["stiffness", "0.412 ± 0.012", "N/mm", "0.4", "+3.1%", "+1.0"],
-        ["force", "−1.5", "N", "", "", ""],
-        ["presses", "7", "", "", "", ""],
+        ["stiffness", "0.412 ± 0.012", "N/mm", "0.4", "+0.012", "+3.1%", "+1.0"],
+        ["force", "−1.5", "N", "", "", "", ""],
+        ["presses", "7", "", "", "", "", ""],
     ]
     assert "Last readings" not in page.text
 
