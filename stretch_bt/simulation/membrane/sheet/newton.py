@@ -19,6 +19,7 @@ _REUSE_RATE = 0.4
 _HALVINGS = 16
 _FIRST_SHIFT = 1e-5
 _SHRINK = 0.2
+_BALANCED = 1e-3  # of the force, that may be left where rounding is in the way of more
 
 
 @dataclass(slots=True)
@@ -84,6 +85,8 @@ class Newton:
             step, pending = self._search(here, direction, size, keep)
             if step is None:
                 if self.reuses == 0 and self.fresh:
+                    if _rounded(here, direction):
+                        return Outcome(self.control, here)
                     raise NoEquilibrium(_stuck(here, direction))
                 pending = self._room()
                 here = self.problem.evaluate(self.control, EXACT, pending)
@@ -158,6 +161,13 @@ class Newton:
 def _noise(energy: float) -> float:
     """Return by how much an energy of the sheet is rounded."""
     return 1e-12 * (abs(energy) + 1.0)
+
+
+def _rounded(here: Evaluation, direction: Array) -> bool:
+    """Return whether only rounding is left of the energy to gain, with the forces in balance."""
+    left, force = here.gradient[1:-1].sum(axis=(0, 1)), float(np.linalg.norm(here.force))
+    gain = -float(np.vdot(here.gradient[1:-1], direction))
+    return bool(gain < _noise(here.energy) and np.linalg.norm(left) <= _BALANCED * force)
 
 
 def _stuck(here: Evaluation, direction: Array) -> str:
