@@ -55,6 +55,42 @@ def test_what_was_carved_is_not_hidden_and_what_is_told_is_not_either():
     assert np.isneginf(left.height[~(left.cells | known)]).all()
 
 
+def upper(ground, x, y):
+    """Return where a ground is object, and at most as steep as what is looked for."""
+    step = 0.05 * MM
+    steep = np.hypot(ground(x + step, y) - ground(x, y), ground(x, y + step) - ground(x, y)) / step
+    return (ground(x, y) > 0) & (steep < 1.0)
+
+
+COVERED = {
+    "box": box,
+    "dome": dome,
+    "steep dome": partial(dome, top=30 * MM),
+    "narrow dome": partial(dome, radii=(12 * MM, 25 * MM)),
+}
+
+
+@pytest.mark.parametrize("name", COVERED)
+def test_the_share_that_is_stated_is_near_the_true_one(name):
+    ground = COVERED[name]
+    relief = mapped(
+        ground, *[(0, y, yaw) for y, yaw in ((0, 0), (0, np.pi / 2), (-25 * MM, 0), (25 * MM, 0))], height=6 * MM
+    )
+    left = hidden(relief)
+    x, y = relief.place(np.argwhere(np.ones(relief.felt.shape, bool))).T
+    there = upper(ground, x, y).reshape(relief.felt.shape)
+    assert coverage(relief, left) == pytest.approx((left.told & there).sum() / there.sum(), abs=0.12)
+
+
+def test_hidden_surface_counts_by_how_much_room_is_left_below_the_membrane():
+    relief = mapped(dome, (0, 0, 0), height=6 * MM)
+    left = hidden(relief)
+    assert ((left.chance > 0) <= left.cells).all()
+    assert left.chance.max() <= 0.5, "what is as steep as 45 degrees or less, of all up to 90"
+    assert left.chance[left.cells].min() < 0.2, "where the membrane hangs down beside it"
+    assert coverage(relief, left) > left.told.sum() / (left.told | left.cells).sum()
+
+
 @settings(max_examples=6)
 @given(
     st.floats(14, 30),
