@@ -26,6 +26,8 @@ Mask = npt.NDArray[np.bool_]
 REACH = 3.0  # cells beyond what was felt
 #: cells, where the lowest presses of two poses agree to within so much, m: held up otherwise, a free membrane would not
 TWICE = (6.0, 0.1e-3)
+#: 1/m of a bend from which what was felt ends at an edge, and cells that the membrane is then followed beyond: it bends on without it
+EDGE = (60.0, 1.0)
 HOLLOW = 20.0  # 1/m by which a membrane may bend up that lies on something: what smoothing leaves of a saddle beside it
 #: 1/m, or shares of the larger and the smaller bend where it was felt, by which it may bend less: off a dome it goes by and by
 ALIKE = (12.0, 0.2, 0.3)
@@ -44,7 +46,8 @@ def told(relief: Relief) -> Mask:
     far, near = distance_transform_edt(~felt, return_indices=True)
     there, other = most[tuple(near)], least[tuple(near)]
     follows = seen & (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there + ALIKE[2] * other))
-    parts, _ = label(felt | (follows & (far <= np.where(_agreed(relief), TWICE[0], REACH))))
+    reach = np.where(there > EDGE[0], EDGE[1], np.where(_agreed(relief), TWICE[0], REACH))
+    parts, _ = label(felt | (follows & (far <= reach)))
     return np.asarray((parts > 0) & np.isin(parts, np.unique(parts[felt])))
 
 

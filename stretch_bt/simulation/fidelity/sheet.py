@@ -39,6 +39,8 @@ _FELT, _KNOWN = 1e-5, 1e-10  # of a force that is solved each time, and of one o
 _LOOSE = Settings.within(0.01)
 #: for what a camera sees: mostly within 0.01 mm, at most 0.04 mm, of the exact shape on the same mesh, in a third of the time
 _SEEN = Settings(exact=False, corrected=False)
+#: for touches so light that rounding is in the way of an exact balance: within 5 % of a hundredth of a newton
+_TOUCH, _TOUCHING = 3e-4, Settings(exact=False)
 _PASSING = Settings.within(0.03)  # its shape is within 0.05 mm of that of the finest mesh
 _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
@@ -178,15 +180,17 @@ class SheetFidelity:
         if start is not None and not goes_on_as(start.load.indenter, load.indenter):
             start = start.let_go()  # friction remembers how one body slid
         with self.stats.timed("solve"):
-            solved = self._balanced(load, start, self._quick(place, seen))
+            solved = self._balanced(load, start, self._quick(place, load, seen))
         _keep(self._last, place, _Last(known, load, solved, seen))
         return solved
 
-    def _quick(self, place: Place, seen: bool) -> tuple[Settings, ...]:
+    def _quick(self, place: Place, load: Load, seen: bool) -> tuple[Settings, ...]:
         """Return the settings to try before exact ones."""
         if self.remembers:
             return ()
-        return (_PASSING,) if place.passing else (_SEEN,) if seen else ()
+        if place.passing or seen:
+            return (_PASSING if place.passing else _SEEN,)
+        return (_TOUCHING,) if load.travel <= _TOUCH else ()
 
     def _balanced(self, load: Load, start: SheetPress | None, first: tuple[Settings, ...] = ()) -> SheetPress:
         """Return a press; a touch that is too light to be told from the rounding of energies gives way to a deeper one."""
