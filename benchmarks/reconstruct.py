@@ -95,9 +95,12 @@ def main() -> None:
     given = parser.parse_args()
     rows = Rows(given.keep)
     print(HEAD, flush=True)
-    for seed in range(given.seeds):
+    found = [
+        (name, rows.line(f"{name} {seed}", name, seed, {})) for seed in range(given.seeds) for name in given.scenes
+    ]
+    if given.seeds > 1:
         for name in given.scenes:
-            rows.line(f"{name} {seed}", name, seed, {})
+            _print_object(name, [of for which, of in found if which == name])
     for kind, make in (("polyhedron", _polyhedron), ("ellipsoid", _ellipsoid)):
         _print_random(kind, make, given.random, rows)
     for name in given.grid:
@@ -143,6 +146,27 @@ def _state() -> str:
 def _scene_text(scene: str | Path) -> str:
     """Return what a scene of a file says, or the name of a shipped one."""
     return scene.read_text(encoding="utf-8") if isinstance(scene, Path) else scene
+
+
+def _print_object(name: str, found: list[Found | str]) -> None:
+    """Print what came of an object over all seeds."""
+    good = [f for f in found if isinstance(f, Found)]
+    shapes = {shape: sum(f.shape == shape for f in good) for shape in sorted({f.shape for f in good})}
+    print(f"{name}: {len(good)} of {len(found)} answered, {shapes}")
+    if not good:
+        return
+    for dimension in sorted({key for f in good for key in f.errors}):
+        offs, sds = np.array([f.errors[dimension] for f in good if dimension in f.errors]).T
+        print(
+            f"    {dimension}: mean absolute error {np.abs(offs).mean():.2f} mm, mean {offs.mean():+.2f}, largest {np.abs(offs).max():.2f}, "
+            f"rms over its deviation {np.sqrt(np.mean((offs / sds) ** 2)):.2f}"
+        )
+    share, presses, force, cpu = np.array([(f.coverage, f.presses, f.force, f.cpu) for f in good]).T
+    print(
+        f"    coverage {100 * share.mean():.0f} %, least {100 * share.min():.0f}; presses {presses.mean():.1f}; most force {force.max():.2f} N; "
+        f"CPU {np.median(cpu):.0f} s",
+        flush=True,
+    )
 
 
 def _print_random(kind: str, make: Callable[[np.random.Generator], Any], count: int, rows: Rows) -> None:
