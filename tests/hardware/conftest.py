@@ -189,6 +189,11 @@ def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
         cell.close()
 
 
+@pytest.fixture(name="librealsense", scope="session")
+def _librealsense():
+    return librealsense()
+
+
 def librealsense():
     """Return the module, or skip a test on a machine for which there is none."""
     try:

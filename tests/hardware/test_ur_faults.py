@@ -296,6 +296,15 @@ def test_the_depth_past_first_contact_is_watched_in_every_cycle(moving):
     assert arm.pose(1.0).value.height > 0.165
 
 
+def test_a_motion_that_nobody_looks_at_is_stopped(moving):
+    cell, arm, motion = moving()
+    eventually(lambda: not cell.stand_in.state()["moving"])
+    assert "no tick looked at the motion" in str(fault_of(motion))
+    assert stands(cell.stand_in)
+    assert cell.stand_in.state()["height"] > 0.11
+    goes_again(arm)
+
+
 def test_a_force_at_opening_is_taken_as_zero(stand_in, live_cell, clock):
     behind, _ = stand_in("ur")
     behind.inject("load", {"fx": 2.0, "fz": -5.0})

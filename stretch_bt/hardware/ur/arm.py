@@ -121,6 +121,7 @@ class UrArm(ArmDriver):
         self._moving = number
 
         def poll() -> MotionState:
+            supervisor.watch()
             now = self._checked(supervisor).value
             if now.motion != number:
                 if time.monotonic() > due:

@@ -109,6 +109,7 @@ class UrOptions(Options):
             speed=limits.speed,
             depth=limits.depth,
             force=limits.force,
+            unwatched=limits.unwatched,
         )
 
 
