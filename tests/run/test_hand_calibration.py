@@ -2,6 +2,7 @@
 
 import math
 import re
+import signal
 import time
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from stretch_bt.hardware.emulators.serve import serving
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.implementations import IMPLEMENTATIONS
+from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.hand_eye import view_of_hand
@@ -159,7 +161,7 @@ def test_nothing_moves_without_a_word_and_a_fault_on_the_way_stops_the_fingers(w
     assert not (tmp_path / "no.yaml").exists()
 
 
-@pytest.mark.parametrize("fault", [None, "drop"])
+@pytest.mark.parametrize("fault", [None, "drop", "another interrupt"])
 def test_an_interrupt_on_the_way_stops_the_fingers_or_says_that_they_go_on_and_writes_nothing(
     wired, tmp_path, monkeypatch, fault
 ):
@@ -169,16 +171,24 @@ def test_an_interrupt_on_the_way_stops_the_fingers_or_says_that_they_go_on_and_w
         wait(clock, deadline)
         if not interrupts and wired.gripper.state()["opening"] > begin + 0.002:
             interrupts.append(deadline)
-            if fault:
+            if fault == "drop":
                 wired.gripper.inject(fault)
             raise KeyboardInterrupt
 
+    def interrupted_too(driver):
+        signal.raise_signal(signal.SIGINT)
+        stop(driver)
+
+    stop = RobotiqDriver.stop
     monkeypatch.setattr(RealClock, "wait_until", interrupted)
-    done = CliRunner().invoke(app, ["calibrate-hand", str(wired()), "--out", str(tmp_path / "hand.yaml"), "--yes"])
+    if fault == "another interrupt":
+        monkeypatch.setattr(RobotiqDriver, "stop", interrupted_too)
+    told = str(wired(f"{NEARLY}, slowest: 10 mm/s"))  # so that the fingers are sent to the next opening rather than led
+    done = CliRunner().invoke(app, ["calibrate-hand", told, "--out", str(tmp_path / "hand.yaml"), "--yes"])
     assert (len(interrupts), done.exit_code) == (1, 130), (done.output, done.exception)
-    assert ("cannot be told to stop" in done.output) == bool(fault)
+    assert ("cannot be told to stop" in done.output) == (fault == "drop")
     assert not (tmp_path / "hand.yaml").exists()
-    if fault:
+    if fault == "drop":
         return
     time.sleep(0.1)  # it brakes
     stood = wired.gripper.state()["opening"]
