@@ -61,7 +61,7 @@ class _Keeper:
         self._touched: float | None = None
         self._motion, self._motion_state = 0, "done"
         self._fault: str | None = None
-        self._engaged = False
+        self._engaged = self._guarded = False
         self._braking: threading.Thread | None = None
 
     def run(self) -> None:
@@ -119,6 +119,8 @@ class _Keeper:
                 self._engage(message)
             case "zero":
                 self._zero = np.array(message["wrench"])
+            case "guard":
+                self._guarded = self._engaged
             case "follow":
                 self._follow(message)
             case "stop":
@@ -140,7 +142,7 @@ class _Keeper:
             self._session.engage(again=message["again"], unlock=message["unlock"])
         except Refused as refused:
             reason = str(refused)
-        self._engaged = reason is None
+        self._engaged, self._guarded = reason is None, False
         self._fault = reason and safety_stop(self._session.receive.getSafetyStatusBits())
         self._beat = time.monotonic()
         self._channel.send({"say": "engaged", "number": message["number"], "reason": reason})
@@ -201,19 +203,25 @@ class _Keeper:
         if reason is None and self._engaged and not self._session.program_runs:
             reason = "the control script ended: it was stopped at the pendant, by its watchdog or by an error; acknowledge to run it again"
         if reason is None and self._ride is not None:
-            reason = self._checked()
+            reason = self._neglected()
+        if reason is None and self._guarded:
+            reason = self._passed()
         if reason is not None:
             self._fail(reason)
         elif self._ride is not None:
             self._lead(self._ride)
 
-    def _checked(self) -> str | None:
-        """Return which limit is passed, or that the run is silent or hangs."""
+    def _neglected(self) -> str | None:
+        """Return that the run is silent, or hangs."""
         now = time.monotonic()
         if (silent := now - self._beat) > self._settings.heartbeat:
             return f"the run gave no sign of life for {silent:.2g} s"
         if (unwatched := now - self._watched) > self._settings.unwatched:
             return UNWATCHED.format(unwatched)
+        return None
+
+    def _passed(self) -> str | None:
+        """Return which limit is passed, by an arm that moves or stands."""
         speed = math.hypot(*self._session.receive.getActualTCPSpeed()[:3])
         return beyond(self._settings, self._place().position, speed, self._force(), self._contact_height)
 
@@ -237,7 +245,7 @@ class _Keeper:
     def _fail(self, reason: str) -> None:
         """Keep the first fault until it is acknowledged; whatever moves comes to rest."""
         self._stop(MotionState.STOPPED)
-        self._engaged = False
+        self._engaged = self._guarded = False
         self._fault = self._fault or reason
 
     def _place(self) -> Pose:
