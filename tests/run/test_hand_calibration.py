@@ -219,9 +219,11 @@ def test_a_cell_without_what_is_needed_is_refused_before_anybody_is_asked(tmp_pa
     assert f"with one {'Gripper' if kind == 'gripper' else 'DepthCamera'}, and the cell has 0" in str(done.exception)
 
 
-def test_a_membrane_that_touches_something_is_refused(tmp_path):
+@pytest.mark.parametrize("height", ["55 mm", "52 mm", "48 mm"])
+def test_a_membrane_that_touches_something_is_refused(tmp_path, height):
+    """The object's top is at 60 mm."""
     cell_file = tmp_path / "low.yaml"
-    cell_file.write_text(Path(load_cell("simulated").path).read_text().replace("height: 120 mm", "height: 52 mm"))
+    cell_file.write_text(Path(load_cell("simulated").path).read_text().replace("height: 120 mm", f"height: {height}"))
     clock = VirtualClock()
     cell = open_cell(load_cell(cell_file), now=clock.now, scene=load_scene(scene(tmp_path, 0)[0]))
     clock.wait_until(0.1)
@@ -229,6 +231,17 @@ def test_a_membrane_that_touches_something_is_refused(tmp_path):
     cell.close()
     with pytest.raises(IllConditioned, match="touches something"):
         view_of_hand(frame, 0.2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_error_of_the_camera_over_the_whole_membrane_is_no_touch_and_does_not_move_its_axis(seed):
+    clock = VirtualClock()
+    cell = open_cell(load_cell("simulated"), now=clock.now, seed=seed, scene=load_scene("water_balloon"))
+    found = calibrate_hand(cell, clock, frames=4)
+    cell.close()
+    for axis in (found.camera["aim_x"], found.camera["aim_y"]):
+        assert abs(axis) < 3 * axis.sd < 0.5e-3
+    assert abs(found.camera["distance"] - 0.2) < 3 * found.camera["distance"].sd
 
 
 @pytest.mark.parametrize("seed", range(8))
