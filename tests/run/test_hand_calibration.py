@@ -257,9 +257,28 @@ def test_a_camera_that_stands_and_looks_aside_places_points_where_they_are(seed)
     np.testing.assert_allclose(to_world(seen, geometry.seen_from(pose)), to_world(points, pose), atol=1e-12)
 
 
-def test_mistakes_in_the_file_of_a_hand_are_told(wired, tmp_path):
-    with pytest.raises(CellError, match="file-missing"):
-        load_cell(wired("", "hand: {calibration: nowhere.yaml}"))
+# (what is named, what is in hand.yaml, the only mistake that is told: file, line, code)
+MISTAKEN = [
+    ("nowhere.yaml", "", ("wired.yaml", "file-missing")),
+    ("folder", "", ("wired.yaml", "file-folder")),
+    (".", "", ("wired.yaml", "file-folder")),
+    ("hand.yaml", "format: stretch-cell/1\ndevices: {}\n", ("hand.yaml", "format-unknown")),
+    ("hand.yaml", "source: me\n", ("hand.yaml", "format-unknown")),
+    ("hand.yaml", "format: [\n", ("hand.yaml", "yaml-syntax")),
+]
+
+
+@pytest.mark.parametrize(("named", "text", "told"), MISTAKEN)
+def test_a_file_that_is_no_hand_is_told_once_where_it_is_wrong(tmp_path, named, text, told):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "hand.yaml").write_text(text)
+    cell = Path(load_cell("simulated").path).read_text().partition("\nhand:")[0] + f"\nhand: {{calibration: {named}}}\n"
+    (tmp_path / "wired.yaml").write_text(cell)
+    [found] = check(tmp_path / "wired.yaml")
+    assert (found.file, found.code) == (str(tmp_path / told[0]), told[1])
+
+
+def test_mistakes_in_the_file_of_a_hand_have_its_places(wired, tmp_path):
     (tmp_path / "hand.yaml").write_text("format: stretch-hand/1\nsource: me\ncamera: {x: 3}\n")
-    with pytest.raises(CellError, match=r"hand\.yaml:3:\d+ error"):
+    with pytest.raises(CellError, match=rf"{tmp_path}/hand\.yaml:3:\d+ error"):
         load_cell(wired("", "hand: {calibration: hand.yaml}"))
