@@ -123,6 +123,7 @@ def faults(arm: UrArm, stand_in: Ur5StandIn, rounds: int) -> None:
         name: partial(stand_in.inject, name, PARAMETERS.get(name)) for name in stand_in.FAULTS if name not in OTHERS
     }
     causes["kill -9 of driver"] = lambda: os.kill(arm.process or 0, signal.SIGKILL)
+    causes["tick of 1.6 s"] = lambda: time.sleep(1.6)
     causes["hang of driver"] = lambda: os.kill(arm.process or 0, signal.SIGSTOP)
     for name, cause in causes.items():
         rows, lost = [], 0

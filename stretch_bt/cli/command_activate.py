@@ -32,6 +32,7 @@ def command(
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
     from stretch_bt.run.clock import RealClock
+    from stretch_bt.run.signals import unbroken
 
     spec = load_cell(cell)
     grippers = [name for name, d in spec.devices.items() if d.type == "Gripper" and device in (None, name)]
@@ -50,7 +51,8 @@ def command(
         state = _activate(gripper, clock)
         opening = gripper.opening(1.0).value
     finally:
-        opened.close()
+        with unbroken():
+            opened.close()
     if json_:
         emit_json({"device": grippers[0], "state": str(state), "opening": opening})
     else:

@@ -37,6 +37,7 @@ def command(
     from stretch_bt.hardware.hand_file import written
     from stretch_bt.run.clock import Clock, RealClock, VirtualClock
     from stretch_bt.run.hand_calibration import calibrate_hand, hand_devices
+    from stretch_bt.run.signals import unbroken
     from stretch_bt.simulation.scene import load_scene
 
     spec = load_cell(cell)
@@ -59,7 +60,8 @@ def command(
     try:
         found = calibrate_hand(opened, clock, stops=stops, frames=frames, said=lambda text: typer.echo(text, err=True))
     finally:
-        opened.close()
+        with unbroken():
+            opened.close()
     fields = _fields(found, spec, frames)
     with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
         file.write(written(fields))

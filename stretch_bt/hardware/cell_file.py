@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from stretch_bt.errors import CellError, Diagnostic, FileError
 from stretch_bt.hardware.driver import Options
 from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.hand_file import FORMAT as HAND_FORMAT
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class, names_for
 from stretch_bt.hardware.interfaces import INTERFACES
@@ -24,6 +25,8 @@ __all__ = ["CellSpec", "DeviceSpec", "cell_names", "cell_schema", "load_cell"]
 
 FORMAT = "stretch-cell/1"
 _REST = HandGeometry()
+#: what is wrong with the name of a file rather than with what is in it
+_NO_FILE = ("file-missing", "file-folder", "file-special", "file-unreadable")
 
 
 class _Hand(BaseModel):
@@ -165,20 +168,20 @@ def _calibrated(source: Map, root: Path, found: list[Diagnostic]) -> tuple[Map, 
         told = "'plane_distance' is given, and in the calibration too"
         found.append(hand.key("plane_distance").mark.error("device-file", told, "leave one of them out"))
     try:
-        text = load(root / named.text, named.text)
+        text = load(root / named.text, str(root / named.text))
+    except FileError as error:
+        found += [_unread(named, first) if (first := error.diagnostics[0]).code in _NO_FILE else first]
+        return source, None
+    form = text.get("format")
+    if not (isinstance(form, Scalar) and form.text == HAND_FORMAT):
+        mark = text.mark if form is None else form.mark
+        hint = f"write 'format: {HAND_FORMAT}' where it is one, or name the file that calibrate-hand wrote"
+        found.append(mark.error("format-unknown", "this is no calibration of a hand", hint))
+        return source, None
+    try:
         made = validate(HandFile, text)
     except FileError as error:
-        first = error.diagnostics[0]
-        missing = first.code == "file-missing"
-        found += (
-            [
-                named.mark.error(
-                    "file-missing", f"there is no file {named.text!r}", "write a path relative to the cell file"
-                )
-            ]
-            if missing
-            else error.diagnostics
-        )
+        found += error.diagnostics
         return source, None
     gripper, devices = text.get("gripper"), source.get("devices")
     if gripper is None or not isinstance(devices, Map):
@@ -186,6 +189,17 @@ def _calibrated(source: Map, root: Path, found: list[Diagnostic]) -> tuple[Map, 
     pairs = tuple((key, _with_calibration(device, gripper)) for key, device in devices)
     whole = tuple((key, Map(pairs, devices.mark) if key.text == "devices" else value) for key, value in source)
     return Map(whole, source.mark), made
+
+
+def _unread(named: Scalar, why: Diagnostic) -> Diagnostic:
+    """Return a mistake at the name of a file that cannot be read."""
+    if why.code == "file-missing":
+        return named.mark.error(
+            "file-missing", f"there is no file {named.text!r}", "write a path relative to the cell file"
+        )
+    return named.mark.error(
+        why.code, f"{named.text!r}: {why.message}", "name the file that calibrate-hand wrote, relative to the cell file"
+    )
 
 
 def _with_calibration(device: Value, gripper: Value) -> Value:

@@ -17,6 +17,7 @@ from stretch_bt.units import Force, Length
 
 __all__ = [
     "INTERFACES",
+    "UNWATCHED",
     "Arm",
     "DepthCamera",
     "Device",
@@ -31,6 +32,8 @@ __all__ = [
 ]
 
 T = TypeVar("T")
+#: why a motion that nobody polls is stopped
+UNWATCHED = "no tick looked at the motion for {:.2g} s: a node hangs or takes too long; see which one, then acknowledge"
 
 
 @dataclass(frozen=True, slots=True)

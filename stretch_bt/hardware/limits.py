@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from stretch_bt.errors import InvalidInput, LimitExceeded
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.units import KINDS, Force, Length, Speed, Within, format_quantity
+from stretch_bt.units import KINDS, Force, Length, Speed, Time, Within, format_quantity
 
 __all__ = ["Limits", "Span"]
 
@@ -46,7 +46,12 @@ class Limits(_Model):
     gripper_speed: Annotated[Speed, Within(1e-4, 0.5, "Speed")] = 0.15
     depth: Annotated[Length, Within(0.001, 0.1, "Length")] = Field(default=0.025, description="hand past first contact")
     stretch: Span = Span.model_construct(min=0.0, max=0.08)
-    force: Annotated[Force, Within(0.1, 200.0, "Force")] = Field(default=20.0, description="on the arm, while it moves")
+    force: Annotated[Force, Within(0.1, 200.0, "Force")] = Field(
+        default=20.0, description="on the arm, whether it moves or stands"
+    )
+    unwatched: Annotated[Time, Within(0.1, 60.0, "Time")] = Field(
+        default=1.0, description="a motion goes on that no tick looks at"
+    )
 
     def span(self, name: str) -> tuple[float, float]:
         """Return the least and the greatest value that a limit allows, SI.

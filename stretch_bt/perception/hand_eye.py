@@ -33,8 +33,9 @@ _CELL, _INSIDE = 0.007, 0.95
 _ALIKE, _OWN = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32), (1e-4, 1e-2, 0.3, 10.0)
 #: a pixel's edge is somewhere in it, alike for all that it runs along: the standard deviation of a number from 0 to 1
 _UNIFORM = 1 / math.sqrt(12)
-#: by which a free membrane is nowhere off its sag, m, whatever the error of the camera
-_BUMP = 0.003
+#: by which a free membrane is nowhere off its shape, and by which its middle is not nearer to the camera than its ends, m, whatever the error
+#: of the camera: 1.7 and 1.0 were the most that was seen of free ones, and pressed by 5 mm or more one of the two is larger
+_BUMP, _RISEN = 0.0019, 0.0016
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,12 +83,14 @@ def view_of_hand(frame: DepthFrame, distance: float) -> HandView:
     seen: Array = np.asarray(points, dtype=np.float64)
     normal, on = _plane(seen, valid & (np.abs(seen[..., 2] - distance) < _SEARCHED))
     pitch = distance / min(frame.intrinsics.fx, frame.intrinsics.fy)
-    for _ in range(_PASSES):
+    for again in reversed(range(_PASSES + 1)):
         flat = seen @ _upright(normal).T
         ends = _edges(flat, on, along=1, pitch=pitch)
         sides = _edges(flat, on, along=0, pitch=pitch)
         length = ends.high - ends.low
         level, cover = _level(flat, on, (ends.low + ends.high) / 2, length / 2)
+        if not again:  # the plane in which the edges were found stays that of the result
+            break
         normal = np.array([-level[1], -level[2], 1.0]) @ _upright(normal)
         normal /= np.linalg.norm(normal)
     tilt_x, tilt_y = math.atan2(normal[1], -normal[2]), math.asin(-normal[0])
@@ -204,6 +207,13 @@ def _level(flat: Array, on: MaskArray, middle: float, half: float) -> tuple[Arra
     part, across = (y - middle) / half, x / max(float(np.abs(x).max()), 1e-6)
     bow = 1 - part**2
     design = np.column_stack([np.ones_like(x), x, y, bow, bow * across**2, bow * part**2])
+    # the nearest shape: off the likeliest one it is by a smooth error of the camera too, which may be larger
+    near_by = np.linalg.lstsq(design, z, rcond=None)[0]
+    most, risen = float(np.abs(z - design @ near_by).max()), float(near_by[3])
+    if most > _BUMP or risen > _RISEN:
+        raise IllConditioned(
+            f"the membrane stands off by {1e3 * max(most, risen):.1f} mm: it touches something, or is wrinkled; free it"
+        )
     apart = np.hypot(x[:, None] - x, y[:, None] - y)
     best: tuple[float, Array, Array] | None = None
     for length, share in itertools.product(_ALIKE, _OWN):
@@ -219,11 +229,6 @@ def _level(flat: Array, on: MaskArray, middle: float, half: float) -> tuple[Arra
         if best is None or likely > best[0]:
             best = float(likely), fitted, variance * np.linalg.inv(normal)
     assert best is not None
-    most = float(np.abs(z - design @ best[1]).max())
-    if most > _BUMP:
-        raise IllConditioned(
-            f"the membrane stands off by {1e3 * most:.1f} mm: it touches something, or is wrinkled; free it"
-        )
     return best[1][:3], best[2][:3, :3]
 
 

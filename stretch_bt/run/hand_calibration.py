@@ -17,6 +17,7 @@ from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception.hand_eye import HandView, view_of_hand
 from stretch_bt.run.clock import Clock
+from stretch_bt.run.signals import unbroken
 from stretch_bt.units import Estimate
 
 __all__ = ["HandCalibration", "Stop", "calibrate_hand", "hand_devices"]
@@ -104,7 +105,9 @@ def calibrate_hand(
             said(f"stretch {1e3 * stretch:.1f} mm: the membrane is {1e3 * view.length:.2f} mm long")
         _go(gripper, geometry.opening(max(span[0], 0.0)), speed, clock)
     finally:
-        for error in cell.stop():
+        with unbroken():
+            errors = cell.stop()
+        for error in errors:
             said(str(error))  # such as that the fingers may go on
     return _fitted(found, geometry.opening(0.0), span)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["SIGNALS", "signals"]
+__all__ = ["SIGNALS", "signals", "unbroken"]
 
 #: what asks for a safe stop; the last is a terminal that was closed
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -32,3 +32,10 @@ def signals(interrupt: Callable[[str], None]) -> Iterator[None]:
     finally:
         for number, handler in kept.items():
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
+
+
+@contextmanager
+def unbroken() -> Iterator[None]:
+    """Go through the block whatever signals come; for what stops devices, which is what they ask for."""
+    with signals(lambda _: None):
+        yield

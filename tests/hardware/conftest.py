@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from real_cell import CELL, bring_home
 
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
@@ -70,6 +71,7 @@ devices:
 """,
     "ur": """\
 format: stretch-cell/1
+limits: {unwatched: UNWATCHED}
 devices:
   arm:
     type: Arm
@@ -89,22 +91,28 @@ devices:
 
 
 class Clock:
-    """A clock that stands until it is moved; after that it waits until those who listen have noticed."""
+    """A clock that stands until it is moved; after that it waits until those who listen have noticed.
+
+    One that `runs` goes by itself, and to move it is to wait.
+    """
 
     def __init__(self, time: float = 0.0) -> None:
         self._time = time
+        self.runs = False
         self.listeners: list[Callable[[], None]] = []
 
     def __call__(self) -> float:
-        return self._time
+        return time.monotonic() if self.runs else self._time
 
     @property
     def time(self) -> float:
-        return self._time
+        return self()
 
     @time.setter
-    def time(self, time: float) -> None:
-        self._time = time
+    def time(self, due: float) -> None:
+        if self.runs:
+            time.sleep(max(due - time.monotonic(), 0.0))
+        self._time = due
         for listen in self.listeners:
             listen()
 
@@ -172,10 +180,14 @@ def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
             behind, places = stand_in(server)
             path = write_live_cell(tmp_path, use, wire, places[wire], **options)
         else:
-            path = write_recording(tmp_path) if kind == "replay" else kind
+            clock.runs = kind == "hardware"
+            path = {"replay": write_recording(tmp_path), "hardware": os.environ.get(CELL)}.get(kind, kind)
         chosen = load_scene(scene) if kind == "simulated" else None
         cell = open_cell(load_cell(path), now=clock, seed=seed, scene=chosen, journal=notes, only=only)
         opened.append(cell)
+        if kind == "hardware":
+            bring_home(cell)
+            notes.lines.clear()
         if kind in LIVE:
             cell.stand_in = behind
             clock.listeners += [partial(notice, device.driver, clock) for device in cell.devices.values()]
@@ -187,6 +199,11 @@ def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
     clock.listeners.clear()
     for cell in opened:
         cell.close()
+
+
+@pytest.fixture(name="librealsense", scope="session")
+def _librealsense():
+    return librealsense()
 
 
 def librealsense():
@@ -222,7 +239,7 @@ def wait_as_long(arm: Ur5StandIn, clock: Clock, before: list[float]) -> None:
         time.sleep(0.002)
 
 
-def write_live_cell(folder: Path, use: str, wire: str, place: str, **options: str) -> Path:
+def write_live_cell(folder: Path, use: str, wire: str, place: str, unwatched: str = "20 s", **options: str) -> Path:
     """Write a cell file of one device on a stand-in."""
     host, _, port = place.partition(":")
     chosen = {"serial": place} if wire == "serial" else {"host": host, "port": port}
@@ -236,7 +253,7 @@ def write_live_cell(folder: Path, use: str, wire: str, place: str, **options: st
         chosen = {"timeout": "500 ms", "calibration": CALIBRATION, **chosen}
     lines = [f"    {key}: {value}" for key, value in {**chosen, **options}.items()]
     path = folder / f"{use}_{wire}.yaml"
-    path.write_text(LIVE_CELLS[use] + "\n".join(lines) + "\n")
+    path.write_text(LIVE_CELLS[use].replace("UNWATCHED", unwatched) + "\n".join(lines) + "\n")
     return path
 
 

@@ -1,25 +1,21 @@
-"""Every fault that the stand-in of a camera can show, its process killed, and runs that a fault ends."""
+"""Every fault that the stand-in of a camera can show, and its process killed; runs that they end are in `test_wired_run.py`."""
 
 import json
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from lab import lab_cell
 from waiting import LIMIT, eventually
 
-from stretch_bt import run
 from stretch_bt.errors import DeviceFault, DeviceLost, StaleReading
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
-from stretch_bt.hardware.emulators.serve import serving
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.interfaces import DeviceState
 from stretch_bt.hardware.realsense.library import library
@@ -234,86 +230,3 @@ def test_killing_the_run_leaves_no_process(stand_in, live_cell):
         driver = json.loads(process.stdout.readline())
         process.kill()
     eventually(lambda: not Path(f"/proc/{driver}").exists() or "zombie" in Path(f"/proc/{driver}/status").read_text())
-
-
-# --- runs
-
-LAB = {"arm": {"watchdog": "1 Hz", "lost_after": "1 s", "heartbeat": "5 s"}, "camera": {}}
-TREE = """\
-format: stretch-tree/1
-devices: {arm: Arm, camera: DepthCamera}
-keys: {frame: DepthFrame}
-trees:
-  main:
-    parallel:
-      children:
-        - retract: {clearance: 100 mm, speed: 20 mm/s}
-        - average_frames: {count: 200, frame: $frame}
-"""
-RECORD = {"run.json", "events.jsonl", "record.mcap", "result.json", "report.html"}
-FEW = {"drop", "stale", "restart"}
-#: how often a run may be begun again that this machine was too busy for, so that it ended before its fault
-AGAIN = 3
-
-
-@pytest.mark.parametrize(
-    ("fault", "parameters"),
-    [pytest.param(f, p, marks=() if f in FEW else pytest.mark.slow) for f, p, _, _ in ENDS],
-)
-def test_a_fault_ends_the_run_with_the_arm_at_rest(own_hosts, tmp_path, fault, parameters):
-    (tmp_path / "tree.yaml").write_text(TREE)
-    before = children()
-    for k in range(AGAIN):
-        host, record = next(own_hosts), tmp_path / f"record{k}"
-        (tmp_path / "cell.yaml").write_text(lab_cell(host, LAB))
-        with serving(["ur", "realsense"], Stage(), host=host) as servers:
-            took = ended_by(servers.stand_ins, fault, parameters, (tmp_path, record))
-        assert {path.name for path in record.iterdir()} == RECORD
-        assert children() <= before
-        if took is not None:
-            print(f"{fault:10s}{took[0]:7.3f} s  {took[1][:90]}")  # noqa: T201
-            return
-    raise AssertionError("it ended before the fault")
-
-
-def ended_by(behind, fault, parameters, folders):
-    """Run until a fault of the camera, and return how long it took to its end and why; None where the run ended before."""
-    arm, injected, over = behind["ur"], [], threading.Event()
-
-    def harm():
-        while not (over.is_set() or arm.state()["height"] > 0.205):
-            time.sleep(0.005)
-        if not over.is_set():
-            behind["realsense"].inject(fault, parameters)
-            injected.append(time.monotonic())
-
-    chaos = threading.Thread(target=harm)
-    chaos.start()
-    try:
-        result = run(folders[0] / "tree.yaml", cell=folders[0] / "cell.yaml", out=folders[1])
-    finally:
-        ended = time.monotonic()
-        over.set()
-        chaos.join()
-    eventually(lambda: not arm.state()["moving"])
-    height = arm.state()["height"]
-    time.sleep(0.2)
-    assert arm.state()["height"] == pytest.approx(height, abs=1e-6)
-    assert height < 0.29
-    assert result.status == "FAULT", result.reason
-    if not injected:
-        return None
-    assert "camera" in result.reason
-    return ended - injected[0], result.reason
-
-
-def children():
-    """Return the numbers of the processes of drivers that this process began and that are left."""
-    found = set()
-    for entry in Path("/proc").iterdir():
-        with suppress(OSError, ValueError):
-            fields = (entry / "stat").read_text().rpartition(")")[2].split() if entry.name.isdigit() else []
-            ours = fields and int(fields[1]) == os.getpid()
-            if ours and b"stretch_bt.hardware" in (entry / "cmdline").read_bytes():
-                found.add(entry.name)
-    return found

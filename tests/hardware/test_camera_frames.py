@@ -145,6 +145,22 @@ def test_a_frame_that_was_held_up_is_as_old_as_its_exposure():
     assert "jumped ahead by 1" in judge.event
 
 
+# (exposure and arrival of three frames, whether the clock is said to have jumped)
+HELD_UP = [
+    ([(0.1, 1.5), (0.13, 1.51), (1.55, 1.6)], False),  # for as long as it took the first one to come
+    ([(0.1, 1.5), (0.13, 1.51), (5.05, 5.1)], True),  # which is over by then
+    ([(0.1, 0.2), (0.13, 0.23), (1.1, 0.3)], True),  # the first one came at once
+]
+
+
+@pytest.mark.parametrize(("frames", "jumped"), HELD_UP)
+def test_first_frames_that_were_held_up_are_no_clock_that_jumps(frames, jumped):
+    judge, image = Judge(10.0, noisy=False, began=0.0), np.ones((4, 4), np.uint16)
+    shots = [judge.take(Shot(k, exposed, came, image)) for k, (exposed, came) in enumerate(frames)]
+    assert (judge.event is not None) is jumped
+    assert shots[-1].exposed == frames[-1][1]
+
+
 def test_a_camera_may_take_its_time_for_the_first_frame_and_no_silence_reaches_into_the_future():
     judge, image = Judge(0.4, noisy=False, began=0.0), np.ones((4, 4), np.uint16)
     assert judge.take(Shot(1, 0.0, 2.0, image)) is not None

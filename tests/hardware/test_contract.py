@@ -2,15 +2,22 @@
 
 import inspect
 import math
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
+from lab import lab_cell
+from real_cell import CELL, MOVE, SPEED, gone, rows, target
 
 from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady, StaleReading
-from stretch_bt.frames import Pose
+from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.emulators.serve import serving
+from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState
@@ -29,9 +36,9 @@ LIVE = {
 GRIPPERS = [kind for kind, use in LIVE.items() if use not in ("ati", "ur", "realsense")]
 MOVERS = [("simulated", "arm"), ("simulated", "gripper"), *((kind, "gripper") for kind in GRIPPERS), ("ur", "arm")]
 #: how far a position may be from what was asked for, m, where it is counted in steps, or settled to
-STEP = {**dict.fromkeys(GRIPPERS, 0.0007), "ur": 0.0001}
+STEP = {**dict.fromkeys(GRIPPERS, 0.0007), "ur": 0.0001, "hardware": 0.006}
 #: how far a device goes on by its own clock while it is told to stop, m: at 50 mm/s on a machine that is busy
-LATE = {"ur": 0.02}
+LATE = {"ur": 0.02, "hardware": 0.03}
 READERS = [
     ("simulated", "arm", "pose"),
     ("simulated", "arm", "wrench"),
@@ -50,17 +57,23 @@ READERS = [
 ]
 #: with those that have nothing to read; a person at a terminal is in a test of its own
 DEVICES = sorted({*((kind, name) for kind, name, _ in READERS), ("simulated", "operator")})
+#: the same of a cell of one's own
+REAL_READERS, REAL_MOVERS, REAL_DEVICES = rows()
 
 
 def start(cell, name, *, far=False, owner="a"):
     """Begin a motion to 50 mm or 75 mm from where the device is at first."""
-    target = 0.075 if far else 0.05
+    way = 0.075 if far else 0.05
+    if hasattr(cell, "homes"):
+        return cell.devices[name].move(target(cell, name, way), speed=SPEED, owner=owner)
     if name == "arm":
-        return cell.devices["arm"].move(Pose((target, 0, 0.2)), speed=0.05, owner=owner)
-    return cell.devices["gripper"].move(0.055 + target, speed=0.05, owner=owner)
+        return cell.devices["arm"].move(Pose((way, 0, 0.2)), speed=0.05, owner=owner)
+    return cell.devices["gripper"].move(0.055 + way, speed=0.05, owner=owner)
 
 
 def place(cell, name):
+    if hasattr(cell, "homes"):
+        return gone(cell, name)
     device = cell.devices[name]
     return device.pose(1.0).value.position[0] if name == "arm" else device.opening(1.0).value - 0.055
 
@@ -88,9 +101,9 @@ def test_constructing_touches_nothing(key, tmp_path, clock, live_cell):
     assert clock.time == 0.0
 
 
-@pytest.mark.parametrize(("kind", "name"), DEVICES)
+@pytest.mark.parametrize(("kind", "name"), DEVICES + REAL_DEVICES)
 def test_states_from_open_to_closed(make_cell, kind, name):
-    cell = make_cell(kind)
+    cell = make_cell(kind, only=[name])
     device = cell.devices[name]
     assert isinstance(device, INTERFACES[cell.spec.devices[name].type])
     assert device.state is DeviceState.READY
@@ -103,14 +116,14 @@ def test_states_from_open_to_closed(make_cell, kind, name):
     assert device.state is DeviceState.READY
 
 
-@pytest.mark.parametrize(("kind", "name", "reading"), READERS)
+@pytest.mark.parametrize(("kind", "name", "reading"), READERS + REAL_READERS)
 def test_readings_have_times_and_numbers_and_are_written_down(make_cell, clock, notes, kind, name, reading):
-    cell = make_cell(kind)
+    cell = make_cell(kind, only=[name])
     read = getattr(cell.devices[name], reading)
     first = read(1.0)
     again = read(1.0)
     assert (first.sequence, first.host_time) == (again.sequence, again.host_time) or (
-        kind in LIVE and again.sequence > first.sequence  # its wire does not stand still with the clock
+        kind in (*LIVE, "hardware") and again.sequence > first.sequence  # its wire does not stand still with the clock
     )
     clock.time += 0.15
     later = read(1.0)
@@ -120,9 +133,9 @@ def test_readings_have_times_and_numbers_and_are_written_down(make_cell, clock, 
     assert notes.lines.count(("reading", name, reading)) == 3
 
 
-@pytest.mark.parametrize(("kind", "name", "reading"), READERS)
+@pytest.mark.parametrize(("kind", "name", "reading"), READERS + REAL_READERS)
 def test_closed_devices_and_bad_ages_are_refused(make_cell, kind, name, reading):
-    device = make_cell(kind).devices[name]
+    device = make_cell(kind, only=[name]).devices[name]
     for age in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(InvalidInput, match="max_age"):
             getattr(device, reading)(age)
@@ -142,9 +155,9 @@ def test_a_frame_that_is_too_old_is_refused_and_the_camera_stays_ready(make_cell
     assert ("fault", "camera", "StaleReading") in notes.lines
 
 
-@pytest.mark.parametrize(("kind", "name"), MOVERS)
+@pytest.mark.parametrize(("kind", "name"), MOVERS + REAL_MOVERS)
 def test_motion_takes_time_and_arrives(make_cell, clock, advance, kind, name):
-    cell = make_cell(kind)
+    cell = make_cell(kind, only=[name])
     motion = start(cell, name)
     assert place(cell, name) == pytest.approx(0.0, abs=STEP.get(kind, 0.0))
     assert motion.poll() is MotionState.MOVING
@@ -157,9 +170,9 @@ def test_motion_takes_time_and_arrives(make_cell, clock, advance, kind, name):
 PATIENCE = 10  # looks at whether a motion is under way
 
 
-@pytest.mark.parametrize(("kind", "name"), MOVERS)
+@pytest.mark.parametrize(("kind", "name"), MOVERS + REAL_MOVERS)
 def test_stop_midway(make_cell, clock, advance, kind, name):
-    cell = make_cell(kind)
+    cell = make_cell(kind, only=[name])
     rest = place(cell, name)
     motion = start(cell, name)
     for _ in range(PATIENCE):
@@ -170,7 +183,7 @@ def test_stop_midway(make_cell, clock, advance, kind, name):
     motion.stop()
     assert motion.poll() is MotionState.STOPPED
     clock.time += 1.0
-    assert before < place(cell, name) <= before + 0.05**2 / (2 * 0.5) + LATE.get(kind, STEP.get(kind, 1e-9))
+    assert rest < before <= place(cell, name) <= before + 0.05**2 / (2 * 0.5) + LATE.get(kind, STEP.get(kind, 1e-9))
     rest = place(cell, name)
     clock.time += 1.0
     assert place(cell, name) == rest
@@ -195,9 +208,9 @@ OWNERSHIP = [
 
 
 @pytest.mark.parametrize(("events", "expected", "moving"), OWNERSHIP)
-@pytest.mark.parametrize(("kind", "name"), MOVERS)
+@pytest.mark.parametrize(("kind", "name"), MOVERS + REAL_MOVERS)
 def test_only_the_owner_of_the_current_motion_stops_it(make_cell, clock, kind, name, events, expected, moving):
-    cell = make_cell(kind)
+    cell = make_cell(kind, only=[name])
     motions = {"a": start(cell, name)}
     clock.time += 0.2
     for event in events:
@@ -270,9 +283,9 @@ def test_depth_is_limited_once_contact_is_known(make_cell):
 
 
 @pytest.mark.parametrize("speed", [0.0, -0.1, math.nan, math.inf])
-@pytest.mark.parametrize(("kind", "name"), MOVERS)
+@pytest.mark.parametrize(("kind", "name"), MOVERS + REAL_MOVERS)
 def test_a_speed_must_be_one(make_cell, kind, name, speed):
-    device = make_cell(kind).devices[name]
+    device = make_cell(kind, only=[name]).devices[name]
     with pytest.raises(InvalidInput, match="speed"):
         device.move(Pose() if name == "arm" else 0.06, speed=speed, owner="a")
 
@@ -306,9 +319,9 @@ def test_a_fault_of_the_device_stays_until_acknowledged(make_cell, monkeypatch, 
     sensor.zero()
 
 
-@pytest.mark.parametrize(("kind", "name"), MOVERS)
+@pytest.mark.parametrize(("kind", "name"), MOVERS + REAL_MOVERS)
 def test_a_mover_in_fault_refuses_to_move_but_stops(make_cell, monkeypatch, clock, kind, name):
-    cell = make_cell(kind)
+    cell = make_cell(kind, only=[name])
     device = cell.devices[name]
     motion = start(cell, name)
     clock.time += 0.2
@@ -340,9 +353,45 @@ def test_too_much_force_stops_the_arm(clock, advance):
     assert 0.043 < arm.pose(1.0).value.height < 0.05
 
 
+def test_too_much_force_on_an_arm_that_stands_is_a_fault_as_soon_as_it_is_read(make_cell, monkeypatch, advance):
+    cell = make_cell()
+    arm, wrench = cell.devices["arm"], cell.devices["arm"].driver.wrench
+    assert advance(start(cell, "arm")) is MotionState.DONE
+    monkeypatch.setattr(arm.driver, "wrench", lambda: replace(wrench(), value=Wrench((0.0, 0.0, 21.0))))
+    with pytest.raises(LimitExceeded, match="force 21 N is past the limit of the cell, at most 20 N"):
+        arm.wrench(1.0)
+    assert arm.state is DeviceState.FAULT
+    assert arm.wrench(1.0).value.magnitude == 21.0
+    with pytest.raises(NotReady):
+        start(cell, "arm", far=True)
+    monkeypatch.undo()
+    arm.acknowledge()
+    assert advance(start(cell, "arm", far=True)) is MotionState.DONE
+
+
 def test_drivers_document_themselves():
     for key in IMPLEMENTATIONS:
         cls = driver_class(*key)
         assert inspect.getdoc(cls)
         assert cls.Options.model_fields["type"].annotation.__args__ == (key[0],)
         assert cls.Options.model_fields["use"].annotation.__args__ == (key[1],)
+
+
+@pytest.mark.slow
+def test_a_cell_file_of_ones_own_is_held_to_all_of_this(own_hosts, librealsense, tmp_path):
+    """Stand-ins take the place of the hardware."""
+    host = next(own_hosts)
+    names = ("arm", "gripper", "force_sensor", "camera")
+    (tmp_path / "own.yaml").write_text(lab_cell(host, {name: {} for name in names}))
+    told = {CELL: str(tmp_path / "own.yaml"), MOVE: "arm gripper"}
+    with serving(["ur", "robotiq", "ati", "realsense"], Stage(), host=host, activated=True):
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-rs", __file__, "-k", "hardware-"],
+            env={**os.environ, **told},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    print(done.stdout)  # noqa: T201
+    assert done.returncode == 0, done.stdout
+    assert "skipped" not in done.stdout

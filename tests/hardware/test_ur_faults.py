@@ -21,7 +21,7 @@ from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 
 #: of the cell, so that faults come soon; a machine that is too busy for them makes faults of its own, after which a test goes on
-DEADLINES = {"watchdog": "2.5 Hz", "lost_after": "400 ms", "heartbeat": "500 ms"}
+DEADLINES = {"watchdog": "2.5 Hz", "lost_after": "400 ms", "heartbeat": "500 ms", "unwatched": "1 s"}
 
 # (fault, parameters, what the fault of the arm says)
 LOSSES = [
@@ -296,14 +296,71 @@ def test_the_depth_past_first_contact_is_watched_in_every_cycle(moving):
     assert arm.pose(1.0).value.height > 0.165
 
 
+def test_a_stop_that_would_take_longer_than_the_watchdog_waits_is_made_sooner(stand_in, live_cell):
+    behind, places = stand_in("ur")
+    soft = {**DEADLINES, "stop_acceleration": "0.05 m/s²"}
+    cell = open_cell(load_cell(live_cell("ur", "rtde", places["rtde"], **soft)), now=time.monotonic)
+    try:
+        arm = cell.devices["arm"]
+        motion = eventually(lambda: under_way(arm, behind))
+        motion.stop()
+        assert stands(behind)
+        assert not any("watchdog" in event for event in behind.state()["events"])
+        assert arm.pose(10.0).value.height > 0.11
+        assert arm.state is DeviceState.READY
+    finally:
+        cell.close()
+
+
+@pytest.mark.parametrize("limit", ["force", "depth"])
+def test_an_arm_that_stands_past_a_limit_is_in_fault_until_it_is_acknowledged(moving, limit):
+    cell, arm, _ = moving()
+    arm.stop()
+    assert stands(cell.stand_in)
+    eventually(lambda: arm.acknowledge() is None)  # what a busy machine made of it
+    if limit == "force":
+        cell.stand_in.inject("load", {"fz": 30.0})
+    else:
+        cell.hand.contact_height = arm.pose(10.0).value.height + 0.05
+    assert f"{limit} " in str(read_until_fault(arm))
+    cell.stand_in.clear()
+    cell.hand.contact_height = None
+    assert arm.state is DeviceState.FAULT
+    with pytest.raises(NotReady):
+        arm.move(Pose((0, 0, 0.2)), speed=0.1, owner="b")
+    assert stands(cell.stand_in)
+    goes_again(arm)
+
+
+def read_until_fault(arm):
+    """Read where the arm is until that raises a fault, and return it."""
+    end = time.monotonic() + LIMIT
+    while time.monotonic() < end:
+        try:
+            arm.pose(10.0)
+        except DeviceFault as fault:
+            return fault
+        time.sleep(0.01)
+    raise AssertionError("no fault comes")
+
+
+def test_a_motion_that_nobody_looks_at_is_stopped(moving):
+    cell, arm, motion = moving()
+    eventually(lambda: not cell.stand_in.state()["moving"])
+    assert "no tick looked at the motion" in str(fault_of(motion))
+    assert stands(cell.stand_in)
+    assert cell.stand_in.state()["height"] > 0.11
+    goes_again(arm)
+
+
 def test_a_force_at_opening_is_taken_as_zero(stand_in, live_cell, clock):
     behind, _ = stand_in("ur")
-    behind.inject("load", {"fx": 2.0, "fz": -5.0})
+    behind.inject("load", {"fx": 2.0, "fz": -25.0})
     cell = open_cell(load_cell(live_cell("ur", "rtde", behind.host, tare="true")), now=clock)
     try:
         arm = cell.devices["arm"]
         eventually(lambda: arm.wrench(1e9).value.magnitude < 1e-9)
-        behind.inject("load", {"fx": 2.0, "fz": 5.0})
+        behind.inject("load", {"fx": 2.0, "fz": -15.0})
         eventually(lambda: arm.wrench(1e9).value.force == pytest.approx((0.0, 0.0, 10.0)))
     finally:
         cell.close()

@@ -1,4 +1,4 @@
-"""Every fault of arm, gripper and force sensor in every phase of a task over their wires: see `wired_run.py`, which does the runs."""
+"""Every fault of arm, gripper, force sensor and camera in every phase of a task over their wires: see `wired_run.py`, which does the runs."""
 
 import json
 import os
@@ -22,6 +22,7 @@ HARMLESS = {
     *(("ur", fault) for fault in ("registers", "local", "loss", "wall")),
     *(("robotiq", fault) for fault in ("object", "unit", "late", "deaf")),
     *(("ati", fault) for fault in ("loss", "reorder", "repeat", "short", "slow", "drift")),
+    *(("realsense", fault) for fault in ("reorder", "exchange")),
 }
 #: seen only while the fingers move
 MOVING = {("robotiq", "stall")}
@@ -30,17 +31,24 @@ AT_ONCE = 3 * (os.cpu_count() or 1)
 LONGEST = 300.0
 
 
-def faults():
-    """Return every fault that ends a run: those of the stand-ins, and of the process that has the arm's client."""
-    named = [(device, fault) for device in ("ur", "robotiq", "ati") for fault in stand_in_class(device).FAULTS]
-    return [*(which for which in named if which not in HARMLESS), ("driver", "kill"), ("driver", "hang")]
+def faults(*devices):
+    """Return every fault of stand-ins that ends a run."""
+    named = [(device, fault) for device in devices for fault in stand_in_class(device).FAULTS]
+    return [which for which in named if which not in HARMLESS]
 
 
 def cases(phase):
     """Return what can go wrong in a phase; while only the fingers move, it is what the gripper does."""
-    for device, fault in faults():
+    for device, fault in [*faults("ur", "robotiq", "ati"), ("driver", "kill"), ("driver", "hang")]:
         if device == "robotiq" if phase == "set_stretch" else (device, fault) not in MOVING:
             yield {"phase": phase, "device": device, "fault": fault}
+
+
+def cases_of_camera(phase):
+    """Return what the camera can do in a phase; a strip that is torn is as bad as half of the image."""
+    for device, fault in [*faults("realsense"), ("camera driver", "kill"), ("camera driver", "hang")]:
+        yield {"phase": phase, "device": device.replace("realsense", "camera"), "fault": fault}
+    yield {"phase": phase, "device": "camera", "fault": "torn", "parameters": {"part": 0.3}}
 
 
 @pytest.fixture(scope="module")
@@ -98,10 +106,10 @@ def told(rows):
     for device, fault in dict.fromkeys((row["device"], row["fault"]) for row in rows):
         mine = [row for row in rows if (row["device"], row["fault"]) == (device, fault)]
         took = [row["took"] for row in mine if row["took"] is not None]
-        again = sum(row.get("begun", 1) - 1 for row in mine)
+        unasked = [reason for row in mine for reason in row.get("unasked", ())]
         if took:
             times = f"{statistics.median(took):6.3f} s, at most {max(took):6.3f} s"
-            print(f"{device:8s}{fault:16s}{len(mine):4d} runs, {times}, {again} again")  # noqa: T201
+            print(f"{device:14s}{fault:12s}{len(mine):4d} runs, {times}, {len(unasked)} again {unasked[-1:]}")  # noqa: T201
     return [(row["phase"], row["device"], row["fault"], row["problems"]) for row in rows if row["problems"]]
 
 
@@ -117,8 +125,19 @@ def test_every_fault_ends_the_run_and_nothing_moves_after_it(done, phase):
     assert len(rows) == len(asked)
 
 
+@pytest.mark.parametrize("phase", PHASES)
+def test_every_fault_of_the_camera_does_so_too(librealsense, done, phase):
+    asked = list(cases_of_camera(phase))
+    rows = done(asked)
+    assert told(rows) == []
+    assert len(rows) == len(asked)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("phase", PHASES)
-def test_every_fault_does_so_twenty_times(done, phase):
-    rows = done([case for _ in range(20) for case in cases(phase)])
+@pytest.mark.parametrize("kind", [cases, cases_of_camera])
+def test_every_fault_does_so_twenty_times(request, done, phase, kind):
+    if kind is cases_of_camera:
+        request.getfixturevalue("librealsense")
+    rows = done([case for _ in range(20) for case in kind(phase)])
     assert told(rows) == []

@@ -1,7 +1,8 @@
-"""Runs over the wires of arm, gripper and force sensor, each ended by one fault while one node moves something; a program of its own.
+"""Runs over the wires of arm, gripper, force sensor and camera, each ended by one fault while one node moves something; a program of its own.
 
-It reads one JSON object a line, `{"phase": ..., "device": ..., "fault": ...}`, does the run, and prints one JSON object: how long the
-run took to its end, with which status and reason, how often it was begun, and everything that was not as it should be.
+It reads one JSON object a line, `{"phase": ..., "device": ..., "fault": ...}` and where they are not those below `parameters`, does the
+run, and prints one JSON object: how long the run took to its end, with which status and reason, how often it was begun, and everything
+that was not as it should be.
 """
 
 import faulthandler
@@ -17,43 +18,34 @@ import traceback
 import warnings
 from pathlib import Path
 
+from album import Album, album
 from lab import lab_cell
 
 from stretch_bt import run
 from stretch_bt.errors import DeviceFault
-from stretch_bt.frames import DepthFrame, Pose
-from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.emulators.serve import serving
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.hand import Hand, HandGeometry
-from stretch_bt.hardware.implementations import IMPLEMENTATIONS
-from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.hardware.limits import Limits
-from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
-from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.run.onlooker import Onlooker
-from stretch_bt.simulation.camera.counts import counts
-from stretch_bt.simulation.camera.sensor import Shot
-from stretch_bt.simulation.scene import load_scene
 
 LAB = {"arm": {"watchdog": "2.5 Hz", "lost_after": "400 ms"}, "gripper": {}, "force_sensor": {}}
+#: where faults are not the camera's it is asked directly, which is quicker
 CAMERA = "  camera: {type: DepthCamera, use: album, rate: 50 Hz}\n"
-#: an object so high that the hand of the stand-in is soon there
-SCENE = """\
-format: stretch-scene/1
-fidelity: hertz
-object: {type: sphere, diameter: 20 mm, rigid: true, base: 175 mm}
-conditions: {stretch: 0 mm, depth: 8 mm, hold: 1 s, speed: 0 mm/s, frames: 8, presses: 15, travel: 0 mm}
-"""
 TREE = """\
 format: stretch-tree/1
 tick: 20 ms
 devices: {arm: Arm, gripper: Gripper, force_sensor: ForceSensor, camera: DepthCamera}
+keys: {frame: DepthFrame}
 trees:
   main:
     guard: {that: "arm.force < 15 N and force_sensor.force < 15 N and gripper.opening < 1 m", name: watched}
-    sequence: [STEPS]
+    parallel:
+      policy: success_on_one
+      children:
+        - sequence: [STEPS]
+        - WATCHED
 """
+#: a camera is watched by who looks at it; the others by the guard
+WATCHED = {True: "repeat: {times: 1000, do: {capture: {frame: $frame}}}", False: "wait: {duration: 60 s}"}
 #: what each node is told where the fault comes in it, and where it only leads there
 STEPS = {
     "set_stretch": ("{stretch: 30 mm, speed: 20 mm/s}", None),
@@ -75,7 +67,12 @@ PARAMETERS = {
     ("ati", "load"): {"fz": 20.0},
     ("robotiq", "slow"): {"delay": 0.6},
     ("robotiq", "garbage"): {"bytes": 400},
+    ("camera", "slow"): {"rate": 0.5},
+    ("camera", "late"): {"delay": 2.0},
+    ("camera", "loss"): {"part": 1.0},
 }
+#: modules of the processes of drivers that are ended
+DRIVERS = {"driver": "stretch_bt.hardware.ur.process", "camera driver": "stretch_bt.hardware.realsense.process"}
 #: what ends a run otherwise than as a fault: the tree's own guard
 STATED = {("ati", "load"): "FAILURE"}
 #: how often a run may be begun again that this machine was too busy for, so that it ended before its fault
@@ -86,43 +83,6 @@ UNTOLD = {("robotiq", fault) for fault in ("drop", "freeze", "slow", "corrupt", 
 HANGS = 200.0
 #: how fast the arm goes, m/s, where a phase is taken for under way
 UNDER_WAY = 0.004
-#: pictures of one pose that differ by their noise
-ALIKE = 16
-
-
-class Album(SimulatedCamera):
-    """Sees a twin of its own, pressed as deep as the hand of the stand-in is low; each picture is taken once, to a quarter of a millimetre."""
-
-    class Options(_Options):
-        use: str
-
-    simulated = False
-    stand_in = None
-    _twin, _pictures = None, {}
-
-    def __init__(self, name, options, bench):
-        seen = type(bench)(bench.now, 0, bench.root, bench.hand, bench.limits)
-        seen.__dict__["twin"] = type(self)._twin = type(self)._twin or twin()
-        super().__init__(name, options, seen)
-
-    def _expose(self, number):
-        pose, time_ = self.stand_in.hand(), number / self.options.rate
-        key = round(4e3 * pose.height) / 4e3, number % ALIKE
-        if key not in self._pictures:
-            there = pose.at_height(key[0])
-            exposure = self._sensor.expose(Shot(time_, key[1], there, 0.0, self._twin.world.contact(there, 0.0)))
-            self._pictures[key] = counts(exposure), exposure.unit
-        raw, unit = self._pictures[key]
-        frame = DepthFrame(raw, unit, self.intrinsics, time_, number, plane_distance=HandGeometry().plane_distance)
-        return Reading(frame, time_, time_, number)
-
-
-def twin():
-    """The twin that is looked at; nothing moves in it."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "high.yaml"
-        path.write_text(SCENE)
-        return Twin(load_scene(path), HandGeometry(), lambda: 0.0, 0)
 
 
 class Followed(Onlooker):
@@ -149,26 +109,29 @@ def steps(phase):
     return ", ".join([*led, f"{{{phase}: {STEPS[phase][0]}}}", LATER])
 
 
-def trial(phase, device, fault, hosts):
+def trial(phase, device, fault, hosts, parameters=None):
     """Do a run until one was ended by its fault, and return what came of it."""
     unasked = []
+    which, parameters = (device, fault), parameters or PARAMETERS.get((device, fault))
     for k in range(AGAIN):
         with tempfile.TemporaryDirectory() as folder:
-            row = attempt(phase, device, fault, next(hosts), Path(folder))
+            row = attempt(phase, which, parameters, next(hosts), Path(folder))
         if row["took"] is not None or row["problems"]:
             return {**row, "begun": k + 1, "unasked": unasked}
         unasked.append(row["reason"])
     return {**row, "begun": AGAIN, "unasked": unasked, "problems": ["it always ended before the fault"]}
 
 
-def attempt(phase, device, fault, host, folder):
-    (folder / "tree.yaml").write_text(TREE.replace("STEPS", steps(phase)))
-    (folder / "wired.yaml").write_text(lab_cell(host, LAB) + CAMERA)
+def attempt(phase, which, parameters, host, folder):
+    wired = which[0].startswith("camera")
+    names = ["ur", "robotiq", "ati", *(["album"] if wired else [])]
+    (folder / "tree.yaml").write_text(TREE.replace("STEPS", steps(phase)).replace("WATCHED", WATCHED[wired]))
+    (folder / "wired.yaml").write_text(lab_cell(host, {**LAB, "camera": {}}) if wired else lab_cell(host, LAB) + CAMERA)
     injected, over, followed = [], threading.Event(), Followed()
-    with serving(["ur", "robotiq", "ati"], Stage(), host=host, activated=True) as servers:
-        behind = servers.stand_ins
-        Album.stand_in = behind["ur"]
-        harm = threading.Thread(target=harmed, args=(behind, followed, phase, (device, fault), injected, over))
+    with serving(names, Stage(), host=host, activated=True) as servers:
+        behind = {**servers.stand_ins, "camera": servers.stand_ins.get("album")}
+        Album.hand = behind["ur"].hand
+        harm = threading.Thread(target=harmed, args=(behind, followed, phase, (*which, parameters), injected, over))
         harm.start()
         try:
             result = run(folder / "tree.yaml", cell=folder / "wired.yaml", out=folder / "record", watch=followed.watch)
@@ -183,7 +146,7 @@ def attempt(phase, device, fault, host, folder):
         row = {"status": result.status, "reason": result.reason, "took": None, "problems": []}
         if injected:
             row["took"] = ended - injected[0]
-            row["problems"] = list(problems(result, folder / "record", behind, (device, fault)))
+            row["problems"] = list(problems(result, folder / "record", behind, which))
         return row
 
 
@@ -193,11 +156,11 @@ def harmed(behind, followed, phase, which, injected, over):
         time.sleep(0.005)
     if over.is_set():
         return
-    device, fault = which
-    if device == "driver":
-        os.kill(int(children()[0]), signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
+    device, fault, parameters = which
+    if device in DRIVERS:
+        os.kill(int(children(DRIVERS[device])[0]), signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
     else:
-        behind[device].inject(fault, PARAMETERS.get(which))
+        behind[device].inject(fault, parameters)
     injected.append(time.monotonic())
 
 
@@ -235,8 +198,8 @@ def eventually(ask):
     return answer
 
 
-def children():
-    """Return the processes of arms that this one began and that are left."""
+def children(module="stretch_bt.hardware"):
+    """Return the processes of drivers that this one began and that are left."""
     found = []
     for entry in Path("/proc").iterdir():
         try:
@@ -244,24 +207,16 @@ def children():
             command = (entry / "cmdline").read_bytes() if fields and int(fields[1]) == os.getpid() else b""
         except OSError:  # it ended meanwhile
             continue
-        if b"stretch_bt.hardware.ur.process" in command:
+        if module.encode() in command:
             found.append(entry.name)
     return found
-
-
-def warm_up():
-    """Take the first pictures, for which code is compiled."""
-    Album.stand_in = type("There", (), {"hand": lambda self: Pose((0.0, 0.0, 0.19))})()
-    options = Album.Options(type="DepthCamera", use="album", rate="50 Hz")
-    Album("camera", options, Bench(lambda: 0.0, 0, Path(), Hand(), Limits())).frame()
 
 
 def main():
     warnings.simplefilter("error")
     broken = []
     threading.excepthook = lambda args: broken.append(f"a thread broke: {args.exc_type.__name__}: {args.exc_value}")
-    IMPLEMENTATIONS["DepthCamera", "album"] = f"{__name__}:Album"
-    warm_up()
+    album(lambda: 0.0, 50).frame()  # for the first picture code is compiled
     pid = os.getpid()
     hosts = (f"127.{101 + pid % 150}.{pid // 150 % 250}.{1 + k % 250}" for k in itertools.count())
     for line in sys.stdin:

@@ -2,6 +2,7 @@
 
 import math
 import re
+import signal
 import time
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from stretch_bt.hardware.emulators.serve import serving
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.implementations import IMPLEMENTATIONS
+from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.hand_eye import view_of_hand
@@ -159,7 +161,7 @@ def test_nothing_moves_without_a_word_and_a_fault_on_the_way_stops_the_fingers(w
     assert not (tmp_path / "no.yaml").exists()
 
 
-@pytest.mark.parametrize("fault", [None, "drop"])
+@pytest.mark.parametrize("fault", [None, "drop", "another interrupt"])
 def test_an_interrupt_on_the_way_stops_the_fingers_or_says_that_they_go_on_and_writes_nothing(
     wired, tmp_path, monkeypatch, fault
 ):
@@ -169,16 +171,24 @@ def test_an_interrupt_on_the_way_stops_the_fingers_or_says_that_they_go_on_and_w
         wait(clock, deadline)
         if not interrupts and wired.gripper.state()["opening"] > begin + 0.002:
             interrupts.append(deadline)
-            if fault:
+            if fault == "drop":
                 wired.gripper.inject(fault)
             raise KeyboardInterrupt
 
+    def interrupted_too(driver):
+        signal.raise_signal(signal.SIGINT)
+        stop(driver)
+
+    stop = RobotiqDriver.stop
     monkeypatch.setattr(RealClock, "wait_until", interrupted)
-    done = CliRunner().invoke(app, ["calibrate-hand", str(wired()), "--out", str(tmp_path / "hand.yaml"), "--yes"])
+    if fault == "another interrupt":
+        monkeypatch.setattr(RobotiqDriver, "stop", interrupted_too)
+    told = str(wired(f"{NEARLY}, slowest: 10 mm/s"))  # so that the fingers are sent to the next opening rather than led
+    done = CliRunner().invoke(app, ["calibrate-hand", told, "--out", str(tmp_path / "hand.yaml"), "--yes"])
     assert (len(interrupts), done.exit_code) == (1, 130), (done.output, done.exception)
-    assert ("cannot be told to stop" in done.output) == bool(fault)
+    assert ("cannot be told to stop" in done.output) == (fault == "drop")
     assert not (tmp_path / "hand.yaml").exists()
-    if fault:
+    if fault == "drop":
         return
     time.sleep(0.1)  # it brakes
     stood = wired.gripper.state()["opening"]
@@ -209,9 +219,11 @@ def test_a_cell_without_what_is_needed_is_refused_before_anybody_is_asked(tmp_pa
     assert f"with one {'Gripper' if kind == 'gripper' else 'DepthCamera'}, and the cell has 0" in str(done.exception)
 
 
-def test_a_membrane_that_touches_something_is_refused(tmp_path):
+@pytest.mark.parametrize("height", ["55 mm", "52 mm", "48 mm"])
+def test_a_membrane_that_touches_something_is_refused(tmp_path, height):
+    """The object's top is at 60 mm."""
     cell_file = tmp_path / "low.yaml"
-    cell_file.write_text(Path(load_cell("simulated").path).read_text().replace("height: 120 mm", "height: 52 mm"))
+    cell_file.write_text(Path(load_cell("simulated").path).read_text().replace("height: 120 mm", f"height: {height}"))
     clock = VirtualClock()
     cell = open_cell(load_cell(cell_file), now=clock.now, scene=load_scene(scene(tmp_path, 0)[0]))
     clock.wait_until(0.1)
@@ -219,6 +231,17 @@ def test_a_membrane_that_touches_something_is_refused(tmp_path):
     cell.close()
     with pytest.raises(IllConditioned, match="touches something"):
         view_of_hand(frame, 0.2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_error_of_the_camera_over_the_whole_membrane_is_no_touch_and_does_not_move_its_axis(seed):
+    clock = VirtualClock()
+    cell = open_cell(load_cell("simulated"), now=clock.now, seed=seed, scene=load_scene("water_balloon"))
+    found = calibrate_hand(cell, clock, frames=4)
+    cell.close()
+    for axis in (found.camera["aim_x"], found.camera["aim_y"]):
+        assert abs(axis) < 3 * axis.sd < 0.5e-3
+    assert abs(found.camera["distance"] - 0.2) < 3 * found.camera["distance"].sd
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -234,9 +257,28 @@ def test_a_camera_that_stands_and_looks_aside_places_points_where_they_are(seed)
     np.testing.assert_allclose(to_world(seen, geometry.seen_from(pose)), to_world(points, pose), atol=1e-12)
 
 
-def test_mistakes_in_the_file_of_a_hand_are_told(wired, tmp_path):
-    with pytest.raises(CellError, match="file-missing"):
-        load_cell(wired("", "hand: {calibration: nowhere.yaml}"))
+# (what is named, what is in hand.yaml, the only mistake that is told: file, line, code)
+MISTAKEN = [
+    ("nowhere.yaml", "", ("wired.yaml", "file-missing")),
+    ("folder", "", ("wired.yaml", "file-folder")),
+    (".", "", ("wired.yaml", "file-folder")),
+    ("hand.yaml", "format: stretch-cell/1\ndevices: {}\n", ("hand.yaml", "format-unknown")),
+    ("hand.yaml", "source: me\n", ("hand.yaml", "format-unknown")),
+    ("hand.yaml", "format: [\n", ("hand.yaml", "yaml-syntax")),
+]
+
+
+@pytest.mark.parametrize(("named", "text", "told"), MISTAKEN)
+def test_a_file_that_is_no_hand_is_told_once_where_it_is_wrong(tmp_path, named, text, told):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "hand.yaml").write_text(text)
+    cell = Path(load_cell("simulated").path).read_text().partition("\nhand:")[0] + f"\nhand: {{calibration: {named}}}\n"
+    (tmp_path / "wired.yaml").write_text(cell)
+    [found] = check(tmp_path / "wired.yaml")
+    assert (found.file, found.code) == (str(tmp_path / told[0]), told[1])
+
+
+def test_mistakes_in_the_file_of_a_hand_have_its_places(wired, tmp_path):
     (tmp_path / "hand.yaml").write_text("format: stretch-hand/1\nsource: me\ncamera: {x: 3}\n")
-    with pytest.raises(CellError, match=r"hand\.yaml:3:\d+ error"):
+    with pytest.raises(CellError, match=rf"{tmp_path}/hand\.yaml:3:\d+ error"):
         load_cell(wired("", "hand: {calibration: hand.yaml}"))

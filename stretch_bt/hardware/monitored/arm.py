@@ -17,9 +17,10 @@ _FORCE_AGE = 0.5
 
 
 class MonitoredArm(Mover[ArmDriver]):
-    """An arm that goes nowhere outside the limits, and stops when it feels more force than they allow."""
+    """An arm that goes nowhere outside the limits, and stops when it feels more force than they allow, also where it stands."""
 
     readings: ClassVar[Mapping[str, Any]] = Arm.readings
+    _was_moved = False
 
     def move(self, target: Pose, *, speed: float, owner: str) -> Motion:
         """Move in a straight line at `speed`, m/s."""
@@ -36,8 +37,17 @@ class MonitoredArm(Mover[ArmDriver]):
         return self.read("pose", self.driver.pose, max_age)
 
     def wrench(self, max_age: float) -> Reading[Wrench]:
-        """Return the arm's own estimate of the contact wrench, at most `max_age` s old."""
-        return self.read("wrench", self.driver.wrench, max_age)
+        """Return the arm's own estimate of the contact wrench, at most `max_age` s old.
+
+        Raises
+        ------
+        LimitExceeded
+            Once: an arm that was moved feels more than the cell allows where it stands now, which is a fault that stays.
+        """
+        reading = self.read("wrench", self.driver.wrench, max_age)
+        if self._was_moved and self.fault is None:
+            self._check_force(reading.value)
+        return reading
 
     def guard(self) -> None:
         """Stop the arm, with a fault that stays, when it feels more force than the cell allows, or feels nothing."""
@@ -45,8 +55,11 @@ class MonitoredArm(Mover[ArmDriver]):
             reading = self.driver.wrench()
         if self.watch.now() - reading.host_time > _FORCE_AGE:
             self.halt(StaleReading(self.name, f"the arm moved without a force reading for {_FORCE_AGE} s"))
+        self._check_force(reading.value)
+
+    def _check_force(self, wrench: Wrench) -> None:
         try:
-            self.watch.limits.check_force(self.name, reading.value.magnitude)
+            self.watch.limits.check_force(self.name, wrench.magnitude)
         except LimitExceeded as fault:
             self.halt(fault)
 
@@ -61,6 +74,7 @@ class MonitoredArm(Mover[ArmDriver]):
             raise self.refuse(fault) from None
         self.take_over()
         self.command(name, arguments, owner)
+        self._was_moved = True
         with self.faults():
             poll = self.driver.follow(path, arguments["speed"])
         return self.own(poll, owner)

@@ -18,6 +18,8 @@ _BANDS, _ENOUGH = 16, 32
 _ANEW, _BACK = 10, 1.0
 #: by how much a camera's clock may run differently from this machine's, and how far it may be ahead at once, s
 _DRIFT, _JUMP = 2e-4, 0.5
+#: how long after the first frame, s, the quickest of all may still come, where the first ones were held up
+_YOUNG = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +79,9 @@ class Judge:
         self._seen: Counts | None = None
         self._older = 0
         self._floor: tuple[float, float] | None = None
+        self._began = began
+        #: when the first frame came
+        self._opened: float | None = None
 
     def silent(self, now: float) -> float:
         """Return how long no good frame came, s."""
@@ -149,10 +154,16 @@ class Judge:
         if self._floor is None:
             self._floor = (way, shot.arrived)
         least = self._floor[0] + _DRIFT * (shot.arrived - self._floor[1])
-        if way < least - _JUMP:
+        if way < least - _JUMP - self._held(shot.arrived):
             self._note(f"its clock jumped ahead by {least - way:.3g} s")
         self._floor = (min(least, way), shot.arrived)
         return way - self._floor[0]
+
+    def _held(self, now: float) -> float:
+        """Return for how long the first frames may have been held up, as on a busy machine, while those that were not may yet come."""
+        if self._opened is None:
+            self._opened = now
+        return self._opened - self._began if now - self._opened < _YOUNG else 0.0
 
 
 def _bands(image: Counts) -> list[Counts]:

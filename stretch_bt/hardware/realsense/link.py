@@ -31,6 +31,8 @@ _LARGEST = 2 * 4096 * 4096
 _TURN = 0.05
 #: how long the process may take to connect and to bring a first frame; be silent itself; be without a frame before it is begun anew; end, s
 _OPENING, _MUTE, _ANEW, _ENDING = 12.0, 1.5, 3.0, 3.0
+#: silent for longer, s, it is not waited for at the end
+_LIVELY = 0.3
 
 
 @dataclass(frozen=True)
@@ -128,10 +130,11 @@ class CameraLink:
         return self._state
 
     def close(self) -> None:
-        """End the process, which has a moment to end a recording of what came; may be called more than once."""
+        """End the process, which has a moment to end a recording of what came, unless it hangs; may be called more than once."""
         child, self._child = self._child, None
         if child is not None:
-            child.end(_ENDING if self._latest is not None else 0.0)
+            lively = time.monotonic() - self._heard < _LIVELY or select.select([child.channel], [], [], 0.0)[0]
+            child.end(_ENDING if self._latest is not None and lively else 0.0)
         memory, self._memory = self._memory, None
         if memory is not None:
             memory.close()

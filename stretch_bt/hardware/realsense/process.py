@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from stretch_bt.hardware.channel import Channel, ChannelClosed
+from stretch_bt.hardware.priority import raise_priority
 from stretch_bt.hardware.realsense.judge import Judge, Shot
 from stretch_bt.hardware.realsense.settings import Settings
 from stretch_bt.hardware.realsense.sources import open_source
@@ -111,6 +112,7 @@ class _Keeper:
 def main(descriptor: int, memory: int) -> NoReturn:
     """Keep a camera for the process at the other end of a socket; ends without the library's destructors, which may hang."""
     channel = Channel(socket.socket(fileno=descriptor))
+    raise_priority()
     keeper = None
     try:
         signal.setitimer(signal.ITIMER_REAL, _CONNECTING)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady
 from stretch_bt.hardware.attendant import Attendant, Sample
 from stretch_bt.hardware.driver import GripperDriver, Poll
-from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
 from stretch_bt.hardware.robotiq.registers import Stage, Status, fault_of
 from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
@@ -32,6 +32,7 @@ class RobotiqDriver(GripperDriver, ABC):
     _astray = False
     _known: Status | None = None
     _event: DeviceFault | None = None
+    _watched = 0.0
 
     @abstractmethod
     def _wire(self) -> GripperWire:
@@ -188,7 +189,7 @@ class RobotiqDriver(GripperDriver, ABC):
             if self._astray or time.monotonic() > due:
                 raise DeviceLost(self.name, "the command came too late to be begun")
             task.begin(wire)
-            self._task = task
+            self._task, self._watched = task, time.monotonic()
             return task
 
         try:
@@ -198,6 +199,7 @@ class RobotiqDriver(GripperDriver, ABC):
             raise
 
         def poll() -> MotionState:
+            self._watched = time.monotonic()
             attendant.latest()
             if task.fault is not None:
                 self._event = None  # it is told here
@@ -215,6 +217,10 @@ class RobotiqDriver(GripperDriver, ABC):
         self._known = status
         if task is not None and not task.over:
             task.after(wire, status, sample.time)
+            unwatched = time.monotonic() - self._watched
+            if not task.over and unwatched > self.bench.limits.unwatched:
+                self._event = task.fault = DeviceFault(self.name, UNWATCHED.format(unwatched))
+                _hold(wire)
 
     def _news(self, status: Status) -> DeviceFault | None:
         """Return what went wrong between the status before and this one."""

@@ -46,9 +46,7 @@ class UrArm(ArmDriver):
         """Connect, and make ready to move; moves nothing, and refuses a controller that runs another program or is stopped."""
         self.open_to_read()
         try:
-            self._engage(self._opened(), unlock=False)
-            if self.options.tare:
-                self._tare(self._opened())
+            self._engage(self._opened(), unlock=False, tare=self.options.tare)
         except BaseException:
             self.close()
             raise
@@ -93,7 +91,7 @@ class UrArm(ArmDriver):
         supervisor.acknowledge()
         state = supervisor.latest().value
         if not state.engaged or state.fault is not None:
-            self._engage(supervisor, unlock=True)
+            self._engage(supervisor, unlock=True, tare=False)
         self._told = None
 
     def follow(self, path: Sequence[Pose], speed: float) -> Poll:
@@ -121,6 +119,7 @@ class UrArm(ArmDriver):
         self._moving = number
 
         def poll() -> MotionState:
+            supervisor.watch()
             now = self._checked(supervisor).value
             if now.motion != number:
                 if time.monotonic() > due:
@@ -167,7 +166,7 @@ class UrArm(ArmDriver):
             self._told = None
         return sample
 
-    def _engage(self, supervisor: Supervisor, *, unlock: bool) -> None:
+    def _engage(self, supervisor: Supervisor, *, unlock: bool, tare: bool) -> None:
         reason = supervisor.engage(_ENGAGING, again=self._was_ready, unlock=unlock)
         if reason is not None:
             raise DeviceFault(self.name, reason)
@@ -177,6 +176,14 @@ class UrArm(ArmDriver):
                 raise DeviceFault(self.name, state.fault or "it did not become ready")
             time.sleep(0.005)
         self._was_ready = True
+        if tare:
+            self._tare(supervisor)
+        try:
+            supervisor.send(
+                {"do": "guard"}
+            )  # from now on, because a force is compared with its limit once its zero is known
+        except ChannelClosed as error:
+            raise DeviceLost(self.name, f"the connection broke ({error})") from error
 
     def _tare(self, supervisor: Supervisor) -> None:
         samples, end = [], time.monotonic() + _TARE_OVER

@@ -67,7 +67,9 @@ class UrOptions(Options):
     tare: bool = Field(default=False, description="take the force at opening as zero; the hand must touch nothing then")
     rate: _Rate = Field(default=125.0, description="of reading, checking and leading the hand")
     acceleration: _Acceleration = Field(default=0.5, description="at the begin and the end of each motion")
-    stop_acceleration: _Acceleration = Field(default=2.0, description="of stopping before the end")
+    stop_acceleration: _Acceleration = Field(
+        default=2.0, description="of stopping before the end; more where the watchdog would not wait"
+    )
     lookahead: Annotated[Time, Within(0.03, 0.2, "Time")] = Field(default=0.05, description="of the controller's servo")
     gain: Annotated[float, Within(100.0, 2000.0)] = Field(default=300.0, description="of the controller's servo")
     joint_speed: Annotated[AngularSpeed, Within(0.01, math.pi, "AngularSpeed")] = Field(
@@ -109,6 +111,7 @@ class UrOptions(Options):
             speed=limits.speed,
             depth=limits.depth,
             force=limits.force,
+            unwatched=limits.unwatched,
         )
 
 

@@ -20,7 +20,8 @@ import numpy as np
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
-from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.interfaces import UNWATCHED, MotionState
+from stretch_bt.hardware.priority import raise_priority
 from stretch_bt.hardware.transforms import Array, inverse, pose_of, six, transform, transform_of
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.kinematics import MODELS
@@ -32,8 +33,6 @@ __all__ = ["main"]
 
 #: how long one cycle, connecting, and making ready may take before the process is ended, s
 _STUCK, _CONNECTING, _ENGAGING = 2.0, 4.0, 10.0
-#: above that of everything else that does not ask for more
-_PRIORITY = -10
 #: a cycle that is later than this, s, was not given its time by the machine
 _LATE = 0.05
 #: how many cycles a setpoint may be ahead of the one before
@@ -53,7 +52,7 @@ class _Keeper:
         self._mount, self._correction = transform(settings.hand), np.eye(4)
         self._zero = np.zeros(6)
         self._session = Session(settings)
-        self._beat = self._new = time.monotonic()
+        self._beat = self._new = self._watched = time.monotonic()
         self._stamp = -math.inf
         self._number = 0
         self._contact_height: float | None = None
@@ -62,7 +61,7 @@ class _Keeper:
         self._touched: float | None = None
         self._motion, self._motion_state = 0, "done"
         self._fault: str | None = None
-        self._engaged = False
+        self._engaged = self._guarded = False
         self._braking: threading.Thread | None = None
 
     def run(self) -> None:
@@ -74,6 +73,7 @@ class _Keeper:
             if late > _LATE:  # this process did not run: nobody was silent towards it
                 self._new += late
                 self._beat += late
+                self._watched += late
             self._listen()
             if self._read():
                 self._look()
@@ -114,10 +114,13 @@ class _Keeper:
         match message.get("do"):
             case "beat":
                 self._contact_height = message["contact_height"]
+                self._watched = max(self._watched, message["watched"])
             case "engage":
                 self._engage(message)
             case "zero":
                 self._zero = np.array(message["wrench"])
+            case "guard":
+                self._guarded = self._engaged
             case "follow":
                 self._follow(message)
             case "stop":
@@ -139,7 +142,7 @@ class _Keeper:
             self._session.engage(again=message["again"], unlock=message["unlock"])
         except Refused as refused:
             reason = str(refused)
-        self._engaged = reason is None
+        self._engaged, self._guarded = reason is None, False
         self._fault = reason and safety_stop(self._session.receive.getSafetyStatusBits())
         self._beat = time.monotonic()
         self._channel.send({"say": "engaged", "number": message["number"], "reason": reason})
@@ -156,7 +159,7 @@ class _Keeper:
         poses = [Pose(tuple(six[:3]), tuple(six[3:])) for six in message["path"]]
         s = self._settings
         self._ride = Ride([self._place(), *poses], message["speed"], s.acceleration, s.tolerance)
-        self._taken = time.monotonic()
+        self._taken = self._watched = time.monotonic()
         self._touched = self._force()
 
     def _stop(self, state: MotionState) -> None:
@@ -200,17 +203,25 @@ class _Keeper:
         if reason is None and self._engaged and not self._session.program_runs:
             reason = "the control script ended: it was stopped at the pendant, by its watchdog or by an error; acknowledge to run it again"
         if reason is None and self._ride is not None:
-            reason = self._checked()
+            reason = self._neglected()
+        if reason is None and self._guarded:
+            reason = self._passed()
         if reason is not None:
             self._fail(reason)
         elif self._ride is not None:
             self._lead(self._ride)
 
-    def _checked(self) -> str | None:
-        """Return which limit is passed, or that the run is silent."""
-        silent = time.monotonic() - self._beat
-        if silent > self._settings.heartbeat:
+    def _neglected(self) -> str | None:
+        """Return that the run is silent, or hangs."""
+        now = time.monotonic()
+        if (silent := now - self._beat) > self._settings.heartbeat:
             return f"the run gave no sign of life for {silent:.2g} s"
+        if (unwatched := now - self._watched) > self._settings.unwatched:
+            return UNWATCHED.format(unwatched)
+        return None
+
+    def _passed(self) -> str | None:
+        """Return which limit is passed, by an arm that moves or stands."""
         speed = math.hypot(*self._session.receive.getActualTCPSpeed()[:3])
         return beyond(self._settings, self._place().position, speed, self._force(), self._contact_height)
 
@@ -234,7 +245,7 @@ class _Keeper:
     def _fail(self, reason: str) -> None:
         """Keep the first fault until it is acknowledged; whatever moves comes to rest."""
         self._stop(MotionState.STOPPED)
-        self._engaged = False
+        self._engaged = self._guarded = False
         self._fault = self._fault or reason
 
     def _place(self) -> Pose:
@@ -279,8 +290,7 @@ def main(descriptor: int) -> NoReturn:
     """Keep an arm for the process at the other end of a socket; ends without the clients' destructors, which may hang or abort."""
     channel = Channel(socket.socket(fileno=descriptor))
     keeper = None
-    with suppress(OSError):  # where this user may: it does little, and what it watches does not wait
-        os.setpriority(os.PRIO_PROCESS, 0, _PRIORITY)
+    raise_priority()  # it does little, and what it watches does not wait
     try:
         signal.setitimer(signal.ITIMER_REAL, _CONNECTING)
         first, *others = channel.first()

@@ -21,6 +21,7 @@ __all__ = ["Refused", "Session"]
 _VARIABLES = [
     "timestamp",
     "actual_q",
+    "actual_qd",
     "actual_TCP_pose",
     "actual_TCP_speed",
     "actual_TCP_force",
@@ -31,6 +32,8 @@ _VARIABLES = [
 _RUNNING = 7
 _PROGRAM = 1 << 1
 _STARTING, _SETTLING = 3.0, 1.0
+#: how many times as soon as the watchdog the arm stands: nothing feeds it while the client waits for that
+_SOONER = 1.5
 #: how far the tool may be from where nominal kinematics have it, m; a robot's own calibration is millimetres
 _UNLIKE = 0.02
 
@@ -94,9 +97,10 @@ class Session:
         return bool(self._control.servoL(target, 0.0, 0.0, 1 / s.rate, s.lookahead, s.gain))
 
     def brake(self) -> None:
-        """Come to rest."""
+        """Come to rest, before the watchdog takes the silence for a loss."""
         if self._control is not None and self.program_runs:
-            self._control.servoStop(self._settings.stop_acceleration)
+            fastest = max(map(abs, self.receive.getActualQd()))
+            self._control.servoStop(max(self._settings.stop_acceleration, _SOONER * fastest * self._settings.watchdog))
 
     def kick(self) -> None:
         """Feed the watchdog."""

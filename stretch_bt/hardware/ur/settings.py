@@ -39,6 +39,8 @@ class Settings:
     speed: float
     depth: float
     force: float
+    #: how long a motion goes on that no tick looks at, s
+    unwatched: float
 
     def to_message(self) -> dict[str, Any]:
         """Return the fields for a message."""

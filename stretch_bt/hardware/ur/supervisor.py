@@ -47,6 +47,7 @@ class Supervisor(Latched):
     ) -> None:
         super().__init__(name)
         self._settings, self._now, self._contact_height = settings, now, contact_height
+        self._watched = 0.0
         self._ending = threading.Event()
         self._started = threading.Event()
         self._lock = threading.Lock()
@@ -103,6 +104,10 @@ class Supervisor(Latched):
         self._tell_loss()
         assert self._sample is not None
         return self._sample
+
+    def watch(self) -> None:
+        """Take note that whoever leads the arm looks at its motion now."""
+        self._watched = time.monotonic()
 
     def keep_zero(self, wrench: tuple[float, ...]) -> None:
         """Take a wrench off all that follow, also of a process that is begun later."""
@@ -183,7 +188,7 @@ class Supervisor(Latched):
             if now >= beat:
                 beat = now + _BEAT
                 with suppress(ChannelClosed):  # what it said before it ended is read first
-                    self.send({"do": "beat", "contact_height": self._contact_height()})
+                    self.send({"do": "beat", "contact_height": self._contact_height(), "watched": self._watched})
             if select.select([channel], [], [], _BEAT)[0]:
                 for message in channel.drain():
                     self._take(message)
