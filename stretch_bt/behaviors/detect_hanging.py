@@ -15,7 +15,7 @@ class DetectHanging(Behavior):
     """Tell whether what sticks to the raised membrane pulls it down: its lowest place against where it hung before the first touch.
 
     It takes a frame at the stretch of `approach`, with the camera's static error taken off; FAILURE where `approach` learned none.
-    A lump of 20 g pulls a slack membrane down by about a millimetre, one stretched by 80 mm by a third of that.
+    A lump of 20 g pulls a slack membrane of the shipped hand down by 3 mm, one stretched by 80 mm by 1 mm.
     """
 
     kind = "perception"
