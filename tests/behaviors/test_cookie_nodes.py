@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from stretch_bt import check
-from stretch_bt.frames import Pose, Wrench
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.perception import FreeView, Pattern
 from stretch_bt.perception.types import Contact
 from stretch_bt.run.context import RunContext
 from stretch_bt.testing import ScriptedDevice
@@ -194,3 +195,22 @@ def test_the_hand_goes_over_what_it_touched():
     assert path[1] == pytest.approx((0.05 + 0.004, 0.02 - 0.007, 0.03), abs=1e-4), (
         "y of the membrane is against the hand's"
     )
+
+
+@pytest.mark.parametrize(
+    ("pulled", "least", "hanging"), [(0.0, 0.4e-3, False), (1e-3, 0.4e-3, True), (1e-3, 2e-3, False)]
+)
+def test_what_hangs_at_the_membrane_is_told_from_how_it_hung_before(pulled, least, hanging):
+    lens, view = Intrinsics(475.0, 475.0, 100.0, 110.0, 200, 220), FreeView()
+    for number in range(30):
+        view.add(DepthFrame(np.full((220, 200), 1600, np.uint16), 1.25e-4, lens, number / 30, number, 0.2, stretch=0.0))
+    view.settle()
+    lower = DepthFrame(np.full((220, 200), round((0.2 + pulled) / 1.25e-4), np.uint16), 1.25e-4, lens, 2.0, 60, 0.2)
+    made = node("detect_hanging", frame=lower, least=least)
+    assert tick(made) is Status.FAILURE
+    assert "approach an object first" in made.reason
+    made = node("detect_hanging", frame=lower, least=least)
+    made.context.memory[Pattern] = view.pattern(0.1)
+    assert tick(made) is Status.SUCCESS, made.reason
+    assert told(made, "hanging") == hanging
+    assert told(made, "pulled") == pytest.approx(pulled, abs=0.35e-3)
