@@ -1,6 +1,7 @@
 """Nodes that shape dough, one by one."""
 
 import math
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -195,6 +196,17 @@ def test_the_hand_goes_over_what_it_touched():
     assert path[1] == pytest.approx((0.05 + 0.004, 0.02 - 0.007, 0.03), abs=1e-4), (
         "y of the membrane is against the hand's"
     )
+
+
+def test_a_lower_patch_that_looks_touched_does_not_draw_the_hand_aside():
+    device = arm(motion=[MotionState.DONE], pose=Pose((0.0, 0.0, 0.02)))
+    seen = seen_from(facetted(0.0, 0.0), at=(0.004, 0.007))
+    aside = np.repeat([[0.0, -0.055, seen.points[:, 2].min() - 0.003]], 2 * len(seen.points), axis=0)
+    made = node(
+        "move_over_contact", device, contact=replace(seen, points=np.vstack([seen.points, aside])), clearance=0.01
+    )
+    assert tick(made, 2) is Status.SUCCESS
+    assert paths(device)[0][1] == pytest.approx((0.05 + 0.004, 0.02 - 0.007, 0.03), abs=5e-4)
 
 
 @pytest.mark.parametrize(
