@@ -13,11 +13,16 @@ from stretch_bt.units import Length, Speed
 MAX_AGE = 0.5
 #: the membrane frame's y is reversed against the hand's
 MIRROR = np.array([1.0, -1.0])
+HIGHEST = 0.99  # of the points lie lower: what is higher may be noise
+TOP = 0.0015  # m
 
 
 @node
 class MoveOverContact(MotionBehavior):
-    """Raise the hand clear and take it across to where the middle of a contact was; FAILURE when the contact does not know its pose."""
+    """Raise the hand clear and take it across to where the top of a contact was; FAILURE when the contact does not know its pose.
+
+    The top is the middle of what lies within 1.5 mm of the highest place: a tense membrane may look touched beside a clamp as well.
+    """
 
     arm: Uses[Arm]
     contact: In[Contact]  # the last one before the hand left
@@ -31,7 +36,9 @@ class MoveOverContact(MotionBehavior):
             raise NoContact(
                 "the contact does not know the pose of the hand, or has no point; use an arm beside the camera"
             )
-        matrix, middle = seen.pose.matrix()[:2, :2], np.median(seen.points[:, :2], axis=0) * MIRROR
+        high = seen.points[:, 2]
+        top = seen.points[high >= np.quantile(high, HIGHEST) - TOP]
+        matrix, middle = seen.pose.matrix()[:2, :2], np.median(top[:, :2], axis=0) * MIRROR
         x, y = (np.asarray(seen.pose.position[:2]) + matrix @ middle).tolist()
         raised = now.moved(z=self.clearance)
         across = raised.moved(x - now.position[0], y - now.position[1])

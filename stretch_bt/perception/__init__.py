@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stretch_bt.perception.deprojection import to_membrane as to_membrane
     from stretch_bt.perception.deprojection import view_rays as view_rays
     from stretch_bt.perception.detect import ContactDetector as ContactDetector
+    from stretch_bt.perception.hanging import pulled_down as pulled_down
     from stretch_bt.perception.height import top_of_points as top_of_points
     from stretch_bt.perception.height import track_height as track_height
     from stretch_bt.perception.io import load_depth_png as load_depth_png
@@ -126,6 +127,7 @@ _MODULES = {
     "fit_cone": "shapes.cone",
     "fit_contact_sphere": "shapes.cap",
     "pooled_sphere": "shapes.pooled",
+    "pulled_down": "hanging",
     "fit_cylinder": "shapes.cylinder",
     "fit_object": "solids.fit",
     "fit_plane": "shapes.plane",
@@ -217,6 +219,7 @@ __all__ = [
     "outline_of",
     "pixel_noise",
     "pooled_sphere",
+    "pulled_down",
     "segment",
     "surface_noise",
     "tension_ratio",

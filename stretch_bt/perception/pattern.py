@@ -38,12 +38,13 @@ PART = 0.7  # of its standard deviation that a static error adds to a hang that 
 class Pattern:
     """Static error of a camera's depth, `error` (h, w) float32, m, 0 where unknown.
 
-    `left`, m, is about the standard deviation of what it misses. `hang`, m, is how far the membrane hung in its middle while
-    it was learned, by what could be told; that is no error. `hang_sd`, m, is its standard deviation, and that of heights of
-    the world. `rate`, m/s, is how fast depth grew as the camera warmed, and `time`, s, the device's time that `error` is of.
+    `hung` (h, w) float32, m, is how far below the flat membrane each place of it hung while that was learned, `hang`, m, its middle, by
+    what could be told; that is no error. `hang_sd`, m, is the standard deviation of that, and of heights of the world. `left`, m, is about
+    that of what `error` misses. `rate`, m/s, is how fast depth grew as the camera warmed, and `time`, s, the device's time that it is of.
     """
 
     error: Image
+    hung: Image
     left: Length
     hang: Length
     hang_sd: Length
@@ -122,8 +123,10 @@ class FreeView:
         shape = (shape * (1.0 + SIDES * np.minimum(2.0 * across / width, 1.0) ** 2)).astype(np.float32)
         hung = _hang(error, shape, known, hang)
         rate, time = _drift(np.array(self._means))
+        below = np.float32(hung.value) * shape
         return Pattern(
-            np.where(cover > 1e-3, error - np.float32(hung.value) * shape, np.float32(0)),
+            np.where(cover > 1e-3, error - below, np.float32(0)),
+            below,
             left,
             hung.value,
             hung.sd,

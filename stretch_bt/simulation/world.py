@@ -12,12 +12,13 @@ import numpy as np
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.advise import advise, switch_on
-from stretch_bt.simulation.camera.skin import Skin
+from stretch_bt.simulation.camera.skin import Grid, Skin
 from stretch_bt.simulation.coupling import Equilibrium, couple
 from stretch_bt.simulation.effects import Active
 from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.make import Membrane, make_fidelity
+from stretch_bt.simulation.hanging import between, hung, pulled_by
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.objects.base import Moved, ObjectSpec, Standing
 from stretch_bt.simulation.objects.response import Law
@@ -43,7 +44,8 @@ class Contact:
     """How membrane and object stand: lengths in m; `depth` and `drop` are 0 while they do not touch.
 
     `force` (3,), N, is that of the object on the hand, world axes, solved at `felt`, and its shape is that at `place`;
-    `remembered` is what the membrane knew before.
+    `remembered` is what the membrane knew before. An object that sticks to a hand above it pulls the membrane down by `pulled`, and
+    hangs `raised` above where it stood; `raised` is None where it does not pull.
     """
 
     depth: float
@@ -53,6 +55,8 @@ class Contact:
     felt: Place | None = None
     remembered: Any = None
     iterations: int = 0
+    pulled: float = 0.0
+    raised: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +183,7 @@ class World:
             across = (at[0] - past.at[0], at[1] - past.at[1]) if math.isfinite(past.time) else (0.0, 0.0)
             dt = time - past.time if math.isfinite(past.time) else 0.0
             x, y, z = contact.force
-            moved = Moved(contact.drop, (-x, -y, -z), across, dt, contact.depth)
+            moved = Moved(contact.drop, (-x, -y, -z), across, dt, contact.depth, contact.raised)
             thing = self.specimen.after(past.thing, moved)
             state = self.fidelity.released(past.membrane)
             if contact.felt is not None and self.fidelity.remembers:
@@ -209,7 +213,9 @@ class World:
 
     def standing(self, drop: float = 0.0) -> Standing:
         """Return what the membrane meets of the object after a drop of its top, m, by the latest memory."""
-        return self.specimen.standing(self._past[-1].thing, drop)
+        state = self._past[-1].thing
+        standing, grip = self.specimen.standing(state, drop), self.specimen.grip(state)
+        return standing if grip is None else replace(standing, top=standing.top + grip.raised)
 
     def lift(self, pose: Pose, stretch: float) -> float:
         """Return how far the membrane hangs where it meets the object, m, by the latest memory."""
@@ -222,7 +228,13 @@ class World:
     def _shape(self, contact: Contact, stretch: float) -> Skin:
         if contact.place is None:
             return self.fidelity.free(stretch)
-        return self.fidelity.press(contact.place, contact.depth, contact.remembered).skin
+        if contact.raised is None:
+            return self.fidelity.press(contact.place, contact.depth, contact.remembered).skin
+        up = contact.pulled - self.fidelity.lift(contact.place)
+        free, pushed = self.fidelity.free(stretch), self.fidelity.press(contact.place, up, contact.remembered).skin
+        assert isinstance(free, Grid)
+        assert isinstance(pushed, Grid)
+        return hung(free, pushed)
 
     def truth(self, pose: Pose, stretch: float, time: float = 0.0) -> dict[str, float]:
         """Return what a perfect observer would report, SI; a rigid object has no stiffness.
@@ -239,7 +251,7 @@ class World:
             "deflection": contact.drop,
             "stretch": stretch,
             "depth": contact.depth,
-            "height": top - contact.drop,
+            "height": top - contact.drop + (contact.raised or 0.0),
             "contact_height": self.scene.object.top,
         }
 
@@ -258,19 +270,44 @@ class World:
         rest = self.specimen.rest(state, dt)
         nothing = Contact(0.0, rest, (0.0, 0.0, 0.0))
         if where.depth + self._lift(standing, where, min(stretch, 0.0)) <= 0:  # slack it hangs most
-            return nothing
+            return self._pulling(past, standing, pose, stretch) or nothing
         lift = self._lift(standing, where, stretch)
         if where.depth + lift <= 0 or not self._covers(where, stretch):
-            return nothing
+            return self._pulling(past, standing, pose, stretch) or nothing
         found, standing = self._shared(past, standing, where, stretch, dt, lift, rest)
         if found.force <= 0:
-            return replace(nothing, drop=found.drop)
+            return self._pulling(past, standing, pose, stretch) or replace(nothing, drop=found.drop)
         depth = found.depth - lift
         felt = self._felt(standing, where, stretch)
         pushed = self.fidelity.force(felt, depth, past.membrane) + np.array([0.0, 0.0, self._framed(depth)[0]])
         force = _world(pushed, pose)
         place = self._place(standing, where, stretch)
         return Contact(depth, found.drop, force, place, felt, past.membrane, found.iterations)
+
+    def _pulling(self, past: _Past, standing: Standing, pose: Pose, stretch: float) -> Contact | None:
+        """Return how an object that sticks pulls at a hand above it, None where none does."""
+        grip = self.specimen.grip(past.thing)
+        if grip is None:
+            return None
+        if grip.raised:  # since the last moment it went with the hand
+            x, y = pose.position[0] - past.at[0], pose.position[1] - past.at[1]
+            standing = replace(standing, x=standing.x + x, y=standing.y + y)
+        where = seat(standing, pose)
+        if where.upright != 1.0 or not self._covers(where, stretch):
+            return None
+        spot = Place(grip.spot, None, where.at, 0.0, (0.0, 0.0), self.scene.object.reach, stretch)
+        above = max(-where.depth - self.fidelity.lift(spot), 0.0)
+        found = pulled_by(between(stretch, lambda known: self._pull_law(spot, known, past)), grip, above)
+        if found is None:
+            return None
+        force = _world(np.array([0.0, 0.0, -found.force]), pose)
+        depth = where.depth + found.raised
+        return Contact(depth, 0.0, force, spot, None, past.membrane, 0, found.down, found.raised)
+
+    def _pull_law(self, spot: Place, stretch: float, past: _Past) -> Law:
+        """Return the force on a spot in the middle of the membrane by how far that is moved from where it hangs freely."""
+        middle = replace(spot, at=(0.0, 0.0), stretch=stretch)
+        return _lifted(self.fidelity.law(middle, past.membrane), self.fidelity.lift(middle))
 
     def _shared(
         self, past: _Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float, rest: float

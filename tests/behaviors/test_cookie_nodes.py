@@ -1,6 +1,7 @@
 """Nodes that shape dough, one by one."""
 
 import math
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -8,8 +9,9 @@ import numpy as np
 import pytest
 
 from stretch_bt import check
-from stretch_bt.frames import Pose, Wrench
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.perception import FreeView, Pattern
 from stretch_bt.perception.types import Contact
 from stretch_bt.run.context import RunContext
 from stretch_bt.testing import ScriptedDevice
@@ -194,3 +196,33 @@ def test_the_hand_goes_over_what_it_touched():
     assert path[1] == pytest.approx((0.05 + 0.004, 0.02 - 0.007, 0.03), abs=1e-4), (
         "y of the membrane is against the hand's"
     )
+
+
+def test_a_lower_patch_that_looks_touched_does_not_draw_the_hand_aside():
+    device = arm(motion=[MotionState.DONE], pose=Pose((0.0, 0.0, 0.02)))
+    seen = seen_from(facetted(0.0, 0.0), at=(0.004, 0.007))
+    aside = np.repeat([[0.0, -0.055, seen.points[:, 2].min() - 0.003]], 2 * len(seen.points), axis=0)
+    made = node(
+        "move_over_contact", device, contact=replace(seen, points=np.vstack([seen.points, aside])), clearance=0.01
+    )
+    assert tick(made, 2) is Status.SUCCESS
+    assert paths(device)[0][1] == pytest.approx((0.05 + 0.004, 0.02 - 0.007, 0.03), abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("pulled", "least", "hanging"), [(0.0, 0.4e-3, False), (1e-3, 0.4e-3, True), (1e-3, 2e-3, False)]
+)
+def test_what_hangs_at_the_membrane_is_told_from_how_it_hung_before(pulled, least, hanging):
+    lens, view = Intrinsics(475.0, 475.0, 100.0, 110.0, 200, 220), FreeView()
+    for number in range(30):
+        view.add(DepthFrame(np.full((220, 200), 1600, np.uint16), 1.25e-4, lens, number / 30, number, 0.2, stretch=0.0))
+    view.settle()
+    lower = DepthFrame(np.full((220, 200), round((0.2 + pulled) / 1.25e-4), np.uint16), 1.25e-4, lens, 2.0, 60, 0.2)
+    made = node("detect_hanging", frame=lower, least=least)
+    assert tick(made) is Status.FAILURE
+    assert "approach an object first" in made.reason
+    made = node("detect_hanging", frame=lower, least=least)
+    made.context.memory[Pattern] = view.pattern(0.1)
+    assert tick(made) is Status.SUCCESS, made.reason
+    assert told(made, "hanging") == hanging
+    assert told(made, "pulled") == pytest.approx(pulled, abs=0.35e-3)

@@ -20,6 +20,7 @@ from stretch_bt.simulation.objects.base import Moved, Specimen, Standing
 from stretch_bt.simulation.objects.response import Law
 
 if TYPE_CHECKING:
+    from stretch_bt.simulation.hanging import Grip
     from stretch_bt.simulation.membrane.indenters.base import Indenter
     from stretch_bt.simulation.objects.dough import DoughObject
 
@@ -36,12 +37,16 @@ _PART = 0.25  # of the rate at which a lump turns is its plastic strain rate: a 
 
 @dataclass(frozen=True, slots=True)
 class DoughState:
-    """The lump, as it was when it rolled last, and the seed of its chances; `fresh` until it was first rolled or pressed for good."""
+    """The lump, as it was when it rolled last, and the seed of its chances; `fresh` until it was first rolled or pressed for good.
+
+    `raised` is how far it hangs above the table, m, while it sticks to the hand, None while it does not.
+    """
 
     lump: Lump
     rolled: Lump
     seed: int = 0
     fresh: bool = True
+    raised: float | None = None
 
     @property
     def pressed(self) -> float:
@@ -64,6 +69,7 @@ class DoughSpecimen(Specimen):
         self.dough = self._dough(spec, effects) if "plasticity" in effects else None
         self.spin = _number(effects, "spin_noise", "sd", 0.0)
         self.tack = _number(effects, "tack", "pull", 0.0)
+        self.hold = _number(effects, "tack", "hold", 0.0)
         self.cracks = effects.get("edge_cracks")
         self._top = lru_cache(maxsize=_KEPT)(self._find_top)
         self._felt = lru_cache(maxsize=_KEPT)(self._make_felt)
@@ -105,7 +111,20 @@ class DoughSpecimen(Specimen):
         )
 
     def after(self, state: DoughState, moved: Moved) -> DoughState:
-        """Return it rolled where the hand went across while it pressed, else pressed as far as it gave way for good."""
+        """Return it rolled where the hand went across while it pressed, else pressed as far as it gave way for good; or carried."""
+        shaped = self._shaped(state, moved)
+        return shaped if self.tack <= 0 else _stuck(shaped, moved)
+
+    def grip(self, state: DoughState) -> Grip | None:
+        """Return by how much it sticks to a hand that touched it: by a spot as wide as the radius of its ball."""
+        if self.tack <= 0 or state.raised is None:
+            return None
+        from stretch_bt.simulation.hanging import Grip
+        from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+
+        return Grip(self.tack, self.spec.weight, self.hold, Cylinder(round(state.lump.ball, 4)), state.raised)
+
+    def _shaped(self, state: DoughState, moved: Moved) -> DoughState:
         push = -moved.force[2]
         if push <= 0.0:
             return state
@@ -148,6 +167,7 @@ class DoughSpecimen(Specimen):
         else:
             points = state.lump.radii[:, None] * (state.lump.directions.vectors @ state.lump.rotation.T)
             side = hull(points[:, [0, 2]] + [0.0, state.lump.extent[0]])
+        side = np.add(side, [0.0, state.raised or 0.0])
         return {name: [(float(x), float(y)) for x, y in closed] for name, closed in (("side", side), ("outline", line))}
 
     def outline(self, state: DoughState, height: float) -> npt.NDArray[np.float64]:
@@ -211,6 +231,17 @@ class DoughSpecimen(Specimen):
             _number(effects, "dough_viscosity", "power", 1.0),
             tension=spec.smoothing,
         )
+
+
+def _stuck(state: DoughState, moved: Moved) -> DoughState:
+    """Return dough that a touch made stick to the hand, carried along where it hangs, or free where the hand tore itself loose."""
+    raised = 0.0 if moved.force[2] < 0 else moved.raised
+    if raised == state.raised and not raised:
+        return state
+    lump = state.lump
+    if raised and state.raised and moved.across != (0.0, 0.0):
+        lump = replace(lump, x=lump.x + moved.across[0], y=lump.y + moved.across[1])
+    return replace(state, lump=lump, raised=raised)
 
 
 def _ball(lump: Lump) -> Indenter:

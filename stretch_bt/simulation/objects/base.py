@@ -22,6 +22,7 @@ from stretch_bt.simulation.objects.response import Law, Response
 from stretch_bt.units import Angle, Length, Within
 
 if TYPE_CHECKING:
+    from stretch_bt.simulation.hanging import Grip
     from stretch_bt.simulation.membrane.indenters.base import Indenter
     from stretch_bt.simulation.membrane.indenters.several import Several
 
@@ -85,7 +86,8 @@ class Standing:
 @dataclass(frozen=True, slots=True)
 class Moved:
     """What happened in a step: the drop of the top, m, the force on the object (3,), N, world axes, how far the hand moved
-    across, (x, y), m, and for how long, s; `depth` is how deep the object stands in the membrane, m.
+    across, (x, y), m, and for how long, s; `depth` is how deep the object stands in the membrane, m. `raised` is how far it hangs
+    above where it stood, m, while the membrane pulls at it, None while it does not.
     """
 
     drop: float
@@ -93,6 +95,7 @@ class Moved:
     across: tuple[float, float]
     dt: float
     depth: float
+    raised: float | None = None
 
 
 class ObjectSpec(_Model):
@@ -199,6 +202,10 @@ class Specimen:
     def rest(self, state: Any, dt: float) -> float:
         """Return the drop up to which it stays down by itself after `dt`, s; m."""
         return 0.0 if self.response is None else self.response.rest(state, dt)
+
+    def grip(self, state: Any) -> Grip | None:
+        """Return how it sticks to the membrane, None where it does not."""
+        return None
 
     def sketch(self, state: Any) -> dict[str, list[tuple[float, float]]]:
         """Return closed lines, m, that show an object which changes its shape for good: `side`, by x and height, and `outline`, by x and y."""

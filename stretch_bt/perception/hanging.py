@@ -1,0 +1,45 @@
+"""Whether something that sticks to the membrane pulls it down."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.clean import median
+from stretch_bt.perception.pattern import Pattern
+from stretch_bt.perception.reference import coarse_rise
+from stretch_bt.perception.robust import MAD_TO_SD
+from stretch_bt.units import Estimate
+
+__all__ = ["pulled_down"]
+
+KERNEL = 10.0  # pixels of the Gaussian under which a place is low
+STEP = 4
+APART = 7  # steps, nearly three KERNELs: noise so far apart is independent
+
+
+def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
+    """Return how far the lowest place of a membrane lies below where it hung freely when the pattern was learned, m.
+
+    `frame`, one or a mean of several, is as the camera sent it less the pattern's error, and of the same stretch. The lowest of
+    many noisy places is some two standard deviations low; a membrane that is pressed anywhere is no membrane to ask.
+
+    Raises
+    ------
+    InvalidInput
+        The frame is of another shape, or does not say how far the flat membrane is.
+    NoContact
+        No place of the membrane is seen.
+    """
+    if frame.raw.shape != pattern.hung.shape or frame.plane_distance is None:
+        raise InvalidInput(f"it takes a frame of {pattern.hung.shape} pixels that says how far the flat membrane is")
+    known = frame.raw > 0
+    deeper = np.where(known, frame.depth - np.float32(frame.plane_distance) - pattern.hung, 0).astype(np.float32)
+    mean, trusted = coarse_rise(np.where(known, median(deeper, known), np.float32(0)), known, KERNEL, STEP)
+    first, middle, last = (np.s_[k * APART : len(mean) - (2 - k) * APART] for k in range(3))
+    bends = (mean[first] - 2 * mean[middle] + mean[last])[trusted[first] & trusted[middle] & trusted[last]]
+    noise = MAD_TO_SD * float(np.median(np.abs(bends - np.median(bends)))) / math.sqrt(6) if bends.size else math.inf
+    return Estimate(float(mean[trusted].max()), math.hypot(noise, pattern.left))
