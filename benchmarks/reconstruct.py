@@ -20,6 +20,7 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
@@ -29,6 +30,7 @@ import numpy as np
 
 import stretch_bt
 from stretch_bt import run
+from stretch_bt.errors import SceneError
 from stretch_bt.perception.clouds.ply import points_of
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.run.onlooker import Onlooker
@@ -297,15 +299,24 @@ def _ellipsoid(random: np.random.Generator) -> Any:
 
 
 def _scene(folder: Path, name: str, mesh: Any) -> Path:
+    """Return the scene of a body, whose edges are rounded by a millimetre, or by less where it is thinner than two of these."""
     mesh.export(folder / f"{name}.stl")
     path = folder / f"{name}.yaml"
+    for edge in (1, 0.5, 0.25, 0.1):
+        _write_scene(path, name, edge)
+        with suppress(SceneError):
+            load_scene(path)
+            break
+    return path
+
+
+def _write_scene(path: Path, name: str, edge: float) -> None:
     path.write_text(
-        f"format: stretch-scene/1\nobject: {{type: mesh, file: {name}.stl, edge: 1 mm, rigid: true}}\n"
+        f"format: stretch-scene/1\nobject: {{type: mesh, file: {name}.stl, edge: {edge} mm, rigid: true}}\n"
         "tolerance: {height: 0.3 mm, size: 1 mm}\n"
         "conditions: {stretch: 0 mm, depth: 10 mm, hold: 0.5 s, speed: 0 mm/s, frames: 8, presses: 1, travel: 0 mm}\n",
         encoding="utf-8",
     )
-    return path
 
 
 if __name__ == "__main__":

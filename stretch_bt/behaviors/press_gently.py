@@ -64,13 +64,18 @@ class PressGently(MotionBehavior):
         pose = self.arm.pose(MAX_AGE).value
         return self.arm.move(pose.at_height(max(contact - self.depth, 0.0)), speed=self.speed, owner=self.path)
 
+    def update(self) -> Status:
+        """Go on, or up where the membrane has no equilibrium, which the arm's own look at its force may tell first."""
+        try:
+            return super().update()
+        except NoEquilibrium:
+            if not self.lost:
+                self._rise()
+            return Status.RUNNING
+
     def watch(self) -> Status | None:
         """Stop at the limit of force, or when the top gives way."""
-        try:
-            return None if self.lost else self._limited()
-        except NoEquilibrium:
-            self._rise()
-            return None
+        return None if self.lost else self._limited()
 
     def _limited(self) -> Status | None:
         if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit():

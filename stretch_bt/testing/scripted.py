@@ -25,18 +25,20 @@ class Command:
 class ScriptedMotion:
     """A motion that goes through scripted states; the last one stays."""
 
-    def __init__(self, device: ScriptedDevice, owner: str, states: Sequence[MotionState | DeviceFault]) -> None:
+    def __init__(
+        self, device: ScriptedDevice, owner: str, states: Sequence[MotionState | DeviceFault | NoAnswer]
+    ) -> None:
         self.owner = owner
         self.device = device
         self.states = list(states)
         self.stopped: MotionState | None = None
 
     def poll(self) -> MotionState:
-        """Return the next state, or raise the next fault."""
+        """Return the next state, or raise the next fault or NoAnswer."""
         if self.stopped is not None:
             return self.stopped
         state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
-        if isinstance(state, DeviceFault):
+        if isinstance(state, DeviceFault | NoAnswer):
             raise state
         if state is not MotionState.MOVING:
             self.stopped = state
@@ -62,7 +64,7 @@ class ScriptedDevice:
 
     kind: str
     script: Mapping[str, Any] = field(default_factory=dict)
-    motion: Sequence[MotionState | DeviceFault] = (MotionState.MOVING, MotionState.DONE)
+    motion: Sequence[MotionState | DeviceFault | NoAnswer] = (MotionState.MOVING, MotionState.DONE)
     now: Callable[[], float] = lambda: 0.0
     commands: list[Command] = field(default_factory=list)
     moving: ScriptedMotion | None = None

@@ -122,6 +122,18 @@ def test_a_press_on_which_the_membrane_slips_goes_back_to_where_it_holds(bench, 
     assert moves == pytest.approx([1e-3 * z for z in targets])
 
 
+def test_a_press_goes_back_too_where_the_arm_itself_finds_no_force(bench):
+    poses = [Pose((0.0, 0.0, TOUCHED + 1e-3 * z)) for z in (0.0, -4, -4, -3, -3, -3)]
+    states = [LOST, LOST, MotionState.MOVING, MotionState.DONE]
+    arm = ScriptedDevice("Arm", {"pose": poses, "wrench": HELD}, states)
+    made = bench(camera=ScriptedDevice("DepthCamera", {"frame": BLANK}))
+    made.context.devices["arm"] = arm
+    node = made.run("press_gently", depth=0.015)
+    assert (node.status, node.sinks["ended"].value) == (Status.SUCCESS, "balance")
+    assert node.sinks["reached"].value == pytest.approx(0.003)
+    assert [c.name for c in arm.commands].count("move") == 2, "on the way up it is not sent again"
+
+
 def test_the_operator_is_asked(bench):
     operator = ScriptedDevice("Operator")
     assert bench(operator=operator).run("confirm", request="Now?").status is Status.SUCCESS
