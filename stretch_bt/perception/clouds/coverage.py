@@ -79,7 +79,7 @@ def _chance(relief: Relief, surface: Array) -> Array:
     """Return how likely an upper surface goes on (n, m) beyond a told one (n, m), m, NaN elsewhere.
 
     It falls off at least as steeply as the membrane above it, and as the told surface at its rim, as a convex one does. Beyond that
-    all angles up to a wall are taken as alike likely.
+    all angles up to a wall are taken as alike likely. Where no membrane has been it surely goes on.
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -90,7 +90,8 @@ def _chance(relief: Relief, surface: Array) -> Array:
     fall = np.maximum(surface[tuple(near)] - relief.ceiling, 0.0)
     above = np.arctan2(fall, np.maximum(far, 1.0) * relief.cell)
     least = np.maximum(above, _angles(surface, relief.cell)[tuple(near)])
-    return np.asarray(np.clip((UPPER - least) / (np.pi / 2 - least), 0.0, 1.0))
+    likely = np.clip((UPPER - least) / (np.pi / 2 - least), 0.0, 1.0)
+    return np.where(relief.unknown, 1.0, likely)
 
 
 def _angles(surface: Array, cell: float) -> Array:

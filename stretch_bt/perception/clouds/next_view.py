@@ -30,6 +30,7 @@ LITTLE = (4e-6, 0.005)  # m^2, and share of what was felt: a press that is likel
 BESIDE = 8e-3  # m from a clamp within which nothing is felt: it bends the membrane, and the camera hardly sees it
 SIDE = 2  # nodes along each free side of the sheet: one that lies over the object may slip off it
 MISSED = 0.5  # by which a place counts less for each press that was to show it and did not: what is there is steeper than expected
+RIM = 4e-3  # m from the rim of what was seen within which a surface that was felt may go on beyond it
 TAKEN = (5e-3, np.radians(30.0))  # m and rad: as near to a pose that was used, another shows nothing new
 
 
@@ -207,10 +208,15 @@ def _grid(poses: Array, length: float, width: float) -> tuple[Array, Array]:
 
 
 def _in_the_way(relief: Relief, level: float) -> npt.NDArray[np.bool_]:
-    """Return over which cells no finger may stand at a level, m: where the object is, or may be as its flanks fall off."""
+    """Return over which cells no finger may stand at a level, m: where the object is, or may be as its flanks fall off.
+
+    One that was felt up to the rim of what was seen may go on straight beyond it, however far.
+    """
     from scipy.ndimage import distance_transform_edt
 
     felt = relief.felt
     far, nearest = distance_transform_edt(~felt, return_indices=True)
     flank = np.maximum(relief.height[tuple(nearest)] - level, 0.0) / FLANK + MARGIN
-    return np.asarray((far * relief.cell < flank) & (relief.height[tuple(nearest)] > level - MARGIN))
+    rim = distance_transform_edt(relief.unknown, return_distances=False, return_indices=True)
+    along = relief.unknown & (far * relief.cell <= RIM)[tuple(rim)]
+    return np.asarray((along | (far * relief.cell < flank)) & (relief.height[tuple(nearest)] > level - MARGIN))

@@ -27,6 +27,7 @@ MOVED = 1.2e-3  # m by which two views of one place disagree that neither noise 
 WRONG, SHARE = 60, 0.15  # cells that disagree, and their share of those seen twice, from which the object has moved
 TWICE = 2  # views, as soon as there are more, that must have felt what no other may pierce
 SAME = (2e-3, 0.2)  # m and rad: two poses that are nearer are one
+ROOM = 0.020  # m of the map around what was seen, where an object that reaches the rim may go on: more than a finger is beyond a clamp
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,13 @@ class Relief:
     def felt(self) -> Mask:
         """Where the object's surface is known: (n, m) bool."""
         return (self.weight > self.hung) & (self.height - self.ceiling <= TOLERANCE)
+
+    @property
+    def unknown(self) -> Mask:
+        """Where no membrane has been, beyond all that was seen: (n, m) bool."""
+        from scipy.ndimage import binary_fill_holes
+
+        return ~np.asarray(binary_fill_holes(np.isfinite(self.ceiling)))
 
     @property
     def felt_area(self) -> Area:
@@ -135,7 +143,8 @@ def add_view(view: View, relief: Relief | None = None, *, cell: float = CELL) ->
         relief = Relief((int(low[0]), int(low[1])), free, nothing, nothing, nothing, cell, second=free)
     if relief.cell != cell:
         raise InvalidInput(f"the map has cells of {relief.cell} m, the view of {cell} m")
-    relief = _grown(relief, view.cells)
+    beyond = round(ROOM / cell)
+    relief = _grown(relief, np.concatenate([view.cells - beyond, view.cells + beyond]))
     _check_still(relief, view)
     i, j = (view.cells - relief.origin).T
     ceiling, height = relief.ceiling.copy(), relief.height.copy()

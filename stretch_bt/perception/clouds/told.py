@@ -21,6 +21,7 @@ from stretch_bt.perception.clouds.support import bends
 
 __all__ = ["NEARBY", "told", "told_points"]
 
+Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 REACH = 3.0  # cells beyond what was felt
@@ -42,7 +43,7 @@ def told(relief: Relief) -> Mask:
     if not felt.any():
         return felt
     seen = np.isfinite(relief.ceiling)
-    most, least = bends(np.where(seen, relief.ceiling, np.nan), cell=relief.cell)
+    most, least = _bends(relief, seen)
     far, near = distance_transform_edt(~felt, return_indices=True)
     there, other = most[tuple(near)], least[tuple(near)]
     follows = seen & (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there + ALIKE[2] * other))
@@ -65,6 +66,16 @@ def told_points(cloud: Cloud, relief: Relief) -> Cloud:
         for name in ("points", "noise", "rays", "columns")
     }
     return replace(kept, **both, seen=np.concatenate([kept.seen, 0 * more.seen]))
+
+
+def _bends(relief: Relief, seen: Mask) -> tuple[Array, Array]:
+    """Return the larger and the smaller bend (n, m), 1/m, of the lowest membrane, NaN around the part of the map that holds all that was seen."""
+    from scipy.ndimage import find_objects
+
+    part = find_objects(seen.astype(np.int64))[0]
+    most, least = np.full(seen.shape, np.nan), np.full(seen.shape, np.nan)
+    most[part], least[part] = bends(np.where(seen, relief.ceiling, np.nan)[part], cell=relief.cell)
+    return most, least
 
 
 def _agreed(relief: Relief) -> Mask:

@@ -91,6 +91,43 @@ def test_hidden_surface_counts_by_how_much_room_is_left_below_the_membrane():
     assert coverage(relief, left) > left.told.sum() / (left.told | left.cells).sum()
 
 
+BROAD = {
+    "ridge": partial(box, half=(80 * MM, 4 * MM)),
+    "slab": partial(box, half=(65 * MM, 20 * MM)),
+}
+
+
+@pytest.mark.parametrize("name", BROAD)
+def test_what_goes_on_beyond_the_membrane_is_followed_and_no_finger_comes_down_on_it(name):
+    ground, tried = BROAD[name], []
+    relief = mapped(ground, (0, 0, 0), height=12 * MM)
+    while coverage(relief, left := hidden(relief)) < 0.95:
+        look = next_view(relief, depth=18 * MM, **SIZE, unseen=left, tried=tried)
+        assert look is not None
+        assert len(tried) < 8
+        tried.append((look.x, look.y, look.yaw))
+        relief = add_view(pressed(ground, *tried[-1], height=12 * MM), relief)
+        across, along = np.meshgrid(np.linspace(-45, 45, 46) * MM, np.linspace(50, 65, 8) * MM)
+        c, s = np.cos(look.yaw), np.sin(look.yaw)
+        for side in (along, -along):
+            assert ground(look.x + c * across - s * side, look.y + s * across + c * side).max() == 0
+    x, y = relief.place(np.argwhere(left.told)).T
+    assert len(tried) > 1
+    assert (ground(x, y) > 0).sum() * relief.cell**2 > 0.9 * {"ridge": 160 * 8, "slab": 130 * 40}[name] * MM**2
+
+
+def test_where_no_membrane_has_been_a_surface_surely_goes_on():
+    relief = mapped(BROAD["slab"], (0, 0, 0), height=12 * MM)
+    left = hidden(relief)
+    beyond = left.cells & relief.unknown
+    assert beyond.sum() > 300
+    assert (left.chance[beyond] == 1).all()
+    assert coverage(relief, left) < 0.9
+    assert not (hidden(mapped(box, (0, 0, 0))).cells & mapped(box, (0, 0, 0)).unknown).any(), (
+        "it ends under the membrane"
+    )
+
+
 @settings(max_examples=6)
 @given(
     st.floats(14, 30),
@@ -200,11 +237,11 @@ def test_an_object_that_moved_is_told_however_many_presses_there_were(views):
 
 def test_what_one_of_several_presses_took_for_contact_does_not_move_an_object():
     relief = mapped(box, *ROUND)
-    beside = np.pad(np.zeros(relief.felt.shape, bool), 15)
-    beside[1:14, 20:40] = True
-    wrong = np.pad(relief.weight, 15), np.pad(relief.height, 15), np.pad(relief.hung, 15)
-    ceiling = np.where(beside, 30 * MM, np.pad(relief.ceiling, 15, constant_values=np.inf))
-    origin = (relief.origin[0] - 15, relief.origin[1] - 15)
+    beside = np.pad(np.zeros(relief.felt.shape, bool), 40)
+    beside[26:39, 45:65] = True
+    wrong = tuple(np.pad(values, 40) for values in (relief.weight, relief.height, relief.hung))
+    ceiling = np.where(beside, 30 * MM, np.pad(relief.ceiling, 40, constant_values=np.inf))
+    origin = (relief.origin[0] - 40, relief.origin[1] - 40)
     once = replace(
         relief,
         origin=origin,
