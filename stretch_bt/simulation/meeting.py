@@ -112,8 +112,7 @@ class Meeting:
         if found is None:
             return None
         force = _world(np.array([0.0, 0.0, -found.force]), pose)
-        depth = where.depth + found.raised
-        return Contact(depth, 0.0, force, spot, None, past.membrane, 0, found.down, found.raised)
+        return Contact(0.0, 0.0, force, spot, None, past.membrane, 0, found.down, found.raised)
 
     def _pull_law(self, spot: Place, stretch: float, past: Past) -> Law:
         """Return the force on a spot in the middle of the membrane by how far that is moved from where it hangs freely."""

@@ -159,7 +159,7 @@ class World:
     def skin(self, contact: Contact, stretch: float) -> Skin:
         """Return the shape of the membrane; while an object creeps under it, that within 2 um of its depth."""
         depth = contact.depth if self._still else round(contact.depth / _CREEP) * _CREEP
-        key = stretch, contact.place, depth
+        key = stretch, contact.place, depth, contact.pulled
         if self._skin is None or self._skin[0] != key or self._skin[1] is not contact.remembered:
             with self.stats.timed("shape"):
                 self._skin = (key, contact.remembered, self._shape(replace(contact, depth=depth), stretch))

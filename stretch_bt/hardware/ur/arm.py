@@ -178,10 +178,9 @@ class UrArm(ArmDriver):
         self._was_ready = True
         if tare:
             self._tare(supervisor)
+        # limits are held from now on: a force can be compared with its own once its zero is known
         try:
-            supervisor.send(
-                {"do": "guard"}
-            )  # from now on, because a force is compared with its limit once its zero is known
+            supervisor.send({"do": "guard"})
         except ChannelClosed as error:
             raise DeviceLost(self.name, f"the connection broke ({error})") from error
 
