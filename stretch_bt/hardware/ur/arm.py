@@ -179,10 +179,9 @@ class UrArm(ArmDriver):
         if tare:
             self._tare(supervisor)
         # limits are held from now on: a force can be compared with its own once its zero is known
-        try:
-            supervisor.send({"do": "guard"})
-        except ChannelClosed as error:
-            raise DeviceLost(self.name, f"the connection broke ({error})") from error
+        reason = supervisor.ask({"do": "guard"}, _ENGAGING)["reason"]
+        if reason is not None:
+            raise DeviceFault(self.name, reason)
 
     def _tare(self, supervisor: Supervisor) -> None:
         samples, end = [], time.monotonic() + _TARE_OVER
