@@ -25,6 +25,7 @@ _GROWTH = 1.5  # power of its depth that the force of a membrane about grows wit
 _SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
 _PASSES = 30
 _FRAME = 2e4  # N/m, of the hand's frame where something meets it
+_LOOSER = 10.0  # than of shared travel, to which the way of a pull is told
 _SWINGS = 8  # passes after which the drop is taken to swing about its value
 
 
@@ -108,7 +109,8 @@ class Meeting:
             return None
         spot = Place(grip.spot, None, where.at, 0.0, (0.0, 0.0), self.scene.object.reach, stretch)
         above = max(-where.depth - self.fidelity.lift(spot), 0.0)
-        found = pulled_by(between(stretch, lambda known: self._pull_law(spot, known, past)), grip, above)
+        law = between(stretch, lambda known: self._pull_law(spot, known, past))
+        found = pulled_by(law, grip, above, _LOOSER * self.fidelity.close)
         if found is None:
             return None
         force = _world(np.array([0.0, 0.0, -found.force]), pose)

@@ -30,6 +30,7 @@ CASES = {
     "strong": ("tack: {pull: 0.5 N}", 0.0, True),
     "strong, under a tense membrane": ("tack: {pull: 0.5 N}", 0.06, True),
     "strong, under one that hangs": ("tack: {pull: 0.5 N}, sag: on", 0.0, True),
+    "strong, under one that softens": ("tack: {pull: 0.5 N}, mullins: on", 0.02, True),
     "between two stretches that are solved": ("tack: {pull: 0.5 N}", 0.0437, True),
 }
 
