@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clean import median
 from stretch_bt.perception.pattern import Pattern
@@ -33,13 +33,17 @@ def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
         The frame is of another shape, or does not say how far the flat membrane is.
     NoContact
         No place of the membrane is seen.
+    IllConditioned
+        Too little of it is seen to tell the noise.
     """
     if frame.raw.shape != pattern.hung.shape or frame.plane_distance is None:
         raise InvalidInput(f"it takes a frame of {pattern.hung.shape} pixels that says how far the flat membrane is")
     known = frame.raw > 0
     deeper = np.where(known, frame.depth - np.float32(frame.plane_distance) - pattern.hung, 0).astype(np.float32)
     mean, trusted = coarse_rise(np.where(known, median(deeper, known), np.float32(0)), known, KERNEL, STEP)
-    first, middle, last = (np.s_[k * APART : len(mean) - (2 - k) * APART] for k in range(3))
+    first, middle, last = (np.s_[k * APART : max(len(mean) - (2 - k) * APART, 0)] for k in range(3))
     bends = (mean[first] - 2 * mean[middle] + mean[last])[trusted[first] & trusted[middle] & trusted[last]]
-    noise = MAD_TO_SD * float(np.median(np.abs(bends - np.median(bends)))) / math.sqrt(6) if bends.size else math.inf
+    if not bends.size:
+        raise IllConditioned("too little of the membrane is seen to tell how much of it is noise")
+    noise = MAD_TO_SD * float(np.median(np.abs(bends - np.median(bends)))) / math.sqrt(6)
     return Estimate(float(mean[trusted].max()), math.hypot(noise, pattern.left))

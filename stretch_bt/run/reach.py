@@ -37,6 +37,7 @@ def beyond_cell(program: Program, spec: CellSpec, load: str | Path) -> list[Diag
         check_devices(program, spec, built.needed())
     except CellError as error:
         asked.found += error.diagnostics
+    asked.found += _slow_ticks(program, asked)
     known = {(d.line, d.column, d.file) for d in asked.found}
     for name, param in program.document.params.items():
         ends = dict.fromkeys(end for end in (param.min, param.max) if end is not None and end != param.value)
@@ -58,6 +59,19 @@ def check_devices(program: Program, spec: CellSpec, needed: Iterable[str]) -> No
             findings.append(declared[name].mark.error("device-missing", f"{what}, and {spec.path.name} has none", hint))
     if findings:
         raise CellError(findings)
+
+
+def _slow_ticks(program: Program, asked: _Asked) -> Iterator[Diagnostic]:
+    """Yield that ticks are too far apart for motions, which have to be looked at; a simulated cell does not mind."""
+    tick, period = program.document.root.get("tick"), program.document.tick_period
+    spec, most = asked.spec, asked.spec.limits.unwatched
+    if tick is not None and asked.moves and not spec.simulated and period >= most:
+        kind = KINDS["Time"]
+        message = (
+            f"there is a tick every {format_quantity(period, kind)}; {spec.path.name} stops a motion that no tick looks at "
+            f"for {format_quantity(most, kind)}"
+        )
+        yield tick.mark.warning("cell-limit", message, "tick more often, or widen 'limits: {unwatched: ...}'")
 
 
 def _at_end(
@@ -86,11 +100,13 @@ class _Asked:
     def __init__(self, spec: CellSpec) -> None:
         self.spec = spec
         self.found: list[Diagnostic] = []
+        self.moves = False
 
     def node(self, path: str, part: Part, builder: Builder) -> None:
         """Look at a node; builds nothing in its place."""
         if not isinstance(part, Leaf):
             return
+        self.moves = self.moves or part.info.cls.kind == "actuation"
         for declared in part.info.of(Role.INPUT):
             if declared.limit is not None:
                 wire = part.inputs.get(declared.name)

@@ -48,18 +48,18 @@ class Pulled(NamedTuple):
     raised: float
 
 
-def pulled_by(law: Law, grip: Grip, above: float) -> Pulled | None:
+def pulled_by(law: Law, grip: Grip, above: float, close: float = _CLOSE) -> Pulled | None:
     """Return how an object pulls at a membrane whose free place would be `above`, m, its top on the table; None once it let go.
 
     On the table it bears up to the weaker of both bonds; what comes along hangs by its weight alone. `law` is the force that it
-    takes to move the membrane out of its plane, to either side.
+    takes to move the membrane out of its plane, to either side, and ways are told to a part `close` of what is tried.
     """
     held = min(grip.pull, grip.weight + grip.hold)
-    if not grip.raised and _reach(law, held, above) >= above:
+    if not grip.raised and _reach(law, held, above, close) >= above:
         return Pulled(law(above)[0], above, 0.0)
     if not grip.lifts:
         return None
-    down = _reach(law, grip.weight, above)
+    down = _reach(law, grip.weight, above, close)
     return Pulled(grip.weight if down < above else law(above)[0], down, above - down)
 
 
@@ -79,7 +79,7 @@ def between(stretch: float, solved: Callable[[float], Law]) -> Law:
     return law
 
 
-def _reach(law: Law, force: float, most: float) -> float:
+def _reach(law: Law, force: float, most: float, close: float) -> float:
     """Return how far a force moves the membrane, m; `most` where that takes no more force."""
     if force <= 0 or most <= 0:
         return min(0.0, most)
@@ -93,7 +93,7 @@ def _reach(law: Law, force: float, most: float) -> float:
         found, slope = law(x)
         return force - found, -slope
 
-    return find_root(left, 0.0, way, way / 2, "a membrane that is pulled down", _CLOSE).x
+    return find_root(left, 0.0, way, way / 2, "a membrane that is pulled down", close).x
 
 
 def hung(free: Grid, pushed: Grid) -> Grid:

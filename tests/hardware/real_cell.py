@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from stretch_bt.errors import CellError
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.interfaces import MotionState
@@ -16,6 +17,7 @@ SCALE, SPEED = 0.2, 0.015
 #: how far a device may be from where the first test found it to be led back there, m
 _ASTRAY = 0.03
 _READINGS = {"Arm": ("pose", "wrench"), "Gripper": ("opening",), "DepthCamera": ("frame",), "ForceSensor": ("wrench",)}
+_MOVERS = ("Arm", "Gripper")
 _homes = {}
 
 
@@ -29,9 +31,19 @@ def rows():
     if path is None:
         why = f"no hardware: name a cell file in {CELL}, and the devices that may move in {MOVE}"
         return _skipped(3, why), _skipped(2, why), _skipped(2, why)
-    types = {name: device.type for name, device in load_cell(path).devices.items() if device.type in _READINGS}
-    allowed = os.environ.get(MOVE, "").split()
-    movers = [("hardware", name) for name in allowed if types[name] in ("Arm", "Gripper")]
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        why = "the devices of a cell are one process's at a time: run this file alone, without -n"
+        return _skipped(3, why), _skipped(2, why), _skipped(2, why)
+    try:
+        types = {name: device.type for name, device in load_cell(path).devices.items() if device.type in _READINGS}
+    except CellError as error:
+        raise pytest.UsageError(f"{CELL}: {error}") from None
+    allowed, able = os.environ.get(MOVE, "").split(), [name for name, type_ in types.items() if type_ in _MOVERS]
+    if unknown := set(allowed) - set(able):
+        raise pytest.UsageError(
+            f"{MOVE}: {path} has nothing that moves named {', '.join(sorted(unknown))}; write names of {able}, with spaces between them"
+        )
+    movers = [("hardware", name) for name in allowed]
     readers = [("hardware", name, reading) for name, type_ in types.items() for reading in _READINGS[type_]]
     return readers, movers or _skipped(2, f"nothing may move: name devices in {MOVE}"), [("hardware", n) for n in types]
 

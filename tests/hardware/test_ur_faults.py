@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.ur.script import ControlScript
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
+from stretch_bt.hardware.examine import doctor
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 
 #: of the cell, so that faults come soon; a machine that is too busy for them makes faults of its own, after which a test goes on
@@ -292,7 +294,7 @@ def test_the_depth_past_first_contact_is_watched_in_every_cycle(moving):
     """Contact becomes known while the hand is already on its way below what that allows."""
     cell, arm, motion = moving()
     cell.hand.contact_height = 0.2
-    assert "depth 27" in str(fault_of(motion))
+    assert re.search(r"depth \d+\.\d mm is past the limit of the cell, at most 25 mm", str(fault_of(motion)))
     assert arm.pose(1.0).value.height > 0.165
 
 
@@ -330,6 +332,18 @@ def test_an_arm_that_stands_past_a_limit_is_in_fault_until_it_is_acknowledged(mo
         arm.move(Pose((0, 0, 0.2)), speed=0.1, owner="b")
     assert stands(cell.stand_in)
     goes_again(arm)
+
+
+def test_an_arm_that_is_opened_past_a_limit_is_not_ready(stand_in, live_cell):
+    behind, places = stand_in("ur")
+    behind.inject("load", {"fz": 30.0})
+    spec = load_cell(live_cell("ur", "rtde", places["rtde"], **DEADLINES))
+    said = "force 30.0 N is past the limit of the cell, at most 20 N; see why, move the hand back at the pendant"
+    with pytest.raises(DeviceFault, match=said):
+        open_cell(spec, now=time.monotonic)
+    [ready] = [found for found in doctor(spec) if found.check == "arm: ready"]
+    assert not ready.ok
+    assert said in ready.detail
 
 
 def read_until_fault(arm):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import FreeView, pulled_down, without_pattern
 from stretch_bt.perception.smooth import smooth
@@ -70,3 +70,14 @@ def test_what_cannot_be_compared_is_refused(view, fault):
     error = NoContact if fault == "nothing is seen" else InvalidInput
     with pytest.raises(error):
         pulled_down(DepthFrame(raw, UNIT, lens, 0.0, 0, distance, stretch=0.0), pattern)
+
+
+@pytest.mark.parametrize("rows", [40, 56])
+def test_a_strip_too_narrow_to_tell_noise_by_is_refused(rows):
+    lens, view = Intrinsics(475.0, 475.0, 100.0, rows / 2, 200, rows), FreeView()
+    shots = [DepthFrame(np.full((rows, 200), 1600, np.uint16), UNIT, lens, k / 30, k, DISTANCE) for k in range(30)]
+    for shot in shots:
+        view.add(shot)
+    view.settle()
+    with pytest.raises(IllConditioned, match="too little of the membrane"):
+        pulled_down(shots[0], view.pattern(0.1, HANG))

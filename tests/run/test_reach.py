@@ -153,6 +153,24 @@ def test_a_stretch_past_what_the_fingers_open_is_found(held):
     assert "allows 0 mm to 5 mm" in found.message
 
 
+@pytest.mark.parametrize(
+    ("tick", "node", "cell", "told"),
+    [
+        ("1 s", "retract: {clearance: 1 mm}", "lab_ur5", True),
+        ("0.9 s", "retract: {clearance: 1 mm}", "lab_ur5", False),
+        ("1 s", "capture: {frame: $frame}", "lab_ur5", False),
+        ("1 s", "retract: {clearance: 1 mm}", "simulated", False),
+    ],
+)
+def test_ticks_that_are_too_far_apart_for_a_motion_are_found(tmp_path, tick, node, cell, told):
+    (tmp_path / "tree.yaml").write_text(
+        f"format: stretch-tree/1\ntick: {tick}\ndevices: {{arm: Arm, camera: DepthCamera}}\nkeys: {{frame: DepthFrame}}\n"
+        f"trees: {{main: {{{node}}}}}\n"
+    )
+    found = [d for d in check(tmp_path / "tree.yaml", cell=cell) if "no tick looks" in d.message]
+    assert [(d.line, d.column, d.severity, d.code) for d in found] == [(2, 7, "warning", "cell-limit")] * told
+
+
 def test_the_command_tells_it_and_a_device_that_is_missing(tmp_path):
     (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", f"    press: {{depth: 3 mm, {QUIET}}}"))
     (tmp_path / "cell.yaml").write_text(CELL.replace("MOST", "140 mm"))

@@ -178,12 +178,10 @@ class UrArm(ArmDriver):
         self._was_ready = True
         if tare:
             self._tare(supervisor)
-        try:
-            supervisor.send(
-                {"do": "guard"}
-            )  # from now on, because a force is compared with its limit once its zero is known
-        except ChannelClosed as error:
-            raise DeviceLost(self.name, f"the connection broke ({error})") from error
+        # limits are held from now on: a force can be compared with its own once its zero is known
+        reason = supervisor.ask({"do": "guard"}, _ENGAGING)["reason"]
+        if reason is not None:
+            raise DeviceFault(self.name, reason)
 
     def _tare(self, supervisor: Supervisor) -> None:
         samples, end = [], time.monotonic() + _TARE_OVER

@@ -120,7 +120,7 @@ class _Keeper:
             case "zero":
                 self._zero = np.array(message["wrench"])
             case "guard":
-                self._guarded = self._engaged
+                self._guard(message["number"])
             case "follow":
                 self._follow(message)
             case "stop":
@@ -146,6 +146,13 @@ class _Keeper:
         self._fault = reason and safety_stop(self._session.receive.getSafetyStatusBits())
         self._beat = time.monotonic()
         self._channel.send({"say": "engaged", "number": message["number"], "reason": reason})
+
+    def _guard(self, number: int) -> None:
+        """Hold the limits from now on, and tell what is past one, or wrong, already."""
+        self._guarded = self._engaged
+        if self._guarded and (reason := self._passed()) is not None:
+            self._fail(reason)
+        self._channel.send({"say": "guarded", "number": number, "reason": self._fault})
 
     def _follow(self, message: Message) -> None:
         if self._ride is not None:
@@ -223,7 +230,10 @@ class _Keeper:
     def _passed(self) -> str | None:
         """Return which limit is passed, by an arm that moves or stands."""
         speed = math.hypot(*self._session.receive.getActualTCPSpeed()[:3])
-        return beyond(self._settings, self._place().position, speed, self._force(), self._contact_height)
+        past = beyond(self._settings, self._place().position, speed, self._force(), self._contact_height)
+        return (
+            past and f"{past}; see why, move the hand back at the pendant where it is still past it, then acknowledge"
+        )
 
     def _lead(self, ride: Ride) -> None:
         since = ride.since(time.monotonic(), _LEAP / self._settings.rate)

@@ -222,7 +222,7 @@ class Supervisor(Latched):
                         f"{self.name} needs ur-rtde ({message['reason']}); install it with: pip install ur-rtde"
                     )
                 raise ChannelClosed(message["reason"])
-            case "engaged" | "stopped":
+            case "engaged" | "guarded" | "stopped":
                 future = self._waiting.get(message["number"])
                 with suppress(InvalidStateError):
                     if future is not None:

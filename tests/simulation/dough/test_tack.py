@@ -30,6 +30,7 @@ CASES = {
     "strong": ("tack: {pull: 0.5 N}", 0.0, True),
     "strong, under a tense membrane": ("tack: {pull: 0.5 N}", 0.06, True),
     "strong, under one that hangs": ("tack: {pull: 0.5 N}, sag: on", 0.0, True),
+    "strong, under one that softens": ("tack: {pull: 0.5 N}, mullins: on", 0.02, True),
     "between two stretches that are solved": ("tack: {pull: 0.5 N}", 0.0437, True),
 }
 
@@ -50,6 +51,7 @@ def test_it_comes_along_where_the_hand_holds_it_harder_than_table_and_weight(cas
     world, contact, truth = led(effects, stretch, (0.0, 0.024), (0.0, 0.035), (0.02, 0.035))
     lowest = world.skin(contact, stretch).points[..., 2].min()
     assert (world.specimen.grip(world._past[-1].thing) is not None) == comes
+    assert truth["depth"] == 0.0, "the hand is above it"
     if not comes:
         assert contact.force == (0.0, 0.0, 0.0)
         assert truth["height"] == pytest.approx(0.025, abs=5e-4)

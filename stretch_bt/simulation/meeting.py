@@ -1,0 +1,218 @@
+"""How a hand that stands somewhere and an object meet: which of them gives way by how much, with which force, and what sticks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.frames import Pose
+from stretch_bt.simulation.coupling import Equilibrium, couple
+from stretch_bt.simulation.fidelity.base import Fidelity, Place
+from stretch_bt.simulation.fidelity.make import Membrane
+from stretch_bt.simulation.hanging import between, pulled_by
+from stretch_bt.simulation.objects.base import Specimen, Standing
+from stretch_bt.simulation.objects.response import Law
+from stretch_bt.simulation.scene import Scene
+from stretch_bt.simulation.seat import Seat, seat
+
+__all__ = ["Contact", "Meeting", "Past"]
+
+_GROWTH = 1.5  # power of its depth that the force of a membrane about grows with
+_SETTLED = 1e-6  # m; a body that changes its shape with its drop is met anew until the drop changes by less
+_PASSES = 30
+_FRAME = 2e4  # N/m, of the hand's frame where something meets it
+_LOOSER = 10.0  # than of shared travel, to which the way of a pull is told
+_SWINGS = 8  # passes after which the drop is taken to swing about its value
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """How membrane and object stand: lengths in m; `depth` and `drop` are 0 while they do not touch.
+
+    `force` (3,), N, is that of the object on the hand, world axes, solved at `felt`, and its shape is that at `place`;
+    `remembered` is what the membrane knew before. An object that sticks to a hand above it pulls the membrane down by `pulled`, and
+    hangs `raised` above where it stood; `raised` is None where it does not pull.
+    """
+
+    depth: float
+    drop: float
+    force: tuple[float, float, float]
+    place: Place | None = None
+    felt: Place | None = None
+    remembered: Any = None
+    iterations: int = 0
+    pulled: float = 0.0
+    raised: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """What the world remembers of a moment, s: the object's state, the membrane's, where the hand was, and how far
+    it was past first contact with what drop; m. `number` is that of the change that led to it.
+    """
+
+    time: float
+    thing: Any
+    membrane: Any
+    at: tuple[float, float]
+    hand: tuple[Pose, float] | None = None
+    shared: tuple[float, float] | None = None
+    number: int = 0
+
+
+class Meeting:
+    """A hand over one object, whose states the world keeps."""
+
+    def __init__(self, scene: Scene, membrane: Membrane, fidelity: Fidelity, specimen: Specimen) -> None:
+        self.scene, self.membrane, self.fidelity, self.specimen = scene, membrane, fidelity, specimen
+
+    def contact(self, past: Past, pose: Pose, stretch: float, time: float) -> Contact:
+        """Return how hand and object stand at a moment after the past one; raises NoEquilibrium."""
+        state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
+        standing = self.specimen.standing(state, 0.0)
+        where = seat(standing, pose)
+        rest = self.specimen.rest(state, dt)
+        nothing = Contact(0.0, rest, (0.0, 0.0, 0.0))
+        if where.depth + self.lift(standing, where, min(stretch, 0.0)) <= 0:  # slack it hangs most
+            return self._pulling(past, standing, pose, stretch) or nothing
+        lift = self.lift(standing, where, stretch)
+        if where.depth + lift <= 0 or not self._covers(where, stretch):
+            return self._pulling(past, standing, pose, stretch) or nothing
+        found, standing = self._shared(past, standing, where, stretch, dt, lift, rest)
+        if found.force <= 0:
+            return self._pulling(past, standing, pose, stretch) or replace(nothing, drop=found.drop)
+        depth = found.depth - lift
+        felt = self._felt(standing, where, stretch)
+        pushed = self.fidelity.force(felt, depth, past.membrane) + np.array([0.0, 0.0, self._framed(depth)[0]])
+        force = _world(pushed, pose)
+        place = self._place(standing, where, stretch)
+        return Contact(depth, found.drop, force, place, felt, past.membrane, found.iterations)
+
+    def lift(self, standing: Standing, where: Seat, stretch: float) -> float:
+        """Return how far the membrane hangs where it meets the object, m."""
+        return self.fidelity.lift(self._felt(standing, where, stretch))
+
+    def _pulling(self, past: Past, standing: Standing, pose: Pose, stretch: float) -> Contact | None:
+        """Return how an object that sticks pulls at a hand above it, None where none does."""
+        grip = self.specimen.grip(past.thing)
+        if grip is None:
+            return None
+        if grip.raised:  # since the last moment it went with the hand
+            x, y = pose.position[0] - past.at[0], pose.position[1] - past.at[1]
+            standing = replace(standing, x=standing.x + x, y=standing.y + y)
+        where = seat(standing, pose)
+        if where.upright != 1.0 or not self._covers(where, stretch):
+            return None
+        spot = Place(grip.spot, None, where.at, 0.0, (0.0, 0.0), self.scene.object.reach, stretch)
+        above = max(-where.depth - self.fidelity.lift(spot), 0.0)
+        law = between(stretch, lambda known: self._pull_law(spot, known, past))
+        found = pulled_by(law, grip, above, _LOOSER * self.fidelity.close)
+        if found is None:
+            return None
+        force = _world(np.array([0.0, 0.0, -found.force]), pose)
+        return Contact(0.0, 0.0, force, spot, None, past.membrane, 0, found.down, found.raised)
+
+    def _pull_law(self, spot: Place, stretch: float, past: Past) -> Law:
+        """Return the force on a spot in the middle of the membrane by how far that is moved from where it hangs freely."""
+        middle = replace(spot, at=(0.0, 0.0), stretch=stretch)
+        return _lifted(self.fidelity.law(middle, past.membrane), self.fidelity.lift(middle))
+
+    def _shared(
+        self, past: Past, standing: Standing, where: Seat, stretch: float, dt: float, lift: float, rest: float
+    ) -> tuple[Equilibrium, Standing]:
+        """Return how the travel is shared; a body that changes its shape with its drop is met as it is at the drop found."""
+        law = self.specimen.law(past.thing, dt)
+        travel = where.depth + lift
+        felt = self._hand_law(standing, where, stretch, past)
+        if law is None:
+            return Equilibrium(travel, 0.0, felt(where.depth)[0], 0), standing
+        state, drop, spent, near = past.thing, math.inf, 0, _ahead(past, where.depth)
+        own, close = _along(law, where.upright), self.fidelity.close
+        upright = where.upright  # the part of a drop that is a way along the hand's axis
+        kinks = [kink * upright for kink in self.specimen.kinks(state)]
+        start = self.specimen.drop(state) * upright
+        for turn in range(_PASSES):
+            found = couple(
+                _lifted(felt, lift), own, travel, rest=rest * upright, start=start, kinks=kinks, close=close, near=near
+            )
+            spent, before, drop = spent + found.iterations, drop, found.drop / upright
+            changed = self.specimen.standing(state, drop)
+            if changed.body == standing.body or abs(drop - before) < _SETTLED:
+                return found._replace(iterations=spent, drop=drop), changed
+            # drops that swing to and fro, as where friction holds, are met in their middle
+            standing = changed if turn < _SWINGS else self.specimen.standing(state, (drop + before) / 2)
+            felt = self._hand_law(standing, where, stretch, past)
+        raise NoEquilibrium("membrane and object do not agree on the object's shape")
+
+    def _hand_law(self, standing: Standing, where: Seat, stretch: float, past: Past) -> Law:
+        """Return the hand's force by depth: that of the membrane, and of the frame behind it where it has one."""
+        law = self.fidelity.law(self._felt(standing, where, stretch), past.membrane)
+        if self.scene.hand.frame is None:
+            return law
+
+        def both(depth: float) -> tuple[float, float]:
+            (soft, slope), (hard, steep) = law(depth), self._framed(depth)
+            return soft + hard, slope + steep
+
+        return both
+
+    def _framed(self, depth: float) -> tuple[float, float]:
+        """Return the force, N, of the hand's frame on what stands this deep in it, and its slope, N/m."""
+        frame = self.scene.hand.frame
+        if frame is None or depth <= frame:
+            return 0.0, 0.0
+        return _FRAME * (depth - frame), _FRAME
+
+    def _place(self, standing: Standing, where: Seat, stretch: float) -> Place:
+        form = self.specimen.form(standing)
+        reach = self.scene.object.reach
+        passing = standing.passing and where.tilt == (0.0, 0.0)
+        return Place(standing.body, form, where.at, where.heading, where.tilt, reach, stretch, standing.varies, passing)
+
+    def _felt(self, standing: Standing, where: Seat, stretch: float) -> Place:
+        """Return the place at which a force is felt: that of a simpler body, if there is one, in the middle of the membrane."""
+        place = self._place(standing, where, stretch)
+        if standing.felt is None or place.tilt != (0.0, 0.0):
+            return place
+        return replace(place, body=standing.felt, at=(0.0, 0.0), heading=0.0, passing=False)
+
+    def _covers(self, where: Seat, stretch: float) -> bool:
+        """Tell whether the object stands under the membrane, at least in part."""
+        reach = self.scene.object.reach
+        length = self.membrane.gauge + self.scene.hand.mount_prestretch + stretch
+        borders = (self.membrane.width / 2, length / 2)
+        return all(abs(a) <= border + reach for a, border in zip(where.at, borders, strict=True))
+
+
+def _ahead(past: Past, travel: float) -> float | None:
+    """Return the drop, m, at a travel past first contact, as the last one known grows with the force."""
+    if past.shared is None or min(past.shared) <= 0 or travel <= 0:
+        return None
+    return past.shared[1] * math.pow(travel / past.shared[0], _GROWTH)
+
+
+def _lifted(felt: Law, lift: float) -> Law:
+    """Return a membrane's law by how far it is past where it first touches."""
+    return lambda travel: felt(travel - lift)
+
+
+def _along(law: Law, upright: float) -> Law:
+    """Return an object's law by the way and the force along the hand's axis, of which it feels the upright part."""
+    if upright == 1.0:
+        return law
+
+    def along(way: float) -> tuple[float, float]:
+        force, slope = law(way / upright)
+        return force / upright, slope / upright**2
+
+    return along
+
+
+def _world(force: np.ndarray, pose: Pose) -> tuple[float, float, float]:
+    """Return a force in the membrane frame in world axes; the membrane's y runs against the hand's."""
+    x, y, z = (pose.matrix() @ np.array([force[0], -force[1], force[2]])).tolist()
+    return x, y, z
