@@ -3,17 +3,13 @@
 import numpy as np
 import pytest
 
-from stretch_bt.simulation.effects.bending import Bending
 from stretch_bt.simulation.effects.friction import Friction
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.sheet import SheetFidelity
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.materials import NeoHookean
-from stretch_bt.simulation.membrane.sheet import solver
-from stretch_bt.simulation.membrane.sheet.effects import Effects
-from stretch_bt.simulation.membrane.sheet.geometry import Sheet
-from stretch_bt.simulation.membrane.sheet.result import Load
-from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.membrane.sheet import newton, solver
+from stretch_bt.simulation.membrane.sheet.problem import Evaluation
 from stretch_bt.simulation.scene.sections import MOUNT_PRESTRETCH, SHEAR_MODULUS
 
 SHEET = (0.090, 0.100, 0.002, NeoHookean(SHEAR_MODULUS), MOUNT_PRESTRETCH)
@@ -51,10 +47,15 @@ def test_a_membrane_that_remembers_is_seen_as_exactly_as_it_is_felt(solved):
     assert solved == [(1e-3, True)]
 
 
-def test_a_touch_that_rounding_keeps_from_balancing_any_better_is_solved():
-    bends = Bending(Bending.Parameters()).on_sheet(Effects())
-    sheet = Sheet(0.100, 0.090, 0.002, NeoHookean(SHEAR_MODULUS), MOUNT_PRESTRETCH, bends)
-    touch = solver.solve(sheet, Load(Sphere(0.020), 0.0, 2e-5, (0.0, 0.0), (0.0, 0.0), 0.0), Settings())
-    assert 0 < touch.force[2] < 2e-3
-    assert touch.balance < 1e-3
-    assert touch.pivot > 0, "it is a minimum"
+@pytest.mark.parametrize(
+    ("left", "step", "solved"),
+    [(1e-6, 1e-8, True), (1e-6, 1e-4, False), (1e-2, 1e-12, False)],
+    ids=["only rounding is left", "energy is to be gained", "forces are out of balance"],
+)
+def test_what_rounding_keeps_from_balancing_any_better_is_solved(left, step, solved):
+    """The whole force is 1, the energy 1, and one node of the middle row has a force left that a step would follow."""
+    gradient, direction = np.zeros((4, 5, 3)), np.zeros((2, 5, 3))
+    gradient[1, 2, 2], direction[0, 2, 2] = left, -step
+    totals = np.zeros((1, 8))
+    totals[0, 2] = 1.0
+    assert newton._rounded(Evaluation(1.0, gradient, totals, np.zeros(3)), direction) is solved
