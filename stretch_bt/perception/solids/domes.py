@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 BAND = 1.5e-3  # m to either side of a line through a peak
 REACH = 7e-3  # m
 PATCH = 3e-3  # m round a peak over which its height is taken
-MOST = 12e-3  # m from a peak to the hand within which a view shows how round it is
+MOST = 12e-3  # m from a peak to the hand within which a view shows over what the membrane bends
 ABOVE = 0.3e-3  # m above the lowest within which a view still lies on the peak: a membrane that hangs over it is higher
 SHARED = 0.15e-3  # m
 DIFFERENT = 0.75  # of the logarithm of a radius, by which a height is more than that of a half-sphere on the table
@@ -59,12 +59,11 @@ def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
 
 
 def _dome(views: list[View], peak: Array) -> Dome:
+    height, lying = _lying(views, peak)
     nearest = sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - peak))))
     close = [v for v in nearest if np.hypot(*(v.hand[:2] - peak)) < MOST] or nearest[:1]
-    radii, layers = [], []
+    layers = []
     for view in close:
-        _, curvatures = _vertex(view, peak)
-        radii.append(1 / max(float(np.mean(curvatures)), 1.0))
         for along in np.eye(2):
             try:
                 bend = fit_bend(profile_of(view, peak, along, BAND, -2 * REACH, 2 * REACH), 0.0, reach=REACH)
@@ -72,19 +71,25 @@ def _dome(views: list[View], peak: Array) -> Dome:
                 layers.append(LONGEST)
             else:
                 layers.append(bend.length)
-    return Dome(peak, _height(views, peak), float(np.median(radii)), float(np.median(layers)))
+    return Dome(peak, height, float(np.median(lying)), float(np.median(layers)))
 
 
-def _height(views: list[View], peak: Array) -> Dimension:
-    """Return the height of a peak by the views that lie on it."""
-    tops = []
+def _lying(views: list[View], peak: Array) -> tuple[Dimension, list[float]]:
+    """Return the height of a peak, and the radius of curvature, m, that each view shows, by the views that lie on it."""
+    tops, radii = [], []
     for view in views:
         try:
-            tops.append(Dimension(_vertex(view, peak)[0], max(view.noise / 2, view.shared, 1e-5), {}))
+            height, curvatures = _vertex(view, peak)
         except IllConditioned:
             continue
+        tops.append(Dimension(height, max(view.noise / 2, view.shared, 1e-5), {}))
+        radii.append(1 / max(float(np.mean(curvatures)), 1.0))
+    if not tops:
+        raise IllConditioned("no view shows the peak")
     lowest = min(top.value for top in tops)
-    return pooled([top for top in tops if top.value < lowest + ABOVE])
+    lies = [top.value < lowest + ABOVE for top in tops]
+    known = pooled([top for top, on in zip(tops, lies, strict=True) if on])
+    return known, [radius for radius, on in zip(radii, lies, strict=True) if on]
 
 
 def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float]]:

@@ -8,8 +8,10 @@ import pytest
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception import Dimension, cloud_of, fit_object
 from stretch_bt.perception.solids.bend import fit_bend
+from stretch_bt.perception.solids.domes import domes_of
 from stretch_bt.perception.solids.profile import Profile
 from stretch_bt.perception.solids.result import pooled
+from stretch_bt.perception.solids.views import views_of
 from stretch_bt.perception.solids.wire import no_wire_there
 
 _spec = importlib.util.spec_from_file_location("membranes", Path(__file__).with_name("membranes.py"))
@@ -67,6 +69,20 @@ def test_a_membrane_that_is_bent_by_its_clamps_adds_no_dome():
     bent.touched = height.touched
     found = fit_object(*m.felt(bent, 0.014))
     assert [name for name in found.dimensions if name.startswith("radius_")] == ["radius_1", "radius_2"]
+
+
+def test_a_membrane_that_hangs_over_a_dome_does_not_say_how_round_it_is():
+    lies = m.domes([(0.0, 0.012)])
+
+    def hangs(x, y):
+        return np.maximum(lies(x, y), 12.5 * MM)
+
+    rng = np.random.default_rng(3)
+    presses = [(lies, 9 * MM), (lies, -9 * MM), (hangs, 0.0), (hangs, 2 * MM), (hangs, -2 * MM)]
+    contacts = [m.contact(height, (x, 0.0), 6 * MM, rng, 0.03 * MM, 12.5 * MM) for height, x in presses]
+    (found,) = domes_of(views_of(contacts), [np.zeros(2)])
+    assert found.height.value == pytest.approx(12 * MM, abs=0.2 * MM)
+    assert found.radius == pytest.approx(12 * MM, rel=0.3)
 
 
 def test_a_shape_stands_where_it_stands_and_is_turned_as_it_is():
