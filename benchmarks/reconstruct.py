@@ -218,10 +218,8 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
             return f"{result.status}: {result.reason[:150]}"
         points = points_of((record / "cloud.ply").read_bytes())
     off, above = distances(known.object, points), upper_surface(known.object)
-    cells = {tuple(c) for c in np.floor(points[:, :2] / 1e-3).astype(int)}
-    there = {tuple(c) for c in np.floor(above.places / 1e-3).astype(int)}
-    lies = np.array([tuple(c) in there for c in np.floor(points[:, :2] / 1e-3).astype(int)])
-    felt = np.array([tuple(c) in cells for c in np.floor(above.places / 1e-3).astype(int)])
+    cells, there = _cells(points[:, :2]), _cells(above.places)
+    lies, felt = (np.array([c in wanted for c in of]) for of, wanted in ((cells, set(there)), (there, set(cells))))
     x, y = above.places.T
     over = forces.relief.at(forces.relief.ceiling, x, y, np.inf) - above.heights
 
@@ -249,6 +247,11 @@ def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Fo
         },
         bounds=(bounded(0.5e-3), bounded(1e-3)),
     )
+
+
+def _cells(places: Any) -> list[tuple[int, ...]]:
+    """Return the cells of 1 mm in which places (n, 2), m, lie."""
+    return [tuple(cell) for cell in np.floor(places / 1e-3).astype(int).tolist()]
 
 
 def _rms(off: Any, points: Any) -> float:

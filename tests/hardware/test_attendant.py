@@ -1,11 +1,10 @@
 """The thread that has a wire to itself."""
 
-import os
-import signal
 import threading
 import time
 
 import pytest
+from waiting import broken_off
 
 from stretch_bt.errors import DeviceFault, DeviceLost, NotReady
 from stretch_bt.hardware.attendant import Attendant, WireError
@@ -185,16 +184,8 @@ def test_a_job_that_breaks_the_wire_is_a_loss_and_one_that_refuses_is_not(attend
 
 def test_ctrl_c_before_the_first_reading_ends_the_thread(attend, wire):
     wire.gate.clear()
-
-    def interrupt():
-        until(lambda: wire.said)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    thread = threading.Thread(target=interrupt)
-    thread.start()
-    with pytest.raises(KeyboardInterrupt):
+    with broken_off(lambda: wire.said):
         attend()
-    thread.join()
     wire.gate.set()
     until(lambda: "attendant of d" not in [thread.name for thread in threading.enumerate()])
     assert wire.said == ["connect", "close"]

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from waiting import eventually
+from waiting import broken_off, eventually
 
 from stretch_bt.errors import CellError, DeviceLost, MissingExtra, NotReady
 from stretch_bt.hardware.cell import open_cell
@@ -130,16 +130,8 @@ def test_ctrl_c_while_it_is_opened_leaves_no_process_and_no_thread(stand_in, liv
     behind, places = stand_in("realsense")
     behind.inject("freeze")
     cell = load_cell(live_cell("realsense", "depth", places["depth"]))
-
-    def interrupt():
-        eventually(lambda: behind.state()["streaming"])
-        os.kill(os.getpid(), signal.SIGINT)
-
-    thread = threading.Thread(target=interrupt)
-    thread.start()
-    with pytest.raises(KeyboardInterrupt):
+    with broken_off(lambda: behind.state()["streaming"]):
         open_cell(cell, now=time.monotonic)
-    thread.join()
     assert "attendant of camera" not in [thread.name for thread in threading.enumerate()]
     eventually(lambda: not behind.state()["streaming"])
 

@@ -1,8 +1,6 @@
 """The parts of the arm's driver by themselves: messages, limits, setpoints, reach."""
 
 import json
-import os
-import signal
 import socket
 import threading
 import time
@@ -12,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from waiting import broken_off, eventually
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
@@ -208,15 +207,11 @@ def test_ctrl_c_while_the_arm_is_opened_leaves_no_process(stand_in, live_cell):
     def begun():
         return [thread for thread in threading.enumerate() if thread.name == "supervisor of arm"]
 
-    def interrupt():
-        while not begun():
-            time.sleep(0.01)
+    def all_begun():
+        eventually(begun)
         time.sleep(0.5)  # its process, too
-        os.kill(os.getpid(), signal.SIGINT)
+        return True
 
-    thread = threading.Thread(target=interrupt)
-    thread.start()
-    with pytest.raises(KeyboardInterrupt):
+    with broken_off(all_begun):
         open_cell(cell, now=time.monotonic)
-    thread.join()
     assert not begun()

@@ -74,13 +74,12 @@ class Judge:
         self.event: str | None = None
         self._lost_after, self._noisy = lost_after, noisy
         self._good = began
-        self._first = True
         self._newest: Shot | None = None
         self._seen: Counts | None = None
         self._older = 0
         self._floor: tuple[float, float] | None = None
         self._began = began
-        #: when the first frame came
+        #: when the first good frame came
         self._opened: float | None = None
 
     def silent(self, now: float) -> float:
@@ -98,10 +97,11 @@ class Judge:
         if self.bad is not None:
             return None
         gone, self._good = shot.arrived - self._good, shot.arrived
-        first, self._first = self._first, False
-        if gone > self._lost_after and not first:
+        if self._opened is None:
+            self._opened = shot.arrived
+        elif gone > self._lost_after:
             self._note(f"no good frame came for {gone:.2g} s, and now they come again")
-        return replace(shot, exposed=shot.arrived - self._lag(shot))
+        return replace(shot, exposed=shot.arrived - self._lag(shot, self._opened))
 
     def _note(self, event: str) -> None:
         self.event = self.event or event
@@ -148,22 +148,20 @@ class Judge:
             return "its images are torn"
         return None
 
-    def _lag(self, shot: Shot) -> float:
-        """Return how much longer a frame was on its way than the quickest; the camera's clock may drift."""
+    def _lag(self, shot: Shot, opened: float) -> float:
+        """Return how much longer a frame was on its way than the quickest, the first having come at `opened`, s; the camera's clock may drift."""
         way = shot.arrived - shot.time
         if self._floor is None:
             self._floor = (way, shot.arrived)
         least = self._floor[0] + _DRIFT * (shot.arrived - self._floor[1])
-        if way < least - _JUMP - self._held(shot.arrived):
+        if way < least - _JUMP - self._held(opened, shot.arrived):
             self._note(f"its clock jumped ahead by {least - way:.3g} s")
         self._floor = (min(least, way), shot.arrived)
         return way - self._floor[0]
 
-    def _held(self, now: float) -> float:
+    def _held(self, opened: float, now: float) -> float:
         """Return for how long the first frames may have been held up, as on a busy machine, while those that were not may yet come."""
-        if self._opened is None:
-            self._opened = now
-        return self._opened - self._began if now - self._opened < _YOUNG else 0.0
+        return opened - self._began if now - opened < _YOUNG else 0.0
 
 
 def _bands(image: Counts) -> list[Counts]:
