@@ -19,18 +19,19 @@ __all__ = ["pulled_down"]
 KERNEL = 10.0  # pixels of the Gaussian under which a place is low
 STEP = 4
 APART = 7  # steps, nearly three KERNELs: noise so far apart is independent
+SAME = 2e-3  # m, within which fingers set twice to one stretch are
 
 
 def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
     """Return how far the lowest place of a membrane lies below where it hung freely when the pattern was learned, m.
 
-    `frame`, one or a mean of several, is as the camera sent it less the pattern's error, and of the same stretch. The lowest of
-    many noisy places is some two standard deviations low; a membrane that is pressed anywhere is no membrane to ask.
+    `frame`, one or a mean of several, is as the camera sent it less the pattern's error, and of the same stretch within
+    2 mm. The lowest of many noisy places is some two standard deviations low; a membrane that is pressed anywhere is no membrane to ask.
 
     Raises
     ------
     InvalidInput
-        The frame is of another shape, or does not say how far the flat membrane is.
+        The frame is of another shape or another stretch, or does not say how far the flat membrane is.
     NoContact
         No place of the membrane is seen.
     IllConditioned
@@ -38,6 +39,11 @@ def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
     """
     if frame.raw.shape != pattern.hung.shape or frame.plane_distance is None:
         raise InvalidInput(f"it takes a frame of {pattern.hung.shape} pixels that says how far the flat membrane is")
+    if frame.stretch is not None and pattern.stretch is not None and abs(frame.stretch - pattern.stretch) > SAME:
+        raise InvalidInput(
+            f"how the membrane hung was learned at a stretch of {1e3 * pattern.stretch:.1f} mm, the frame is of "
+            f"{1e3 * frame.stretch:.1f} mm: set the stretch of `approach` first"
+        )
     known = frame.raw > 0
     deeper = np.where(known, frame.depth - np.float32(frame.plane_distance) - pattern.hung, 0).astype(np.float32)
     mean, trusted = coarse_rise(np.where(known, median(deeper, known), np.float32(0)), known, KERNEL, STEP)

@@ -50,6 +50,7 @@ class Pattern:
     hang_sd: Length
     rate: Speed
     time: Time
+    stretch: Length | None = None
 
 
 class FreeView:
@@ -132,6 +133,7 @@ class FreeView:
             hung.sd,
             rate,
             time,
+            frame.stretch,
         )
 
 

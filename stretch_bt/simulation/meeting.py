@@ -73,7 +73,7 @@ class Meeting:
     def contact(self, past: Past, pose: Pose, stretch: float, time: float) -> Contact:
         """Return how hand and object stand at a moment after the past one; raises NoEquilibrium."""
         state, dt = past.thing, time - past.time if math.isfinite(past.time) else 0.0
-        standing = self.specimen.standing(state, 0.0)
+        standing = self._carried(past, pose)
         where = seat(standing, pose)
         rest = self.specimen.rest(state, dt)
         nothing = Contact(0.0, rest, (0.0, 0.0, 0.0))
@@ -101,9 +101,6 @@ class Meeting:
         grip = self.specimen.grip(past.thing)
         if grip is None:
             return None
-        if grip.raised:  # since the last moment it went with the hand
-            x, y = pose.position[0] - past.at[0], pose.position[1] - past.at[1]
-            standing = replace(standing, x=standing.x + x, y=standing.y + y)
         where = seat(standing, pose)
         if where.upright != 1.0 or not self._covers(where, stretch):
             return None
@@ -115,6 +112,14 @@ class Meeting:
             return None
         force = _world(np.array([0.0, 0.0, -found.force]), pose)
         return Contact(0.0, 0.0, force, spot, None, past.membrane, 0, found.down, found.raised)
+
+    def _carried(self, past: Past, pose: Pose) -> Standing:
+        """Return what the membrane meets, m; an object that hung at the hand went with it since the last moment."""
+        standing, grip = self.specimen.standing(past.thing, 0.0), self.specimen.grip(past.thing)
+        if grip is None or not grip.raised:
+            return standing
+        x, y = pose.position[0] - past.at[0], pose.position[1] - past.at[1]
+        return replace(standing, x=standing.x + x, y=standing.y + y)
 
     def _pull_law(self, spot: Place, stretch: float, past: Past) -> Law:
         """Return the force on a spot in the middle of the membrane by how far that is moved from where it hangs freely."""
@@ -140,7 +145,7 @@ class Meeting:
                 _lifted(felt, lift), own, travel, rest=rest * upright, start=start, kinks=kinks, close=close, near=near
             )
             spent, before, drop = spent + found.iterations, drop, found.drop / upright
-            changed = self.specimen.standing(state, drop)
+            changed = replace(self.specimen.standing(state, drop), x=standing.x, y=standing.y)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
                 return found._replace(iterations=spent, drop=drop), changed
             # drops that swing to and fro, as where friction holds, are met in their middle

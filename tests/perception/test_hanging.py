@@ -56,20 +56,22 @@ def test_what_pushes_it_up_does_not_pull(view):
     assert found.value < 0.1e-3
 
 
-@pytest.mark.parametrize("fault", ["nothing is seen", "another shape", "no distance"])
+@pytest.mark.parametrize("fault", ["nothing is seen", "another shape", "another stretch", "no distance"])
 def test_what_cannot_be_compared_is_refused(view, fault):
     rng, _, pattern = view
     frame = frames(FREE, rng)
-    raw, lens, distance = frame.raw, LENS, DISTANCE
+    raw, lens, distance, stretch = frame.raw, LENS, DISTANCE, 0.0
     if fault == "nothing is seen":
         raw = 0 * raw
     elif fault == "another shape":
         raw, lens = raw[:-1], Intrinsics(475.0, 475.0, 100.0, 110.0, 200, 219)
+    elif fault == "another stretch":
+        stretch = 0.01
     else:
         distance = None
     error = NoContact if fault == "nothing is seen" else InvalidInput
     with pytest.raises(error):
-        pulled_down(DepthFrame(raw, UNIT, lens, 0.0, 0, distance, stretch=0.0), pattern)
+        pulled_down(DepthFrame(raw, UNIT, lens, 0.0, 0, distance, stretch=stretch), pattern)
 
 
 @pytest.mark.parametrize("rows", [40, 56])

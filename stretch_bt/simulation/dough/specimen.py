@@ -112,8 +112,10 @@ class DoughSpecimen(Specimen):
 
     def after(self, state: DoughState, moved: Moved) -> DoughState:
         """Return it rolled where the hand went across while it pressed, else pressed as far as it gave way for good; or carried."""
+        if state.raised:  # it hung, and did not roll
+            state, moved = _carried(state, moved), replace(moved, across=(0.0, 0.0))
         shaped = self._shaped(state, moved)
-        return shaped if self.tack <= 0 else _stuck(shaped, moved)
+        return shaped if self.tack <= 0 else replace(shaped, raised=_raised(moved))
 
     def grip(self, state: DoughState) -> Grip | None:
         """Return by how much it sticks to a hand that touched it: by a spot as wide as the radius of its ball."""
@@ -233,15 +235,17 @@ class DoughSpecimen(Specimen):
         )
 
 
-def _stuck(state: DoughState, moved: Moved) -> DoughState:
-    """Return dough that a touch made stick to the hand, carried along where it hangs, or free where the hand tore itself loose."""
-    raised = 0.0 if moved.force[2] < 0 else moved.raised
-    if raised == state.raised and not raised:
+def _raised(moved: Moved) -> float | None:
+    """Return how far dough hangs above the table, m: not while it is pressed, None where the hand does not touch it."""
+    return 0.0 if moved.force[2] < 0 else moved.raised
+
+
+def _carried(state: DoughState, moved: Moved) -> DoughState:
+    """Return dough that hung where the hand took it, which may have set it down; what tore itself loose is left where it was."""
+    if _raised(moved) is None:
         return state
-    lump = state.lump
-    if raised and state.raised and moved.across != (0.0, 0.0):
-        lump = replace(lump, x=lump.x + moved.across[0], y=lump.y + moved.across[1])
-    return replace(state, lump=lump, raised=raised)
+    x, y = moved.across
+    return replace(state, lump=replace(state.lump, x=state.lump.x + x, y=state.lump.y + y))
 
 
 def _ball(lump: Lump) -> Indenter:

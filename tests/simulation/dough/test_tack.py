@@ -75,8 +75,9 @@ def test_what_was_let_go_has_to_be_touched_again():
     assert free.force == (0.0, 0.0, 0.0)
 
 
-def test_it_is_put_down_where_the_hand_goes_down():
-    world, contact, truth = led("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040), (0.03, 0.040), (0.03, 0.023))
+@pytest.mark.parametrize("across", [((0.03, 0.040),), ()], ids=["over it first", "in one step"])
+def test_it_is_put_down_where_the_hand_goes_down(across):
+    world, contact, truth = led("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040), *across, (0.03, 0.023))
     assert contact.force[2] > 0
     assert truth["height"] < 0.0255
     assert world._past[-1].thing.lump.x == pytest.approx(0.03)
