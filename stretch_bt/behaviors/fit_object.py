@@ -53,7 +53,12 @@ class FitObject(Behavior):
     def update(self) -> Status:
         """Fit."""
         found = perception.fit_object(
-            self.cloud, self.contacts, shape=self.shape, fillet=self.fillet, fillet_sd=self.fillet_sd
+            self.cloud,
+            self.contacts,
+            shape=self.shape,
+            fillet=self.fillet,
+            fillet_sd=self.fillet_sd,
+            relief=self.relief,
         )
         self.solid, self.kind_found = found, found.kind
         self.x, self.y, self.heading = float(found.middle[0]), float(found.middle[1]), float(found.heading)

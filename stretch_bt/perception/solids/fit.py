@@ -11,6 +11,8 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.dimensions import measure_object
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.solids.agree import SURFACES, Surface, contradiction, surface_of_domes
 from stretch_bt.perception.solids.block import block, disc
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
 from stretch_bt.perception.solids.crest import crest_of, evidence_of_crest, half_cylinder, ridge
@@ -42,19 +44,31 @@ MARGIN = 10e-3  # m beyond the top within which its outline is sought
 class _Case:
     """What all kinds of shapes are judged by."""
 
-    def __init__(self, views: list[View], cloud: Cloud, fillet: tuple[float, float]) -> None:
-        self.views, self.cloud, self.fillet = views, cloud, fillet
+    def __init__(self, views: list[View], cloud: Cloud, fillet: tuple[float, float], relief: Relief | None) -> None:
+        self.views, self.cloud, self.fillet, self.relief = views, cloud, fillet, relief
         self.floor = math.hypot(cloud.floor, HANG_SD)
         self.heights = height_map(views)
         self.top: Top = top_of(self.heights)
         self.heading = math.atan2(float(self.top.along[1]), float(self.top.along[0]))
         self.middle: Array = self.top.middle
         self.made: dict[Kind, Made] = {}
+        self.domes: Surface | None = None
         self.evidence: dict[Kind, float] = {}
         self.refused: dict[Kind, str] = {}
 
     def offer(self, kind: Kind, evidence: float, made: Made) -> None:
         self.evidence[kind], self.made[kind] = evidence, made
+
+    def agreed(self, kind: Kind) -> Mapping[str, Dimension]:
+        """Return the dimensions of a kind; raises IllConditioned also where the presses showed that it is another."""
+        found = self.made[kind]()
+        whole = kind == "domes"
+        surface = self.domes if whole else SURFACES.get(kind)
+        if self.relief is not None and surface is not None:
+            middle, heading = (np.zeros(2), 0.0) if whole else (self.middle[:2], self.heading)
+            if why := contradiction(kind, surface, found, self.relief, middle, heading):
+                raise IllConditioned(why)
+        return found
 
 
 def fit_object(
@@ -64,12 +78,13 @@ def fit_object(
     shape: str = "auto",
     fillet: float = FILLET,
     fillet_sd: float = FILLET_SD,
+    relief: Relief | None = None,
 ) -> Solid:
     """Fit the shape of an object on the table to what contacts show of it, and return its dimensions.
 
     What the top is like chooses among families: flat, a crest, or round. Within one the shapes are compared by their
-    evidence, and the best that can be measured is taken; where none can, or none is about as likely, the extents of the cloud
-    are what is known.
+    evidence, and the best that can be measured, and that agrees with the map of the presses, is taken; where none does, or none is
+    about as likely, the extents of the cloud are what is known.
 
     Parameters
     ----------
@@ -81,6 +96,8 @@ def fit_object(
         A kind of shape to take for granted, or "auto".
     fillet, fillet_sd : float, m
         Radius of the object's edges, or of its wire, with its standard deviation.
+    relief : Relief, optional
+        The map of the presses. A shape that is taken for granted is not held against it.
 
     Raises
     ------
@@ -101,7 +118,7 @@ def fit_object(
         raise NoContact("the cloud has no point")
     views = views_of(contacts)
     try:
-        case = _Case(views, cloud, (fillet, fillet_sd))
+        case = _Case(views, cloud, (fillet, fillet_sd), relief)
     except IllConditioned as error:
         if shape not in ("auto", "extents"):
             raise
@@ -184,6 +201,7 @@ def _round(case: _Case) -> None:
         return
     short = 0.0 if case.top.half[0] <= 2.0 * case.top.half[1] else -8.0
     evidence, floor = evidence_of_domes(found), case.floor
+    case.domes = surface_of_domes(found)
     case.offer("domes", family + short + evidence["domes"], lambda: domes(found, floor))
     case.offer("point", family + short + evidence["point"], lambda: point(found, floor))
 
@@ -199,7 +217,7 @@ def _best(case: _Case, shape: str) -> Solid:
     chosen: tuple[Kind, Mapping[str, Dimension]] | None = None
     for kind in asked:
         try:
-            chosen = kind, case.made[kind]()
+            chosen = kind, case.agreed(kind) if shape == "auto" else case.made[kind]()
             break
         except IllConditioned as error:
             case.refused[kind] = str(error)

@@ -1,0 +1,108 @@
+"""Whether a shape agrees with all that the presses over an object showed, beside what it was fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.clouds.relief import Relief
+from stretch_bt.perception.solids.domes import Dome
+from stretch_bt.perception.solids.result import Dimension, Kind
+
+__all__ = ["SURFACES", "contradiction", "surface_of_domes"]
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+#: how far places lie outside the outline of a shape, m, less than 0 inside, and the height of its surface, m, by their places along
+#: its length and across it, (n,), m, from its middle
+Surface = Callable[[Mapping[str, Dimension], Array, Array], tuple[Array, Array]]
+
+EDGE = (
+    4e-3  # m outside an outline beyond which nothing of the shape is felt, and inside it beyond which it shows as it is
+)
+OFF = 1.5e-3  # m by which a surface is surely another
+AREA, SHARE = 40, 0.05  # cells that disagree, and their share of those felt, from which the shape is another
+WIRE = 0.5e-3  # m more, by which what is felt of a wire is narrower
+CAP = 0.4  # of a dome's radius, within which its surface is judged: farther out it is steep, and a small shift much
+HOLLOW = 0.25  # share of a face over which a membrane may hang freely, as over paper that bears little
+
+
+def _block(size: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+    sides = size["length"].value, size["width"].value
+    outside = np.maximum(np.abs(along) - sides[0] / 2, np.abs(across) - sides[1] / 2)
+    return outside, np.full(len(along), size["height"].value)
+
+
+def _disc(size: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+    return np.hypot(along, across) - size["radius"].value, np.full(len(along), size["height"].value)
+
+
+def _half_cylinder(size: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+    radius = size["radius"].value
+    outside = np.maximum(np.abs(along) - size["length"].value / 2, np.abs(across) - radius)
+    return outside, size["height"].value - radius + np.sqrt(np.maximum(radius**2 - across**2, 0.0))
+
+
+def _ridge(size: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+    return np.abs(along) - size["length"].value / 2, np.full(len(along), np.nan)  # its flanks are as steep as they are
+
+
+def _wire_circle(size: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+    return np.abs(np.hypot(along, across) - size["radius"].value) + WIRE, np.full(len(along), np.nan)
+
+
+def surface_of_domes(found: Sequence[Dome]) -> Surface:
+    """Return the surface of half-spheres on the table, each as high as its radius, in the world."""
+
+    def surface(_: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+        outside, height = np.full(len(along), np.inf), np.zeros(len(along))
+        for dome in found:
+            radius, (x, y) = dome.height.value, dome.middle
+            away = np.hypot(along - x, across - y)
+            near = np.where(away < CAP * radius, -radius, np.maximum(away - radius, -EDGE))
+            outside = np.minimum(outside, near)
+            height = np.maximum(height, np.sqrt(np.maximum(radius**2 - away**2, 0.0)))
+        return outside, height
+
+    return surface
+
+
+SURFACES: Mapping[Kind, Surface] = {
+    "block": _block,
+    "disc": _disc,
+    "half_cylinder": _half_cylinder,
+    "ridge": _ridge,
+    "wire_circle": _wire_circle,
+}
+FLAT: frozenset[Kind] = frozenset({"block", "disc"})
+
+
+def contradiction(
+    kind: Kind, surface: Surface, dimensions: Mapping[str, Dimension], relief: Relief, middle: Array, heading: float
+) -> str:
+    """Return why a shape, `middle` (2,), m, world, and `heading`, rad, is not what the presses met, nothing where it may be.
+
+    Surface that was felt outside its outline or above it is of something else, and so is a shape below whose surface a membrane
+    hung, and a flat face over which one hung freely.
+    """
+    seen = np.isfinite(relief.ceiling)
+    away = relief.place(np.argwhere(seen)) - middle
+    along, across = away @ [np.cos(heading), np.sin(heading)], away @ [-np.sin(heading), np.cos(heading)]
+    outside, height = surface(dimensions, along, across)
+    felt, inside = relief.felt[seen], outside < -EDGE
+    above = felt & inside & (relief.height[seen] - height > OFF)
+    below = inside & (height - relief.ceiling[seen] > OFF)
+    free = inside & (relief.hung > relief.weight)[seen]
+    if kind not in FLAT or free.sum() < HOLLOW * inside.sum():
+        free[:] = False
+    for cells, why in (
+        (felt & (outside > EDGE), "of surface was felt outside it"),
+        (above, "of surface was felt above it"),
+        (below, "of it lie above where the membrane hung"),
+        (free, "of it is no face: the membrane hung freely there"),
+    ):
+        if cells.sum() > max(AREA, SHARE * felt.sum()):
+            return f"{1e6 * cells.sum() * relief.cell**2:.0f} mm^2 {why}"
+    return ""
