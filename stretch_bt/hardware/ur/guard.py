@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from stretch_bt.hardware.ur.settings import Settings
 
-__all__ = ["beyond", "safety_stop"]
+if TYPE_CHECKING:
+    from rtde_receive import RTDEReceiveInterface
+
+__all__ = ["beyond", "plausible", "safety_stop"]
 
 #: how far past a limit a measured place may be, m, and a measured speed, m/s and as a part
 _SLACK = 0.002
 _SPEED_SLACK, _SPEED_PART = 0.02, 1.2
+#: what no controller tells: modes, safety bits and joint angles, rad, beyond these
+_MODES, _BITS, _TURNED = range(-1, 12), 1 << 12, 7.0
 
 #: bits of `safety_status_bits`, the first one that is set tells the most
 _SAFETY = (
@@ -33,6 +39,17 @@ _SAFETY = (
 def safety_stop(bits: int) -> str | None:
     """Return what the safety bits of a controller tell of a stop, and what to do; None while it is well."""
     return next((text for bit, text in _SAFETY if bits >> bit & 1), None)
+
+
+def plausible(receive: RTDEReceiveInterface) -> bool:
+    """Whether a controller may be in the state that was received last: a broken stream is read by the client all the same."""
+    place, speed, wrench = receive.getActualTCPPose(), receive.getActualTCPSpeed(), receive.getActualTCPForce()
+    return (
+        receive.getRobotMode() in _MODES
+        and receive.getSafetyStatusBits() < _BITS
+        and all(map(math.isfinite, (receive.getTimestamp(), *place, *speed, *wrench)))
+        and all(abs(angle) < _TURNED for angle in receive.getActualQ())
+    )
 
 
 def beyond(

@@ -23,7 +23,7 @@ from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState
 from stretch_bt.hardware.priority import raise_priority
 from stretch_bt.hardware.transforms import Array, inverse, pose_of, six, transform, transform_of
-from stretch_bt.hardware.ur.guard import beyond, safety_stop
+from stretch_bt.hardware.ur.guard import beyond, plausible, safety_stop
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.ride import Ride
 from stretch_bt.hardware.ur.session import Refused, Session
@@ -39,8 +39,6 @@ _LATE = 0.05
 _LEAP = 3
 #: how long the control script may refuse commands, s
 _DEAF = 0.1
-#: what no controller tells: modes, safety bits and joint angles, rad, beyond these
-_MODES, _BITS, _TURNED = range(-1, 12), 1 << 12, 7.0
 
 
 class _Keeper:
@@ -185,24 +183,13 @@ class _Keeper:
             raise OSError("the controller closed the connection")
         stamp = receive.getTimestamp()
         if stamp != self._stamp:
-            self._check_state(stamp)
+            if not plausible(receive):
+                raise OSError("what the controller sends is broken")
             self._stamp, self._new = stamp, now
             return True
         if now - self._new > self._settings.lost_after:
             raise OSError(f"nothing new came from the controller for {now - self._new:.2g} s")
         return False
-
-    def _check_state(self, stamp: float) -> None:
-        """Raise OSError for what no controller tells: a broken stream is read by the client all the same."""
-        receive = self._session.receive
-        numbers = (stamp, *receive.getActualTCPPose(), *receive.getActualTCPSpeed(), *receive.getActualTCPForce())
-        if (
-            receive.getRobotMode() not in _MODES
-            or receive.getSafetyStatusBits() >= _BITS
-            or not all(map(math.isfinite, numbers))
-            or not all(abs(angle) < _TURNED for angle in receive.getActualQ())
-        ):
-            raise OSError("what the controller sends is broken")
 
     def _look(self) -> None:
         """Check what must hold, and lead the hand on."""
