@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,9 @@ REACH = 7e-3  # m
 PATCH = 3e-3  # m round a peak over which its height is taken
 MOST = 12e-3  # m from a peak to the hand within which a view shows over what the membrane bends
 ABOVE = 0.3e-3  # m above the lowest within which a view still lies on the peak: a membrane that hangs over it is higher
+ONE = 0.75  # of a dome's height, nearer than which another hump is of the same
+BLUNT = 30.0  # 1/m, least curvature by which a step is told: along a ridge of noise it would be endless
+CLIMBS, CELL = 5, 0.2e-3  # steps from a hump to its peak, and m of a step that is the last
 SHARED = 0.15e-3  # m
 DIFFERENT = 0.75  # of the logarithm of a radius, by which a height is more than that of a half-sphere on the table
 RADIUS_SD = 0.35  # of a radius that a light touch of a round top shows
@@ -47,19 +51,19 @@ def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
     IllConditioned
         There is no peak, or none that a view shows.
     """
-    found = []
+    found: list[Dome] = []
     for peak in peaks:
-        try:
-            found.append(_dome(views, peak))
-        except IllConditioned:
-            continue
+        with suppress(IllConditioned):
+            dome = _dome(views, peak)
+            if all(np.hypot(*(dome.middle - other.middle)) > ONE * other.height.value for other in found):
+                found.append(dome)
     if not found:
         raise IllConditioned("no view shows a peak")
     return found
 
 
-def _dome(views: list[View], peak: Array) -> Dome:
-    height, lying = _lying(views, peak)
+def _dome(views: list[View], hump: Array) -> Dome:
+    peak, height, lying = _climbed(views, hump)
     nearest = sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - peak))))
     close = [v for v in nearest if np.hypot(*(v.hand[:2] - peak)) < MOST] or nearest[:1]
     layers = []
@@ -74,26 +78,42 @@ def _dome(views: list[View], peak: Array) -> Dome:
     return Dome(peak, height, float(np.median(lying)), float(np.median(layers)))
 
 
-def _lying(views: list[View], peak: Array) -> tuple[Dimension, list[float]]:
-    """Return the height of a peak, and the radius of curvature, m, that each view shows, by the views that lie on it."""
-    tops, radii = [], []
+def _climbed(views: list[View], hump: Array) -> tuple[Array, Dimension, list[float]]:
+    """Return the place of the peak of a hump, whose most curved place is beside it, with what `_lying` tells there."""
+    peak, known = hump, _lying(views, hump)
+    for _ in range(CLIMBS):
+        way = known[2] * min(1.0, PATCH / max(float(np.hypot(*known[2])), 1e-9))
+        try:
+            peak, known = peak + way, _lying(views, peak + way)
+        except IllConditioned:
+            break
+        if np.hypot(*way) < CELL:
+            break
+    return peak, known[0], known[1]
+
+
+def _lying(views: list[View], peak: Array) -> tuple[Dimension, list[float], Array]:
+    """Return the height of a peak, the radius of curvature, m, that each view shows, and the way to the peak (2,), m, by the views that lie on it."""
+    tops, radii, ways = [], [], []
     for view in views:
         try:
-            height, curvatures = _vertex(view, peak)
+            height, curvatures, way = _vertex(view, peak)
         except IllConditioned:
             continue
         tops.append(Dimension(height, max(view.noise / 2, view.shared, 1e-5), {}))
         radii.append(1 / max(float(np.mean(curvatures)), 1.0))
+        ways.append(way)
     if not tops:
         raise IllConditioned("no view shows the peak")
     lowest = min(top.value for top in tops)
     lies = [top.value < lowest + ABOVE for top in tops]
     known = pooled([top for top, on in zip(tops, lies, strict=True) if on])
-    return known, [radius for radius, on in zip(radii, lies, strict=True) if on]
+    way = np.median([way for way, on in zip(ways, lies, strict=True) if on], axis=0)
+    return known, [radius for radius, on in zip(radii, lies, strict=True) if on], way
 
 
-def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float]]:
-    """Return the height of a quadric's highest point near a peak, m, and its curvatures, 1/m."""
+def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float], Array]:
+    """Return the height of a quadric's highest point near a peak, m, its curvatures, 1/m, and the way to that point (2,), m."""
     away = view.points[:, :2] - peak
     near = np.hypot(*away.T) < PATCH
     if near.sum() < 30:
@@ -102,11 +122,10 @@ def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float]]:
     design = np.column_stack([np.ones_like(x), x, y, x * x / 2, x * y, y * y / 2])
     fit = np.linalg.lstsq(design, z, rcond=None)[0]
     bend = -np.array([[fit[3], fit[4]], [fit[4], fit[5]]])
-    small, large = np.linalg.eigvalsh(bend)
-    if small <= 0:
-        return float(fit[0]), (max(float(small), 0.0), float(large))
-    rise = 0.5 * float(fit[1:3] @ np.linalg.solve(bend, fit[1:3]))
-    return float(fit[0]) + min(rise, 0.5e-3), (float(small), float(large))
+    (small, large), axes = np.linalg.eigh(bend)
+    way = axes @ ((fit[1:3] @ axes) / np.maximum([small, large], BLUNT))
+    rise = min(0.5 * float(fit[1:3] @ way), 0.5e-3) if small > 0 else 0.0
+    return float(fit[0]) + rise, (max(float(small), 0.0), float(large)), way
 
 
 def evidence_of_domes(found: list[Dome]) -> dict[str, float]:

@@ -85,6 +85,16 @@ def test_a_membrane_that_hangs_over_a_dome_does_not_say_how_round_it_is():
     assert found.radius == pytest.approx(12 * MM, rel=0.3)
 
 
+def test_humps_of_one_dome_are_one_dome_at_its_peak():
+    rng = np.random.default_rng(5)
+    height = m.domes([(0.0, 0.014)])
+    views = views_of([m.contact(height, (x, 0.0), 6 * MM, rng, 0.03 * MM, 14 * MM) for x in (-3 * MM, 0.0, 3 * MM)])
+    for humps in ([(3.5 * MM, 2 * MM)], [(-4 * MM, 1 * MM), (4 * MM, 0.0)]):
+        (found,) = domes_of(views, [np.array(hump) for hump in humps])
+        assert np.hypot(*found.middle) < 0.5 * MM
+        assert found.height.value == pytest.approx(14 * MM, abs=0.1 * MM)
+
+
 def test_a_shape_stands_where_it_stands_and_is_turned_as_it_is():
     found = fit_object(*m.felt(m.block(0.040, 0.028, 0.040, 0.5), 0.040))
     assert np.abs(found.middle - [0.0, 0.0, 0.040]).max() < 0.2 * MM
