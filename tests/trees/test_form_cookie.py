@@ -74,6 +74,17 @@ def test_without_a_scene_its_outputs_are_absent(run):
     assert not [name for name in result.outputs if name.endswith("_true")]
 
 
+def test_a_look_that_fails_is_no_dough_that_stayed_behind(run, tmp_path):
+    text = (MOCKS / "form_cookie_fast_success.yaml").read_text()
+    seen = "outputs: {pulled: 0.05 mm, hanging: false}"
+    assert seen in text
+    mocks = tmp_path / "mocks.yaml"
+    mocks.write_text(text.replace(seen, "status: failure, message: no place is seen").partition("expect:")[0])
+    result = run("form_cookie_fast", mocks=mocks)
+    assert result.status == "FAILURE"
+    assert "detect_hanging: no place is seen" in result.reason
+
+
 # the dough, what differs from a brief run, and the reason that is told
 GIVEN_UP = {
     "nothing was met": ("edge: 25 mm, position: {x: 150 mm, y: 0 mm}", {}),

@@ -11,22 +11,23 @@ from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.solids.domes import Dome
 from stretch_bt.perception.solids.result import Dimension, Kind
 
-__all__ = ["SURFACES", "contradiction", "surface_of_domes"]
+__all__ = ["SURFACES", "contradiction", "surface_of_domes", "surface_of_points"]
 
 Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 #: how far places lie outside the outline of a shape, m, less than 0 inside, and the height of its surface, m, by their places along
 #: its length and across it, (n,), m, from its middle
 Surface = Callable[[Mapping[str, Dimension], Array, Array], tuple[Array, Array]]
 
-EDGE = (
-    4e-3  # m outside an outline beyond which nothing of the shape is felt, and inside it beyond which it shows as it is
-)
+#: m outside an outline beyond which nothing of the shape is felt, and inside it beyond which it shows as it is
+EDGE = 4e-3
 OFF = 1.5e-3  # m by which a surface is surely another
 AREA, SHARE = 40, 0.05  # cells that disagree, and their share of those felt, from which the shape is another
 WIRE = 0.5e-3  # m more, by which what is felt of a wire is narrower
 CAP = 0.4  # of a dome's radius, within which its surface is judged: farther out it is steep, and a small shift much
-HOLLOW = 0.25  # share of a face over which a membrane may hang freely, as over paper that bears little
+FALL = 0.2  # of the flanks of a point, at least
+#: cells, and the share of those well inside an outline, from which they show another surface, or none: of paper that bears little
+#: a part is not felt
+FEW, PART = 20, 0.25
 
 
 def _block(size: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
@@ -53,20 +54,44 @@ def _wire_circle(size: Mapping[str, Dimension], along: Array, across: Array) -> 
     return np.abs(np.hypot(along, across) - size["radius"].value) + WIRE, np.full(len(along), np.nan)
 
 
-def surface_of_domes(found: Sequence[Dome]) -> Surface:
-    """Return the surface of half-spheres on the table, each as high as its radius, in the world."""
+def _wire_triangle(size: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+    normals = np.arange(3) * 2 * np.pi / 3
+    out = (np.stack([along, across], axis=1) @ np.stack([np.cos(normals), np.sin(normals)])).max(axis=1)
+    return np.maximum(out - size["side"].value / (2 * np.sqrt(3)), -EDGE), np.full(len(along), np.nan)
+
+
+def surface_of_domes(found: Sequence[Dome], radii: Sequence[Dimension], middle: Array, heading: float) -> Surface:
+    """Return the surface of domes, spheres of their radii below their tops, from a middle (2,), m, world, and a heading, rad."""
+    places = [_from(dome.middle, middle, heading) for dome in found]
 
     def surface(_: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
         outside, height = np.full(len(along), np.inf), np.zeros(len(along))
-        for dome in found:
-            radius, (x, y) = dome.height.value, dome.middle
-            away = np.hypot(along - x, across - y)
+        for dome, known, (x, y) in zip(found, radii, places, strict=True):
+            radius, away = known.value, np.hypot(along - x, across - y)
             near = np.where(away < CAP * radius, -radius, np.maximum(away - radius, -EDGE))
             outside = np.minimum(outside, near)
-            height = np.maximum(height, np.sqrt(np.maximum(radius**2 - away**2, 0.0)))
+            cap = dome.height.value - radius + np.sqrt(np.maximum(radius**2 - away**2, 0.0))
+            height = np.maximum(height, np.where(away < radius, cap, 0.0))
         return outside, height
 
     return surface
+
+
+def surface_of_points(found: Sequence[Dome], middle: Array, heading: float) -> Surface:
+    """Return below what surface points lie, whose flanks are flat nowhere, from a middle (2,), m, world, and a heading, rad."""
+    places = [_from(dome.middle, middle, heading) for dome in found]
+
+    def surface(_: Mapping[str, Dimension], along: Array, across: Array) -> tuple[Array, Array]:
+        away = [np.hypot(along - x, across - y) for x, y in places]
+        height = [d.height.value - FALL * np.maximum(a - EDGE, 0.0) for d, a in zip(found, away, strict=True)]
+        return -np.minimum.reduce(away), np.maximum.reduce(height)
+
+    return surface
+
+
+def _from(place: Array, middle: Array, heading: float) -> tuple[float, float]:
+    (x, y), c, s = place - middle, np.cos(heading), np.sin(heading)
+    return float(x * c + y * s), float(y * c - x * s)
 
 
 SURFACES: Mapping[Kind, Surface] = {
@@ -75,8 +100,10 @@ SURFACES: Mapping[Kind, Surface] = {
     "half_cylinder": _half_cylinder,
     "ridge": _ridge,
     "wire_circle": _wire_circle,
+    "wire_triangle": _wire_triangle,
 }
 FLAT: frozenset[Kind] = frozenset({"block", "disc"})
+BELOW: frozenset[Kind] = frozenset({"point"})  # that may lie anywhere below their surface
 
 
 def contradiction(
@@ -93,16 +120,15 @@ def contradiction(
     outside, height = surface(dimensions, along, across)
     felt, inside = relief.felt[seen], outside < -EDGE
     above = felt & inside & (relief.height[seen] - height > OFF)
-    below = inside & (height - relief.ceiling[seen] > OFF)
-    free = inside & (relief.hung > relief.weight)[seen]
-    if kind not in FLAT or free.sum() < HOLLOW * inside.sum():
-        free[:] = False
-    for cells, why in (
-        (felt & (outside > EDGE), "of surface was felt outside it"),
-        (above, "of surface was felt above it"),
-        (below, "of it lie above where the membrane hung"),
-        (free, "of it is no face: the membrane hung freely there"),
+    below = inside & (height - relief.ceiling[seen] > OFF) & (kind not in BELOW)
+    free = inside & (relief.hung > relief.weight)[seen] & (kind in FLAT)
+    most, part = max(AREA, SHARE * felt.sum()), max(FEW, PART * inside.sum())
+    for cells, limit, why in (
+        (felt & (outside > EDGE), most, "of surface was felt outside it"),
+        (above, min(most, part), "of surface was felt above it"),
+        (below, min(most, part), "of it lie above where the membrane hung"),
+        (free, part, "of it is no face: the membrane hung freely there"),
     ):
-        if cells.sum() > max(AREA, SHARE * felt.sum()):
+        if cells.sum() > limit:
             return f"{1e6 * cells.sum() * relief.cell**2:.0f} mm^2 {why}"
     return ""

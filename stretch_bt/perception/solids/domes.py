@@ -16,7 +16,7 @@ from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
 from stretch_bt.perception.solids.views import View
 
-__all__ = ["Dome", "domes", "domes_of", "evidence_of_domes", "point"]
+__all__ = ["Dome", "domes", "domes_of", "evidence_of_domes", "point", "radii_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -140,15 +140,22 @@ def domes(found: list[Dome], floor: float) -> dict[str, Dimension]:
 
     A half-sphere on the table is as high as its radius, and the curvature of its top must agree with that.
     """
-    shared = math.hypot(floor, SHARED)
-    heights = [Dimension(d.height.value, math.hypot(d.height.sd, shared), {}) for d in found]
-    radii = [
-        on_table(Dimension(d.radius, RADIUS_SD * d.radius, {}), height, DIFFERENT)
-        for d, height in zip(found, heights, strict=True)
-    ]
-    ordered = sorted(radii, key=lambda d: -d.value)
+    ordered = sorted(radii_of(found, floor), key=lambda d: -d.value)
     named = {f"radius_{k}": radius for k, radius in enumerate(ordered, 1)}
-    return {**named, "radius": ordered[0], "height": max(heights, key=lambda d: d.value)}
+    return {**named, "radius": ordered[0], "height": max(_heights(found, floor), key=lambda d: d.value)}
+
+
+def radii_of(found: list[Dome], floor: float) -> list[Dimension]:
+    """Return the radius of each dome, by the curvature of its top and its height."""
+    return [
+        on_table(Dimension(d.radius, RADIUS_SD * d.radius, {}), height, DIFFERENT)
+        for d, height in zip(found, _heights(found, floor), strict=True)
+    ]
+
+
+def _heights(found: list[Dome], floor: float) -> list[Dimension]:
+    shared = math.hypot(floor, SHARED)
+    return [Dimension(d.height.value, math.hypot(d.height.sd, shared), {}) for d in found]
 
 
 def point(found: list[Dome], floor: float) -> dict[str, Dimension]:

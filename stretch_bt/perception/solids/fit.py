@@ -12,11 +12,11 @@ from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.dimensions import measure_object
 from stretch_bt.perception.clouds.relief import Relief
-from stretch_bt.perception.solids.agree import SURFACES, Surface, contradiction, surface_of_domes
+from stretch_bt.perception.solids.agree import SURFACES, Surface, contradiction, surface_of_domes, surface_of_points
 from stretch_bt.perception.solids.block import block, disc
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
 from stretch_bt.perception.solids.crest import crest_of, evidence_of_crest, half_cylinder, ridge
-from stretch_bt.perception.solids.domes import domes, domes_of, evidence_of_domes, point
+from stretch_bt.perception.solids.domes import domes, domes_of, evidence_of_domes, point, radii_of
 from stretch_bt.perception.solids.outline import Fitted, outlines, rays_of
 from stretch_bt.perception.solids.result import KINDS, Dimension, Kind, Solid, Weighed
 from stretch_bt.perception.solids.top import Top, height_map, peaks_of, top_of
@@ -52,22 +52,23 @@ class _Case:
         self.heading = math.atan2(float(self.top.along[1]), float(self.top.along[0]))
         self.middle: Array = self.top.middle
         self.made: dict[Kind, Made] = {}
-        self.domes: Surface | None = None
+        self.stands: dict[Kind, tuple[Array, float]] = {}
+        self.surfaces: dict[Kind, Surface] = dict(SURFACES)
         self.evidence: dict[Kind, float] = {}
         self.refused: dict[Kind, str] = {}
 
-    def offer(self, kind: Kind, evidence: float, made: Made) -> None:
+    def offer(self, kind: Kind, evidence: float, made: Made, at: tuple[Array, float] | None = None) -> None:
+        """Offer a kind, with its middle (2,), m, world, and its heading, rad, where these are not those of the top."""
         self.evidence[kind], self.made[kind] = evidence, made
+        self.stands[kind] = at or (self.middle, self.heading)
 
     def agreed(self, kind: Kind) -> Mapping[str, Dimension]:
         """Return the dimensions of a kind; raises IllConditioned also where the presses showed that it is another."""
         found = self.made[kind]()
-        whole = kind == "domes"
-        surface = self.domes if whole else SURFACES.get(kind)
-        if self.relief is not None and surface is not None:
-            middle, heading = (np.zeros(2), 0.0) if whole else (self.middle[:2], self.heading)
-            if why := contradiction(kind, surface, found, self.relief, middle, heading):
-                raise IllConditioned(why)
+        if self.relief is None:
+            return found
+        if why := contradiction(kind, self.surfaces[kind], found, self.relief, *self.stands[kind]):
+            raise IllConditioned(why)
         return found
 
 
@@ -158,17 +159,15 @@ def _flat(case: _Case) -> None:
     floor, fillet, views = case.floor, case.fillet, case.views
 
     def offer(kind: Kind, name: str, made: Made, *, wire: bool) -> None:
-        case.offer(kind, family + fits[name].evidence - best - (0.0 if wire is hollow else 5.0), made)
+        outline = fits[name]
+        turn = math.pi / 2 if name == "rectangle" and outline.sizes[1] > outline.sizes[0] else 0.0
+        evidence = family + outline.evidence - best - (0.0 if wire is hollow else 5.0)
+        case.offer(kind, evidence, made, (outline.middle, outline.heading + turn))
 
     offer("block", "rectangle", lambda: block(views, fits["rectangle"], floor, fillet), wire=False)
     offer("disc", "circle", lambda: disc(views, fits["circle"], rays, floor, fillet), wire=False)
     offer("wire_circle", "circle", lambda: wire_circle(rays, floor, fillet), wire=True)
     offer("wire_triangle", "triangle", lambda: wire_triangle(views, fits["triangle"], floor, fillet), wire=True)
-    chosen = max(fits.values(), key=lambda f: f.evidence)
-    if family == 0.0:
-        case.middle = chosen.middle
-        turn = math.pi / 2 if chosen.name == "rectangle" and chosen.sizes[1] > chosen.sizes[0] else 0.0
-        case.heading = chosen.heading + turn
 
 
 def _crest(case: _Case) -> None:
@@ -201,7 +200,9 @@ def _round(case: _Case) -> None:
         return
     short = 0.0 if case.top.half[0] <= 2.0 * case.top.half[1] else -8.0
     evidence, floor = evidence_of_domes(found), case.floor
-    case.domes = surface_of_domes(found)
+    stands = case.middle, case.heading
+    case.surfaces["domes"] = surface_of_domes(found, radii_of(found, floor), *stands)
+    case.surfaces["point"] = surface_of_points(found, *stands)
     case.offer("domes", family + short + evidence["domes"], lambda: domes(found, floor))
     case.offer("point", family + short + evidence["point"], lambda: point(found, floor))
 
@@ -230,8 +231,9 @@ def _best(case: _Case, shape: str) -> Solid:
         return _extents(case.cloud, ranking, reasons)
     kind, dimensions = chosen
     again = 2 * math.pi / 3 if kind == "wire_triangle" else math.pi
-    heading = (case.heading + again / 2) % again - again / 2
-    middle = np.array([*case.middle, dimensions["height"].value])
+    at, heading = case.stands[kind]
+    heading = (heading + again / 2) % again - again / 2
+    middle = np.array([*at, dimensions["height"].value])
     return Solid(kind, dimensions, middle, heading, tuple(ranking))
 
 

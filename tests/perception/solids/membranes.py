@@ -42,6 +42,16 @@ def block(length, width, height, heading=0.0):
     return z
 
 
+def rounded(length, width, corner, height, heading=0.0):
+    def z(x, y):
+        x, y = turned(x, y, heading)
+        out = np.stack([np.abs(x) - length / 2, np.abs(y) - width / 2]) + corner
+        away = np.hypot(*np.maximum(out, 0.0)) + np.minimum(out.max(axis=0), 0.0) - corner
+        return height - FALL * bend(away, 0.3 * MM)
+
+    return z
+
+
 def disc(diameter, height):
     return lambda x, y: height - FALL * bend(np.hypot(x, y) - diameter / 2 + inset() + GENTLE, 0.3 * MM)
 

@@ -103,6 +103,12 @@ def test_a_shape_stands_where_it_stands_and_is_turned_as_it_is():
     assert found.heading == pytest.approx(-0.6, abs=0.02)
 
 
+def test_a_shape_with_less_evidence_is_turned_as_its_own_outline_is():
+    felt = m.felt(m.rounded(28 * MM, 24 * MM, 10 * MM, 20 * MM, 0.5), 20 * MM)
+    assert fit_object(*felt).kind == "disc"
+    assert fit_object(*felt, shape="block").heading == pytest.approx(0.5, abs=0.03)
+
+
 def test_inside_a_wire_there_is_nothing_and_inside_a_block_there_is():
     away = np.linspace(0.0, 0.03, 61)
     circle = fit_object(*m.felt(m.wire_circle(0.050, 0.022), 0.022))
