@@ -23,7 +23,7 @@ EDGE = 4e-3
 OFF = 1.5e-3  # m by which a surface is surely another
 AREA, SHARE = 40, 0.05  # cells that disagree, and their share of those felt, from which the shape is another
 WIRE = 0.5e-3  # m more, by which what is felt of a wire is narrower
-CAP = 0.4  # of a dome's radius, within which its surface is judged: farther out it is steep, and a small shift much
+CAP = 0.7  # of a dome's radius, within which its surface is judged: farther out it is steeper than is felt
 FALL = 0.2  # of the flanks of a point, at least
 #: cells, and the share of those well inside an outline, from which they show another surface, or none: of paper that bears little
 #: a part is not felt
