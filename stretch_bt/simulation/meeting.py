@@ -145,7 +145,7 @@ class Meeting:
                 _lifted(felt, lift), own, travel, rest=rest * upright, start=start, kinks=kinks, close=close, near=near
             )
             spent, before, drop = spent + found.iterations, drop, found.drop / upright
-            changed = replace(self.specimen.standing(state, drop), x=standing.x, y=standing.y)
+            changed = self.specimen.standing(state, drop)
             if changed.body == standing.body or abs(drop - before) < _SETTLED:
                 return found._replace(iterations=spent, drop=drop), changed
             # drops that swing to and fro, as where friction holds, are met in their middle
