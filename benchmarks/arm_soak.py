@@ -17,7 +17,6 @@ from pathlib import Path
 from stretch_bt.errors import DeviceFault
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.driver import Bench
-from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
@@ -76,14 +75,6 @@ def ride(arm: UrArm, minute: Minute) -> None:
     minute.times.append(time.monotonic() - begun)
 
 
-def stand_in_of(host: str) -> int:
-    """Return the number of the process that serves an address, found by its command line."""
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit() and host.encode() in (entry / "cmdline").read_bytes():
-            return int(entry.name)
-    raise SystemExit("the stand-in is gone")
-
-
 def soak(arm: UrArm, minutes: float, server: int) -> None:
     """Print a line a minute, and each fault, after which it goes on."""
     end, first, rides, faults = time.monotonic() + 60 * minutes, 0.0, 0, 0
@@ -125,12 +116,11 @@ def go_on(arm: UrArm) -> None:
 
 def main(minutes: float, model: str) -> None:
     """Soak."""
-    with serving_elsewhere([model], "--host", HOST, "--control", "0") as served:
+    with serving_elsewhere([model], host=HOST) as servers:
         arm = open_arm(model)
-        soak(arm, minutes, stand_in_of(HOST))
-        assert served.control is not None
-        state = control(served.control, {"do": "list"})["devices"][model]["state"]
-        print("events of the controller:", state["events"] or "none")
+        (process,) = servers.processes
+        soak(arm, minutes, process.pid)
+        print("events of the controller:", servers.stand_ins[model].state()["events"] or "none")
         arm.close()
 
 

@@ -15,7 +15,7 @@ from arm_soak import weight
 from wires import opened
 
 from stretch_bt.errors import DeviceFault
-from stretch_bt.hardware.emulators.serve import serving_elsewhere
+from stretch_bt.hardware.emulators.serve import free_ports, serving_elsewhere
 from stretch_bt.hardware.realsense.camera import RealsenseCamera
 
 
@@ -49,8 +49,8 @@ def again(camera: RealsenseCamera) -> None:
 
 def main(minutes: float) -> None:
     """Print ten lines."""
-    with serving_elsewhere(["realsense"], "--port", "depth=0") as served:
-        camera = opened(served, "realsense", "depth", "DepthCamera", "realsense", {})
+    with serving_elsewhere(["realsense"], ports=free_ports(["realsense"])) as servers:
+        camera = opened(servers.served, "realsense", "depth", "DepthCamera", "realsense", {})
         assert isinstance(camera, RealsenseCamera)
         for k in range(10):
             frames, longest, faults = part(camera, minutes * 6)

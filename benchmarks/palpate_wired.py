@@ -7,9 +7,11 @@ takes as long as a robot would.
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from arm_soak import open_arm
 
 from stretch_bt import run
 from stretch_bt.frames import Pose
-from stretch_bt.hardware.emulators.control import control
+from stretch_bt.hardware.emulators.remote import Process
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.interfaces import MotionState
 
@@ -84,30 +86,44 @@ def simulated(scene: str, seed: int, record: str) -> Any:
 
 
 def wired(scene: str, seed: int, model: str, folder: str) -> Any:
-    """Run over the wires, and print what it found and what went over the camera's."""
+    """Run over the wires, and print what it found, what went over the camera's and what the stand-ins took of a core."""
     path = Path(folder) / "wired.yaml"
     path.write_text(CELL.replace("HOST", HOST).replace("MODEL", "ur5" if model == "ur" else model))
-    options = ("--scene", scene, "--seed", str(seed), "--host", HOST, "--activated", "--control", "0")
-    with serving_elsewhere([model, "robotiq", "ati", "realsense"], *options, within=120.0) as served:
+    names = [model, "robotiq", "ati", "realsense"]
+    with serving_elsewhere(names, scene=scene, seed=seed, host=HOST, activated=True, within=120.0) as servers:
         lower(model)
-        begun = time.monotonic()
+        before, begun = cpu(servers.processes), time.monotonic()
         result = run("palpate_stiffness", cell=path, seed=seed, out=f"{folder}/wired")
-        told("wired", result, time.monotonic() - begun)
-        assert served.control is not None
-        sent = control(served.control, {"do": "list"})["devices"]["realsense"]["state"]["sent"]
-        print(f"{sent} frames came through librealsense, {sent / result.task_seconds:.1f} a second")
+        seconds = time.monotonic() - begun
+        told("wired", result, seconds)
+        sent = servers.stand_ins["realsense"].state()
+        print(f"{sent['sent']} frames came through librealsense, {sent['sent'] / seconds:.1f} a second, "
+              f"{sent['late']} of them with a picture of a frame before")  # fmt: skip
+        parts = {name: (after - before[name]) / seconds for name, after in cpu(servers.processes).items()}
+        print(
+            f"cores that the stand-ins took: {sum(parts.values()):.2f}, "
+            + ", ".join(f"{n} {p:.3f}" for n, p in parts.items())
+        )
     return result
 
 
-def main(scene: str, seed: int, model: str) -> None:
-    """Print both."""
+def cpu(processes: Sequence[Process]) -> dict[str, float]:
+    """Return the CPU time of processes so far, s, by name."""
+    tick = os.sysconf("SC_CLK_TCK")
+    fields = {p.name: Path(f"/proc/{p.pid}/stat").read_text().rpartition(")")[2].split() for p in processes}
+    return {name: (int(found[11]) + int(found[12])) / tick for name, found in fields.items()}
+
+
+def main(scene: str, seed: int, model: str) -> int:
+    """Print both, and return the exit code of the wired run."""
     with tempfile.TemporaryDirectory() as folder:
         first = simulated(scene, seed, f"{folder}/simulated")
         second = wired(scene, seed, model, folder)
     over = second.task_seconds - first.task_seconds
     print(f"the wires took {over:+.1f} s of task time, {100 * over / first.task_seconds:+.0f} %")
+    return {"SUCCESS": 0, "FAILURE": 1}.get(second.status, 3)
 
 
 if __name__ == "__main__":
     given = sys.argv[1:] + ["water_balloon", "0", "ur"][len(sys.argv) - 1 :]
-    main(given[0], int(given[1]), given[2])
+    sys.exit(main(given[0], int(given[1]), given[2]))

@@ -18,7 +18,7 @@ from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
 from stretch_bt.hardware.driver import Bench, Driver
 from stretch_bt.hardware.emulators.control import control
-from stretch_bt.hardware.emulators.serve import Served, serving_elsewhere
+from stretch_bt.hardware.emulators.serve import Served, free_ports, serving_elsewhere
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.implementations import driver_class
 from stretch_bt.hardware.limits import Limits
@@ -117,8 +117,9 @@ def read(driver: Driver) -> None:
 
 
 def main(count: int) -> None:
-    ports = [option for wire in ("rtu", "tcp", "urcap", "rdt", "depth") for option in ("--port", f"{wire}=0")]
-    with serving_elsewhere(["robotiq", "urcap", "ati", "realsense"], "--control", "0", "--activated", *ports) as served:
+    names = ["robotiq", "urcap", "ati", "realsense"]
+    with serving_elsewhere(names, control=0, activated=True, ports=free_ports(names)) as servers:
+        served = servers.served
         print(f"one status of the gripper, {count} of them")
         for title, stand_in, wire, use, options in WIRES:
             driver = opened(served, stand_in, wire, "Gripper", use, {**GRIPPER, **options})

@@ -15,7 +15,7 @@ from wires import GRIPPER, SENSOR, opened
 
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
-from stretch_bt.hardware.emulators.serve import serving_elsewhere
+from stretch_bt.hardware.emulators.serve import free_ports, serving_elsewhere
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 
@@ -56,8 +56,9 @@ def part(gripper: RobotiqDriver, sensor: AtiForceSensor, seconds: float) -> tupl
 
 def main(minutes: float) -> None:
     """Print ten lines and a comparison."""
-    ports = [option for wire in ("rtu", "tcp", "rdt") for option in ("--port", f"{wire}=0")]
-    with serving_elsewhere(["robotiq", "ati"], "--activated", *ports) as served:
+    names = ["robotiq", "ati"]
+    with serving_elsewhere(names, activated=True, ports=free_ports(names)) as servers:
+        served = servers.served
         gripper = opened(served, "robotiq", "rtu", "Gripper", "robotiq", GRIPPER)
         sensor = opened(served, "ati", "rdt", "ForceSensor", "ati", {"calibration": SENSOR})
         assert isinstance(gripper, RobotiqDriver)

@@ -14,12 +14,9 @@ import typer
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from stretch_bt.simulation.scene import Scene
+    from stretch_bt.hardware.emulators.serve import Servers
 
 __all__ = ["command"]
-
-#: how long a thread may keep the others from running, s: a tenth of what Python allows, because a controller has cycles of 2 ms
-_SWITCH = 5e-4
 
 
 def command(
@@ -44,15 +41,14 @@ def command(
 ) -> None:
     """Stand in for the devices of a cell on this machine, until stopped: they speak the devices' protocols to their real clients."""
     from stretch_bt.hardware.emulators.registry import stand_in_class
-    from stretch_bt.hardware.emulators.serve import serving
-    from stretch_bt.hardware.emulators.stage import Stage
+    from stretch_bt.hardware.emulators.serve import serving_elsewhere
 
     classes = {name: stand_in_class(name) for name in devices}
     ports = _ports(port or [], {name: list(cls.PORTS) for name, cls in classes.items()})
     _check_host(host)
-    sys.setswitchinterval(_SWITCH)
-    stage = Stage(_load(scene), seed=seed)
-    with serving(devices, stage, host=host, control=control, ports=ports, activated=activated) as servers:
+    with serving_elsewhere(
+        devices, scene=scene, seed=seed, host=host, control=control, ports=ports, activated=activated
+    ) as servers:
         served = servers.served
         if json_:
             typer.echo(json.dumps(served.to_json()))
@@ -63,15 +59,7 @@ def command(
                 typer.echo("control at {}:{}".format(*served.control))
             typer.echo("Ctrl-C ends it.")
         sys.stdout.flush()
-        _wait(with_input)
-
-
-def _load(scene: str | None) -> Scene | None:
-    if scene is None:
-        return None
-    from stretch_bt.simulation.scene import load_scene
-
-    return load_scene(scene)
+        _wait(servers, with_input)
 
 
 def _check_host(host: str) -> None:
@@ -98,9 +86,10 @@ def _ports(texts: list[str], wires: dict[str, list[str]]) -> dict[str, dict[str,
     return ports
 
 
-def _wait(with_input: bool) -> None:
-    """Return when standard input ends, where that is asked for; else only a signal ends it."""
+def _wait(servers: Servers, with_input: bool) -> None:
+    """Return when standard input ends, where that is asked for; else only a signal ends it, or a stand-in that fails."""
     while True:
+        servers.check()
         ready = select.select([sys.stdin] if with_input else [], [], [], 1.0)[0]
         if ready and not os.read(sys.stdin.fileno(), 4096):
             return

@@ -15,10 +15,15 @@ from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
 
 __all__ = ["Child", "environment"]
 
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
 
 def environment() -> dict[str, str]:
-    """Return this process's environment, and what its interpreter finds packages by, so that another one has the same."""
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    """Return this process's environment, and what its interpreter finds packages by, so that another one has the same.
+
+    On matrices as small as ours a second thread of BLAS only waits, and takes a core for that.
+    """
+    return {**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
 
 
 class Child:
@@ -60,6 +65,11 @@ class Child:
     def pid(self) -> int:
         """Number of the process."""
         return self._process.pid
+
+    @property
+    def running(self) -> bool:
+        """Whether the process has not ended."""
+        return self._process.poll() is None
 
     def why(self, error: ChannelClosed) -> str:
         """Return why the channel closed: what the process said last, or how it ended."""

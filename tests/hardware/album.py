@@ -62,7 +62,19 @@ class AlbumStandIn(RealsenseStandIn):
 
     def __init__(self, host, stage, ports=None):
         super().__init__(host, stage, ports)
-        self._view = album(stage.now, 30)
+        self._view = AlbumView(album(stage.now, 30))
+
+
+class AlbumView:
+    """An album as the stand-in asks for it."""
+
+    late = 0
+
+    def __init__(self, album):
+        self._album = album
+
+    def frame(self, number):
+        return self._album._expose(number).value
 
 
 def album(now, rate):

@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -11,6 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
+from lab import lab_cell
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
@@ -19,8 +21,10 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.faults import Fault, Faults
 from stretch_bt.hardware.emulators.registry import STAND_INS, stand_in_class
-from stretch_bt.hardware.emulators.serve import serving, serving_elsewhere
+from stretch_bt.hardware.emulators.serve import free_ports, serving, serving_elsewhere
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.simulation.scene import load_scene
 
 FREE = {name: dict.fromkeys(stand_in_class(name).PORTS, 0) for name in STAND_INS}
@@ -171,19 +175,9 @@ def test_no_port_but_those_of_the_wires_is_open():
 
 
 def test_a_process_of_their_own_ends_with_its_context():
-    with serving_elsewhere(
-        ["robotiq", "ati"],
-        "--host",
-        "127.0.0.4",
-        "--control",
-        "0",
-        "--port",
-        "rtu=0",
-        "--port",
-        "tcp=0",
-        "--port",
-        "rdt=0",
-    ) as served:
+    names = ["robotiq", "ati"]
+    with serving_elsewhere(names, host="127.0.0.4", control=0, ports=free_ports(names)) as servers:
+        served = servers.served
         assert served.wires["robotiq"]["rtu"].startswith("127.0.0.4:")
         assert control(served.control, {"do": "list"})["devices"]["robotiq"]["state"]["moving"] is False
     with pytest.raises(OSError, match="refused"):
@@ -207,30 +201,67 @@ def test_a_process_ends_when_it_is_told_or_its_parent_is_gone(ending, code):
     process.stdin.close()
 
 
-def test_the_twin_is_behind_all_stand_ins_of_a_stage(tmp_path):
-    """The gripper stretches its membrane, and the sensor under the object feels the hand, both through their wires."""
-    stage = Stage(load_scene("calibration_sphere"))
-    with serving(["robotiq", "ati"], stage, ports=FREE, activated=True) as servers:
+def test_a_process_that_ends_or_refuses_is_told_with_its_reason():
+    names = ["robotiq", "ati"]
+    with serving_elsewhere(names, ports=free_ports(names)) as servers:
+        servers.check()
+        with pytest.raises(InvalidInput, match="did you mean 'loss'"):
+            servers.stand_ins["ati"].inject("los")
+        os.kill(servers.processes[1].pid, signal.SIGKILL)
+        until(lambda: raised(servers.check))
+        with pytest.raises(InvalidInput, match="the process of ati ended: .* SIGKILL"):
+            servers.check()
+    with pytest.raises(InvalidInput, match="nowhere"), serving_elsewhere(["ati"], scene="nowhere"):
+        pass
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        ports = {"urcap": {"urcap": taken.getsockname()[1]}}
+        with (
+            pytest.raises(InvalidInput, match="cannot listen on .* in use"),
+            serving_elsewhere(["urcap"], host="127.0.0.1", ports=ports),
+        ):
+            pass
+
+
+def raised(check):
+    try:
+        check()
+    except InvalidInput as error:
+        return error
+    return None
+
+
+def test_the_twin_is_behind_all_stand_ins_of_a_scene(tmp_path, own_hosts):
+    """The arm takes its membrane down, the gripper stretches it, and arm and sensor feel the same, all through their wires."""
+    host, geometry, height, stretch = next(own_hosts), HandGeometry(), 0.024, 0.02
+    names = ["ur", "robotiq", "ati"]
+    devices = {"arm": {"watchdog": "1 Hz", "lost_after": "2 s", "heartbeat": "5 s"}, "gripper": {}, "force_sensor": {}}
+    with serving_elsewhere(names, scene="calibration_sphere", host=host, activated=True) as servers:
         path = tmp_path / "cell.yaml"
-        path.write_text(CELL + SENSOR)
-        for key, place in (("S_", servers.served.wires["ati"]["rdt"]), ("", servers.served.wires["robotiq"]["rtu"])):
-            host, _, port = place.partition(":")
-            path.write_text(path.read_text().replace(f"{key}HOST", host).replace(f"{key}PORT", port))
+        path.write_text(lab_cell(host, devices))
         cell = open_cell(load_cell(path), now=time.monotonic)
         try:
-            sensor, gripper = cell.devices["force_sensor"], cell.devices["gripper"]
-            assert sensor.wrench(5.0).value.force[2] == pytest.approx(0.0, abs=0.3)
-            with stage.lock:
-                stage.twin.place(Pose((0.0, 0.0, 0.028)))
-            motion = gripper.move(stage.geometry.opening(0.02), speed=0.1, owner="test")
-            until(lambda: motion.poll() == "done")
-            with stage.lock:
-                truth = stage.twin.truth()["force"]
-                assert stage.twin.stretch(stage.now()) == pytest.approx(0.02, abs=0.001)
-            assert truth > 0.3
-            until(lambda: sensor.wrench(5.0).value.force[2] == pytest.approx(truth, abs=0.3))
+            arm, gripper, sensor = (cell.devices[name] for name in devices)
+            opened = gripper.move(geometry.opening(stretch), speed=0.1, owner="test")
+            until(lambda: opened.poll() == "done")
+            down = arm.move(Pose((0.0, 0.0, height)), speed=0.1, owner="test")
+            until(lambda: down.poll() == "done")
+            twin = Twin(load_scene("calibration_sphere"), geometry, lambda: 0.0, 0)
+            there = geometry.stretch(servers.stand_ins["robotiq"].state()["opening"])
+            truth = twin.world.contact(arm.pose(5.0).value, there).force[2]
+            assert truth > 0.5
+            until(lambda: averaged(sensor) == pytest.approx(truth, rel=0.01))
+            assert averaged(arm) == pytest.approx(truth, rel=0.01)
         finally:
             assert cell.close() == []
+
+
+def averaged(device):
+    """Return the mean of some readings of the vertical force."""
+    forces = []
+    for _ in range(50):
+        forces.append(device.wrench(5.0).value.force[2])
+        time.sleep(0.01)
+    return sum(forces) / len(forces)
 
 
 CELL = """\
@@ -243,14 +274,6 @@ devices:
     port: PORT
     model: 2f140
     calibration: {points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}
-"""
-SENSOR = """\
-  force_sensor:
-    type: ForceSensor
-    use: ati
-    host: S_HOST
-    port: S_PORT
-    calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: the stand-in's own}
 """
 TREE = """\
 format: stretch-tree/1

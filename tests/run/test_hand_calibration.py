@@ -22,6 +22,7 @@ from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.implementations import IMPLEMENTATIONS
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
+from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.hand_eye import view_of_hand
 from stretch_bt.run.clock import RealClock, VirtualClock
@@ -53,17 +54,16 @@ class StagedCamera(SimulatedCamera):
         use: str
 
     simulated = False
-    stage = None
+    twin = None
 
     def __init__(self, name, options, bench):
-        seen = type(bench)(self.stage.now, 0, bench.root, bench.hand, bench.limits)
-        seen.__dict__["twin"] = self.stage.twin
+        seen = type(bench)(self.twin.now, 0, bench.root, bench.hand, bench.limits)
+        seen.__dict__["twin"] = self.twin
         super().__init__(name, options, seen)
-        self.offset = bench.now() - self.stage.now()
+        self.offset = bench.now() - self.twin.now()
 
     def frame(self):
-        with self.stage.lock:
-            reading = super().frame()
+        reading = super().frame()
         return type(reading)(reading.value, reading.device_time, reading.host_time + self.offset, reading.sequence)
 
 
@@ -106,8 +106,10 @@ def test_it_recovers_the_simulated_camera_within_what_it_says(tmp_path):
 @pytest.fixture
 def wired(tmp_path, monkeypatch):
     """A cell file on the stand-in of a gripper, whose fingers stretch a twin that the camera sees."""
-    stage = Stage(load_scene(scene(tmp_path, 3)[0]))
-    monkeypatch.setattr(StagedCamera, "stage", stage)
+    stage = Stage()
+    twin = Twin(load_scene(scene(tmp_path, 3)[0]), stage.geometry, stage.now, 0)
+    twin.fingers = stage.fingers
+    monkeypatch.setattr(StagedCamera, "twin", twin)
     monkeypatch.setitem(IMPLEMENTATIONS, ("DepthCamera", "staged"), f"{__name__}:StagedCamera")
     with serving(["robotiq"], stage, ports={"robotiq": {"rtu": 0, "tcp": 0}}, activated=True) as servers:
         host, _, port = servers.served.wires["robotiq"]["rtu"].partition(":")

@@ -5,13 +5,12 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, ClassVar
 
 import numpy as np
 
-from stretch_bt.frames import Wrench
 from stretch_bt.hardware.ati.rdt import PORT, Ask, Record, parse_request
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
@@ -25,7 +24,6 @@ _RATE = 125.0
 _MODULUS = 1 << 32
 _MOST = (1 << 31) - 1
 _NOISE = 0.002
-_FEELS_EVERY = 0.02
 
 _FAULTS: dict[str, Fault] = {
     "silence": Fault("sends nothing, and hears nothing", state=True),
@@ -52,13 +50,13 @@ class AtiStandIn(StandIn):
 
     PORTS: ClassVar[Mapping[str, int]] = {"rdt": PORT}
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
+    SENSES: ClassVar[tuple[str, ...]] = ("felt",)
 
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._random = np.random.default_rng(stage.seed)
         self._ending, self._restarting = threading.Event(), threading.Event()
-        self._threads: list[threading.Thread] = []
-        self._wrench = Wrench((0.0, 0.0, 0.0))
+        self._thread: threading.Thread | None = None
         self._client: tuple[str, int] | None = None
         self._left = 0
         self._number = self._cycle = self._sent = 0
@@ -76,20 +74,17 @@ class AtiStandIn(StandIn):
             self._socket.close()
             raise cannot_listen(self.host, self.ports["rdt"], error) from error
         self._ending.clear()
-        self._wrench = self.stage.wrench()  # the first one may take long
-        self._threads = [threading.Thread(target=run, name="RDT stand-in", daemon=True) for run in self._work()]
-        for thread in self._threads:
-            thread.start()
+        self._thread = threading.Thread(target=self._run, name="RDT stand-in", daemon=True)
+        self._thread.start()
         host, port = self._socket.getsockname()
         return {"rdt": f"{host}:{port}"}
 
     def stop(self) -> None:
         """Close the port."""
         self._ending.set()
-        threads, self._threads = self._threads, []
-        for thread in threads:
+        thread, self._thread = self._thread, None
+        if thread is not None:
             thread.join()
-        if threads:
             self._socket.close()
 
     def state(self) -> dict[str, Any]:
@@ -102,14 +97,6 @@ class AtiStandIn(StandIn):
         if fault == "restart":
             self.clear(fault)
             self._restarting.set()
-
-    def _work(self) -> list[Callable[[], None]]:
-        """Return what runs in threads; the twin has one of its own, because a membrane may take longer than a record."""
-        return [self._run] if self.stage.twin is None else [self._run, self._feel]
-
-    def _feel(self) -> None:
-        while not self._ending.wait(_FEELS_EVERY):
-            self._wrench = self.stage.wrench()
 
     def _run(self) -> None:
         due = time.monotonic()
@@ -181,7 +168,7 @@ class AtiStandIn(StandIn):
 
     def _measured(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return counts of what the hand does to the sensor under the object: the reverse of what it feels."""
-        wrench = self._wrench
+        wrench = self.stage.wrench("ForceSensor")
         load, drift = self.faults.shown("load"), self.faults.shown("drift")
         felt = -np.array([*wrench.force, *wrench.torque])
         if load is not None:
@@ -189,7 +176,6 @@ class AtiStandIn(StandIn):
         self._drifting = None if drift is None else (self._drifting or time.monotonic())
         if drift is not None and self._drifting is not None:
             felt[2] += drift["rate"] * (time.monotonic() - self._drifting)
-        if self.stage.twin is None:  # a scene has its own noise
-            felt[:3] += self._random.normal(0.0, _NOISE, 3)
+        felt[:3] += self._random.normal(0.0, self.stage.force_noise("ForceSensor") or _NOISE, 3)
         counts: np.ndarray[Any, np.dtype[np.float64]] = felt * np.repeat([_PER_NEWTON, _PER_NEWTON_METRE], 3)
         return counts

@@ -28,6 +28,8 @@ class StandIn(ABC):
     #: ports that it listens on, by the name of the wire
     PORTS: ClassVar[Mapping[str, int]]
     FAULTS: ClassVar[Mapping[str, Fault]]
+    #: what it needs of a scene: what is "felt", what is "seen"
+    SENSES: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         self.host = host
@@ -57,3 +59,7 @@ class StandIn(ABC):
     def clear(self, fault: str | None = None) -> None:
         """End a fault, or all of them."""
         self.faults.clear(fault)
+
+    def active(self) -> list[str]:
+        """Return the names of the faults that are shown now."""
+        return self.faults.active()

@@ -18,6 +18,7 @@ from typing import Any
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.emulators.base import StandIn
+from stretch_bt.hardware.emulators.remote import RemoteStandIn
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, lines
 from stretch_bt.source import did_you_mean
 
@@ -40,7 +41,10 @@ class ControlPort:
     """
 
     def __init__(
-        self, address: tuple[str, int], stand_ins: Mapping[str, StandIn], wires: Mapping[str, Mapping[str, str]]
+        self,
+        address: tuple[str, int],
+        stand_ins: Mapping[str, StandIn | RemoteStandIn],
+        wires: Mapping[str, Mapping[str, str]],
     ) -> None:
         self._stand_ins, self._wires = stand_ins, wires
         self._server = TcpServer(*address, self._serve)
@@ -79,7 +83,7 @@ class ControlPort:
     def _described(self, name: str) -> dict[str, Any]:
         one = self._stand_ins[name]
         faults = {key: {"doc": f.doc, "parameters": dict(f.parameters)} for key, f in one.FAULTS.items()}
-        return {"wires": self._wires[name], "faults": faults, "active": one.faults.active(), "state": one.state()}
+        return {"wires": self._wires[name], "faults": faults, "active": one.active(), "state": one.state()}
 
     def _inject(self, asked: dict[str, Any]) -> dict[str, Any]:
         device, fault = self._device(asked.pop("device", None)), asked.pop("fault", None)
@@ -97,7 +101,7 @@ class ControlPort:
             device.clear(fault)
         return {}
 
-    def _device(self, name: object) -> StandIn:
+    def _device(self, name: object) -> StandIn | RemoteStandIn:
         if not isinstance(name, str) or name not in self._stand_ins:
             raise InvalidInput(f"there is no device {name!r} here; {did_you_mean(str(name), self._stand_ins)}")
         return self._stand_ins[name]

@@ -8,23 +8,17 @@ import time
 from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.tcp_server import TcpServer
-from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.realsense.wire import PORT, Described, Picture
-from stretch_bt.hardware.simulated.camera import SimulatedCamera
 
 __all__ = ["RealsenseStandIn"]
 
@@ -32,6 +26,8 @@ _RATE = 30
 _PLANE = Intrinsics(fx=238.0, fy=238.0, cx=160.0, cy=120.0, width=320, height=240)
 _UNIT, _NOISE = 0.000125, 3e-4
 _PERIOD = 1 / _RATE
+#: frames that may be on their way at once, while their pictures are solved
+_BEHIND = 3
 #: packets that are due and wait for a client which does not read, and all that wait; older ones are left out
 _WAITING, _LATEST = 4, 300
 _BIT = 1 << 5
@@ -66,11 +62,12 @@ class RealsenseStandIn(StandIn):
 
     PORTS: ClassVar[Mapping[str, int]] = {"depth": PORT}
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
+    SENSES: ClassVar[tuple[str, ...]] = ("seen",)
 
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         self._random = np.random.default_rng(stage.seed)
-        self._view = None if stage.twin is None else _view(stage)
+        self._view = stage.camera(_RATE)
         self._clients: list[deque[_Due]] = []
         self._lock = threading.Lock()
         self._ending, self._due = threading.Event(), threading.Condition()
@@ -86,8 +83,9 @@ class RealsenseStandIn(StandIn):
     def start(self) -> dict[str, str]:
         """Open the port."""
         self._ending.clear()
-        if self._view is not None:
-            self._seen = self._exposed()  # the first one may take long
+        while self._view is not None and self._seen is None:  # the first one may take long
+            time.sleep(_PERIOD)
+            self._seen = self._view.frame(self._now_number())
         self._server = TcpServer(self.host, self.ports["depth"], self._serve, self._refuses)
         self._thread = threading.Thread(target=self._run, name="camera stand-in", daemon=True)
         self._thread.start()
@@ -107,8 +105,9 @@ class RealsenseStandIn(StandIn):
             server.stop()
 
     def state(self) -> dict[str, Any]:
-        """Return how many frames went out, and whether a client takes them."""
-        return {"sent": self._sent, "streaming": bool(self._clients)}
+        """Return how many frames went out, how many of them showed what was a little before, and whether a client takes them."""
+        late = 0 if self._view is None else self._view.late
+        return {"sent": self._sent, "late": late, "streaming": bool(self._clients)}
 
     def inject(self, fault: str, parameters: Mapping[str, Any] | None = None) -> None:
         """Begin to show a fault."""
@@ -175,23 +174,25 @@ class RealsenseStandIn(StandIn):
         )
 
     def _run(self) -> None:
-        begun = 0.0
-        while not self._ending.wait(_PERIOD - self.stage.now() % _PERIOD):
+        begun, number = 0.0, self._now_number()
+        while not self._ending.wait(max((number + 1) * _PERIOD - self.stage.now(), 0.0)):
+            number = max(number + 1, self._now_number() - _BEHIND)
             slow, now = self.faults.shown("slow"), time.monotonic()
             waits = self.faults.shown("freeze") is not None or (slow is not None and now < begun + 1 / slow["rate"])
             if self._clients and not waits:
                 begun = now
-                with suppress(NoEquilibrium):  # a membrane without an answer is not seen
-                    self._expose()
+                self._expose(number)
+
+    def _now_number(self) -> int:
+        """Return the number of the frame that is exposed now."""
+        return int(self.stage.now() * _RATE + 1e-6)
 
     def _time(self) -> float:
         return time.monotonic() if self._seen is None else self._seen.time
 
-    def _expose(self) -> None:
-        """Give the packets of a new frame to all clients."""
-        seen = self._exposed()
-        if seen is not None and self._seen is not None and seen.sequence == self._seen.sequence:
-            return
+    def _expose(self, number: int) -> None:
+        """Give the packets of a frame to all clients."""
+        seen = None if self._view is None else self._view.frame(number)
         with self._lock:
             self._seen = seen
             self._number += 1
@@ -261,28 +262,12 @@ class RealsenseStandIn(StandIn):
             return bytes(changed)
         return packet
 
-    # --- what is seen
-
-    def _exposed(self) -> DepthFrame | None:
-        if self._view is None:
-            return None
-        with self.stage.lock:
-            return self._view.frame().value
-
     def _plane(self) -> Counts:
         """Return an image of the flat membrane, with noise."""
         shape = (_PLANE.height, _PLANE.width)
         seen = self.stage.geometry.plane_distance + self._random.normal(0.0, _NOISE, shape)
         image: Counts = np.round(seen / _UNIT).astype(np.uint16)
         return image
-
-
-def _view(stage: Stage) -> SimulatedCamera:
-    """Return a camera over the twin that all stand-ins act on."""
-    bench = Bench(stage.now, stage.seed, Path(), Hand(stage.geometry), Limits())
-    vars(bench)["twin"] = stage.twin
-    options = SimulatedCamera.Options.model_validate({"type": "DepthCamera", "use": "simulated", "rate": f"{_RATE} Hz"})
-    return SimulatedCamera("camera", options, bench)
 
 
 def _hung_up(connection: socket.socket) -> bool:

@@ -1,27 +1,29 @@
-"""Some stand-ins around one stage, with or without a control port, in this process or in one of their own."""
+"""Some stand-ins, with or without a control port: in threads of this process, or each in a process of its own around one scene."""
 
 from __future__ import annotations
 
-import json
 import os
-import select
-import subprocess
-import sys
+import socket
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.control import ControlPort
+from stretch_bt.hardware.emulators.pictures import picture_memory
 from stretch_bt.hardware.emulators.registry import stand_in_class
+from stretch_bt.hardware.emulators.remote import Process, RemoteStandIn
+from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.emulators.stage import Stage
 
-__all__ = ["Served", "Servers", "serving", "serving_elsewhere"]
+__all__ = ["Served", "Servers", "free_ports", "serving", "serving_elsewhere"]
 
-_READY = 30.0
+_READY = 60.0
+_TWIN = "stretch_bt.hardware.emulators.twin_process"
+Ports = Mapping[str, Mapping[str, int]]
 
 
 @dataclass(frozen=True)
@@ -38,10 +40,16 @@ class Served:
 
 @dataclass(frozen=True)
 class Servers:
-    """What is served."""
+    """What is served, and the processes that do it, if they are not threads of this one."""
 
-    stand_ins: dict[str, StandIn]
+    stand_ins: Mapping[str, StandIn | RemoteStandIn]
     served: Served
+    processes: Sequence[Process] = field(default=())
+
+    def check(self) -> None:
+        """Raise InvalidInput, with the reason, when a process has ended."""
+        for process in self.processes:
+            process.check()
 
 
 @contextmanager
@@ -51,7 +59,7 @@ def serving(
     *,
     host: str = "127.0.0.1",
     control: int | None = None,
-    ports: Mapping[str, Mapping[str, int]] | None = None,
+    ports: Ports | None = None,
     activated: bool = False,
 ) -> Iterator[Servers]:
     """Serve stand-ins in threads of this process, until the context is left.
@@ -76,9 +84,7 @@ def serving(
     OSError
         A port cannot be had; nothing stays open.
     """
-    twice = sorted({name for name in names if list(names).count(name) > 1})
-    if twice or not names:
-        raise InvalidInput(f"name each stand-in once, not {', '.join(names) or 'none'}")
+    _check_names(names)
     with ExitStack() as stack:
         stand_ins, wires = {}, {}
         for name in names:
@@ -88,68 +94,89 @@ def serving(
             stack.callback(made.stop)
             wires[name] = made.start()
             stand_ins[name] = made
-        address = None
-        if control is not None:
-            port = ControlPort((host, control), stand_ins, wires)
-            stack.callback(port.stop)
-            address = port.address
-        yield Servers(stand_ins, Served(wires, address))
+        yield Servers(stand_ins, Served(wires, _controlled(stack, host, control, stand_ins, wires)))
 
 
 @contextmanager
-def serving_elsewhere(names: Sequence[str], *options: str, within: float = _READY) -> Iterator[Served]:
-    """Serve stand-ins in a process of their own, by `stretch-bt emulate`, until the context is left.
-
-    The process ends with its standard input, so that none is left when this one is killed.
+def serving_elsewhere(
+    names: Sequence[str],
+    *,
+    scene: str | None = None,
+    seed: int = 0,
+    host: str = "127.0.0.2",
+    control: int | None = None,
+    ports: Ports | None = None,
+    activated: bool = False,
+    within: float = _READY,
+) -> Iterator[Servers]:
+    """Serve stand-ins, each in a process of its own, until the context is left; none outlives this process.
 
     Parameters
     ----------
-    names
-        Names of the registry.
-    *options
-        Options of the command, such as `"--control", "0"`.
+    names, host, control, ports, activated
+        As for `serving`.
+    scene
+        File or name of the scene that they act on; its twin has a process too.
+    seed
+        Of everything random.
     within
         Time until they must be ready, s.
 
     Raises
     ------
     InvalidInput
-        The process ended, or was not ready in time; with what it said.
+        One of them cannot be had, with the reason; none is left.
     """
-    command = [sys.executable, "-m", "stretch_bt.cli", "emulate", *names, *options, "--with-input", "--json"]
-    process = subprocess.Popen(  # noqa: S603  the arguments are our own command
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ}
-    )
-    try:
-        yield _ready(process, time.monotonic() + within)
-    finally:
-        _end(process)
+    _check_names(names)
+    with ExitStack() as stack:
+        begun = time.monotonic()
+        setting = None if scene is None else Setting(scene, seed, begun).to_message()
+        twin, ways = (None, {}) if setting is None else _twin(stack, names, setting)
+        first = {"host": host, "seed": seed, "activated": activated, "setting": setting}
+        stand_ins = {}
+        for name in names:
+            own = {**first, "ports": (ports or {}).get(name)}
+            stand_ins[name] = RemoteStandIn(name, own, ways.get(name, ()))
+            stack.callback(stand_ins[name].end)
+        processes = [*([] if twin is None else [twin]), *stand_ins.values()]
+        said = {process.name: process.answer(begun + within - time.monotonic()) for process in processes}
+        wires = {name: said[name]["wires"] for name in names}
+        served = Served(wires, _controlled(stack, host, control, stand_ins, wires))
+        yield Servers(stand_ins, served, processes)
 
 
-def _ready(process: subprocess.Popen[bytes], deadline: float) -> Served:
-    """Return what the process says once it serves."""
-    assert process.stdout is not None
-    assert process.stderr is not None
-    text = b""
-    while not text.endswith(b"\n"):
-        if not select.select([process.stdout], [], [], max(deadline - time.monotonic(), 0.0))[0]:
-            raise InvalidInput("the stand-ins were not ready in time")
-        data = os.read(process.stdout.fileno(), 4096)
-        if not data:
-            raise InvalidInput(f"the stand-ins ended: {process.stderr.read().decode('utf-8', 'replace').strip()}")
-        text += data
-    said = json.loads(text)
-    return Served(said["wires"], said["control"] and (said["control"][0], said["control"][1]))
+def free_ports(names: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Return ports of stand-ins that let each take a free one."""
+    return {name: dict.fromkeys(stand_in_class(name).PORTS, 0) for name in names}
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    assert process.stdin is not None
-    process.stdin.close()
-    try:
-        process.wait(5.0)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-    for stream in (process.stdout, process.stderr):
-        if stream is not None:
-            stream.close()
+def _twin(stack: ExitStack, names: Sequence[str], setting: dict[str, Any]) -> tuple[Process, dict[str, list[int]]]:
+    """Begin the process of the twin, and return it with what the process of each stand-in inherits to reach it."""
+    memory = stack.enter_context(os.fdopen(picture_memory(), "rb")).fileno()
+    ends = [[stack.enter_context(end).fileno() for end in socket.socketpair()] for _ in names]
+    first = {"setting": setting, "senses": [stand_in_class(name).SENSES for name in names]}
+    twin = Process("the twin", _TWIN, first, [memory, *(end for end, _ in ends)])
+    stack.callback(twin.end)
+    return twin, {name: [memory, end] for name, (_, end) in zip(names, ends, strict=True)}
+
+
+def _check_names(names: Sequence[str]) -> None:
+    if not names or len(set(names)) < len(names):
+        raise InvalidInput(f"name each stand-in once, not {', '.join(names) or 'none'}")
+    for name in names:
+        stand_in_class(name)
+
+
+def _controlled(
+    stack: ExitStack,
+    host: str,
+    control: int | None,
+    stand_ins: Mapping[str, StandIn | RemoteStandIn],
+    wires: Mapping[str, Mapping[str, str]],
+) -> tuple[str, int] | None:
+    """Open the control port where one is asked for, and return its address."""
+    if control is None:
+        return None
+    port = ControlPort((host, control), stand_ins, wires)
+    stack.callback(port.stop)
+    return port.address

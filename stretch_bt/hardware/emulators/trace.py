@@ -7,18 +7,21 @@ from bisect import bisect_right
 from collections import deque
 
 from stretch_bt.frames import Pose
-from stretch_bt.hardware.simulated.path import Placed
+from stretch_bt.hardware.simulated.path import Placed, between
 from stretch_bt.hardware.simulated.track import Track
 
 __all__ = ["Trace"]
 
 #: at 500 Hz a little more than the second that a camera may look back
 _KEPT = 700
-_APART = 0.02
+#: how far apart, s, a world that has a memory is taken along it
+_APART = 0.04
+#: nothing is written down of a hand that stands, s
+_GAP = 0.05
 
 
 class Trace(Track[Placed]):
-    """A track that is written down pose by pose; between two of them the earlier one holds. Safe to use from any thread."""
+    """A track that is written down pose by pose; between two of them it is straight. Safe to use from any thread."""
 
     def __init__(self, pose: Pose) -> None:
         super().__init__(Placed(pose, pose))
@@ -34,10 +37,15 @@ class Trace(Track[Placed]):
         """Return the place at a time, s."""
         with self._lock:
             k = bisect_right(self._noted, time, key=lambda noted: noted[0])
-            return self._noted[max(k - 1, 0)][1]
+            since, before = self._noted[max(k - 1, 0)]
+            until, after = self._noted[min(k, len(self._noted) - 1)]
+        if not since <= time < until or until - since > _GAP:
+            return before
+        pose = between(before.true, after.true, (time - since) / (until - since))
+        return Placed(pose, pose)
 
     def turns(self, after: float, until: float) -> list[float]:
-        """Return times in (after, until], s, at least 20 ms apart, at which the hand was seen elsewhere."""
+        """Return times in (after, until], s, at least 40 ms apart, at which the hand was seen elsewhere."""
         found: list[float] = []
         with self._lock:
             for time, _ in self._noted:

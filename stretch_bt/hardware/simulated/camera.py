@@ -67,12 +67,10 @@ class SimulatedCamera(CameraDriver):
 
     def _expose(self, number: int) -> Reading[DepthFrame]:
         from stretch_bt.simulation.camera.counts import counts
-        from stretch_bt.simulation.camera.sensor import Shot
 
         twin, time = self.bench.twin, number / self.options.rate
-        told, seen = twin.hand.at(time).told, time - twin.delay("DepthCamera")
-        shot = Shot(time, number, twin.hand.at(seen).true, twin.stretch(seen), twin.contact(seen))
-        exposure = self._sensor.expose(shot)
+        told = twin.hand.at(time).told
+        exposure = self._sensor.expose(twin.shot(time, number))
         frame = DepthFrame(
             raw=counts(exposure),
             unit=exposure.unit,

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from stretch_bt.frames import Pose
 
-__all__ = ["Placed", "PosePath"]
+__all__ = ["Placed", "PosePath", "between"]
 
 #: lever that turns rotation into a distance, so that a turn on the spot takes time too
 _LEVER = 0.1
@@ -46,7 +46,7 @@ class PosePath:
             return self.poses[-1]
         i = next(k for k, end in enumerate(self.distances[1:]) if distance < end)
         part = (distance - self.distances[i]) / (self.distances[i + 1] - self.distances[i])
-        return _between(self.poses[i], self.poses[i + 1], part)
+        return between(self.poses[i], self.poses[i + 1], part)
 
     def above(self, floor: float) -> PosePath:
         """Return the path up to where it would go under a height, m, or the path itself."""
@@ -55,7 +55,7 @@ class PosePath:
                 before = self.poses[max(i - 1, 0)]
                 drop = before.height - pose.height
                 part = min(max((before.height - floor) / drop, 0.0), 1.0) if drop > 0 else 0.0
-                return PosePath([*self.poses[:i], _between(before, pose, part)])
+                return PosePath([*self.poses[:i], between(before, pose, part)])
         return self
 
 
@@ -76,7 +76,8 @@ def _distance(one: Pose, other: Pose) -> float:
     return max(math.dist(one.position, other.position), _LEVER * math.dist(one.rotation, other.rotation))
 
 
-def _between(one: Pose, other: Pose, part: float) -> Pose:
+def between(one: Pose, other: Pose, part: float) -> Pose:
+    """Return the pose that is a part, 0 to 1, of the way to another one."""
     p, q = ((*pose.position, *pose.rotation) for pose in (one, other))
     x, y, z, a, b, c = (u + part * (v - u) for u, v in zip(p, q, strict=True))
     return Pose((x, y, z), (a, b, c))

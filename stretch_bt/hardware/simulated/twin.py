@@ -14,6 +14,7 @@ from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.simulated.path import Placed
 from stretch_bt.hardware.simulated.profile import Profile
 from stretch_bt.hardware.simulated.track import Track
+from stretch_bt.simulation.camera.sensor import Shot
 from stretch_bt.simulation.effects.base import RobotEffect
 from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.noise_source import noise_source
@@ -87,6 +88,11 @@ class Twin:
     def wrench(self, device: str, time: float) -> Wrench:
         """Return the contact wrench that a kind of device reads at a time, s, without its noise."""
         return Wrench(self.contact(time - self.delay(device)).force)
+
+    def shot(self, time: float, number: int) -> Shot:
+        """Return what a camera exposes at a time, s, for the frame of this number."""
+        seen = time - self.delay("DepthCamera")
+        return Shot(time, number, self.hand.at(seen).true, self.stretch(seen), self.contact(seen))
 
     def delay(self, device: str) -> float:
         """Return how old what a kind of device tells is, s."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +13,10 @@ from stretch_bt.simulation.camera.renderer import DepthRenderer
 from stretch_bt.simulation.camera.skin import Skin, table_under
 from stretch_bt.simulation.camera.view import SR305, Offset
 from stretch_bt.simulation.effects.base import CameraEffect, Exposure
+from stretch_bt.simulation.stats import Stats
 from stretch_bt.simulation.world import Contact, World
 
-__all__ = ["Sensor", "Shot", "window"]
+__all__ = ["Sensor", "Shot", "exposed", "window"]
 
 Image = npt.NDArray[np.float32]
 
@@ -57,13 +58,8 @@ class Sensor:
 
     def expose(self, shot: Shot) -> Exposure:
         """Return a frame on its way to counts, with every effect that is on."""
-        exposure = Exposure(
-            self.clean(shot).copy(), self.lens, shot.number / self.rate, shot.number, self.rate, self.random, _UNIT
-        )
-        for effect in self.effects:
-            with self.world.stats.timed(effect.name):
-                effect.expose(exposure)
-        return exposure
+        stats = self.world.stats
+        return exposed(self.clean(shot), self.lens, self.rate, shot.number, self.effects, self.random, stats)
 
     def clean(self, shot: Shot) -> Image:
         """Return (h, w) float32, m, what would be seen without any effect; unchanged since the last frame it is kept."""
@@ -72,6 +68,24 @@ class Sensor:
             with self.world.stats.timed("render"):
                 self._clean = (skin, shot.pose, self._renderer.render(skin, table_under(shot.pose)))
         return self._clean[2]
+
+
+def exposed(
+    clean: Image,
+    lens: Intrinsics,
+    rate: float,
+    number: int,
+    effects: Iterable[CameraEffect],
+    random: Callable[[str, int], np.random.Generator],
+    stats: Stats | None = None,
+) -> Exposure:
+    """Return what effects make of the (h, w) float32 depth, m, that frame `number` would show without them; `stats` counts them."""
+    exposure = Exposure(clean.copy(), lens, number / rate, number, rate, random, _UNIT)
+    counted = stats or Stats()
+    for effect in effects:
+        with counted.timed(effect.name):
+            effect.expose(exposure)
+    return exposure
 
 
 def window(width: float, length: float, plane_distance: float) -> Intrinsics:

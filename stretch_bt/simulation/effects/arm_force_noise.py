@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from stretch_bt.simulation.advisor.case import Case
@@ -37,6 +35,6 @@ class ArmForceNoise(RobotEffect):
         """Yield nothing: what the arm feels stops a motion, and is no result."""
         return ()
 
-    def force_error(self, device: str, random: np.random.Generator) -> npt.NDArray[np.float64]:
-        """Return one error of the arm."""
-        return random.normal(0.0, self.parameters.sd, 3) if device == "Arm" else np.zeros(3)
+    def force_sd(self, device: str) -> float:
+        """Return that of the arm."""
+        return float(self.parameters.sd) if device == "Arm" else 0.0

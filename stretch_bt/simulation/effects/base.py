@@ -190,6 +190,11 @@ class RobotEffect(Effect):
         """Return how old what a kind of device (`Arm`, `DepthCamera`, `ForceSensor`) tells is, s."""
         return 0.0
 
+    def force_sd(self, device: str) -> float:
+        """Return the standard deviation, N an axis, of the noise of the force that a kind of device reads."""
+        return 0.0
+
     def force_error(self, device: str, random: np.random.Generator) -> npt.NDArray[np.float64]:
         """Return (3,) float, N, what is added to the force that a kind of device reads."""
-        return np.zeros(3)
+        sd = self.force_sd(device)
+        return random.normal(0.0, sd, 3) if sd > 0 else np.zeros(3)

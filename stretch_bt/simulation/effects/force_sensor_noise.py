@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from stretch_bt.simulation.advisor.case import Case
@@ -41,6 +39,6 @@ class ForceSensorNoise(RobotEffect):
         left = parameters.sd / math.sqrt(_READINGS) / max(case.force, 1e-9)
         yield Size("force", left, f"{parameters.sd:.2g} N of {case.force:.2g} N, over {_READINGS} readings")
 
-    def force_error(self, device: str, random: np.random.Generator) -> npt.NDArray[np.float64]:
-        """Return one error of the force sensor."""
-        return random.normal(0.0, self.parameters.sd, 3) if device == "ForceSensor" else np.zeros(3)
+    def force_sd(self, device: str) -> float:
+        """Return that of the force sensor."""
+        return float(self.parameters.sd) if device == "ForceSensor" else 0.0

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stretch_bt.frames import Pose, Wrench
+from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage
@@ -34,7 +34,6 @@ _HOME = Pose((0.0, 0.0, 0.2))
 _NEAR = (math.pi, -1.6, 1.8, -1.8, -math.pi / 2, 0.0)
 
 _LOADING = 0.06
-_FEELS_EVERY = 0.02
 _MOVING = 1e-4
 _LONGEST_SCRIPT = 1 << 20
 #: stops that last as long as their fault; a protective stop is unlocked at the dashboard instead
@@ -80,6 +79,7 @@ class Ur5StandIn(StandIn):
         "realtime": 30003,
     }
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
+    SENSES: ClassVar[tuple[str, ...]] = ("felt",)
     MODEL: ClassVar[str] = "ur5"
     PROFILE: ClassVar[Profile] = Profile((3, 15, 8, 106339), 125.0, "UR5", "2018350000")
 
@@ -89,12 +89,11 @@ class Ur5StandIn(StandIn):
         flange = inverse(transform_of(BASE)) @ transform_of(_HOME) @ inverse(transform_of(HAND))
         self.arm = ArmModel(kinematics, kinematics.inverse(flange, _NEAR).tolist())
         self.controller = Controller(self.PROFILE, self.arm, self._felt, self.faults.shown)
-        self._wrench = Wrench((0.0, 0.0, 0.0))
         self._moved = 0.0
         self._servers: list[TcpServer] = []
         self._rtde: RtdeServer | None = None
         self._ending = threading.Event()
-        self._threads: list[threading.Thread] = []
+        self._thread: threading.Thread | None = None
 
     def start(self) -> dict[str, str]:
         """Open the ports."""
@@ -109,18 +108,16 @@ class Ur5StandIn(StandIn):
             self.stop()
             raise
         self._note_hand()
-        work = [self._run] if self.stage.twin is None else [self._run, self._feel]
-        self._threads = [threading.Thread(target=run, name="UR stand-in", daemon=True) for run in work]
-        for thread in self._threads:
-            thread.start()
+        self._thread = threading.Thread(target=self._run, name="UR stand-in", daemon=True)
+        self._thread.start()
         places = [server.address for server in self._servers]
         return {wire: f"{host}:{port}" for wire, (host, port) in zip(self.PORTS, places, strict=True)}
 
     def stop(self) -> None:
         """Close the ports."""
         self._ending.set()
-        threads, self._threads = self._threads, []
-        for thread in threads:
+        thread, self._thread = self._thread, None
+        if thread is not None:
             thread.join()
         servers, self._servers = self._servers, []
         for server in servers:
@@ -188,17 +185,13 @@ class Ur5StandIn(StandIn):
                 assert self._rtde is not None
                 self._rtde.tell()
 
-    def _feel(self) -> None:
-        """Ask the twin in a thread of its own, because a membrane may take longer than a cycle."""
-        while not self._ending.wait(_FEELS_EVERY):
-            self._wrench = self.stage.arm_wrench()
-
     def _note_hand(self) -> None:
         self.stage.place_hand(self.hand())
 
     def _felt(self) -> tuple[float, ...]:
         """Return the wrench on the tool in base axes, N and N m."""
-        felt = np.array([*self._wrench.force, *self._wrench.torque])
+        wrench = self.stage.wrench("Arm")
+        felt = np.array([*wrench.force, *wrench.torque])
         load, wall = self.faults.shown("load"), self.faults.shown("wall")
         if load is not None:
             felt[:3] += [load["fx"], load["fy"], load["fz"]]

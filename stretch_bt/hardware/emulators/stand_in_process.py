@@ -1,0 +1,85 @@
+"""The process of one stand-in: it serves its wires, and obeys whoever began it, until that is gone."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import sys
+from typing import Any
+
+from stretch_bt.errors import InvalidInput, StretchError
+from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.emulators.base import StandIn
+from stretch_bt.hardware.emulators.registry import stand_in_class
+from stretch_bt.hardware.emulators.scene_stage import SceneStage
+from stretch_bt.hardware.emulators.setting import Setting
+from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.priority import raise_priority
+
+__all__ = ["main"]
+
+#: how long a thread may keep the others from running, s: a tenth of what Python allows, because a controller has cycles of 2 ms
+_SWITCH = 5e-4
+
+
+def serve(began: Channel, pictures: int, twin: int) -> None:
+    """Serve one stand-in until the channel closes."""
+    (first,) = began.first()
+    sys.setswitchinterval(_SWITCH)
+    raise_priority()  # a device does not wait for other programs
+    made = begun(first, pictures, twin)
+    try:
+        began.send({"say": "serving", "wires": made.start()})
+        while True:
+            select.select([began], [], [])
+            for message in began.drain():
+                began.send(answer(made, message))
+    finally:
+        made.stop()
+
+
+def begun(first: Message, pictures: int, twin: int) -> StandIn:
+    """Return a stand-in that is not started."""
+    setting = first["setting"]
+    stage: Stage = Stage(seed=first["seed"])
+    if setting is not None:
+        stage = SceneStage(Setting(**setting), Channel(socket.socket(fileno=twin)), pictures)
+    made = stand_in_class(first["name"])(first["host"], stage, first["ports"])
+    if first["activated"]:
+        made.activated()
+    return made
+
+
+def answer(made: StandIn, message: Message) -> Message:
+    """Do what is asked, and return what is said of it; raises ChannelClosed at the end."""
+    found: dict[str, Any] = {}
+    try:
+        match message["do"]:
+            case "inject":
+                made.inject(message["fault"], message["parameters"])
+            case "clear":
+                made.clear(message["fault"])
+            case "describe":
+                found = {"active": made.active(), "state": made.state()}
+            case "end":
+                raise ChannelClosed("told to end")
+    except InvalidInput as error:
+        return {"say": "refused", "reason": str(error)}
+    return {"say": "done", **found}
+
+
+def main(control: int, pictures: int = -1, twin: int = -1) -> None:
+    """Serve for the process at the other end of a socket; without a scene there are neither pictures nor a twin."""
+    began = Channel(socket.socket(fileno=control))
+    try:
+        serve(began, pictures, twin)
+    except (StretchError, OSError) as error:
+        if not isinstance(error, ChannelClosed):
+            began.send({"say": "refused", "reason": str(error)})
+    sys.stderr.flush()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

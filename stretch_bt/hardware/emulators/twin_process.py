@@ -1,0 +1,213 @@
+"""The process of the twin behind stand-ins: it solves what hand and object do to each other as the hand goes.
+
+It solves once for each frame of the camera at most, and takes no more than a part of a core for that: what would be more is left
+out, and the stand-ins go on with the latest that is solved.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+import socket
+import sys
+import threading
+import time
+from contextlib import suppress
+from typing import NoReturn
+
+from stretch_bt.errors import NoEquilibrium, StretchError
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.emulators.pictures import Pictures
+from stretch_bt.hardware.emulators.setting import Setting
+from stretch_bt.hardware.emulators.stage import begin_fingers, brake_fingers
+from stretch_bt.hardware.emulators.trace import Trace
+from stretch_bt.hardware.emulators.twin_camera import lens
+from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.simulated.path import Placed
+from stretch_bt.hardware.simulated.twin import Twin
+from stretch_bt.simulation.camera.sensor import Sensor
+from stretch_bt.simulation.effects.base import RobotEffect
+from stretch_bt.simulation.scene import load_scene
+
+__all__ = ["main"]
+
+#: frames a second, as the camera's
+RATE = 30
+#: how long after the time of a frame arm and gripper have said where they were then, s
+_NEWS = 0.01
+#: part of a core that solving takes in the long run, the stand-ins have the rest of a half; and what it may take at once, s
+_SHARE, _AT_ONCE = 0.35, 1.0
+#: how often an object that creeps is solved while nothing moves, s
+_CREEPING = 0.1
+#: what the hand moves less than, m and rad an axis, is no motion: an arm at rest still comes nearer to its last setpoint, and one that
+#: goes down straight does not quite; each new place aside would be solved from nothing
+_STILL = 2e-6
+_FEELING = ("Arm", "ForceSensor")
+_TOUCHES = 3
+
+
+class Link:
+    """The way to one stand-in: what it says of hand or fingers goes into the twin; it is sent what it senses."""
+
+    def __init__(self, channel: Channel, senses: list[str]) -> None:
+        self.channel, self.senses = channel, senses
+
+    def send(self, message: Message) -> None:
+        """Send a message; a stand-in that is gone is noticed by who began it."""
+        with suppress(ChannelClosed):
+            self.channel.send(message)
+
+
+class Solver:
+    """Solves a twin for each frame, and tells the stand-ins.
+
+    Parameters
+    ----------
+    setting
+        Of the scene.
+    links
+        To the stand-ins.
+    pictures
+        Descriptor of the memory that the camera reads.
+    """
+
+    def __init__(self, setting: Setting, links: list[Link], pictures: int) -> None:
+        scene, geometry = load_scene(setting.scene), HandGeometry()
+        self._setting, self._links = setting, links
+        self.twin = Twin(scene, geometry, setting.now, setting.seed)
+        rehearse(self.twin if self.twin.world.memory is None else Twin(scene, geometry, lambda: 0.0, setting.seed))
+        view, twin = lens(geometry), self.twin
+        self._sensor = Sensor(twin.world, view, geometry.plane_distance, RATE, twin.random)
+        self._pictures = Pictures(pictures, (view.height, view.width))
+        self._solved: tuple[Placed, float, float] | None = None
+        self._slot = 0
+        self._budget, self._counted = _AT_ONCE, time.monotonic()
+
+    def run(self) -> NoReturn:
+        """Solve for ever."""
+        self._say("felt", {"say": "noise", "noise": self._noise()})
+        number = int(self._setting.now() * RATE)
+        while True:
+            number = max(number + 1, int(self._setting.now() * RATE))
+            time.sleep(max(number / RATE + _NEWS - self._setting.now(), 0.0))
+            self._go_on(number)
+
+    def _go_on(self, number: int) -> None:
+        """Bring the stand-ins to the time of a frame."""
+        if self._may_solve() and self._changed(number / RATE):
+            began = time.thread_time()
+            with suppress(NoEquilibrium):  # a membrane without an equilibrium is neither felt nor seen
+                self._solve(number)
+            self._budget -= time.thread_time() - began
+        self._say("seen", {"say": "seen", "number": number, "slot": self._slot})
+
+    def _may_solve(self) -> bool:
+        """Return whether there is CPU time left for it."""
+        now = time.monotonic()
+        self._budget = min(self._budget + _SHARE * (now - self._counted), _AT_ONCE)
+        self._counted = now
+        return self._budget > 0
+
+    def _changed(self, at: float) -> bool:
+        """Return whether there is something to solve that was not solved yet."""
+        if self._solved is None:
+            return True
+        twin, (hand, stretch, last) = self.twin, self._solved
+        memory = twin.world.memory
+        if memory is not None and math.isfinite(memory) and at - last >= _CREEPING:
+            return True
+        return abs(twin.stretch(at) - stretch) > _STILL or twin.hand.at(at) != hand
+
+    def _solve(self, number: int) -> None:
+        twin, at = self.twin, number / RATE
+        self._solved = twin.hand.at(at), twin.stretch(at), at
+        forces = {kind: twin.wrench(kind, at).force for kind in _FEELING}
+        self._say("felt", {"say": "felt", "forces": forces})
+        self._slot = self._pictures.put(self._sensor.clean(twin.shot(at, number)))
+
+    def _say(self, sense: str, message: Message) -> None:
+        for link in self._links:
+            if sense in link.senses:
+                link.send(message)
+
+    def _noise(self) -> dict[str, float]:
+        """Return the standard deviation that the scene gives the force of a kind of device, N an axis."""
+        on = self.twin.world.effects.of(RobotEffect)  # type: ignore[type-abstract]
+        found = {kind: math.hypot(*(effect.force_sd(kind) for effect in on)) for kind in _FEELING}
+        return {kind: sd for kind, sd in found.items() if sd > 0}
+
+
+def rehearse(twin: Twin) -> None:
+    """Press a twin, so that what is loaded, compiled or built for a first touch keeps no robot waiting later."""
+    touched = 0
+    with suppress(NoEquilibrium):
+        for millimetres in range(200, 0, -1):
+            found = twin.world.contact(Pose((0.0, 0.0, millimetres / 1000)), 0.0)
+            touched += found.force[2] > 0
+            if touched > _TOUCHES:
+                return
+
+
+def listen(twin: Twin, links: list[Link]) -> None:
+    """Take what the stand-ins say of hand and fingers, until none is left."""
+    left = {link.channel: link for link in links}
+    while left:
+        for channel in select.select(list(left), [], [])[0]:
+            try:
+                for message in channel.drain():
+                    take(twin, message)
+            except ChannelClosed:
+                del left[channel]
+
+
+def take(twin: Twin, message: Message) -> None:
+    """Write down one thing that a stand-in says."""
+    at = message["time"]
+    match message["do"]:
+        case "hand":
+            before = twin.hand.at(at).true
+            pose = steadied(before, message["pose"])
+            if not isinstance(twin.hand, Trace):
+                twin.hand = Trace(pose)
+            if pose != before:
+                twin.hand.note(at, pose)
+        case "fingers":
+            begin_fingers(twin.fingers, at, message["to"], message["speed"])
+        case "brake":
+            brake_fingers(twin.fingers, at)
+
+
+def steadied(before: Pose, six: list[float]) -> Pose:
+    """Return a pose of position, m, and rotation vector, rad; a coordinate that hardly moved stays what it was before."""
+    was = (*before.position, *before.rotation)
+    x, y, z, a, b, c = (old if abs(new - old) < _STILL else new for new, old in zip(six, was, strict=True))
+    return Pose((x, y, z), (a, b, c))
+
+
+def main(control: int, pictures: int, *wires: int) -> NoReturn:
+    """Solve for the stand-ins at the other ends of some sockets until whoever began this is gone."""
+    began = Channel(socket.socket(fileno=control))
+    (first,) = began.first()
+    links = [Link(Channel(socket.socket(fileno=w)), senses) for w, senses in zip(wires, first["senses"], strict=True)]
+    try:
+        solver = Solver(Setting(**first["setting"]), links, pictures)
+    except StretchError as error:
+        began.send({"say": "refused", "reason": str(error)})
+        sys.exit(1)
+    began.send({"say": "ready"})
+    threading.Thread(target=listen, args=(solver.twin, links), daemon=True).start()
+    threading.Thread(target=end_with, args=(began,), daemon=True).start()
+    solver.run()
+
+
+def end_with(began: Channel) -> None:
+    """End this process when the other side of a channel says so, or is gone."""
+    with suppress(ChannelClosed):
+        began.first()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
