@@ -209,14 +209,14 @@ def test_a_process_that_ends_or_refuses_is_told_with_its_reason():
             servers.stand_ins["ati"].inject("los")
         os.kill(servers.processes[1].pid, signal.SIGKILL)
         until(lambda: raised(servers.check))
-        with pytest.raises(InvalidInput, match="the process of ati ended: .* SIGKILL"):
+        with pytest.raises(InvalidInput, match=r"the process of ati ended: .* SIGKILL"):
             servers.check()
     with pytest.raises(InvalidInput, match="nowhere"), serving_elsewhere(["ati"], scene="nowhere"):
         pass
     with socket.create_server(("127.0.0.1", 0)) as taken:
         ports = {"urcap": {"urcap": taken.getsockname()[1]}}
         with (
-            pytest.raises(InvalidInput, match="cannot listen on .* in use"),
+            pytest.raises(InvalidInput, match=r"cannot listen on .* in use"),
             serving_elsewhere(["urcap"], host="127.0.0.1", ports=ports),
         ):
             pass

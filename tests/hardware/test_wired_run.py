@@ -26,9 +26,20 @@ HARMLESS = {
 }
 #: seen only while the fingers move
 MOVING = {("robotiq", "stall")}
-#: runs wait for most of their time
-AT_ONCE = 3 * (os.cpu_count() or 1)
-LONGEST = 300.0
+#: each takes half of a core
+AT_ONCE = os.cpu_count() or 1
+LONGEST = 100.0
+#: a run ends so soon after its fault, s of the controller's clock
+WITHIN = 1.0
+#: where what the arm does when it is lost depends on how it moves
+EVERYWHERE = [
+    ("ur", "reset"),
+    ("ur", "freeze"),
+    ("ur", "protective_stop"),
+    ("ur", "program_stop"),
+    ("driver", "kill"),
+    ("driver", "hang"),
+]
 
 
 def faults(*devices):
@@ -49,6 +60,18 @@ def cases_of_camera(phase):
     for device, fault in [*faults("realsense"), ("camera driver", "kill"), ("camera driver", "hang")]:
         yield {"phase": phase, "device": device.replace("realsense", "camera"), "fault": fault}
     yield {"phase": phase, "device": "camera", "fault": "torn", "parameters": {"part": 0.3}}
+
+
+def chosen(kind):
+    """Return the cases of the default run: each fault in one phase, those that say something everywhere in each."""
+    found, every = {}, {phase: list(kind(phase)) for phase in PHASES}
+    for phase, asked in every.items():
+        for case in asked:
+            found.setdefault((case["device"], case["fault"]), []).append((phase, case))
+    for k, (which, cases) in enumerate(sorted(found.items())):
+        for phase, case in cases:
+            if which in EVERYWHERE or phase == cases[k % len(cases)][0]:
+                yield case
 
 
 @pytest.fixture(scope="module")
@@ -104,30 +127,29 @@ def begun():
 def told(rows):
     """Print how long each fault took to the end of its run, and return what was not as it should be."""
     for device, fault in dict.fromkeys((row["device"], row["fault"]) for row in rows):
-        mine = [row for row in rows if (row["device"], row["fault"]) == (device, fault)]
-        took = [row["took"] for row in mine if row["took"] is not None]
-        unasked = [reason for row in mine for reason in row.get("unasked", ())]
+        took = [
+            row["took"] for row in rows if (row["device"], row["fault"]) == (device, fault) and row["took"] is not None
+        ]
         if took:
             times = f"{statistics.median(took):6.3f} s, at most {max(took):6.3f} s"
-            print(f"{device:14s}{fault:12s}{len(mine):4d} runs, {times}, {len(unasked)} again {unasked[-1:]}")  # noqa: T201
-    return [(row["phase"], row["device"], row["fault"], row["problems"]) for row in rows if row["problems"]]
+            print(f"{device:14s}{fault:16s}{len(took):4d} runs, {times}")  # noqa: T201
+    late = [(*which(row), f"took {row['took']:.2f} s") for row in rows if (row["took"] or 0.0) > WITHIN]
+    return late + [(*which(row), row["problems"]) for row in rows if row["problems"]]
+
+
+def which(row):
+    return row["phase"], row["device"], row["fault"]
 
 
 def test_there_are_at_least_thirty_faults():
     assert all(len(list(cases(phase))) >= 30 for phase in PHASES if phase != "set_stretch")
 
 
-@pytest.mark.parametrize("phase", PHASES)
-def test_every_fault_ends_the_run_and_nothing_moves_after_it(done, phase):
-    asked = list(cases(phase))
-    rows = done(asked)
-    assert told(rows) == []
-    assert len(rows) == len(asked)
-
-
-@pytest.mark.parametrize("phase", PHASES)
-def test_every_fault_of_the_camera_does_so_too(librealsense, done, phase):
-    asked = list(cases_of_camera(phase))
+@pytest.mark.parametrize("kind", [cases, cases_of_camera])
+def test_every_fault_ends_the_run_and_nothing_moves_after_it(request, done, kind):
+    if kind is cases_of_camera:
+        request.getfixturevalue("librealsense")
+    asked = list(chosen(kind))
     rows = done(asked)
     assert told(rows) == []
     assert len(rows) == len(asked)
@@ -136,7 +158,7 @@ def test_every_fault_of_the_camera_does_so_too(librealsense, done, phase):
 @pytest.mark.slow
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("kind", [cases, cases_of_camera])
-def test_every_fault_does_so_twenty_times(request, done, phase, kind):
+def test_every_fault_does_so_in_every_phase_twenty_times(request, done, phase, kind):
     if kind is cases_of_camera:
         request.getfixturevalue("librealsense")
     rows = done([case for _ in range(20) for case in kind(phase)])

@@ -1,8 +1,8 @@
 """Runs over the wires of arm, gripper, force sensor and camera, each ended by one fault while one node moves something; a program of its own.
 
 It reads one JSON object a line, `{"phase": ..., "device": ..., "fault": ...}` and where they are not those below `parameters`, does the
-run, and prints one JSON object: how long the run took to its end, with which status and reason, how often it was begun, and everything
-that was not as it should be.
+run, and prints one JSON object: how long the run took to its end, s of the controller's clock, with which status and reason, and
+everything that was not as it should be.
 """
 
 import faulthandler
@@ -20,11 +20,9 @@ from pathlib import Path
 
 from album import Album, album
 from lab import lab_cell
+from wired_servers import Servers
 
 from stretch_bt import run
-from stretch_bt.errors import DeviceFault
-from stretch_bt.hardware.emulators.serve import serving
-from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.run.onlooker import Onlooker
 
 LAB = {"arm": {"watchdog": "2.5 Hz", "lost_after": "400 ms"}, "gripper": {}, "force_sensor": {}}
@@ -75,12 +73,12 @@ PARAMETERS = {
 DRIVERS = {"driver": "stretch_bt.hardware.ur.process", "camera driver": "stretch_bt.hardware.realsense.process"}
 #: what ends a run otherwise than as a fault: the tree's own guard
 STATED = {("ati", "load"): "FAILURE"}
-#: how often a run may be begun again that this machine was too busy for, so that it ended before its fault
-AGAIN = 25
+#: stand-ins by another name than the device's
+BEHIND = {"camera": "album"}
 #: a gripper that cannot be reached goes on to where it was last sent
 UNTOLD = {("robotiq", fault) for fault in ("drop", "freeze", "slow", "corrupt", "truncate", "garbage", "crc", "refuse")}
 #: after which a case is taken to hang, s
-HANGS = 200.0
+HANGS = 60.0
 #: how fast the arm goes, m/s, where a phase is taken for under way
 UNDER_WAY = 0.004
 
@@ -109,68 +107,62 @@ def steps(phase):
     return ", ".join([*led, f"{{{phase}: {STEPS[phase][0]}}}", LATER])
 
 
-def trial(phase, device, fault, hosts, parameters=None):
-    """Do a run until one was ended by its fault, and return what came of it."""
-    unasked = []
+def trial(phase, device, fault, servers, host, parameters=None):
+    """Do a run that is ended by its fault, and return what came of it."""
     which, parameters = (device, fault), parameters or PARAMETERS.get((device, fault))
-    for k in range(AGAIN):
-        with tempfile.TemporaryDirectory() as folder:
-            row = attempt(phase, which, parameters, next(hosts), Path(folder))
-        if row["took"] is not None or row["problems"]:
-            return {**row, "begun": k + 1, "unasked": unasked}
-        unasked.append(row["reason"])
-    return {**row, "begun": AGAIN, "unasked": unasked, "problems": ["it always ended before the fault"]}
-
-
-def attempt(phase, which, parameters, host, folder):
-    wired = which[0].startswith("camera")
+    wired = device.startswith("camera")
     names = ["ur", "robotiq", "ati", *(["album"] if wired else [])]
-    (folder / "tree.yaml").write_text(TREE.replace("STEPS", steps(phase)).replace("WATCHED", WATCHED[wired]))
-    (folder / "wired.yaml").write_text(lab_cell(host, {**LAB, "camera": {}}) if wired else lab_cell(host, LAB) + CAMERA)
-    injected, over, followed = [], threading.Event(), Followed()
-    with serving(names, Stage(), host=host, activated=True) as servers:
-        behind = {**servers.stand_ins, "camera": servers.stand_ins.get("album")}
-        Album.hand = behind["ur"].hand
-        harm = threading.Thread(target=harmed, args=(behind, followed, phase, (*which, parameters), injected, over))
-        harm.start()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "tree.yaml").write_text(TREE.replace("STEPS", steps(phase)).replace("WATCHED", WATCHED[wired]))
+        text = lab_cell(host, {**LAB, "camera": {}}) if wired else lab_cell(host, LAB) + CAMERA
+        (folder / "wired.yaml").write_text(text)
+        servers.ask(do="start", names=names, host=host)
         try:
-            result = run(folder / "tree.yaml", cell=folder / "wired.yaml", out=folder / "record", watch=followed.watch)
-        except DeviceFault as fault:
-            if injected:
-                raise
-            return {"reason": str(fault), "took": None, "problems": []}  # a busy machine did not open it in time
+            return ended_by(phase, (*which, parameters), servers, folder)
         finally:
-            ended = time.monotonic()
-            over.set()
-            harm.join()
-        row = {"status": result.status, "reason": result.reason, "took": None, "problems": []}
-        if injected:
-            row["took"] = ended - injected[0]
-            row["problems"] = list(problems(result, folder / "record", behind, which))
-        return row
+            servers.ask(do="stop")
 
 
-def harmed(behind, followed, phase, which, injected, over):
+def ended_by(phase, which, servers, folder):
+    """Do the run, and return how it ended and what was not as it should be."""
+    injected, over, followed = [], threading.Event(), Followed()
+    harm = threading.Thread(target=harmed, args=(servers, followed, phase, which, injected, over))
+    harm.start()
+    try:
+        result = run(folder / "tree.yaml", cell=folder / "wired.yaml", out=folder / "record", watch=followed.watch)
+    finally:
+        ended = servers.state("ur")["time"]
+        over.set()
+        harm.join()
+    row = {"status": result.status, "reason": result.reason}
+    if not injected:
+        return {**row, "took": None, "problems": [f"it ended before the fault: {result.status}: {result.reason}"]}
+    found = list(problems(result, folder / "record", servers, which[:2]))
+    return {**row, "took": ended - injected[0], "problems": found}
+
+
+def harmed(servers, followed, phase, which, injected, over):
     """Wait until a node has something moving, and do harm."""
-    while not (over.is_set() or (phase in followed.running and under_way(behind, phase))):
-        time.sleep(0.005)
+    while not (over.is_set() or (phase in followed.running and under_way(servers, phase))):
+        time.sleep(0.01)
     if over.is_set():
         return
     device, fault, parameters = which
     if device in DRIVERS:
+        begun = servers.state("ur")
         os.kill(int(children(DRIVERS[device])[0]), signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
     else:
-        behind[device].inject(fault, parameters)
-    injected.append(time.monotonic())
+        begun = servers.ask(do="inject", device=BEHIND.get(device, device), fault=fault, parameters=parameters)
+    injected.append(begun["time"])
 
 
-def under_way(behind, phase):
-    if phase == "set_stretch":
-        return behind["robotiq"].state()["opening"] > 0.060
-    return behind["ur"].state()["speed"] > UNDER_WAY
+def under_way(servers, phase):
+    state = servers.ask(do="state")
+    return state["robotiq"]["opening"] > 0.060 if phase == "set_stretch" else state["ur"]["speed"] > UNDER_WAY
 
 
-def problems(result, record, behind, which):
+def problems(result, record, servers, which):
     """Yield what is not as it should be after a run that was ended by a fault."""
     if result.status != STATED.get(which, "FAULT") or not result.reason:
         yield f"it ended as {result.status}: {result.reason}"
@@ -181,13 +173,15 @@ def problems(result, record, behind, which):
         yield f"the record has {sorted(found)}"
     elif json.loads((record / "result.json").read_text())["status"] != result.status:
         yield "the record does not tell how the run ended"
-    if not eventually(lambda: not behind["ur"].state()["moving"]):
+    state = eventually(lambda: not (now := servers.ask(do="state"))["ur"]["moving"] and now)
+    if not state:
         yield "the arm goes on"
-    moved, opening = behind["ur"].state()["moved"], behind["robotiq"].state()["opening"]
+        return
     time.sleep(0.2)
-    if behind["ur"].state()["moved"] != moved:
+    later = servers.ask(do="state")
+    if later["ur"]["moved"] != state["ur"]["moved"]:
         yield "the arm moves again"
-    if which not in UNTOLD and behind["robotiq"].state()["opening"] != opening:
+    if which not in UNTOLD and later["robotiq"]["opening"] != state["robotiq"]["opening"]:
         yield "the fingers move"
 
 
@@ -219,17 +213,19 @@ def main():
     album(lambda: 0.0, 50).frame()  # for the first picture code is compiled
     pid = os.getpid()
     hosts = (f"127.{101 + pid % 150}.{pid // 150 % 250}.{1 + k % 250}" for k in itertools.count())
-    for line in sys.stdin:
-        asked = json.loads(line)
-        faulthandler.dump_traceback_later(HANGS, exit=True)  # whoever waits hears where
-        try:
-            row = trial(**asked, hosts=hosts)
-        except Exception:
-            row = {"problems": [traceback.format_exc()], "took": None}
-        faulthandler.cancel_dump_traceback_later()
-        row["problems"] += broken
-        broken.clear()
-        print(json.dumps({**asked, **row}), flush=True)  # noqa: T201
+    with Servers() as servers:
+        Album.hand = servers.place.get
+        for line in sys.stdin:
+            asked = json.loads(line)
+            faulthandler.dump_traceback_later(HANGS, exit=True)  # whoever waits hears where
+            try:
+                row = trial(**asked, servers=servers, host=next(hosts))
+            except Exception:
+                row = {"problems": [traceback.format_exc()], "took": None}
+            faulthandler.cancel_dump_traceback_later()
+            row["problems"] += broken
+            broken.clear()
+            print(json.dumps({**asked, **row}), flush=True)  # noqa: T201
 
 
 if __name__ == "__main__":
