@@ -15,12 +15,17 @@ from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
 from stretch_bt.perception.pattern import HANG
+from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
+#: how deep something stands in the membrane at the begin that is called contact, m
+TOUCHING = 0.001
+#: world height that it goes down to where no cell says how far, m
+GROUND = 0.0
 #: of the way from the highest reading to no force, by which it may be off: objects differ in their power
 EXTRAPOLATED = 0.2
 FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
@@ -29,6 +34,9 @@ FEEL_SPEED = 0.005  # m/s: between readings the hand moves a millimetre
 @node
 class Approach(MotionBehavior):
     """Lower the hand until it touches, feel a few shallow depths, and extrapolate to the height at no force.
+
+    It goes down as far as the limits of the cell allow. FAILURE when nothing was met there, or when the membrane touches something at
+    the begin.
 
     The reading at a first touch is low already, because a soft object has given way by then; the height that this node
     writes, and from which `press` counts, is that of the undeformed top.
@@ -43,8 +51,8 @@ class Approach(MotionBehavior):
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
     speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="of the descent", limit="speed")
-    max_travel: In[Length] = port(
-        0.100, min=0.001, max=0.500, doc="give up when nothing was met this far down", limit="travel"
+    max_travel: In[Length | None] = port(
+        None, min=0.001, max=2.0, doc="give up when nothing was met this far down, or where the cell ends before that"
     )
     max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
@@ -87,8 +95,10 @@ class Approach(MotionBehavior):
 
     def start(self) -> Motion:
         """Move down, as far as allowed."""
-        pose = self.arm.pose(MAX_AGE).value
-        return self.arm.move(pose.moved(z=-self.max_travel), speed=self.speed, owner=self.path)
+        pose, limits = self.arm.pose(MAX_AGE).value, self.context.limits
+        lowest = GROUND if limits is None else limits.height.min
+        self.goal = min(max(pose.height - (self.max_travel or math.inf), lowest), pose.height)
+        return self.arm.move(pose.at_height(self.goal), speed=self.speed, owner=self.path)
 
     def update(self) -> Status:
         """Go through rest, descent and feeling."""
@@ -102,10 +112,20 @@ class Approach(MotionBehavior):
             self.free.add(frame)
             self.frames.append(frame)
         if len(self.frames) >= self.QUIET:
+            self._check_free()
             self.free.settle()
             self.motion = self.start()
             self.phase = self._descend
         return Status.RUNNING
+
+    def _check_free(self) -> None:
+        """Refuse to begin where the membrane touches something: it would be taken for the shape of the free one."""
+        found = self._top(perception.average_frames(self.frames))
+        if found is not None and found[0].value > TOUCHING:
+            deep = found[0].value * 1e3
+            raise NoContact(
+                f"the membrane touches something already, {deep:.1f} mm deep; raise the hand before it approaches"
+            )
 
     def _descend(self) -> Status:
         self.reason = "moving down"
@@ -121,7 +141,7 @@ class Approach(MotionBehavior):
                 self.source.learn(self.pattern)
             self._look()
             return Status.RUNNING
-        return self._moving(NoContact(f"nothing was met within {self.max_travel * 1e3:.0f} mm"))
+        return self._moving(NoContact(f"nothing was met down to {self.goal * 1e3:.0f} mm"))
 
     def _halt(self) -> None:
         if self.motion is not None:
@@ -171,19 +191,24 @@ class Approach(MotionBehavior):
 
     def _measure(self, frame: DepthFrame) -> None:
         """Note one height; a touch too light to be seen is passed over."""
+        found = self._top(frame)
+        if found is not None and found[0].value > 0:
+            top, points, valid, labels = found
+            height = top.value + (frame.hand_height or 0.0)
+            sd = reading_sd(top.sd, self.average)
+            self.felt.append((top.value, height, sd))
+            touch = Touch(points, valid, labels, self.average)
+            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd, touch))
+
+    def _top(self, frame: DepthFrame) -> tuple[Estimate, FloatArray, MaskArray, LabelArray] | None:
+        """Return how deep the top of a contact stands in the membrane, m, the points seen, which are valid, and what each shows."""
         try:
             contact = perception.find_contact(frame)
             points, valid = perception.deproject(frame)
             points = perception.to_membrane(points, frame.plane_distance or 0.0)
-            top = perception.track_height(points, valid, contact.labels)
+            return perception.track_height(points, valid, contact.labels), points, valid, contact.labels
         except NoAnswer:
-            return
-        if top.value > 0:
-            height = top.value + (frame.hand_height or 0.0)
-            sd = reading_sd(top.sd, self.average)
-            self.felt.append((top.value, height, sd))
-            touch = Touch(points, valid, contact.labels, self.average)
-            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd, touch))
+            return None
 
     def _conclude(self) -> Status:
         depths, heights, sds = zip(*self.felt, strict=True)

@@ -1,5 +1,7 @@
 """Leaving the object."""
 
+import math
+
 from stretch_bt.behaviors._motion import MotionBehavior
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Uses, port
@@ -11,15 +13,20 @@ MAX_AGE = 0.5
 
 @node
 class Retract(MotionBehavior):
-    """Raise the hand clear of the object: above first contact, or above where it is when none is known; never lower it."""
+    """Raise the hand clear of the object: above first contact, or above where it is when none is known; never lower it.
+
+    It goes no higher than the cell allows.
+    """
 
     arm: Uses[Arm]
-    clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact", limit="travel")
+    clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact")
     speed: In[Speed] = port(0.020, min=0.001, max=0.250, doc="of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Move straight up."""
         pose = self.arm.pose(MAX_AGE).value
         contact = self.context.hand.contact_height
-        target = max((pose.height if contact is None else contact) + self.clearance, pose.height)
+        limits = self.context.limits
+        highest = math.inf if limits is None else limits.height.max
+        target = max(min((pose.height if contact is None else contact) + self.clearance, highest), pose.height)
         return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -16,6 +17,7 @@ __all__ = ["Limits", "Span"]
 
 _Place = Annotated[Length, Within(-10.0, 10.0, "Length")]
 _ROUNDING = 1e-9
+_M = TypeVar("_M", bound=BaseModel)
 
 
 class _Model(BaseModel):
@@ -65,6 +67,11 @@ class Limits(_Model):
         limit: Span | float = getattr(self, name)
         return (limit.min, limit.max) if isinstance(limit, Span) else (-math.inf, limit)
 
+    @classmethod
+    def restored(cls, plain: Mapping[str, Any]) -> Limits:
+        """Return the limits whose `model_dump` a record has; fields that it has not keep their defaults."""
+        return _restored(cls, plain)
+
     def check_pose(self, device: str, target: Pose, hand: Hand) -> None:
         """Raise LimitExceeded when the hand may not go there."""
         for name, span, value in zip("xy", (self.x, self.y), target.position[:2], strict=True):
@@ -87,6 +94,15 @@ class Limits(_Model):
     def check_force(self, device: str, force: float) -> None:
         """Raise LimitExceeded when the arm feels too much."""
         _check(device, "force", force, self.force, "Force")
+
+
+def _restored(model: type[_M], plain: Mapping[str, Any]) -> _M:
+    """Return a model of numbers in SI, which need no check and have no unit."""
+    kinds = {
+        name: field.annotation for name, field in model.model_fields.items() if isinstance(plain.get(name), Mapping)
+    }
+    parts = {name: _restored(kind, plain[name]) for name, kind in kinds.items() if isinstance(kind, type)}
+    return model.model_construct(**{**plain, **parts})
 
 
 def _check(device: str, name: str, value: float, most: float, kind: str) -> None:

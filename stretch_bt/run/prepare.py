@@ -109,6 +109,7 @@ class Task:
             "scene": self.scene,
             "cell": self.cell,
             "hand": asdict(spec.hand) if spec is not None else None,
+            "limits": spec.limits.model_dump() if spec is not None else None,
             "mocks": self.mocks.path.read_text("utf-8") if self.mocks else None,
             "started": datetime.now().astimezone().isoformat(timespec="seconds"),
             "host": platform.node(),

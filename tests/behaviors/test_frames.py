@@ -10,6 +10,7 @@ import pytest
 from stretch_bt import perception
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.perception.types import Contact
 from stretch_bt.run.clock import VirtualClock
 from stretch_bt.run.context import RunContext
@@ -147,11 +148,13 @@ def test_fit_sphere_counts_an_earlier_fit_which_stands_where_there_is_no_other()
 def approached(cell: Callable[..., Any], virtual_clock: VirtualClock) -> Callable[..., tuple[Behavior, Any]]:
     """Run `approach` alone from a little above the object; returns the node after it ended, and the cell."""
 
-    def run(scene: str, above: float = 0.008, **inputs: Any) -> tuple[Behavior, Any]:
+    def run(scene: str, above: float = 0.008, limits: float | None = None, **inputs: Any) -> tuple[Behavior, Any]:
         opened = cell(scene)
         start = opened.devices["arm"].pose(1.0).value
         opened._bench.twin.place(start.at_height(opened.truth()["contact_height"] + above))
         context = RunContext(opened.hand)
+        if limits is not None:
+            context.limits = Limits.model_validate({"height": {"min": f"{limits} m", "max": "0.6 m"}})
         approach = node("approach", opened.devices, context, **{"max_travel": 0.025, "average": 2, **inputs})
         for _ in range(2000):
             context.now = virtual_clock.now()
@@ -179,10 +182,29 @@ def test_approach_finds_the_undeformed_top(approached: Callable[..., Any]) -> No
     assert opened.hand.contact_height == found.value
 
 
-def test_approach_gives_up_where_nothing_is(approached: Callable[..., Any], virtual_clock: VirtualClock) -> None:
-    approach, opened = approached("water_balloon", above=0.060)
-    assert (approach.status, approach.reason) == (Status.FAILURE, "nothing was met within 25 mm")
+@pytest.mark.parametrize(
+    ("inputs", "limits"), [({}, None), ({"max_travel": None}, 0.095), ({"max_travel": 0.5}, 0.095)]
+)
+def test_approach_gives_up_where_nothing_is(
+    approached: Callable[..., Any], virtual_clock: VirtualClock, inputs: dict[str, Any], limits: float | None
+) -> None:
+    """At the end of its travel, or where the cell ends before that."""
+    approach, opened = approached("water_balloon", above=0.060, limits=limits, **inputs)
+    assert (approach.status, approach.reason) == (Status.FAILURE, "nothing was met down to 95 mm")
     assert opened.hand.contact_height is None
+    assert moving(opened, virtual_clock) == 0
+    assert opened.devices["arm"].pose(1.0).value.height == pytest.approx(0.095)
+
+
+@pytest.mark.parametrize("scene", ["water_balloon", "wooden_cube", "wire_circle", "calibration_cone"])
+def test_approach_refuses_to_begin_in_contact(
+    approached: Callable[..., Any], virtual_clock: VirtualClock, scene: str
+) -> None:
+    """The pressed membrane would be taken for the free one, and the object for nothing."""
+    approach, opened = approached(scene, above=-0.004)
+    assert approach.status is Status.FAILURE
+    assert "touches something already" in approach.reason
+    assert "raise the hand" in approach.reason
     assert moving(opened, virtual_clock) == 0
 
 

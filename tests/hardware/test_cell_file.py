@@ -1,3 +1,4 @@
+import json
 import subprocess
 import sys
 from importlib.resources import files
@@ -9,6 +10,7 @@ import pytest
 
 from stretch_bt.errors import CellError
 from stretch_bt.hardware.cell_file import cell_names, cell_schema, load_cell
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.source import load
 
 GOOD = """\
@@ -201,3 +203,9 @@ def test_reading_a_cell_file_imports_no_simulation():
         "assert not [m for m in sys.modules if m.startswith('stretch_bt.simulation') or m in ('cv2', 'scipy', 'pymodbus', 'serial')]"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_limits_come_back_from_what_a_record_has_of_them():
+    limits = load_cell("lab_ur5").limits
+    assert Limits.restored(json.loads(json.dumps(limits.model_dump()))) == limits
+    assert Limits.restored({"depth": 0.01}) == Limits().model_copy(update={"depth": 0.01})

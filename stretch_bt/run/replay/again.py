@@ -11,6 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic, RecordError, StretchError
 from stretch_bt.hardware.hand import Hand, HandGeometry
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.run.clock import ReplayClock
 from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.record import RecordReader, RunRecord
@@ -79,6 +80,8 @@ def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
     task.context.about, task.context.folder, task.context.repeated = reader.header, written.folder, reader.folder
     if info.get("hand"):
         task.context.hand = Hand(HandGeometry(**info["hand"]))
+    if info.get("limits"):
+        task.context.limits = Limits.restored(info["limits"])
     clock = ReplayClock([time for _, time in reader.ticks])
     runner = Runner(
         task.built,
