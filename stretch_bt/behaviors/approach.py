@@ -24,6 +24,8 @@ MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
 #: how deep something stands in the membrane at the begin that is called contact, m
 TOUCHING = 0.001
+#: how deep the first touch that is felt may be, m
+DEEPEST_TOUCH = 0.0025
 #: world height that it goes down to where no cell says how far, m
 GROUND = 0.0
 #: of the way from the highest reading to no force, by which it may be off: objects differ in their power
@@ -72,6 +74,8 @@ class Approach(MotionBehavior):
     ALARMS: ClassVar[int] = 2
     #: frames without contact that the detector needs before the hand may move
     QUIET: ClassVar[int] = 12
+    #: frames that tell whether contact was noticed late
+    RISING: ClassVar[int] = 4
 
     def initialise(self) -> None:
         """Forget an earlier contact and begin by looking at the free membrane."""
@@ -90,6 +94,7 @@ class Approach(MotionBehavior):
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
         self.read: list[Reading] = []
         self.steps = 0
+        self.risen = False
         self.alarms = 0
         self.phase: Callable[[], Status] = self._rest
 
@@ -177,7 +182,7 @@ class Approach(MotionBehavior):
         if frame is not None:
             self.frames.append(frame)
         if len(self.frames) < self.average:
-            return Status.RUNNING
+            return self._rise_to_touch() or Status.RUNNING
         self._measure(self.source.corrected(perception.average_frames(self.frames)))
         if len(self.felt) >= self.readings:
             return self._conclude()
@@ -186,6 +191,21 @@ class Approach(MotionBehavior):
         self.steps += 1
         pose = self.arm.pose(MAX_AGE).value
         self.motion = self.arm.move(pose.moved(z=-self.feel_step), speed=FEEL_SPEED, owner=self.path)
+        self.phase = lambda: self._moving(None)
+        return Status.RUNNING
+
+    def _rise_to_touch(self) -> Status | None:
+        """Go back up, once, where contact was noticed late: the lightest touches tell most of the height at no force."""
+        if self.risen or len(self.frames) < min(self.RISING, self.average - 1):
+            return None
+        self.risen = True
+        found = self._top(self.source.corrected(perception.average_frames(self.frames)))
+        if found is None or found[0].value <= DEEPEST_TOUCH:
+            return None
+        pose = self.arm.pose(MAX_AGE).value
+        self.motion = self.arm.move(
+            pose.moved(z=found[0].value - DEEPEST_TOUCH), speed=min(FEEL_SPEED, self.speed), owner=self.path
+        )
         self.phase = lambda: self._moving(None)
         return Status.RUNNING
 

@@ -25,6 +25,7 @@ from stretch_bt.hardware.emulators.stage import begin_fingers, brake_fingers
 from stretch_bt.hardware.emulators.trace import Trace
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.priority import raise_priority
 from stretch_bt.hardware.simulated.path import Placed
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.simulation.camera.sensor import Sensor
@@ -41,9 +42,10 @@ _NEWS = 0.01
 _SHARE, _AT_ONCE = 0.35, 1.0
 #: how often an object that creeps is solved while nothing moves, s
 _CREEPING = 0.1
-#: what the hand moves less than, m and rad an axis, is no motion: an arm at rest still comes nearer to its last setpoint, and one that
-#: goes down straight does not quite; each new place aside would be solved from nothing
+#: what the hand moves less than, m, is no motion: an arm at rest still comes nearer to its last setpoint
 _STILL = 2e-6
+#: steps of the hand aside and of its turn, m and rad: one that goes down straight does not quite, and each new place is solved from nothing
+_GRID = 1e-5
 _FEELING = ("Arm", "ForceSensor")
 _TOUCHES = 3
 
@@ -77,11 +79,13 @@ class Solver:
         scene, geometry = load_scene(setting.scene), HandGeometry()
         self._setting, self._links = setting, links
         self.twin = Twin(scene, geometry, setting.now, setting.seed)
-        rehearse(self.twin if self.twin.world.memory is None else Twin(scene, geometry, lambda: 0.0, setting.seed))
+        self._rehearsed: tuple[object, ...] | None = None
+        self._rehearse(0.0)
         view, twin = lens(geometry), self.twin
         self._sensor = Sensor(twin.world, view, geometry.plane_distance, RATE, twin.random)
         self._pictures = Pictures(pictures, (view.height, view.width))
         self._solved: tuple[Placed, float, float] | None = None
+        self._touches = False
         self._slot = 0
         self._budget, self._counted = _AT_ONCE, time.monotonic()
 
@@ -96,10 +100,13 @@ class Solver:
 
     def _go_on(self, number: int) -> None:
         """Bring the stand-ins to the time of a frame."""
-        if self._may_solve() and self._changed(number / RATE):
+        if self._may_solve():
             began = time.thread_time()
-            with suppress(NoEquilibrium):  # a membrane without an equilibrium is neither felt nor seen
-                self._solve(number)
+            if self._changed(number / RATE):
+                with suppress(NoEquilibrium):  # a membrane without an equilibrium is neither felt nor seen
+                    self._solve(number)
+            elif not self._touches:
+                self._rehearse(number / RATE)
             self._budget -= time.thread_time() - began
         self._say("seen", {"say": "seen", "number": number, "slot": self._slot})
 
@@ -123,9 +130,23 @@ class Solver:
     def _solve(self, number: int) -> None:
         twin, at = self.twin, number / RATE
         self._solved = twin.hand.at(at), twin.stretch(at), at
+        self._touches = twin.contact(at).place is not None
         forces = {kind: twin.wrench(kind, at).force for kind in _FEELING}
         self._say("felt", {"say": "felt", "forces": forces})
         self._slot = self._pictures.put(self._sensor.clean(twin.shot(at, number)))
+
+    def _rehearse(self, at: float) -> None:
+        """Press below the hand, as nobody sees it, so that what is loaded, compiled or built for a first touch keeps no robot waiting later."""
+        hand, stretch = self.twin.hand.at(at).true, self.twin.stretch(at)
+        place = (hand.position[:2], hand.rotation, stretch)
+        if place == self._rehearsed:
+            return
+        self._rehearsed, touched = place, 0
+        with suppress(NoEquilibrium):
+            for millimetres in range(int(hand.height * 1e3), 0, -1):
+                touched += self.twin.world.contact(hand.at_height(millimetres / 1e3), stretch, at).force[2] > 0
+                if touched > _TOUCHES:
+                    return
 
     def _say(self, sense: str, message: Message) -> None:
         for link in self._links:
@@ -137,17 +158,6 @@ class Solver:
         on = self.twin.world.effects.of(RobotEffect)  # type: ignore[type-abstract]
         found = {kind: math.hypot(*(effect.force_sd(kind) for effect in on)) for kind in _FEELING}
         return {kind: sd for kind, sd in found.items() if sd > 0}
-
-
-def rehearse(twin: Twin) -> None:
-    """Press a twin, so that what is loaded, compiled or built for a first touch keeps no robot waiting later."""
-    touched = 0
-    with suppress(NoEquilibrium):
-        for millimetres in range(200, 0, -1):
-            found = twin.world.contact(Pose((0.0, 0.0, millimetres / 1000)), 0.0)
-            touched += found.force[2] > 0
-            if touched > _TOUCHES:
-                return
 
 
 def listen(twin: Twin, links: list[Link]) -> None:
@@ -180,15 +190,24 @@ def take(twin: Twin, message: Message) -> None:
 
 
 def steadied(before: Pose, six: list[float]) -> Pose:
-    """Return a pose of position, m, and rotation vector, rad; a coordinate that hardly moved stays what it was before."""
-    was = (*before.position, *before.rotation)
-    x, y, z, a, b, c = (old if abs(new - old) < _STILL else new for new, old in zip(six, was, strict=True))
-    return Pose((x, y, z), (a, b, c))
+    """Return a pose of position, m, and rotation vector, rad, on a grid but for its height; what hardly moved stays what it was before."""
+    x, y, z, *turn = six
+    aside = [
+        _kept(new, old, _GRID) for new, old in zip((x, y, *turn), (*before.position[:2], *before.rotation), strict=True)
+    ]
+    height = z if abs(z - before.height) > _STILL else before.height
+    return Pose((aside[0], aside[1], height), (aside[2], aside[3], aside[4]))
+
+
+def _kept(new: float, old: float, step: float) -> float:
+    """Return the multiple of a step next to a new value; the old one as long as the new one is within three quarters of a step."""
+    return old if abs(new - old) < 0.75 * step else round(new / step) * step
 
 
 def main(control: int, pictures: int, *wires: int) -> NoReturn:
     """Solve for the stand-ins at the other ends of some sockets until whoever began this is gone."""
     began = Channel(socket.socket(fileno=control))
+    raise_priority()  # it takes no more than its part of a core, and what it shows must not be old
     (first,) = began.first()
     links = [Link(Channel(socket.socket(fileno=w)), senses) for w, senses in zip(wires, first["senses"], strict=True)]
     try:
