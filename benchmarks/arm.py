@@ -2,7 +2,7 @@
 
 Run with `python benchmarks/arm.py [rounds] [ur|ur5e]`. Each fault comes while the hand goes down at 50 mm/s. `told` is the longest time
 until the motion said so, by this machine's clock; `moved` the longest time for which the hand went on, by the controller's clock, and
-`way` the longest way, mm. After each fault the arm is acknowledged and moved again; what does not come back is counted under `lost`.
+`way` the longest way, mm. After each fault the arm is opened anew and moved again; what does not come back is counted under `lost`.
 """
 
 from __future__ import annotations

@@ -103,10 +103,11 @@ def soak(arm: UrArm, minutes: float, server: int) -> None:
 
 
 def go_on(arm: UrArm) -> None:
-    """Acknowledge as soon as that can be done."""
+    """Open the arm anew as soon as that can be done."""
     for _ in range(100):
+        arm.close()
         try:
-            arm.acknowledge()
+            arm.open()
         except DeviceFault:
             time.sleep(0.1)
         else:

@@ -8,14 +8,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from stretch_bt import run
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.driver import OperatorDriver, Options, Poll
 from stretch_bt.hardware.emulators.remote import Process
 from stretch_bt.hardware.emulators.serve import Servers, serving_elsewhere
+from stretch_bt.hardware.implementations import IMPLEMENTATIONS
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.monitored.arm import MonitoredArm
 
@@ -52,9 +54,30 @@ devices:
     use: ati
     host: HOST
     calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: the stand-in's own}
-  operator: {type: Operator, use: console}
+  operator: {type: Operator, use: agreeing}
 limits: {depth: 30 mm, height: {min: 0 mm, max: 300 mm}}
 """
+
+
+class Agreeing(OperatorDriver):
+    """Agrees to whatever is asked, at once."""
+
+    class Options(Options):
+        """None."""
+
+        type: Literal["Operator"]
+        use: Literal["agreeing"]
+
+    def mount(self, geometry: str, size: float) -> Poll:
+        """Leave what is there."""
+        return lambda: MotionState.DONE
+
+    def confirm(self, request: str) -> Poll:
+        """Agree."""
+        return lambda: MotionState.DONE
+
+
+IMPLEMENTATIONS["Operator", "agreeing"] = f"{__name__}:Agreeing"
 #: where the hand of the simulated cell begins, m
 _BEGIN = 0.12
 

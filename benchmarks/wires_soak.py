@@ -31,7 +31,7 @@ def megabytes() -> float:
 def part(gripper: RobotiqDriver, sensor: AtiForceSensor, seconds: float) -> tuple[int, list[float]]:
     """Move and read for some seconds; return how many motions ended at their target, and the times of exchanges, s.
 
-    A fault is printed and acknowledged, as when this process is suspended for a while.
+    After a fault, as when this process is suspended for a while, both are opened anew.
     """
     moves, times = 0, []
     poll = gripper.move(ENDS[0], 0.1)
@@ -47,8 +47,9 @@ def part(gripper: RobotiqDriver, sensor: AtiForceSensor, seconds: float) -> tupl
                 poll = gripper.move(ENDS[moves % 2], 0.1)
         except DeviceFault as fault:
             print(f"  fault: {fault}", flush=True)
-            gripper.acknowledge()
-            sensor.acknowledge()
+            for device in (gripper, sensor):
+                device.close()
+                device.open()
             poll = gripper.move(ENDS[moves % 2], 0.1)
         time.sleep(PERIOD)
     return moves, sorted(times)

@@ -15,7 +15,7 @@
     │   ├── IllConditioned
     │   └── NoEquilibrium
     │       └── Impossible
-    ├── DeviceFault              a device says no; latched until acknowledged
+    ├── DeviceFault              a device says no; it stays until a new run
     │   ├── DeviceLost
     │   ├── StaleReading
     │   ├── LimitExceeded

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
+from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Motion, MotionState
+from stretch_bt.tree.context import Context
 from stretch_bt.tree.ports import Behavior, Status
 
-__all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior"]
+__all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior", "slowed"]
 
 #: what a node may ask of the hand, m: past the rest length, and past first contact
 MOST_STRETCH, MOST_DEPTH = 0.080, 0.030
@@ -18,6 +21,12 @@ _ENDED = {
     MotionState.STOPPED: "the motion was stopped",
     MotionState.PREEMPTED: "another node took the device over",
 }
+
+
+def slowed(context: Context, speed: float, way: Sequence[Pose]) -> float:
+    """Return a speed, m/s, or the lower one that the cell allows where the hand may meet something on its way."""
+    limits = context.limits
+    return speed if limits is None else limits.slowed(speed, [pose.height for pose in way])
 
 
 class MotionBehavior(Behavior):

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from stretch_bt import model, perception
+from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._membrane import Mounting
 from stretch_bt.behaviors._motion import MotionBehavior
 from stretch_bt.behaviors._readings import Reading, Touch, forget_object, reading_sd, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
-from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
 from stretch_bt.perception.pattern import HANG
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
@@ -52,7 +53,8 @@ class Approach(MotionBehavior):
     arm: Uses[Arm]
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
-    speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="of the descent", limit="speed")
+    force_sensor: Uses[ForceSensor | None]
+    speed: In[Speed] = port(0.010, min=0.001, max=0.050, doc="of the descent", limit="contact_speed")
     max_travel: In[Length | None] = port(
         None, min=0.001, max=2.0, doc="give up when nothing was met this far down, or where the cell ends before that"
     )
@@ -81,6 +83,7 @@ class Approach(MotionBehavior):
         """Forget an earlier contact and begin by looking at the free membrane."""
         super().initialise()
         self.context.hand.contact_height = None
+        self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         self.detector = perception.ContactDetector(false_alarms=FALSE_ALARMS)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.free = perception.FreeView()
@@ -156,9 +159,9 @@ class Approach(MotionBehavior):
     def _moving(self, arrived: NoAnswer | None) -> Status:
         """Poll the motion; `arrived` is what it means to get to its end without contact."""
         assert self.motion is not None
-        force = self.arm.wrench(MAX_AGE).value.magnitude
-        if force > self.max_force:
-            raise NoContact(f"a force of {force:.2f} N exceeds the limit of {self.max_force:g} N")
+        passed = self.limit.passed()
+        if passed is not None:
+            raise NoContact(passed)
         state = self.motion.poll()
         if state is MotionState.MOVING:
             return Status.RUNNING
@@ -190,7 +193,7 @@ class Approach(MotionBehavior):
             raise NoContact(f"only {len(self.felt)} of {self.steps} depths showed the top of an object")
         self.steps += 1
         pose = self.arm.pose(MAX_AGE).value
-        self.motion = self.arm.move(pose.moved(z=-self.feel_step), speed=FEEL_SPEED, owner=self.path)
+        self.motion = self.arm.move(pose.moved(z=-self.feel_step), speed=min(FEEL_SPEED, self.speed), owner=self.path)
         self.phase = lambda: self._moving(None)
         return Status.RUNNING
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._motion import MotionBehavior, slowed
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Arm, Motion
@@ -22,7 +22,7 @@ class MoveOver(MotionBehavior):
     """Raise the hand above all that was felt, take it across and turn it; it never moves across below that height.
 
     Before anything was felt it goes across where it stands. The limits of the cell bound where it may go: a place outside them
-    is a fault before the hand moves.
+    is a fault before the hand moves. It goes no faster than the cell allows where the hand may meet something.
     """
 
     arm: Uses[Arm]
@@ -44,7 +44,7 @@ class MoveOver(MotionBehavior):
         across = Pose((self.x, self.y, high), (0.0, 0.0, self._turn(now)))
         raised = now.at_height(high)
         path = [across] if high - now.height < 1e-4 else [raised, across]
-        return self.arm.follow(path, speed=self.speed, owner=self.path)
+        return self.arm.follow(path, speed=slowed(self.context, self.speed, [now, *path]), owner=self.path)
 
     def _turn(self, now: Pose) -> float:
         """Return the wanted turn, or the half turn from it that is nearer: the membrane is the same."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._motion import MotionBehavior, slowed
 from stretch_bt.errors import NoContact
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.perception.types import Contact
@@ -22,6 +22,7 @@ class MoveOverContact(MotionBehavior):
     """Raise the hand clear and take it across to where the top of a contact was; FAILURE when the contact does not know its pose.
 
     The top is the middle of what lies within 1.5 mm of the highest place: a tense membrane may look touched beside a clamp as well.
+    It goes no faster than the cell allows where the hand may meet something.
     """
 
     arm: Uses[Arm]
@@ -43,4 +44,4 @@ class MoveOverContact(MotionBehavior):
         raised = now.moved(z=self.clearance)
         across = raised.moved(x - now.position[0], y - now.position[1])
         path = [raised, across] if self.clearance > 0 else [across]
-        return self.arm.follow(path, speed=self.speed, owner=self.path)
+        return self.arm.follow(path, speed=slowed(self.context, self.speed, [now, *path]), owner=self.path)

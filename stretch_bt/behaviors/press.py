@@ -1,7 +1,8 @@
 """Pressing into the object."""
 
+from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
-from stretch_bt.hardware.interfaces import Arm, Motion
+from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
@@ -14,12 +15,14 @@ class Press(MotionBehavior):
     """Move the hand to a depth past first contact, up or down; FAILURE when the force exceeds its limit."""
 
     arm: Uses[Arm]
+    force_sensor: Uses[ForceSensor | None]
     depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute, past first contact", limit="depth")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="speed")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
     max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
 
     def start(self) -> Motion:
         """Move straight down, or up."""
+        self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         contact = self.context.hand.touched_at
         pose = self.arm.pose(MAX_AGE).value
         return self.arm.move(pose.at_height(contact - self.depth), speed=self.speed, owner=self.path)
@@ -30,8 +33,8 @@ class Press(MotionBehavior):
 
     def watch(self) -> Status | None:
         """Stop at the limit of force."""
-        force = self.arm.wrench(MAX_AGE).value.magnitude
-        if force <= self.max_force:
+        passed = self.limit.passed()
+        if passed is None:
             return None
-        self.reason = f"a force of {force:.2f} N exceeds the limit of {self.max_force:g} N"
+        self.reason = passed
         return Status.FAILURE

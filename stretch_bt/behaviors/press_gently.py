@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
+from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import DepthFrame
-from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.clouds.views import surface_of
 from stretch_bt.perception.deprojection import to_world
@@ -41,8 +42,9 @@ class PressGently(MotionBehavior):
     arm: Uses[Arm]
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
+    force_sensor: Uses[ForceSensor | None]
     depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="at most, past first contact", limit="depth")
-    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand", limit="speed")
+    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
     max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop here")
     max_drop: In[Length] = port(0.001, min=0.0001, max=0.02, doc="stop when the top has fallen by this")
     relief: In[Relief | None] = None  # what was felt before
@@ -53,6 +55,7 @@ class PressGently(MotionBehavior):
         """Take frames from now on."""
         super().initialise()
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
+        self.limit = ForceLimit(self._most(), self.arm, self.force_sensor, self.context)
         self.tops: list[float] = []
         self.looked = -math.inf  # depth of the latest look
         self.lost = False
@@ -78,7 +81,7 @@ class PressGently(MotionBehavior):
         return None if self.lost else self._limited()
 
     def _limited(self) -> Status | None:
-        if self.arm.wrench(MAX_AGE).value.magnitude >= self._limit():
+        if self.limit.force() >= self.limit.limit:
             return self._end("force")
         if self.place is None or (depth := self._depth()) < self.looked + APART:
             return None
@@ -91,7 +94,7 @@ class PressGently(MotionBehavior):
     def arrived(self) -> Status:
         """Tell how deep it is."""
         try:
-            force = self.arm.wrench(MAX_AGE).value.magnitude
+            force = self.limit.force()
         except NoEquilibrium:
             if self.arm.pose(MAX_AGE).value.height < self.context.hand.touched_at + CLEAR / 2:
                 self._rise()
@@ -100,7 +103,7 @@ class PressGently(MotionBehavior):
         if self.lost:
             self.reached, self.ended = max(self._depth(), 0.0), "balance"
             return Status.SUCCESS
-        return self._end("force" if force >= self._limit() else "depth")
+        return self._end("force" if force >= self.limit.limit else "depth")
 
     def _rise(self) -> None:
         """Go up a little, and from close to first contact clear of it."""
@@ -114,7 +117,7 @@ class PressGently(MotionBehavior):
     def _depth(self) -> float:
         return self.context.hand.touched_at - self.arm.pose(MAX_AGE).value.height
 
-    def _limit(self) -> float:
+    def _most(self) -> float:
         limits = self.context.limits
         return self.max_force if limits is None else min(self.max_force, SAFE * limits.force)
 

@@ -7,11 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 from stretch_bt import perception
+from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Pose
-from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper, Motion, MotionState
+from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length, Speed
@@ -36,8 +37,9 @@ class PressToThickness(MotionBehavior):
     arm: Uses[Arm]
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
+    force_sensor: Uses[ForceSensor | None]
     thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted, under the press")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="speed")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here")
     max_depth: In[Length] = port(
         MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact; no deeper than the cell allows"
@@ -50,6 +52,9 @@ class PressToThickness(MotionBehavior):
     def initialise(self) -> None:
         """Look first."""
         super().initialise()
+        limits = self.context.limits
+        self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
+        self.most = self.max_force if limits is None else min(self.max_force, SHARE * limits.force - self.limit.margin)
         self.looks = 0
         self.limited = False
         self._look()
@@ -98,9 +103,7 @@ class PressToThickness(MotionBehavior):
         state = self.motion.poll()
         if state not in (MotionState.MOVING, MotionState.DONE):
             return super().update()
-        limits = self.context.limits
-        most = self.max_force if limits is None else min(self.max_force, SHARE * limits.force)
-        self.limited = not self.arm.wrench(MAX_AGE).value.magnitude < most
+        self.limited = not self.limit.force() < self.most
         if state is MotionState.MOVING:
             if not self.limited:
                 return Status.RUNNING

@@ -2,7 +2,7 @@
 
 import math
 
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._motion import MotionBehavior, slowed
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
@@ -15,7 +15,7 @@ MAX_AGE = 0.5
 class Retract(MotionBehavior):
     """Raise the hand clear of the object: above first contact, or above where it is when none is known; never lower it.
 
-    It goes no higher than the cell allows.
+    It goes no higher than the cell allows, and no faster where the hand may meet something.
     """
 
     arm: Uses[Arm]
@@ -29,4 +29,5 @@ class Retract(MotionBehavior):
         limits = self.context.limits
         highest = math.inf if limits is None else limits.height.max
         target = max(min((pose.height if contact is None else contact) + self.clearance, highest), pose.height)
-        return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
+        goal = pose.at_height(target)
+        return self.arm.move(goal, speed=slowed(self.context, self.speed, [pose, goal]), owner=self.path)

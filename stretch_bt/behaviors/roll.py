@@ -2,9 +2,10 @@
 
 from typing import Literal
 
+from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
 from stretch_bt.behaviors._rolling import laid, length_of
-from stretch_bt.hardware.interfaces import Arm, Motion
+from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
@@ -27,11 +28,12 @@ class Roll(MotionBehavior):
     """
 
     arm: Uses[Arm]
+    force_sensor: Uses[ForceSensor | None]
     shape: In[Literal["circle", "eight"]] = "circle"  # a circle, or an eight along the stretch, 0.4 as wide as long
     radius: In[Length] = port(
         0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight", limit="radius"
     )
-    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path", limit="speed")
+    speed: In[Speed] = port(0.030, min=0.001, max=0.250, doc="along the path", limit="contact_speed")
     depth: In[Length] = port(
         0.005, min=-0.030, max=MOST_DEPTH, doc="absolute, past first contact; with a force the most", limit="depth"
     )
@@ -51,6 +53,7 @@ class Roll(MotionBehavior):
 
     def start(self) -> Motion:
         """Follow the first piece."""
+        self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         self.begin = self.arm.pose(MAX_AGE).value
         self.height = self.begin.height if self.force is not None else self._lowest
         return self._follow()
@@ -75,11 +78,11 @@ class Roll(MotionBehavior):
 
     def watch(self) -> Status | None:
         """Stop at the limit of force."""
-        felt = self.arm.wrench(MAX_AGE).value
-        self.readings.append(felt.force[2])
-        if felt.magnitude <= self.max_force:
+        passed = self.limit.passed()
+        self.readings.append(self.limit.latest[2])
+        if passed is None:
             return None
-        self.reason = f"a force of {felt.magnitude:.2f} N exceeds the limit of {self.max_force:g} N"
+        self.reason = passed
         return Status.FAILURE
 
     def arrived(self) -> Status:

@@ -11,11 +11,16 @@ import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 
-from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.channel import Channel, ChannelClosed, OtherSideGone
+from stretch_bt.hardware.messages import Codec, End, Message
+from stretch_bt.threads import ONE_THREAD
 
-__all__ = ["Child", "environment"]
+__all__ = ["LAST_WORD", "Child", "environment"]
 
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+#: what begins the line of standard error in which a process that ends itself at once says why
+LAST_WORD = "lost: "
+#: how long a process may take to be gone once its channel is closed, s
+_GOING = 1.0
 
 
 def environment() -> dict[str, str]:
@@ -23,7 +28,7 @@ def environment() -> dict[str, str]:
 
     On matrices as small as ours a second thread of BLAS only waits, and takes a core for that.
     """
-    return {**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    return {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
 
 
 class Child:
@@ -32,14 +37,16 @@ class Child:
     Parameters
     ----------
     module
-        What is run.
+        What is run; it calls `keep`.
+    codec
+        Of the messages of both directions.
     first
         Messages that it is sent at its begin.
     descriptors
         Files that it inherits; their numbers are its next arguments.
     """
 
-    def __init__(self, module: str, first: Sequence[Message], descriptors: Sequence[int] = ()) -> None:
+    def __init__(self, module: str, codec: Codec, first: Sequence[Message], descriptors: Sequence[int] = ()) -> None:
         ours, theirs = socket.socketpair()
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  it is open as long as the process
         with theirs:
@@ -53,7 +60,7 @@ class Child:
                 env=environment(),
                 start_new_session=True,  # Ctrl-C is for the run, which ends the process
             )
-        self.channel = Channel(ours)
+        self.channel = Channel(ours, codec)
         try:
             for message in first:
                 self.channel.send(message)
@@ -73,31 +80,40 @@ class Child:
 
     def why(self, error: ChannelClosed) -> str:
         """Return why the channel closed: what the process said last, or how it ended."""
-        if "gone" not in str(error):
+        if not isinstance(error, OtherSideGone):
             return str(error)
         with suppress(subprocess.TimeoutExpired):
-            code = self._process.wait(1.0)
+            code = self._process.wait(_GOING)
             if code == -signal.SIGALRM:
                 return "the client of the device hangs: no answer from there"
             if code < 0:
                 return f"its process was ended by {signal.Signals(-code).name}"
-            self._said.seek(0)
-            lines = self._said.read().decode("utf-8", "replace").strip().splitlines()
-            return lines[-1] if lines else f"its process ended with {code}"
+            return self._last_word() or f"its process ended with {code}"
         return str(error)
 
+    def _last_word(self) -> str:
+        """Return why it says that it ended, else its last line."""
+        self._said.seek(0)
+        lines = self._said.read().decode("utf-8", "replace").strip().splitlines()
+        told = [line.removeprefix(LAST_WORD) for line in lines if line.startswith(LAST_WORD)]
+        return (told or lines or [""])[-1]
+
     def kill(self) -> None:
-        """End it without its doing."""
+        """End it at once."""
         self._process.kill()
 
-    def end(self, grace: float) -> None:
-        """Tell it to end, wait `grace` s for that, and end it; leaves no process."""
+    def end(self, grace: float) -> list[Message]:
+        """Ask it to end, wait `grace` s for that, and end it; leaves no process, and returns what it said last."""
         with suppress(ChannelClosed):
-            self.channel.send({"do": "end"})
+            self.channel.send(End())
         try:
             self._process.wait(grace)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        said: list[Message] = []
+        with suppress(ChannelClosed):
+            said = self.channel.drain()
         self.channel.close()
         self._said.close()
+        return said

@@ -22,6 +22,7 @@ from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.peak_force import Stopping
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.simulated.twin import Twin
@@ -60,8 +61,16 @@ class Options(BaseModel):
         """Yield (key, what is wrong, what to write instead) for what only the files it names can tell."""
         yield from ()
 
+    def halt(self, name: str) -> Finding | None:
+        """Stop the device of this name from outside of a run, beside one too; None where its driver does that as it opens it."""
+        return None
+
     def openings(self) -> tuple[float, float] | None:
         """Return the least and the greatest opening, m, that a gripper can have, where this is one."""
+        return None
+
+    def stopping(self, limits: Limits) -> Stopping | None:
+        """Return how an arm with these options stops because of a force, where this is an arm that something real can stop."""
         return None
 
 
@@ -91,6 +100,8 @@ class Driver:
 
     Options: ClassVar[type[Options]]
     simulated: ClassVar[bool] = False
+    #: whether its readings come from another thread or process, so that a moment's wait may bring a newer one
+    streams: ClassVar[bool] = False
     #: modules that it imports when it is opened, and the packages that they are in
     packages: ClassVar[Mapping[str, str]] = {}
 
@@ -125,9 +136,6 @@ class Driver:
     def stop(self) -> None:
         """End any motion at once."""
 
-    def acknowledge(self) -> None:
-        """Clear a fault of the device itself."""
-
 
 class ArmDriver(Driver, ABC):
     """Moves a robot arm."""
@@ -143,6 +151,10 @@ class ArmDriver(Driver, ABC):
     @abstractmethod
     def wrench(self) -> Reading[Wrench]:
         """Return the latest estimate of the contact wrench."""
+
+    def force_noise(self) -> float:
+        """Return the noise of the force, N s^0.5 an axis; none unless a driver says so."""
+        return 0.0
 
 
 class GripperDriver(Driver, ABC):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from typing import Any
 
-from stretch_bt.errors import StretchError
+from stretch_bt.errors import NotReady, StretchError
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.cell_file import CellSpec, DeviceSpec
 from stretch_bt.hardware.driver import (
@@ -24,12 +24,15 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.implementations import driver_class
 from stretch_bt.hardware.interfaces import Reading
 
-__all__ = ["doctor", "status"]
+__all__ = ["doctor", "halt", "status"]
 
 _LOOKING = 1.0
 _PAUSE = 0.002
 #: readings further apart than this, s, are too few for a run
 _SPARSE = 0.25
+#: how far a device that stands may seem to go, m; how long one takes to stand, and a run that was stopped to let go of it, s
+_STANDS, _BRAKING, _LETTING_GO = 3e-4, 0.2, 2.0
+_ENDS = "press the emergency stop where it moves; Ctrl-C ends the run that has it"
 
 
 def status(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
@@ -60,6 +63,17 @@ def doctor(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
             yield _ready(device, driver)
 
 
+def halt(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
+    """Stop every device that moves, arms first and beside a run too, and yield what was found of each device."""
+    for device, driver in sorted(_drivers(spec, only), key=lambda pair: pair[0].type != "Arm"):
+        if driver is None:
+            yield _simulated(device)
+        elif isinstance(driver, ArmDriver | GripperDriver):
+            yield driver.options.halt(device.name) or _held(device, driver)
+        else:
+            yield Finding(device.name, True, "nothing of it moves")
+
+
 def _drivers(spec: CellSpec, only: str | None) -> Iterator[tuple[DeviceSpec, Driver | None]]:
     """Yield each device with its driver, or None where there is no device to look at."""
     bench = Bench(time.monotonic, 0, spec.path.parent, Hand(spec.hand), spec.limits)
@@ -85,6 +99,44 @@ def _seen(device: DeviceSpec, driver: Driver, over: float = 0.0) -> Finding:
             driver.close()
     except (StretchError, OSError) as error:
         return Finding(check, False, str(error), "see what the fault says, and the page of faults")
+
+
+def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
+    """Return whether a device stands once its driver has stopped it."""
+    try:
+        _open_soon(driver)
+        try:
+            driver.stop()
+            moved = _moved(driver)
+            detail = f"it still moves; {moved}" if moved else f"it holds where it is; {_read(driver, 0.0)[1]}"
+            return Finding(device.name, not moved, detail, _ENDS if moved else "")
+        finally:
+            driver.close()
+    except (StretchError, OSError) as error:
+        return Finding(device.name, False, str(error), _ENDS)
+
+
+def _open_soon(driver: Driver) -> None:
+    """Open a device, which a run that ends has to let go of first; raises NotReady where it does not do that soon."""
+    due = time.monotonic() + _LETTING_GO
+    while True:
+        try:
+            return driver.open()
+        except NotReady:
+            if time.monotonic() > due:
+                raise
+            time.sleep(_PAUSE)
+
+
+def _moved(driver: ArmDriver | GripperDriver) -> str:
+    """Return how far a device that was told to stop still goes, or nothing: a run beside may lead it on."""
+    read, _ = _reading(driver)
+    time.sleep(_BRAKING)
+    before = read().value
+    time.sleep(_LOOKING)
+    after = read().value
+    way = math.dist(before[0].position, after[0].position) if isinstance(driver, ArmDriver) else abs(after - before)
+    return f"{1e3 * way:.1f} mm in {_LOOKING:g} s" if way > _STANDS else ""
 
 
 def _ready(device: DeviceSpec, driver: Driver) -> Finding:
@@ -142,4 +194,5 @@ def _place(pose: Pose) -> str:
 
 
 def _force(wrench: Wrench) -> str:
-    return f"force {wrench.magnitude:.2f} N"
+    x, y, z = (round(v, 2) + 0.0 for v in wrench.force)  # no -0.0
+    return f"force {wrench.magnitude:.2f} N ({x:.2f}, {y:.2f}, {z:.2f})"

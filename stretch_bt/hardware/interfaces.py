@@ -33,7 +33,9 @@ __all__ = [
 
 T = TypeVar("T")
 #: why a motion that nobody polls is stopped
-UNWATCHED = "no tick looked at the motion for {:.2g} s: a node hangs or takes too long; see which one, then acknowledge"
+UNWATCHED = (
+    "no tick looked at the motion for {:.2g} s: a node hangs or takes too long; see which one, then start a new run"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,7 @@ class Reading(Generic[T]):
 
 
 class DeviceState(StrEnum):
-    """Where a device stands; a fault stays until it is acknowledged."""
+    """Where a device stands; a fault stays until the device is closed and opened again."""
 
     DISCONNECTED = "disconnected"
     CONNECTING = "connecting"
@@ -92,7 +94,7 @@ class Device(Protocol):
         ...
 
     def open(self) -> None:
-        """Connect; moves nothing. Raises DeviceLost."""
+        """Connect, free of an earlier fault; moves nothing. Raises DeviceLost."""
         ...
 
     def close(self) -> None:
@@ -101,10 +103,6 @@ class Device(Protocol):
 
     def stop(self) -> None:
         """End any motion at once, whoever owns it."""
-        ...
-
-    def acknowledge(self) -> None:
-        """Clear a latched fault, on a person's word; moves nothing."""
         ...
 
 
@@ -128,6 +126,10 @@ class Arm(Device, Protocol):
 
     def wrench(self, max_age: float) -> Reading[Wrench]:
         """Return the arm's own estimate of the contact wrench, at most `max_age` s old."""
+        ...
+
+    def force_noise(self) -> float:
+        """Return the noise of that force, N s^0.5 an axis: the standard deviation of its mean over a time, times the root of the time."""
         ...
 
 

@@ -1,41 +1,39 @@
-"""A connection whose loss is told, and after which nothing moves until somebody acknowledges it."""
+"""A connection whose loss stays."""
 
 from __future__ import annotations
 
-from stretch_bt.errors import DeviceLost, NotReady
+from collections.abc import Callable
 
-__all__ = ["Latched"]
+from stretch_bt.errors import DeviceLost
+
+__all__ = ["NEW_RUN", "Latched"]
+
+#: what a person does after a fault was dealt with; a device in fault takes no commands until then
+NEW_RUN = "start a new run"
 
 
 class Latched:
-    """What stands of the connection to a device, which is `name` in messages."""
+    """What is known of the connection to a device.
 
-    def __init__(self, name: str) -> None:
+    Parameters
+    ----------
+    name
+        The device, for messages.
+    remark
+        Returns what is said besides of a loss, or nothing.
+    """
+
+    def __init__(self, name: str, remark: Callable[[], str] = lambda: "") -> None:
         self.name = name
-        self._down: str | None = None
-        self._untold: str | None = None
-        self._unacknowledged: str | None = None
+        self._remark = remark
+        self._lost: str | None = None
 
-    def check_acknowledged(self) -> None:
-        """Raise NotReady after a loss that nobody acknowledged."""
-        if self._unacknowledged is not None:
-            reason = (
-                f"the connection broke ({self._unacknowledged}) and nobody acknowledged it; nothing moves until then"
-            )
-            raise NotReady(self.name, reason)
-
-    def acknowledge(self) -> None:
-        """Take a loss as known, so that commands are taken again; raises DeviceLost while the connection is down."""
-        if self._down is not None:
-            raise DeviceLost(self.name, f"the connection is still down ({self._down})")
-        self._unacknowledged = self._untold = None
+    def check_connected(self) -> None:
+        """Raise DeviceLost once the connection was lost."""
+        if self._lost is not None:
+            said = (f"the connection broke ({self._lost})", self._remark(), NEW_RUN)
+            raise DeviceLost(self.name, "; ".join(filter(None, said)))
 
     def _latch(self, reason: str) -> None:
-        """Write down a loss."""
-        self._down = self._untold = self._unacknowledged = reason
-
-    def _tell_loss(self) -> None:
-        """Raise DeviceLost while the connection is down, and once after it was."""
-        down, self._untold = self._down or self._untold, None
-        if down is not None:
-            raise DeviceLost(self.name, f"the connection broke ({down})")
+        """Write down a loss; the first one stays."""
+        self._lost = self._lost or reason

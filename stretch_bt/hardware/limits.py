@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import InvalidInput, LimitExceeded
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.units import KINDS, Force, Length, Speed, Time, Within, format_quantity
+from stretch_bt.hardware.slack import most_measured
+from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time, Within, format_quantity
 
-__all__ = ["Limits", "Span"]
+__all__ = ["ContactLimit", "Limits", "Span"]
 
 _Place = Annotated[Length, Within(-10.0, 10.0, "Length")]
 _ROUNDING = 1e-9
-_M = TypeVar("_M", bound=BaseModel)
 
 
 class _Model(BaseModel):
@@ -38,6 +38,13 @@ class Span(_Model):
         return self
 
 
+class ContactLimit(_Model):
+    """Where the hand may meet something, and how fast it may be there, in any direction."""
+
+    below: _Place = Field(description="height of the hand under which it may meet something, where `contact` is given")
+    speed: Annotated[Speed, Within(1e-4, 1.5, "Speed")] = Field(description="of the arm there, in any direction")
+
+
 class Limits(_Model):
     """What no command may ask for, and the force at which the arm is stopped; heights are world z of the hand."""
 
@@ -51,15 +58,36 @@ class Limits(_Model):
     force: Annotated[Force, Within(0.1, 200.0, "Force")] = Field(
         default=20.0, description="on the arm, whether it moves or stands"
     )
+    peak_force: Annotated[Force, Within(0.1, 2000.0, "Force")] = Field(
+        default=75.0, description="that something may feel before a stopped arm stands; `check --cell` warns above it"
+    )
+    stiffness: Annotated[Stiffness, Within(10.0, 1e7, "Stiffness")] = Field(
+        default=20e3,
+        description="of hand and object where they meet, for that warning; the membrane alone has 0.4 N/mm, bare fingers on a table some 200",
+    )
+    contact: ContactLimit | None = None
     unwatched: Annotated[Time, Within(0.1, 60.0, "Time")] = Field(
         default=1.0, description="a motion goes on that no tick looks at"
     )
 
+    @classmethod
+    def from_plain(cls, values: Mapping[str, Any]) -> Limits:
+        """Return the limits whose `model_dump` these SI values are."""
+        made: dict[str, Any] = {
+            name: Span.model_construct(**value) if isinstance(value, Mapping) and name != "contact" else value
+            for name, value in values.items()
+        }
+        contact = made.pop("contact", None)
+        return cls.model_construct(**made, contact=contact and ContactLimit.model_construct(**contact))
+
     def span(self, name: str) -> tuple[float, float]:
         """Return the least and the greatest value that a limit allows, SI.
 
-        Beside the fields there are `travel`, the height of the box, and `radius`, of the largest circle that fits into it.
+        Beside the fields there are `travel`, the height of the box, `radius`, of the largest circle that fits into it, and
+        `contact_speed`, of the hand where it may meet something.
         """
+        if name == "contact_speed":
+            return -math.inf, self.speed if self.contact is None else min(self.speed, self.contact.speed)
         if name == "travel":
             return -math.inf, self.height.max - self.height.min
         if name == "radius":
@@ -67,10 +95,10 @@ class Limits(_Model):
         limit: Span | float = getattr(self, name)
         return (limit.min, limit.max) if isinstance(limit, Span) else (-math.inf, limit)
 
-    @classmethod
-    def restored(cls, plain: Mapping[str, Any]) -> Limits:
-        """Return the limits whose `model_dump` a record has; fields that it has not keep their defaults."""
-        return _restored(cls, plain)
+    def slowed(self, speed: float, heights: Iterable[float]) -> float:
+        """Return a speed, m/s, or the lower one that is allowed where a way with these heights, m, may meet something."""
+        low = self.contact is not None and any(height < self.contact.below for height in heights)
+        return min(speed, self.span("contact_speed")[1]) if low else speed
 
     def check_pose(self, device: str, target: Pose, hand: Hand) -> None:
         """Raise LimitExceeded when the hand may not go there."""
@@ -87,22 +115,36 @@ class Limits(_Model):
 
     def check_speed(self, device: str, speed: float, most: float) -> None:
         """Raise LimitExceeded above the allowed speed, and InvalidInput when it is no speed."""
-        if not (math.isfinite(speed) and speed > 0):
-            raise InvalidInput(f"{device}: speed must be finite and above 0 m/s, not {speed}")
+        _check_number(device, speed)
         _check(device, "speed", speed, most, "Speed")
+
+    def check_way(self, device: str, speed: float, heights: Sequence[float]) -> None:
+        """Raise LimitExceeded when the hand may not have a speed, m/s, on a way with these heights, m, and InvalidInput when it is no speed."""
+        _check_number(device, speed)
+        if speed > self.slowed(self.speed, heights) + _ROUNDING:
+            raise self._too_fast(device, "speed", speed, heights)
+
+    def check_measured(self, device: str, speed: float, heights: Sequence[float]) -> None:
+        """Raise LimitExceeded when the hand was faster, m/s, than it may be at these heights, m."""
+        if speed > most_measured(self.slowed(self.speed, heights)):
+            raise self._too_fast(device, "measured speed", speed, heights)
+
+    def _too_fast(self, device: str, name: str, speed: float, heights: Sequence[float]) -> LimitExceeded:
+        most, where = self.slowed(self.speed, heights), ""
+        if self.contact is not None and most < self.speed:
+            below = format_quantity(self.contact.below, KINDS["Length"])
+            where = f" below a height of {below}, where the hand may meet something"
+        asked, allowed = (format_quantity(v, KINDS["Speed"]) for v in (speed, most))
+        return LimitExceeded(device, f"{name} {asked} is past the limit of the cell, at most {allowed}{where}")
 
     def check_force(self, device: str, force: float) -> None:
         """Raise LimitExceeded when the arm feels too much."""
         _check(device, "force", force, self.force, "Force")
 
 
-def _restored(model: type[_M], plain: Mapping[str, Any]) -> _M:
-    """Return a model of numbers in SI, which need no check and have no unit."""
-    kinds = {
-        name: field.annotation for name, field in model.model_fields.items() if isinstance(plain.get(name), Mapping)
-    }
-    parts = {name: _restored(kind, plain[name]) for name, kind in kinds.items() if isinstance(kind, type)}
-    return model.model_construct(**{**plain, **parts})
+def _check_number(device: str, speed: float) -> None:
+    if not (math.isfinite(speed) and speed > 0):
+        raise InvalidInput(f"{device}: speed must be finite and above 0 m/s, not {speed}")
 
 
 def _check(device: str, name: str, value: float, most: float, kind: str) -> None:

@@ -23,6 +23,7 @@ from stretch_bt.run.runner import Outcome, Runner, Watcher
 from stretch_bt.run.signals import signals
 from stretch_bt.run.sketches import Sketches
 from stretch_bt.run.truth import Truths, output_values
+from stretch_bt.threads import one_thread
 from stretch_bt.tree.build import BuiltTree
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def execute(
     task.context.folder = record.folder
     record.start(task.context.about, task.run_info(spec))
     run = _Run(task, clock, record, view, watch)
-    with signals(run.interrupted):
+    with one_thread(), signals(run.interrupted):
         return run.whole(spec, scene, devices)
 
 

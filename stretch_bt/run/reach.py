@@ -8,6 +8,7 @@ from typing import Any
 
 from stretch_bt.errors import CellError, Diagnostic, StretchError
 from stretch_bt.hardware.cell_file import CellSpec
+from stretch_bt.run.contact_force import hard_contact
 from stretch_bt.run.context import RunContext
 from stretch_bt.source import Mark
 from stretch_bt.tree.build import Builder, build
@@ -86,12 +87,13 @@ def _at_end(
         build(program, RunContext(), asked)
     except StretchError:
         return  # there is no such run
-    fresh = [d for d in asked.found if d.severity == "error" and (d.line, d.column, d.file) not in known]
+    wrong = [d for d in asked.found if d.severity == "error" or d.code == "cell-force"]
+    fresh = [d for d in wrong if (d.line, d.column, d.file) not in known]
     if fresh:
         kind = param.type.kind
         given = format_quantity(end, kind) if kind else f"{end:g}"
         message = f"at the end of its range, {name} = {given}, {fresh[0].message} (line {fresh[0].line})"
-        yield param.mark.warning("cell-limit", message, "narrow the range of the param, or mind it with --set")
+        yield param.mark.warning(fresh[0].code, message, "narrow the range of the param, or mind it with --set")
 
 
 class _Asked:
@@ -111,11 +113,24 @@ class _Asked:
             if declared.limit is not None:
                 wire = part.inputs.get(declared.name)
                 value = declared.default if wire is None else _constant(wire, builder)
-                self._hold(path, declared, declared.limit, value, part.mark if wire is None else wire.mark)
+                mark = part.mark if wire is None else wire.mark
+                self._hold(path, declared, declared.limit, value, mark)
+                if declared.limit in _SPEEDS:
+                    self._meet(path, part, declared, value, mark)
 
     def condition(self, path: str, builder: Builder) -> Callable[[], bool] | None:
         """Leave every condition as it is."""
         return None
+
+    def _meet(self, path: str, part: Leaf, declared: Port, value: Any, mark: Mark) -> None:
+        """Note how hard the motion may meet something at the highest speed that it can have in a run."""
+        assert declared.limit is not None
+        allowed = self.spec.span(declared.limit)[1]
+        most = declared.max if value is MISSING else value
+        if value is MISSING:
+            most = allowed if most is None else min(most, allowed)
+        if most is not None and most <= allowed + _ROUNDING:  # a faster one is an error already
+            self.found += hard_contact(self.spec, part, f"{path}: {declared.name}", declared.limit, most, mark)
 
     def _hold(self, path: str, declared: Port, limit: str, value: Any, mark: Mark) -> None:
         if value is None or (value is MISSING and limit in _FIELDS):
@@ -127,7 +142,8 @@ class _Asked:
         kind = _KINDS.get(limit, KINDS["Length"])
         allowed = " to ".join(format_quantity(end, kind) for end in (low, high) if end > -1e300)
         where = f"{path}: {declared.name}"
-        bound = f"{self.spec.path.name} allows {'' if ' to ' in allowed else 'at most '}{allowed}"
+        field, note = self._place(limit)
+        bound = f"{self.spec.path.name} allows {'' if ' to ' in allowed else 'at most '}{allowed}{note}"
         if value is MISSING:
             able = "anything" if most is None else f"up to {format_quantity(most, kind)}"
             message = f"{where} is known in the run alone and takes {able}; {bound}"
@@ -136,12 +152,24 @@ class _Asked:
             )
         else:
             message = f"{where} is {format_quantity(value, kind)}; {bound}"
-            hint = f"write what the cell allows, or widen its limits ('limits: {{{_FIELDS.get(limit, limit)}: ...}}')"
+            hint = f"write what the cell allows, or widen its limits ('limits: {{{field}: ...}}')"
             self.found.append(mark.error("cell-limit", message, hint))
+
+    def _place(self, limit: str) -> tuple[str, str]:
+        """Return the field of a cell's limits that says a limit, and where it holds if that is not everywhere."""
+        contact, speed = self.spec.limits.contact, self.spec.limits.speed
+        if limit != "contact_speed":
+            return _FIELDS.get(limit, limit), ""
+        return (
+            ("speed", "")
+            if contact is None or contact.speed >= speed
+            else ("contact", " where the hand may meet something")
+        )
 
 
 #: the kinds of limits that are no lengths, and the fields from which lengths follow that only have to fit
-_KINDS = {"speed": KINDS["Speed"], "gripper_speed": KINDS["Speed"], "force": KINDS["Force"]}
+_SPEEDS = {"speed": KINDS["Speed"], "contact_speed": KINDS["Speed"]}
+_KINDS = {**_SPEEDS, "gripper_speed": KINDS["Speed"], "force": KINDS["Force"]}
 _FIELDS = {"travel": "height", "radius": "x"}
 
 

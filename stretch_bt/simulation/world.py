@@ -35,10 +35,13 @@ class World:
     """A scene and a hand over it.
 
     Where neither object nor membrane has a memory it is a pure function of the hand's pose and stretch, and time does not
-    matter; else `advance` takes it from moment to moment, and what is asked in between changes nothing.
+    matter; else `advance` takes it from moment to moment, and what is asked in between changes nothing. The sheet is solved exactly, or
+    to `within`, a part of the force.
     """
 
-    def __init__(self, scene: Scene, membrane: Membrane | None = None, seed: int = 0) -> None:
+    def __init__(
+        self, scene: Scene, membrane: Membrane | None = None, seed: int = 0, within: float | None = None
+    ) -> None:
         self.scene = scene
         self.seed = seed
         self.membrane = membrane or Membrane()
@@ -47,7 +50,7 @@ class World:
         self.specimen = scene.object.specimen(self.effects)
         self.stats = Stats()
         on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
-        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats)
+        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats, within)
         self._meeting = Meeting(scene, self.membrane, self.fidelity, self.specimen)
         self._past: deque[Past] = deque([Past(-math.inf, self.specimen.start(seed), self._conditioned(), (0.0, 0.0))])
         self._known: OrderedDict[Any, Contact] = OrderedDict()

@@ -131,6 +131,10 @@ class ScriptedDevice:
         """Return the next scripted wrench."""
         return self._read("wrench")
 
+    def force_noise(self) -> float:
+        """Return the scripted noise of the force, none unless one is given."""
+        return float(self.script.get("force_noise", 0.0))
+
     def opening(self, max_age: float) -> Reading[float]:
         """Return the next scripted opening."""
         return self._read("opening")
@@ -157,7 +161,3 @@ class ScriptedDevice:
         if self.moving is not None:
             self.moving.stopped = self.moving.stopped or MotionState.STOPPED
             self.moving = None
-
-    def acknowledge(self) -> None:
-        """Clear a fault."""
-        self.state = DeviceState.READY

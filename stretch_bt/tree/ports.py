@@ -83,7 +83,8 @@ def port(
 ) -> Any:
     """Give a port a default, bounds (SI, both ends allowed) or a doc; a plain default can also be assigned as it is.
 
-    `limit` names what of a cell's `limits` bounds the port too, such as `depth`: `check` holds trees against it.
+    `limit` names what of a cell's `limits` bounds the port too, such as `depth`: `check` holds trees against it. The speed of a motion
+    that is meant to meet something has the limit `contact_speed`, another one `speed`.
     """
     return _Options(default, min, max, doc, limit)
 

@@ -61,7 +61,7 @@ class Bench:
         info = lookup(name)
         node = info.cls(f"main/{name}")
         node.context = self.context
-        node.device_names = {p.name: p.name for p in info.of(Role.DEVICE)}
+        node.device_names = {p.name: p.name for p in info.of(Role.DEVICE) if p.name in self.context.devices}
         for port in info.of(Role.INPUT):
             node.wiring[port.name] = partial(inputs.get, port.name, port.default)
         return node

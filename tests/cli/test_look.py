@@ -46,9 +46,14 @@ def test_doctor_says_what_keeps_devices_from_moving(cli, cell):
     assert [name for name, row in found.items() if not row["ok"]] == ["gripper: ready"]
     assert "stretch-bt activate" in found["gripper: ready"]["detail"]
     assert "Robotmode: RUNNING" in found["arm: controller"]["detail"]
+    assert found["arm: speed slider"]["detail"] == "100 %"
     assert "corners of the limits are out of reach" in found["arm: reach"]["detail"]
     assert cell["ur"].state()["moved"] == 0.0
     assert not cell["urcap"].state()["moving"]
+    cell["ur"].inject("slider", {"fraction": 0.5})
+    code, out, _ = cli("doctor", "lab.yaml", "--device", "arm")
+    assert (code, "no  arm: speed slider: 50 %\n    set it to 100 % at the pendant" in out) == (3, True)
+    cell["ur"].clear()
     cell["ur"].inject("protective_stop")
     code, out, _ = cli("doctor", "lab.yaml", "--device", "arm")
     assert code == 3

@@ -234,7 +234,9 @@ def stand_ins() -> str:
     content: dict[tuple[str, str], list[str]] = {}
     for name, cls in classes.items():
         for key, fault in cls.FAULTS.items():
-            defaults = ", ".join(f"`{k}`: {v:g}" for k, v in fault.parameters.items())
+            words = {k: " or ".join(v) for k, v in fault.choices.items()}
+            numbers = {k: f"{v:g}" for k, v in fault.parameters.items()}
+            defaults = ", ".join(f"`{k}`: {v}" for k, v in {**numbers, **words}.items())
             content.setdefault((key, fault.doc + (f" ({defaults})" if defaults else "")), []).append(name)
     faults = [[code(key), ", ".join(code(n) for n in names), doc] for (key, doc), names in content.items()]
     return f"\n{ports}\n{rows(['fault', 'of', 'the stand-in'], faults)}\n"

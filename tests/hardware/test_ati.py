@@ -79,7 +79,7 @@ def test_every_fault_is_in_a_table():
 
 
 @pytest.mark.parametrize(("fault", "parameters", "kind", "said"), ENDS)
-def test_faults_that_stay_until_they_are_acknowledged(sensor, fault, parameters, kind, said):
+def test_faults_that_stay_until_a_new_run(sensor, fault, parameters, kind, said):
     device, stand_in = sensor
     until(lambda: device.wrench(1e6).sequence > 30)
     stand_in.inject(fault, parameters)
@@ -93,9 +93,10 @@ def test_faults_that_stay_until_they_are_acknowledged(sensor, fault, parameters,
     before = device.wrench(1e6).sequence
     until(lambda: device.wrench(1e6).sequence > before)
     assert device.state is DeviceState.FAULT
-    with pytest.raises(DeviceFault, match="until acknowledged"):
+    with pytest.raises(DeviceFault, match="until a new run"):
         device.zero()
-    device.acknowledge()
+    device.close()
+    device.open()
     assert device.state is DeviceState.READY
     device.zero()
 
@@ -110,13 +111,14 @@ def test_faults_of_single_packets_are_counted_and_do_no_harm(sensor, fault, para
     assert device.state is DeviceState.READY
 
 
-def test_an_acknowledgement_does_not_help_while_the_sensor_is_gone(sensor):
+def test_a_sensor_that_is_gone_is_not_opened_again(sensor):
     device, stand_in = sensor
     stand_in.inject("silence")
     until(lambda: told(device))
-    with pytest.raises(DeviceLost, match="nothing came"):
-        device.acknowledge()
-    assert device.state is DeviceState.FAULT
+    device.close()
+    with pytest.raises(DeviceLost, match="no measurement"):
+        device.open()
+    assert device.state is DeviceState.DISCONNECTED
 
 
 def test_a_silence_between_two_readings_is_told_once(sensor):

@@ -18,7 +18,10 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.interfaces import DeviceState
+from stretch_bt.hardware.realsense.inbox import Inbox
+from stretch_bt.hardware.realsense.judge import Counters
 from stretch_bt.hardware.realsense.library import library
+from stretch_bt.hardware.realsense.messages import CameraStatus, Lens, Taken
 
 try:
     library()
@@ -79,7 +82,7 @@ def camera(shared):
     device = shared.devices["camera"]
     yield device, shared.stand_in
     shared.stand_in.clear()
-    eventually(lambda: device.acknowledge() is None and fresh(device))
+    anew(device)
 
 
 def fault_of(device, age=1e9):
@@ -95,6 +98,14 @@ def fault_of(device, age=1e9):
     raise AssertionError("no fault comes")
 
 
+def anew(device):
+    """Close the camera, and open it as a new run does."""
+    device.close()
+    device.open()
+    assert device.state is DeviceState.READY
+    return fresh(device)
+
+
 def fresh(device):
     """Return a reading that came after this was asked."""
     before = device.frame(1e9).sequence
@@ -106,24 +117,21 @@ def test_every_fault_is_in_a_table():
 
 
 @pytest.mark.parametrize(("fault", "parameters", "kind", "said"), ENDS)
-def test_a_fault_stays_until_it_is_acknowledged_and_reading_comes_back(camera, fault, parameters, kind, said):
+def test_a_fault_stays_until_a_new_run(camera, fault, parameters, kind, said):
     device, stand_in = camera
-    last = fresh(device)
+    fresh(device)
     stand_in.inject(fault, parameters)
     found = fault_of(device)
     assert type(found) is kind
     with pytest.raises(kind, match=said):
         raise found
     assert device.state is DeviceState.FAULT
+    assert "start a new run" in str(found)
     stand_in.clear()
-    again = eventually(lambda: fresh(device))
-    assert again.sequence > last.sequence
+    with suppress(DeviceFault):
+        fresh(device)
     assert device.state is DeviceState.FAULT
-    with suppress(DeviceFault):  # what came between, such as the silence that is over, is told too
-        device.acknowledge()
-    eventually(lambda: device.acknowledge() is None)
-    assert device.state is DeviceState.READY
-    assert fresh(device).value.raw.any()
+    assert anew(device).value.raw.any()
 
 
 @pytest.mark.parametrize(("fault", "parameters", "counter"), HARMLESS)
@@ -143,17 +151,14 @@ def test_a_frame_that_is_bad_is_left_out_and_does_no_harm(camera, fault, paramet
     assert device.state is DeviceState.READY
 
 
-def test_what_happens_while_nobody_listens_is_told_once(camera):
-    """The thread that attends the camera is held up until several messages wait."""
-    device, stand_in = camera
-    fresh(device)
-    device.driver._attendant.do(lambda link: stand_in.inject("restart") or time.sleep(0.5))
-    with pytest.raises(DeviceFault, match="the camera was restarted"):
-        raise fault_of(device)
-    eventually(lambda: device.acknowledge() is None)
-    for _ in range(10):
-        fresh(device)
-    assert device.state is DeviceState.READY
+def test_what_happens_between_two_looks_is_told_once():
+    inbox = Inbox(latency=0.0, plane_distance=None, now=lambda: (0.0, 0.0))
+    inbox.take(Lens(1e-3, 10.0, 10.0, 1.0, 1.0, 2, 2, (0.0,) * 5))
+    for event in ("the camera was restarted", None, "its clock jumped"):
+        inbox.take(CameraStatus(Taken(0.0, 0.0), 0.0, None, event, False, Counters()))
+    assert inbox.event() == "the camera was restarted"
+    assert inbox.event() is None
+    inbox.close()
 
 
 def test_what_is_slow_is_quick_again_once_that_is_cleared(camera):
@@ -161,7 +166,7 @@ def test_what_is_slow_is_quick_again_once_that_is_cleared(camera):
     stand_in.inject("slow", {"rate": 0.01})
     fault_of(device)
     stand_in.clear()
-    eventually(lambda: fresh(device))
+    anew(device)
 
 
 def test_frames_that_come_late_are_old(camera):
@@ -186,14 +191,12 @@ def test_what_the_camera_tells_is_taken_from_it(camera):
         frame.raw[0, 0] = 0
 
 
-def test_another_camera_is_not_taken_for_the_one_that_was_opened(camera):
+def test_a_new_run_takes_what_another_camera_tells(camera):
     device, stand_in = camera
+    before = device.intrinsics
     stand_in.inject("exchange")
-    stand_in.inject("reset")
-    eventually(lambda: "another camera answers" in str(fault_of(device)))
-    with pytest.raises(DeviceLost):
-        device.acknowledge()
-    assert device.state is DeviceState.FAULT
+    anew(device)
+    assert device.intrinsics != before
 
 
 # --- processes that are killed
@@ -202,16 +205,15 @@ def test_another_camera_is_not_taken_for_the_one_that_was_opened(camera):
 @pytest.mark.parametrize(
     ("ending", "said"), [(signal.SIGKILL, "ended by SIGKILL"), (signal.SIGSTOP, "no sign of life|hangs|SIGALRM")]
 )
-def test_a_process_that_is_killed_or_hangs_is_replaced(camera, ending, said):
+def test_a_process_that_is_killed_or_hangs_is_a_loss_and_a_new_run_has_another(camera, ending, said):
     device, _ = camera
     first = device.driver.process
     os.kill(first, ending)
     with pytest.raises(DeviceLost, match=said):
         raise fault_of(device)
-    eventually(lambda: fresh(device))
+    eventually(lambda: not Path(f"/proc/{first}").exists())
+    anew(device)
     assert device.driver.process not in (None, first)
-    assert not Path(f"/proc/{first}").exists()
-    device.acknowledge()
 
 
 RUN = """

@@ -16,7 +16,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.channel import Channel
 from stretch_bt.hardware.realsense import sources
 from stretch_bt.hardware.realsense.judge import Judge, Shot
-from stretch_bt.hardware.realsense.settings import Settings
+from stretch_bt.hardware.realsense.messages import Settings
 from stretch_bt.hardware.realsense.sources import Source
 from stretch_bt.hardware.realsense.wire import Described, Packets, Picture, _packet
 

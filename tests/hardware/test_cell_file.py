@@ -207,5 +207,5 @@ def test_reading_a_cell_file_imports_no_simulation():
 
 def test_limits_come_back_from_what_a_record_has_of_them():
     limits = load_cell("lab_ur5").limits
-    assert Limits.restored(json.loads(json.dumps(limits.model_dump()))) == limits
-    assert Limits.restored({"depth": 0.01}) == Limits().model_copy(update={"depth": 0.01})
+    assert Limits.from_plain(json.loads(json.dumps(limits.model_dump()))) == limits
+    assert Limits.from_plain({"depth": 0.01}) == Limits().model_copy(update={"depth": 0.01})

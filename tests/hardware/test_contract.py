@@ -299,8 +299,8 @@ def test_other_bad_commands(make_cell):
 
 
 @pytest.mark.parametrize("kind", ["simulated", "replay", "ati"])
-def test_a_fault_of_the_device_stays_until_acknowledged(make_cell, monkeypatch, clock, notes, kind):
-    """Whatever raises inside a driver: readings fail as they do, commands are refused, also after opening again."""
+def test_a_fault_of_the_device_stays_until_it_is_opened_again(make_cell, monkeypatch, clock, notes, kind):
+    """Whatever raises inside a driver: readings fail as they do, commands are refused."""
     sensor = make_cell(kind).devices["force_sensor"]
     with monkeypatch.context() as broken:
         broken.setattr(sensor.driver, "wrench", lambda: (_ for _ in ()).throw(ConnectionResetError("gone")))
@@ -309,12 +309,14 @@ def test_a_fault_of_the_device_stays_until_acknowledged(make_cell, monkeypatch, 
     assert sensor.state is DeviceState.FAULT
     assert ("fault", "force_sensor", "DeviceLost") in notes.lines
     assert sensor.wrench(1.0).value.torque is not None
-    sensor.close()
     sensor.open()
     assert sensor.state is DeviceState.FAULT
-    with pytest.raises(NotReady, match="in fault until acknowledged: the connection broke"):
+    with pytest.raises(NotReady, match=r"in fault until a new run: the connection broke .*; start a new run"):
         sensor.zero()
-    sensor.acknowledge()
+    sensor.close()
+    assert sensor.fault is not None
+    sensor.open()
+    assert sensor.fault is None
     assert sensor.state is DeviceState.READY
     sensor.zero()
 
@@ -335,7 +337,8 @@ def test_a_mover_in_fault_refuses_to_move_but_stops(make_cell, monkeypatch, cloc
     rest = place(cell, name)
     clock.time += 1.0
     assert place(cell, name) == rest
-    device.acknowledge()
+    device.close()
+    device.open()
     assert place(cell, name) == rest
     assert start(cell, name).poll() is MotionState.MOVING
 
@@ -365,7 +368,8 @@ def test_too_much_force_on_an_arm_that_stands_is_a_fault_as_soon_as_it_is_read(m
     with pytest.raises(NotReady):
         start(cell, "arm", far=True)
     monkeypatch.undo()
-    arm.acknowledge()
+    arm.close()
+    arm.open()
     assert advance(start(cell, "arm", far=True)) is MotionState.DONE
 
 

@@ -12,20 +12,13 @@ import time
 from pathlib import Path
 
 import pytest
-from lab import lab_cell
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.frames import Pose
-from stretch_bt.hardware.cell import open_cell
-from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.faults import Fault, Faults
 from stretch_bt.hardware.emulators.registry import STAND_INS, stand_in_class
 from stretch_bt.hardware.emulators.serve import free_ports, serving, serving_elsewhere
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.hand import HandGeometry
-from stretch_bt.hardware.simulated.twin import Twin
-from stretch_bt.simulation.scene import load_scene
 
 FREE = {name: dict.fromkeys(stand_in_class(name).PORTS, 0) for name in STAND_INS}
 EMULATE = [sys.executable, "-m", "stretch_bt.cli", "emulate"]
@@ -228,40 +221,6 @@ def raised(check):
     except InvalidInput as error:
         return error
     return None
-
-
-def test_the_twin_is_behind_all_stand_ins_of_a_scene(tmp_path, own_hosts):
-    """The arm takes its membrane down, the gripper stretches it, and arm and sensor feel the same, all through their wires."""
-    host, geometry, height, stretch = next(own_hosts), HandGeometry(), 0.024, 0.02
-    names = ["ur", "robotiq", "ati"]
-    devices = {"arm": {"watchdog": "1 Hz", "lost_after": "2 s", "heartbeat": "5 s"}, "gripper": {}, "force_sensor": {}}
-    with serving_elsewhere(names, scene="calibration_sphere", host=host, activated=True) as servers:
-        path = tmp_path / "cell.yaml"
-        path.write_text(lab_cell(host, devices))
-        cell = open_cell(load_cell(path), now=time.monotonic)
-        try:
-            arm, gripper, sensor = (cell.devices[name] for name in devices)
-            opened = gripper.move(geometry.opening(stretch), speed=0.1, owner="test")
-            until(lambda: opened.poll() == "done")
-            down = arm.move(Pose((0.0, 0.0, height)), speed=0.1, owner="test")
-            until(lambda: down.poll() == "done")
-            twin = Twin(load_scene("calibration_sphere"), geometry, lambda: 0.0, 0)
-            there = geometry.stretch(servers.stand_ins["robotiq"].state()["opening"])
-            truth = twin.world.contact(arm.pose(5.0).value, there).force[2]
-            assert truth > 0.5
-            until(lambda: averaged(sensor) == pytest.approx(truth, rel=0.01))
-            assert averaged(arm) == pytest.approx(truth, rel=0.01)
-        finally:
-            assert cell.close() == []
-
-
-def averaged(device):
-    """Return the mean of some readings of the vertical force."""
-    forces = []
-    for _ in range(50):
-        forces.append(device.wrench(5.0).value.force[2])
-        time.sleep(0.01)
-    return sum(forces) / len(forces)
 
 
 CELL = """\

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from stretch_bt.hardware.ur.settings import ArmState, Settings
 from waiting import broken_off, eventually
 
 from stretch_bt.frames import Pose
@@ -23,7 +24,6 @@ from stretch_bt.hardware.simulated.path import PosePath
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
 from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.ride import Ride
-from stretch_bt.hardware.ur.settings import ArmState, Settings
 
 HAND = Pose((0.0, 0.0, 0.3), (np.pi, 0.0, 0.0))
 BASE = Pose((-0.5, 0.0, 0.0))
@@ -108,6 +108,15 @@ BEYOND = [
     ((0.0, 0.0, 0.05), 0.05, 1.0, 0.06, None),
     ((0.0, 0.0, 0.035), 0.05, 1.0, 0.06, "depth 25.0 mm is past the limit of the cell, at most 20 mm"),
     ((0.0, 0.0, 0.1), 0.2, 1.0, None, "speed 200 mm/s"),
+    ((0.0, 0.0, 0.1), 0.057, 1.0, None, None),
+    ((0.0, 0.0, 0.0999), 0.055, 1.0, None, None),
+    (
+        (0.0, 0.0, 0.0999),
+        0.057,
+        1.0,
+        None,
+        "speed 57 mm/s is past the limit of the cell, at most 30 mm/s below a height of 100 mm",
+    ),
     ((0.0, 0.0, 0.1), 0.05, 20.5, None, "force 20.5 N is past the limit of the cell, at most 20 N"),
     ((0.0, 0.0, 0.1), 0.05, float("nan"), None, "force nan"),
 ]
@@ -182,6 +191,10 @@ def test_reach_says_what_keeps_the_arm_from_a_path(model):
     down = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.0, 0.0, 0.1))])
     assert reach.obstacle(down, 0.1, UP) is None
     assert "go slower" in reach.obstacle(down, 5.0, UP)
+    turned_round = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.5))])
+    assert reach.slowed(down, 0.1, UP) == 0.1
+    assert reach.obstacle(turned_round, 0.2, UP) is None
+    assert reach.slowed(turned_round, 0.2, UP) == pytest.approx(0.1, rel=0.01)  # by the lever of 0.1 m: 1 rad/s
     away = PosePath([Pose((0.0, 0.0, 0.2)), Pose((0.6, 0.0, 0.2))])
     assert "the pose" in reach.obstacle(away, 0.01, UP)
     turned = tuple(np.add(UP, [0, 0, 0, 0, 0, 2 * np.pi]))

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.ati.rdt import Ask, Record, parse_request, request, status_text
 from stretch_bt.hardware.ati.stream import Stream
-from stretch_bt.hardware.attendant import WireError
 from stretch_bt.hardware.emulators.control import ControlPort
 from stretch_bt.hardware.emulators.gripper_model import GripperModel
 from stretch_bt.hardware.emulators.modbus import RtuFraming, TcpFraming, answer, crc16
@@ -22,6 +21,7 @@ from stretch_bt.hardware.robotiq.modbus_wire import ModbusWire, tcp_client
 from stretch_bt.hardware.robotiq.registers import FAULTS, Command, Found, Status, fault_of
 from stretch_bt.hardware.robotiq.registers import Stage as Activation
 from stretch_bt.hardware.robotiq.urcap_wire import UrcapWire, parse_value
+from stretch_bt.hardware.wire_thread import WireError
 
 WORD = st.integers(0, 0xFFFFFFFF)
 COUNT = st.integers(-(1 << 31), (1 << 31) - 1)

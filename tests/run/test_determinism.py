@@ -154,3 +154,33 @@ class Sleepy(VirtualClock):
         self.asked += 1
         self._now += 3e-4 * (self.asked % 7)
         return self._now
+
+
+CELL = """\
+format: stretch-cell/1
+devices:
+  arm: {type: Arm, use: simulated, height: 70 mm}
+  gripper: {type: Gripper, use: simulated}
+  camera: {type: DepthCamera, use: simulated}
+limits: {force: 0.8 N, depth: 15 mm, contact: {below: 100 mm, speed: 12 mm/s}}
+"""
+#: nodes that go by the limits of the cell where those are tighter than their ports
+BOUNDED = {
+    "travel": "move_over: {x: 20 mm, y: 0 mm}",
+    "press_gently": (
+        "sequence: [approach: {max_travel: 60 mm, readings: 2, average: 2, contact_height: $h0, max_force: 0.7 N}, "
+        "press_gently: {depth: 12 mm}]"
+    ),
+}
+
+
+@pytest.mark.parametrize("body", BOUNDED.values(), ids=BOUNDED)
+def test_a_replay_knows_the_limits_of_the_cell(tmp_path: Path, body: str) -> None:
+    (tmp_path / "cell.yaml").write_text(CELL)
+    (tmp_path / "tree.yaml").write_text(
+        "format: stretch-tree/1\ndevices: {arm: Arm, camera: DepthCamera, gripper: Gripper}\n"
+        f"trees: {{main: {{keys: {{h0: Length}}, {body}}}}}\n"
+    )
+    made = run(tmp_path / "tree.yaml", cell=tmp_path / "cell.yaml", scene="calibration_sphere", out=tmp_path / "record")
+    assert made.status == "SUCCESS", made.reason
+    assert replay(tmp_path / "record").identical

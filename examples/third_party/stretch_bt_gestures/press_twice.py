@@ -14,9 +14,9 @@ class PressTwice(MotionBehavior):
     """Press to a depth, ease off and press again; FAILURE when first contact is not known or a motion is blocked."""
 
     arm: Uses[Arm]
-    depth: In[Length] = port(min=0.0, max=0.030, doc="absolute, past first contact")
+    depth: In[Length] = port(min=0.0, max=0.030, doc="absolute, past first contact", limit="depth")
     relief: In[Length] = port(0.002, min=0.0005, max=0.030, doc="how far the hand eases off between the two")
-    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand")
+    speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
 
     def start(self) -> Motion:
         """Give the first of the three motions."""

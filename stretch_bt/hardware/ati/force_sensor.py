@@ -27,6 +27,7 @@ _OPENING = 2.0
 class AtiForceSensor(ForceSensorDriver):
     """An ATI sensor with a network interface, such as the Axia80, by its UDP stream RDT; `zero` is kept here, not in the sensor."""
 
+    streams = True
     Options = AtiOptions
     options: AtiOptions
     _receiver: Receiver | None = None
@@ -58,12 +59,6 @@ class AtiForceSensor(ForceSensorDriver):
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
             receiver.end()
-
-    def acknowledge(self) -> None:
-        """Go on after a fault that is over; raises DeviceFault while it lasts."""
-        if self._receiver is not None:
-            self._receiver.event()
-            self._checked()
 
     def wrench(self) -> Reading[Wrench]:
         """Return the newest wrench since the last `zero`, in world axes.
@@ -106,21 +101,21 @@ class AtiForceSensor(ForceSensorDriver):
         assert newest is not None
         if event is not None:
             raise DeviceFault(
-                self.name, f"{event}; take its load off, look at its manual, acknowledge this and zero it again"
+                self.name, f"{event}; take its load off, look at its manual, start a new run and zero it again"
             )
         silent = time.monotonic() - receiver.new
         if silent > self.options.lost_after:
             raise DeviceLost(self.name, self._why(receiver, silent))
         if newest.record.status:
             reason = f"the sensor tells of status {newest.record.status:08X}: {status_text(newest.record.status)}"
-            raise DeviceFault(self.name, f"{reason}; take its load off, look at its manual, then acknowledge")
+            raise DeviceFault(self.name, f"{reason}; take its load off, look at its manual, then start a new run")
         return newest
 
     def _why(self, receiver: Receiver, silent: float) -> str:
         if time.monotonic() - receiver.heard <= self.options.lost_after:
-            return f"it sends, but measures nothing new for {silent:.2g} s; switch it off and on, then acknowledge"
+            return f"it sends, but measures nothing new for {silent:.2g} s; switch it off and on, then start a new run"
         why = f" ({receiver.broken})" if receiver.broken else ""
-        return f"nothing came for {silent:.2g} s{why}; check its supply and the cable, then acknowledge"
+        return f"nothing came for {silent:.2g} s{why}; check its supply and the cable, then start a new run"
 
     def _mean(self, measurements: Iterable[Measurement]) -> npt.NDArray[np.float64]:
         counts = np.array([m.record.counts for m in measurements], dtype=np.float64)

@@ -82,7 +82,10 @@ class ControlPort:
 
     def _described(self, name: str) -> dict[str, Any]:
         one = self._stand_ins[name]
-        faults = {key: {"doc": f.doc, "parameters": dict(f.parameters)} for key, f in one.FAULTS.items()}
+        faults = {
+            key: {"doc": f.doc, "parameters": dict(f.parameters), "choices": {k: list(v) for k, v in f.choices.items()}}
+            for key, f in one.FAULTS.items()
+        }
         return {"wires": self._wires[name], "faults": faults, "active": one.active(), "state": one.state()}
 
     def _inject(self, asked: dict[str, Any]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ _ELSE = (-1e6, 1e6)
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault: what it does, and its parameters with their defaults, all numbers.
+    """A fault: what it does, its parameters with their defaults, all numbers, and its choices, which are words, the first the default.
 
     One that is a state, rather than something that is done to an answer, cannot be counted: it takes no `times`.
     """
@@ -42,6 +42,7 @@ class Fault:
     doc: str
     parameters: Mapping[str, float] = field(default_factory=dict)
     state: bool = False
+    choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def allowed(self) -> dict[str, float]:
@@ -53,6 +54,7 @@ class Fault:
 @dataclass
 class _Active:
     parameters: dict[str, float]
+    chosen: dict[str, str]
     left: float
     until: float
 
@@ -72,18 +74,19 @@ class Faults:
         """Begin to show a fault; raises InvalidInput for one that is not known, or a parameter that it does not have."""
         if name not in self.known:
             raise InvalidInput(f"there is no fault {name!r}; {did_you_mean(name, self.known)}")
-        allowed = self.known[name].allowed
+        fault = self.known[name]
+        numbers, chosen = fault.allowed, {key: words[0] for key, words in fault.choices.items()}
         for key, value in (parameters or {}).items():
-            if key not in allowed:
-                raise InvalidInput(f"the fault {name!r} has no parameter {key!r}; {did_you_mean(key, allowed)}")
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InvalidInput(f"{key} of the fault {name!r} must be a finite number, not {value!r}")
-            least, most = _BOUNDS.get(key, _ELSE)
-            if not least <= value <= most:
-                raise InvalidInput(f"{key} of the fault {name!r} must be from {least:g} to {most:g}, not {value!r}")
-        values = {**allowed, **{key: float(value) for key, value in (parameters or {}).items()}}
+            if key in fault.choices:
+                chosen[key] = _word(name, key, value, fault.choices[key])
+            elif key in fault.allowed:
+                numbers[key] = _number(name, key, value)
+            else:
+                known = [*fault.allowed, *fault.choices]
+                raise InvalidInput(f"the fault {name!r} has no parameter {key!r}; {did_you_mean(key, known)}")
         with self._lock:
-            self._active[name] = _Active(values, values.get("times", math.inf), time.monotonic() + values["seconds"])
+            left, until = numbers.get("times", math.inf), time.monotonic() + numbers["seconds"]
+            self._active[name] = _Active(numbers, chosen, left, until)
 
     def clear(self, name: str | None = None) -> None:
         """End a fault, or all of them; raises InvalidInput for one that is not known."""
@@ -106,6 +109,22 @@ class Faults:
                 found = None
             return None if found is None else dict(found.parameters)
 
+    def meets(self, name: str, **asked: str) -> bool:
+        """Whether a fault is active and was told to meet this, as `connection="control"`; its first choice of a kind meets all of it."""
+        if self.shown(name) is None:
+            return False
+        with self._lock:
+            found = self._active.get(name)
+            choices = self.known[name].choices
+            return found is not None and all(
+                found.chosen[key] in (choices[key][0], word) for key, word in asked.items()
+            )
+
+    def chosen(self, name: str) -> Mapping[str, str]:
+        """Return the choices of a fault that is active; none for another."""
+        with self._lock:
+            return dict(self._active[name].chosen) if name in self._active else {}
+
     def take(self, name: str) -> dict[str, float] | None:
         """Return the parameters of a fault that is to be shown now, and count it."""
         parameters = self.shown(name)
@@ -114,3 +133,18 @@ class Faults:
                 if name in self._active:
                     self._active[name].left -= 1
         return parameters
+
+
+def _number(name: str, key: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InvalidInput(f"{key} of the fault {name!r} must be a finite number, not {value!r}")
+    least, most = _BOUNDS.get(key, _ELSE)
+    if not least <= value <= most:
+        raise InvalidInput(f"{key} of the fault {name!r} must be from {least:g} to {most:g}, not {value!r}")
+    return float(value)
+
+
+def _word(name: str, key: str, value: object, words: tuple[str, ...]) -> str:
+    if not isinstance(value, str) or value not in words:
+        raise InvalidInput(f"{key} of the fault {name!r} is one of {', '.join(words)}, not {value!r}")
+    return value

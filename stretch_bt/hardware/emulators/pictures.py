@@ -43,14 +43,14 @@ class Pictures:
         rows, columns = shape
         every = np.frombuffer(memory, np.float32)
         self._slots = [every[_LARGEST * k :][: rows * columns].reshape(shape) for k in range(_SLOTS)]
-        self._next = 0
+        self._count = 0
 
     def put(self, picture: Picture) -> int:
-        """Leave a (h, w) float32 picture, and return the number of its slot."""
-        slot, self._next = self._next, (self._next + 1) % _SLOTS
-        self._slots[slot][:] = picture
-        return slot
+        """Leave a (h, w) float32 picture, and return its number."""
+        self._count += 1
+        self._slots[self._count % _SLOTS][:] = picture
+        return self._count
 
-    def get(self, slot: int) -> Picture:
-        """Return a copy of the (h, w) float32 picture in a slot."""
-        return self._slots[slot].copy()
+    def get(self, number: int) -> Picture:
+        """Return a copy of the (h, w) float32 picture of a number."""
+        return self._slots[number % _SLOTS].copy()

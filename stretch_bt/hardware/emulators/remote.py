@@ -9,10 +9,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.hardware.channel import ChannelClosed, Message
+from stretch_bt.hardware.channel import ChannelClosed, OtherSideGone
 from stretch_bt.hardware.child import Child
 from stretch_bt.hardware.emulators.faults import Fault
+from stretch_bt.hardware.emulators.messages import STAND_IN, Clear, Describe, Described, Inject, Refused, Serve
 from stretch_bt.hardware.emulators.registry import stand_in_class
+from stretch_bt.hardware.messages import Codec, Message
 
 __all__ = ["Process", "RemoteStandIn"]
 
@@ -29,15 +31,17 @@ class Process:
         For messages.
     module
         What it runs.
+    codec
+        Of the messages of both directions.
     first
         What it is sent at first.
     descriptors
         That it inherits.
     """
 
-    def __init__(self, name: str, module: str, first: Message, descriptors: Sequence[int]) -> None:
+    def __init__(self, name: str, module: str, codec: Codec, first: Message, descriptors: Sequence[int]) -> None:
         self.name = name
-        self._child = Child(module, [first], descriptors)
+        self._child = Child(module, codec, [first], descriptors)
         self._asking = threading.Lock()
 
     def answer(self, within: float = _ANSWER) -> Message:
@@ -51,8 +55,8 @@ class Process:
         except ChannelClosed as error:
             raise self._ended(error) from error
         (answer,) = answers
-        if answer["say"] == "refused":
-            raise InvalidInput(answer["reason"])
+        if isinstance(answer, Refused):
+            raise InvalidInput(answer.reason)
         return answer
 
     def ask(self, message: Message) -> Message:
@@ -72,7 +76,7 @@ class Process:
     def check(self) -> None:
         """Raise InvalidInput, with the reason, when it has ended."""
         if not self._child.running:
-            raise self._ended(ChannelClosed("it is gone"))
+            raise self._ended(OtherSideGone("it is gone"))
 
     def _ended(self, error: ChannelClosed) -> InvalidInput:
         return InvalidInput(f"the process of {self.name} ended: {self._child.why(error)}")
@@ -87,32 +91,33 @@ class RemoteStandIn(Process):
 
     Parameters
     ----------
-    name
-        Of the registry.
     first
-        What its process is sent at first, but for the name.
+        What its process is sent at first.
     descriptors
         That it inherits.
     """
 
-    def __init__(self, name: str, first: Message, descriptors: Sequence[int]) -> None:
-        self.FAULTS: Mapping[str, Fault] = stand_in_class(name).FAULTS
-        super().__init__(name, "stretch_bt.hardware.emulators.stand_in_process", {"name": name, **first}, descriptors)
+    def __init__(self, first: Serve, descriptors: Sequence[int]) -> None:
+        self.FAULTS: Mapping[str, Fault] = stand_in_class(first.name).FAULTS
+        super().__init__(first.name, "stretch_bt.hardware.emulators.stand_in_process", STAND_IN, first, descriptors)
 
     def inject(self, fault: str, parameters: Mapping[str, Any] | None = None) -> None:
         """Begin to show a fault."""
-        self.ask({"do": "inject", "fault": fault, "parameters": dict(parameters or {})})
+        self.ask(Inject(fault, dict(parameters or {})))
 
     def clear(self, fault: str | None = None) -> None:
         """End a fault, or all of them."""
-        self.ask({"do": "clear", "fault": fault})
+        self.ask(Clear(fault))
 
     def active(self) -> list[str]:
         """Return the names of the faults that are shown now."""
-        found: list[str] = self.ask({"do": "describe"})["active"]
-        return found
+        return self._described().active
 
     def state(self) -> dict[str, Any]:
         """Return how the device stands."""
-        found: dict[str, Any] = self.ask({"do": "describe"})["state"]
-        return found
+        return self._described().state
+
+    def _described(self) -> Described:
+        answer = self.ask(Describe())
+        assert isinstance(answer, Described)
+        return answer

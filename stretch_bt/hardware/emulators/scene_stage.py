@@ -8,9 +8,11 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from stretch_bt.frames import Pose, Wrench
-from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.channel import Channel, ChannelClosed
+from stretch_bt.hardware.emulators.messages import Brake, Felt, Fingers, HandAt, Noise, Seen
 from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.messages import Message
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.emulators.twin_camera import TwinCamera
@@ -34,7 +36,6 @@ class SceneStage(Stage):
     def __init__(self, setting: Setting, twin: Channel, pictures: int) -> None:
         super().__init__(now=setting.now, seed=setting.seed)
         self._setting, self._twin, self._pictures = setting, twin, pictures
-        self._sending = threading.Lock()
         self._felt: dict[str, Wrench] = {}
         self._noise: dict[str, float] = {}
         self._seen = (-1, 0)
@@ -44,17 +45,17 @@ class SceneStage(Stage):
     def move_fingers(self, to: float, speed: float) -> float:
         """Start moving the fingers, and return when they will be there, s."""
         end = super().move_fingers(to, speed)
-        self._send({"do": "fingers", "time": self.now(), "to": to, "speed": speed})
+        self._send(Fingers(self.now(), to, speed))
         return end
 
     def stop_fingers(self) -> None:
         """Brake."""
         super().stop_fingers()
-        self._send({"do": "brake", "time": self.now()})
+        self._send(Brake(self.now()))
 
     def place_hand(self, pose: Pose) -> None:
         """Take note that an arm has the hand there now."""
-        self._send({"do": "hand", "time": self.now(), "pose": [*pose.position, *pose.rotation]})
+        self._send(HandAt(self.now(), [*pose.position, *pose.rotation]))
 
     def wrench(self, kind: str) -> Wrench:
         """Return the latest that was solved."""
@@ -70,18 +71,18 @@ class SceneStage(Stage):
 
         return TwinCamera(self._setting, self.geometry, self._pictures, rate, self.seen)
 
-    def seen(self, number: int, until: float) -> tuple[int, int]:
-        """Return the numbers of the latest frame that has a picture, and of the picture's slot; before the first it is frame -1.
+    def seen(self, frame: int, until: float) -> tuple[int, int]:
+        """Return the numbers of the latest frame that has a picture, and of that picture; before the first it is frame -1.
 
         Waits until a time, s, at most for the picture of a frame with this number or a later one.
         """
         with self._news:
-            self._news.wait_for(lambda: self._seen[0] >= number, max(until - self.now(), 0.0))
+            self._news.wait_for(lambda: self._seen[0] >= frame, max(until - self.now(), 0.0))
             return self._seen
 
     def _send(self, message: Message) -> None:
         """Tell the twin; that its process is gone is noticed by who began it."""
-        with self._sending, suppress(ChannelClosed):
+        with suppress(ChannelClosed):
             self._twin.send(message)
 
     def _listen(self) -> None:
@@ -92,12 +93,12 @@ class SceneStage(Stage):
                     self._take(message)
 
     def _take(self, message: Message) -> None:
-        match message["say"]:
-            case "felt":
-                self._felt = {kind: Wrench(tuple(force)) for kind, force in message["forces"].items()}
-            case "noise":
-                self._noise = message["noise"]
-            case "seen":
+        match message:
+            case Felt(forces):
+                self._felt = {kind: Wrench((x, y, z)) for kind, (x, y, z) in forces.items()}
+            case Noise(sds):
+                self._noise = sds
+            case Seen(frame, picture):
                 with self._news:
-                    self._seen = (message["number"], message["slot"])
+                    self._seen = (frame, picture)
                     self._news.notify_all()

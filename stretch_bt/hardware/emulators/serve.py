@@ -13,6 +13,7 @@ from typing import Any
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.control import ControlPort
+from stretch_bt.hardware.emulators.messages import TWIN, Serve, Serving, Solve
 from stretch_bt.hardware.emulators.pictures import picture_memory
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.remote import Process, RemoteStandIn
@@ -130,17 +131,17 @@ def serving_elsewhere(
     _check_names(names)
     with ExitStack() as stack:
         begun = time.monotonic()
-        setting = None if scene is None else Setting(scene, seed, begun).to_message()
-        twin, ways = (None, {}) if setting is None else _twin(stack, names, setting)
-        first = {"host": host, "seed": seed, "activated": activated, "setting": setting}
+        setting = None if scene is None else Setting(scene, seed, begun)
+        twins, ways = ([], {}) if setting is None else _twin(stack, names, setting)
         stand_ins = {}
         for name in names:
-            own = {**first, "ports": (ports or {}).get(name)}
-            stand_ins[name] = RemoteStandIn(name, own, ways.get(name, ()))
+            own = dict((ports or {}).get(name, {}))
+            first = Serve(name, host, own, activated, seed, setting)
+            stand_ins[name] = RemoteStandIn(first, ways.get(name, ()))
             stack.callback(stand_ins[name].end)
-        processes = [*([] if twin is None else [twin]), *stand_ins.values()]
+        processes = [*twins, *stand_ins.values()]
         said = {process.name: process.answer(begun + within - time.monotonic()) for process in processes}
-        wires = {name: said[name]["wires"] for name in names}
+        wires = {name: answer.wires for name, answer in said.items() if isinstance(answer, Serving)}
         served = Served(wires, _controlled(stack, host, control, stand_ins, wires))
         yield Servers(stand_ins, served, processes)
 
@@ -150,14 +151,14 @@ def free_ports(names: Sequence[str]) -> dict[str, dict[str, int]]:
     return {name: dict.fromkeys(stand_in_class(name).PORTS, 0) for name in names}
 
 
-def _twin(stack: ExitStack, names: Sequence[str], setting: dict[str, Any]) -> tuple[Process, dict[str, list[int]]]:
+def _twin(stack: ExitStack, names: Sequence[str], setting: Setting) -> tuple[list[Process], dict[str, list[int]]]:
     """Begin the process of the twin, and return it with what the process of each stand-in inherits to reach it."""
     memory = stack.enter_context(os.fdopen(picture_memory(), "rb")).fileno()
     ends = [[stack.enter_context(end).fileno() for end in socket.socketpair()] for _ in names]
-    first = {"setting": setting, "senses": [stand_in_class(name).SENSES for name in names]}
-    twin = Process("the twin", _TWIN, first, [memory, *(end for end, _ in ends)])
+    first = Solve(setting, [list(stand_in_class(name).SENSES) for name in names])
+    twin = Process("the twin", _TWIN, TWIN, first, [memory, *(end for end, _ in ends)])
     stack.callback(twin.end)
-    return twin, {name: [memory, end] for name, (_, end) in zip(names, ends, strict=True)}
+    return [twin], {name: [memory, end] for name, (_, end) in zip(names, ends, strict=True)}
 
 
 def _check_names(names: Sequence[str]) -> None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 __all__ = ["Setting"]
 
@@ -20,7 +19,3 @@ class Setting:
     def now(self) -> float:
         """Return the time of the scene, s."""
         return time.monotonic() - self.begun
-
-    def to_message(self) -> dict[str, Any]:
-        """Return the fields for a message."""
-        return asdict(self)

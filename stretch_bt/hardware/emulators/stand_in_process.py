@@ -6,15 +6,26 @@ import os
 import select
 import socket
 import sys
-from typing import Any
 
 from stretch_bt.errors import InvalidInput, StretchError
-from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.emulators.base import StandIn
+from stretch_bt.hardware.emulators.messages import (
+    SCENE,
+    STAND_IN,
+    Clear,
+    Describe,
+    Described,
+    Done,
+    Inject,
+    Refused,
+    Serve,
+    Serving,
+)
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.scene_stage import SceneStage
-from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.messages import End, Message
 from stretch_bt.hardware.priority import raise_priority
 
 __all__ = ["main"]
@@ -26,11 +37,12 @@ _SWITCH = 5e-4
 def serve(began: Channel, pictures: int, twin: int) -> None:
     """Serve one stand-in until the channel closes."""
     (first,) = began.first()
+    assert isinstance(first, Serve)
     sys.setswitchinterval(_SWITCH)
     raise_priority()  # a device does not wait for other programs
     made = begun(first, pictures, twin)
     try:
-        began.send({"say": "serving", "wires": made.start()})
+        began.send(Serving(made.start()))
         while True:
             select.select([began], [], [])
             for message in began.drain():
@@ -39,44 +51,42 @@ def serve(began: Channel, pictures: int, twin: int) -> None:
         made.stop()
 
 
-def begun(first: Message, pictures: int, twin: int) -> StandIn:
+def begun(first: Serve, pictures: int, twin: int) -> StandIn:
     """Return a stand-in that is not started."""
-    setting = first["setting"]
-    stage: Stage = Stage(seed=first["seed"])
-    if setting is not None:
-        stage = SceneStage(Setting(**setting), Channel(socket.socket(fileno=twin)), pictures)
-    made = stand_in_class(first["name"])(first["host"], stage, first["ports"])
-    if first["activated"]:
+    stage: Stage = Stage(seed=first.seed)
+    if first.setting is not None:
+        stage = SceneStage(first.setting, Channel(socket.socket(fileno=twin), SCENE), pictures)
+    made = stand_in_class(first.name)(first.host, stage, first.ports)
+    if first.activated:
         made.activated()
     return made
 
 
 def answer(made: StandIn, message: Message) -> Message:
     """Do what is asked, and return what is said of it; raises ChannelClosed at the end."""
-    found: dict[str, Any] = {}
     try:
-        match message["do"]:
-            case "inject":
-                made.inject(message["fault"], message["parameters"])
-            case "clear":
-                made.clear(message["fault"])
-            case "describe":
-                found = {"active": made.active(), "state": made.state()}
-            case "end":
-                raise ChannelClosed("told to end")
+        match message:
+            case Inject(fault, parameters):
+                made.inject(fault, parameters)
+            case Clear(fault):
+                made.clear(fault)
+            case Describe():
+                return Described(made.active(), made.state())
+            case End():
+                raise ChannelClosed("asked to end")
     except InvalidInput as error:
-        return {"say": "refused", "reason": str(error)}
-    return {"say": "done", **found}
+        return Refused(str(error))
+    return Done()
 
 
 def main(control: int, pictures: int = -1, twin: int = -1) -> None:
     """Serve for the process at the other end of a socket; without a scene there are neither pictures nor a twin."""
-    began = Channel(socket.socket(fileno=control))
+    began = Channel(socket.socket(fileno=control), STAND_IN)
     try:
         serve(began, pictures, twin)
     except (StretchError, OSError) as error:
         if not isinstance(error, ChannelClosed):
-            began.send({"say": "refused", "reason": str(error)})
+            began.send(Refused(str(error)))
     sys.stderr.flush()
     os._exit(0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import socket
 import struct
@@ -9,11 +10,16 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-__all__ = ["TcpServer", "cannot_listen", "lines", "received"]
+__all__ = ["TcpServer", "cannot_listen", "deafen", "lines", "received", "sever"]
 
 _POLL = 0.1
 _PART = 4096
-_RESET = struct.pack("ii", 1, 0)
+#: a socket address of no family, to which a TCP connection is "connected" to reset it; options of Linux for packet filters
+_NOWHERE = struct.pack("=H14x", socket.AF_UNSPEC)
+_ATTACH_FILTER, _DETACH_FILTER = 26, 27
+#: a filter that drops every packet
+_DROP_ALL = struct.pack("=HBBI", 6, 0, 0, 0)
+_WAYS = {"both": socket.SHUT_RDWR, "out": socket.SHUT_WR, "in": socket.SHUT_RD}
 
 
 def received(connection: socket.socket) -> Iterator[bytes]:
@@ -36,6 +42,28 @@ def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
         yield from whole
         if len(rest) >= longest:
             return
+
+
+def sever(connection: socket.socket, direction: str = "both", *, reset: bool = False) -> None:
+    """End a connection at once, by a reset or a FIN, whatever other threads do with it.
+
+    Of its directions `out` ends for what is sent, `in` as if the other side had ended its own.
+    """
+    with suppress(OSError):
+        if not reset:
+            connection.shutdown(_WAYS[direction])
+        elif ctypes.CDLL(None, use_errno=True).connect(connection.fileno(), _NOWHERE, len(_NOWHERE)):
+            connection.shutdown(socket.SHUT_RDWR)
+
+
+def deafen(connection: socket.socket, deaf: bool) -> None:
+    """Have the kernel drop every packet that comes for a connection, confirmations too, as a cable does that is broken one way; or not any more."""
+    with suppress(OSError):
+        if deaf:
+            code = ctypes.create_string_buffer(_DROP_ALL)
+            connection.setsockopt(socket.SOL_SOCKET, _ATTACH_FILTER, struct.pack("@HP", 1, ctypes.addressof(code)))
+        else:
+            connection.setsockopt(socket.SOL_SOCKET, _DETACH_FILTER, 0)
 
 
 def cannot_listen(host: str, port: int, error: OSError) -> OSError:
@@ -84,16 +112,11 @@ class TcpServer:
         for thread in threads:
             thread.join(2.0)
 
-    def break_all(self, *, reset: bool = False) -> None:
-        """Close all connections, by a reset where asked."""
+    def break_all(self, direction: str = "both", *, reset: bool = False) -> None:
+        """End all connections, as `sever` does."""
         with self._lock:
             for connection in self._open:
-                with suppress(OSError):
-                    if reset:
-                        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
-                        connection.close()
-                    else:
-                        connection.shutdown(socket.SHUT_RDWR)
+                sever(connection, direction, reset=reset)
 
     def _accept(self) -> None:
         while not self._ending.is_set():

@@ -15,8 +15,9 @@ from stretch_bt.simulation.advisor.advise import advise, switch_on
 from stretch_bt.simulation.camera.counts import counts
 from stretch_bt.simulation.camera.sensor import exposed, window
 from stretch_bt.simulation.effects.base import CameraEffect
+from stretch_bt.simulation.effects.white_noise import WhiteNoise
 from stretch_bt.simulation.noise_source import noise_source
-from stretch_bt.simulation.scene import load_scene
+from stretch_bt.simulation.scene import Scene, load_scene
 
 __all__ = ["NAME", "TwinCamera", "lens"]
 
@@ -45,7 +46,7 @@ class TwinCamera:
     rate
         Hz.
     seen
-        Waits for the picture of a frame, and returns the numbers of the latest frame that has one, and of its slot.
+        Waits for the picture of a frame, and returns the numbers of the latest frame that has one, and of that picture.
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class TwinCamera:
         self._setting, self._geometry, self._rate, self._seen = setting, geometry, rate, seen
         self.intrinsics = lens(geometry)
         self._pictures = Pictures(pictures, (self.intrinsics.height, self.intrinsics.width))
-        self._effects = switch_on(scene, advise(scene)).of(CameraEffect)  # type: ignore[type-abstract]
+        self._effects = _effects(scene)
         self._kept: tuple[int, Picture] | None = None
         #: frames whose picture was not solved in time
         self.late = 0
@@ -69,11 +70,11 @@ class TwinCamera:
     def frame(self, number: int) -> DepthFrame | None:
         """Return the frame of a number, which is exposed `number / rate` s after the begin; None before there is a picture."""
         exposed_at = number / self._rate
-        seen, slot = self._seen(number, exposed_at + _WAITS / self._rate)
+        seen, picture = self._seen(number, exposed_at + _WAITS / self._rate)
         if seen < 0:
             return None
         self.late += seen < number
-        exposure = exposed(self._picture(slot), self.intrinsics, self._rate, number, self._effects, self._random)
+        exposure = exposed(self._picture(picture), self.intrinsics, self._rate, number, self._effects, self._random)
         return DepthFrame(
             raw=counts(exposure),
             unit=exposure.unit,
@@ -83,11 +84,19 @@ class TwinCamera:
             plane_distance=self._geometry.plane_distance,
         )
 
-    def _picture(self, slot: int) -> Picture:
-        """Return what is in a slot; the twin puts each new picture into another one than the one before."""
-        if self._kept is None or self._kept[0] != slot:
-            self._kept = slot, self._pictures.get(slot)
+    def _picture(self, number: int) -> Picture:
+        if self._kept is None or self._kept[0] != number:
+            self._kept = number, self._pictures.get(number)
         return self._kept[1]
 
     def _random(self, effect: str, number: int) -> np.random.Generator:
         return noise_source(self._seed, f"{NAME} {effect}", number)
+
+
+def _effects(scene: Scene) -> list[CameraEffect]:
+    """Return the camera's effects that are on; white noise is among them, because a camera without any is one whose image stands."""
+    on = switch_on(scene, advise(scene))
+    found = on.of(CameraEffect)  # type: ignore[type-abstract]
+    if "white_noise" in on or "correlated_noise" in on:
+        return found
+    return [*found, WhiteNoise(WhiteNoise.Parameters())]

@@ -13,18 +13,33 @@ import socket
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import NoReturn
 
 from stretch_bt.errors import NoEquilibrium, StretchError
 from stretch_bt.frames import Pose
-from stretch_bt.hardware.channel import Channel, ChannelClosed, Message
+from stretch_bt.hardware.channel import Channel, ChannelClosed
+from stretch_bt.hardware.emulators.messages import (
+    SCENE,
+    TWIN,
+    Brake,
+    Felt,
+    Fingers,
+    HandAt,
+    Noise,
+    Ready,
+    Refused,
+    Seen,
+    Solve,
+)
 from stretch_bt.hardware.emulators.pictures import Pictures
 from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.emulators.stage import begin_fingers, brake_fingers
 from stretch_bt.hardware.emulators.trace import Trace
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.messages import Message
 from stretch_bt.hardware.priority import raise_priority
 from stretch_bt.hardware.simulated.path import Placed
 from stretch_bt.hardware.simulated.twin import Twin
@@ -39,7 +54,7 @@ RATE = 30
 #: how long after the time of a frame arm and gripper have said where they were then, s
 _NEWS = 0.01
 #: part of a core that solving takes in the long run, the stand-ins have the rest of a half; and what it may take at once, s
-_SHARE, _AT_ONCE = 0.35, 1.0
+_SHARE, _AT_ONCE = 0.28, 1.0
 #: how often an object that creeps is solved while nothing moves, s
 _CREEPING = 0.1
 #: what the hand moves less than, m, is no motion: an arm at rest still comes nearer to its last setpoint
@@ -47,7 +62,10 @@ _STILL = 2e-6
 #: steps of the hand aside and of its turn, m and rad: one that goes down straight does not quite, and each new place is solved from nothing
 _GRID = 1e-5
 _FEELING = ("Arm", "ForceSensor")
-_TOUCHES = 3
+#: how far the force may be off, as a part, where the scene has no tolerance of it, and the shape is within 0.05 mm
+_WITHIN = 0.03
+#: steps in which a press is rehearsed before it touches and then, m, and how many of those touch
+_COARSE, _FINE, _TOUCHES = 1e-3, 1e-4, 13
 
 
 class Link:
@@ -78,20 +96,24 @@ class Solver:
     def __init__(self, setting: Setting, links: list[Link], pictures: int) -> None:
         scene, geometry = load_scene(setting.scene), HandGeometry()
         self._setting, self._links = setting, links
-        self.twin = Twin(scene, geometry, setting.now, setting.seed)
-        self._rehearsed: tuple[object, ...] | None = None
+        exact = {"force", "stiffness"} & scene.tolerance.named().keys()
+        self.twin = twin = Twin(scene, geometry, setting.now, setting.seed, None if exact else _WITHIN)
+        self._place: tuple[object, ...] | None = None
+        self._rehearsal: Iterator[None] = iter(())
         self._rehearse(0.0)
-        view, twin = lens(geometry), self.twin
+        for _ in self._rehearsal:
+            pass
+        view = lens(geometry)
         self._sensor = Sensor(twin.world, view, geometry.plane_distance, RATE, twin.random)
         self._pictures = Pictures(pictures, (view.height, view.width))
         self._solved: tuple[Placed, float, float] | None = None
         self._touches = False
-        self._slot = 0
+        self._frame = self._picture = 0
         self._budget, self._counted = _AT_ONCE, time.monotonic()
 
     def run(self) -> NoReturn:
         """Solve for ever."""
-        self._say("felt", {"say": "noise", "noise": self._noise()})
+        self._say("felt", Noise(self._noise()))
         number = int(self._setting.now() * RATE)
         while True:
             number = max(number + 1, int(self._setting.now() * RATE))
@@ -100,15 +122,18 @@ class Solver:
 
     def _go_on(self, number: int) -> None:
         """Bring the stand-ins to the time of a frame."""
-        if self._may_solve():
-            began = time.thread_time()
-            if self._changed(number / RATE):
-                with suppress(NoEquilibrium):  # a membrane without an equilibrium is neither felt nor seen
-                    self._solve(number)
-            elif not self._touches:
-                self._rehearse(number / RATE)
-            self._budget -= time.thread_time() - began
-        self._say("seen", {"say": "seen", "number": number, "slot": self._slot})
+        at, began = number / RATE, time.thread_time()
+        if not self._changed(at):
+            self._frame = number
+            if not self._touches:
+                self._rehearse(at)
+                next(self._rehearsal, None)
+        elif self._may_solve() or self._stands(at):
+            with suppress(NoEquilibrium):  # a membrane without an equilibrium is neither felt nor seen
+                self._solve(number)
+            self._frame = number
+        self._budget -= time.thread_time() - began
+        self._say("seen", Seen(self._frame, self._picture))
 
     def _may_solve(self) -> bool:
         """Return whether there is CPU time left for it."""
@@ -116,6 +141,11 @@ class Solver:
         self._budget = min(self._budget + _SHARE * (now - self._counted), _AT_ONCE)
         self._counted = now
         return self._budget > 0
+
+    def _stands(self, at: float) -> bool:
+        """Return whether hand and fingers came to rest, which is solved whatever it costs: readings are taken there."""
+        before = at - 1 / RATE
+        return self.twin.hand.at(at) == self.twin.hand.at(before) and self.twin.stretch(at) == self.twin.stretch(before)
 
     def _changed(self, at: float) -> bool:
         """Return whether there is something to solve that was not solved yet."""
@@ -131,22 +161,32 @@ class Solver:
         twin, at = self.twin, number / RATE
         self._solved = twin.hand.at(at), twin.stretch(at), at
         self._touches = twin.contact(at).place is not None
-        forces = {kind: twin.wrench(kind, at).force for kind in _FEELING}
-        self._say("felt", {"say": "felt", "forces": forces})
-        self._slot = self._pictures.put(self._sensor.clean(twin.shot(at, number)))
+        self._say("felt", Felt({kind: list(twin.wrench(kind, at).force) for kind in _FEELING}))
+        self._picture = self._pictures.put(self._sensor.clean(twin.shot(at, number)))
 
     def _rehearse(self, at: float) -> None:
-        """Press below the hand, as nobody sees it, so that what is loaded, compiled or built for a first touch keeps no robot waiting later."""
+        """Begin to press below the hand, as nobody sees it, where that was not done yet.
+
+        What is loaded, compiled or built for a first touch then keeps no robot waiting later.
+        """
         hand, stretch = self.twin.hand.at(at).true, self.twin.stretch(at)
         place = (hand.position[:2], hand.rotation, stretch)
-        if place == self._rehearsed:
-            return
-        self._rehearsed, touched = place, 0
+        if place != self._place:
+            self._place, self._rehearsal = place, self._pressed(hand, stretch, at)
+
+    def _pressed(self, hand: Pose, stretch: float, at: float) -> Iterator[None]:
+        """Solve presses from a pose down to a little past first contact, one each time that it is asked."""
+        touched, step, height = 0, _COARSE, hand.height
         with suppress(NoEquilibrium):
-            for millimetres in range(int(hand.height * 1e3), 0, -1):
-                touched += self.twin.world.contact(hand.at_height(millimetres / 1e3), stretch, at).force[2] > 0
-                if touched > _TOUCHES:
-                    return
+            while height > step and touched < _TOUCHES:
+                felt = self.twin.world.contact(hand.at_height(height - step), stretch, at).force[2] > 0
+                if felt and step == _COARSE:
+                    step = _FINE  # the lightest touch is the dearest
+                    continue
+                touched += felt
+                height -= step
+                if felt:
+                    yield
 
     def _say(self, sense: str, message: Message) -> None:
         for link in self._links:
@@ -174,18 +214,17 @@ def listen(twin: Twin, links: list[Link]) -> None:
 
 def take(twin: Twin, message: Message) -> None:
     """Write down one thing that a stand-in says."""
-    at = message["time"]
-    match message["do"]:
-        case "hand":
+    match message:
+        case HandAt(at, six):
             before = twin.hand.at(at).true
-            pose = steadied(before, message["pose"])
+            pose = steadied(before, six)
             if not isinstance(twin.hand, Trace):
                 twin.hand = Trace(pose)
             if pose != before:
                 twin.hand.note(at, pose)
-        case "fingers":
-            begin_fingers(twin.fingers, at, message["to"], message["speed"])
-        case "brake":
+        case Fingers(at, to, speed):
+            begin_fingers(twin.fingers, at, to, speed)
+        case Brake(at):
             brake_fingers(twin.fingers, at)
 
 
@@ -206,16 +245,20 @@ def _kept(new: float, old: float, step: float) -> float:
 
 def main(control: int, pictures: int, *wires: int) -> NoReturn:
     """Solve for the stand-ins at the other ends of some sockets until whoever began this is gone."""
-    began = Channel(socket.socket(fileno=control))
+    began = Channel(socket.socket(fileno=control), TWIN)
     raise_priority()  # it takes no more than its part of a core, and what it shows must not be old
     (first,) = began.first()
-    links = [Link(Channel(socket.socket(fileno=w)), senses) for w, senses in zip(wires, first["senses"], strict=True)]
+    assert isinstance(first, Solve)
+    links = [
+        Link(Channel(socket.socket(fileno=wire), SCENE), senses)
+        for wire, senses in zip(wires, first.senses, strict=True)
+    ]
     try:
-        solver = Solver(Setting(**first["setting"]), links, pictures)
+        solver = Solver(first.setting, links, pictures)
     except StretchError as error:
-        began.send({"say": "refused", "reason": str(error)})
+        began.send(Refused(str(error)))
         sys.exit(1)
-    began.send({"say": "ready"})
+    began.send(Ready())
     threading.Thread(target=listen, args=(solver.twin, links), daemon=True).start()
     threading.Thread(target=end_with, args=(began,), daemon=True).start()
     solver.run()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -14,13 +15,24 @@ from stretch_bt.hardware.monitored.mover import Mover
 __all__ = ["MonitoredArm"]
 
 _FORCE_AGE = 0.5
+#: least time between two poses from which a speed is taken, s: a shorter one divides by noise
+_APART = 0.01
 
 
 class MonitoredArm(Mover[ArmDriver]):
-    """An arm that goes nowhere outside the limits, and stops when it feels more force than they allow, also where it stands."""
+    """An arm that goes nowhere outside the limits, and stops when it feels more force than they allow, also where it stands.
+
+    The speed is compared as it is asked for, and as it is measured from one poll to the next.
+    """
 
     readings: ClassVar[Mapping[str, Any]] = Arm.readings
     _was_moved = False
+    _before: Reading[Pose] | None = None
+
+    def open(self) -> None:
+        """Connect, free of an earlier fault; moves nothing."""
+        self._was_moved = False
+        super().open()
 
     def move(self, target: Pose, *, speed: float, owner: str) -> Motion:
         """Move in a straight line at `speed`, m/s."""
@@ -49,13 +61,34 @@ class MonitoredArm(Mover[ArmDriver]):
             self._check_force(reading.value)
         return reading
 
+    def force_noise(self) -> float:
+        """Return the noise of the force, N s^0.5 an axis; one that there is is written down, because nodes decide by it."""
+        noise = self.driver.force_noise()
+        if noise > 0:
+            now = self.watch.now()
+            self.watch.journal.reading(self.name, "force_noise", Reading(noise, now, now, 0))
+        return noise
+
     def guard(self) -> None:
-        """Stop the arm, with a fault that stays, when it feels more force than the cell allows, or feels nothing."""
+        """Stop the arm, with a fault that stays, when it is too fast, feels more force than the cell allows, or feels nothing."""
         with self.faults():
-            reading = self.driver.wrench()
+            place, reading = self.driver.pose(), self.driver.wrench()
+        self._check_speed(place)
         if self.watch.now() - reading.host_time > _FORCE_AGE:
             self.halt(StaleReading(self.name, f"the arm moved without a force reading for {_FORCE_AGE} s"))
         self._check_force(reading.value)
+
+    def _check_speed(self, place: Reading[Pose]) -> None:
+        """Compare the mean speed since the pose before with the limits."""
+        before = self._before
+        if before is None or (time := place.device_time - before.device_time) < _APART:
+            return
+        self._before = place
+        speed = math.dist(place.value.position, before.value.position) / time
+        try:
+            self.watch.limits.check_measured(self.name, speed, [before.value.height, place.value.height])
+        except LimitExceeded as fault:
+            self.halt(fault)
 
     def _check_force(self, wrench: Wrench) -> None:
         try:
@@ -66,15 +99,17 @@ class MonitoredArm(Mover[ArmDriver]):
     def _start(self, name: str, path: list[Pose], arguments: Mapping[str, Any], owner: str) -> Motion:
         self.check_ready()
         limits = self.watch.limits
+        with self.faults():
+            here = self.driver.pose()
         try:
-            limits.check_speed(self.name, arguments["speed"], limits.speed)
+            limits.check_way(self.name, arguments["speed"], [pose.height for pose in (here.value, *path)])
             for pose in path:
                 limits.check_pose(self.name, pose, self.watch.hand)
         except LimitExceeded as fault:
             raise self.refuse(fault) from None
         self.take_over()
         self.command(name, arguments, owner)
-        self._was_moved = True
+        self._was_moved, self._before = True, here
         with self.faults():
             poll = self.driver.follow(path, arguments["speed"])
         return self.own(poll, owner)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import DeviceState, Reading
 from stretch_bt.hardware.journal import Journal
+from stretch_bt.hardware.latched import NEW_RUN
 from stretch_bt.hardware.limits import Limits
 
 __all__ = ["Monitored", "Watch"]
@@ -20,6 +22,8 @@ __all__ = ["Monitored", "Watch"]
 D = TypeVar("D", bound=Driver)
 T = TypeVar("T")
 _ROUNDING = 1e-9
+#: how long to wait for a newer reading, s: while this thread computed, the one that takes readings may not have had its turn
+_MOMENT, _PAUSE = 0.25, 0.002
 
 
 @dataclass(frozen=True)
@@ -35,8 +39,8 @@ class Watch:
 class Monitored(Generic[D]):
     """A device around a driver.
 
-    A fault of the device stays: commands are refused until `acknowledge`, also after closing and opening again. A stale
-    reading or a command outside the limits is refused too, but leaves the device as it was.
+    A fault of the device stays: commands are refused until it is closed and opened again, as by a new run. A stale reading or a
+    command outside the limits is refused too, but leaves the device as it was.
     """
 
     def __init__(self, name: str, driver: D, watch: Watch) -> None:
@@ -53,14 +57,14 @@ class Monitored(Generic[D]):
 
     @property
     def fault(self) -> DeviceFault | None:
-        """The fault that is waiting to be acknowledged, if any."""
+        """The fault that the device is in, or was in when it was closed; None if there is none."""
         return self._fault
 
     def open(self) -> None:
-        """Connect; moves nothing, and does not clear a fault."""
+        """Connect, free of an earlier fault; moves nothing."""
         if self._state is not DeviceState.DISCONNECTED:
             return
-        self._state = DeviceState.CONNECTING
+        self._state, self._fault = DeviceState.CONNECTING, None
         with self.faults():
             try:
                 self.driver.open()
@@ -69,7 +73,7 @@ class Monitored(Generic[D]):
                 with suppress(Exception):  # what was half open is closed; why it did not open is what is told
                     self.driver.close()
                 raise
-        self._state = DeviceState.FAULT if self._fault else DeviceState.READY
+        self._state = DeviceState.READY
 
     def close(self) -> None:
         """Stop and disconnect; may be called in any state, more than once."""
@@ -88,14 +92,6 @@ class Monitored(Generic[D]):
             with self.faults():
                 self.driver.stop()
 
-    def acknowledge(self) -> None:
-        """Clear a fault, on a person's word; moves nothing."""
-        with self.faults():
-            self.driver.acknowledge()
-        self._fault = None
-        if self._state is DeviceState.FAULT:
-            self._state = DeviceState.READY
-
     @contextmanager
     def faults(self) -> Iterator[None]:
         """Write down every fault that passes, turn a broken connection into one, and keep those of the device.
@@ -111,12 +107,12 @@ class Monitored(Generic[D]):
             self.latch(fault)
             raise
         except OSError as error:
-            lost = DeviceLost(self.name, f"the connection broke ({error})")
+            lost = DeviceLost(self.name, f"the connection broke ({error}); {NEW_RUN}")
             self.latch(lost)
             raise lost from error
 
     def latch(self, fault: DeviceFault) -> None:
-        """Keep a fault until it is acknowledged; the first one stays."""
+        """Keep a fault until the device is opened again; the first one stays."""
         self.watch.journal.fault(self.name, fault)
         self._fault = self._fault or fault
         if self._state is not DeviceState.DISCONNECTED:
@@ -130,7 +126,7 @@ class Monitored(Generic[D]):
     def check_ready(self) -> None:
         """Raise NotReady unless the device takes commands."""
         if self._fault is not None:
-            raise self.refuse(NotReady(self.name, f"in fault until acknowledged: {self._fault.reason}"))
+            raise self.refuse(NotReady(self.name, f"in fault until a new run: {self._fault.reason}"))
         self.check_open()
 
     def check_open(self) -> None:
@@ -142,14 +138,23 @@ class Monitored(Generic[D]):
         """Write down a command that is about to be sent."""
         self.watch.journal.command(self.name, name, arguments, owner)
 
+    def _fresh(self, source: Callable[[], Reading[T]], max_age: float) -> tuple[Reading[T], float]:
+        """Return the latest reading and its age, s; of a device that streams one that is not too old, where it comes within a moment."""
+        end = time.monotonic() + (_MOMENT if self.driver.streams else 0.0)
+        while True:
+            reading = source()
+            age = self.watch.now() - reading.host_time
+            if age <= max_age or time.monotonic() >= end:
+                return reading, age
+            time.sleep(_PAUSE)
+
     def read(self, name: str, source: Callable[[], Reading[T]], max_age: float) -> Reading[T]:
         """Return a reading that is at most `max_age` s old."""
         if not (math.isfinite(max_age) and max_age > 0):
             raise InvalidInput(f"{self.name}: max_age must be finite and above 0 s, not {max_age}")
         self.check_open()
         with self.faults():
-            reading = source()
-            age = self.watch.now() - reading.host_time
+            reading, age = self._fresh(source, max_age + _ROUNDING)
             if age > max_age + _ROUNDING:
                 raise StaleReading(self.name, f"the latest {name} is {age:.3g} s old, accepted are {max_age:.3g} s")
         self.watch.journal.reading(self.name, name, reading)

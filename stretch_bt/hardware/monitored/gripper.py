@@ -10,11 +10,9 @@ from stretch_bt.errors import InvalidInput, LimitExceeded
 from stretch_bt.hardware.driver import GripperDriver
 from stretch_bt.hardware.interfaces import Gripper, Motion, Reading
 from stretch_bt.hardware.monitored.mover import Mover
+from stretch_bt.hardware.slack import SLACK
 
 __all__ = ["MonitoredGripper"]
-
-#: how far past a limit the measured opening may be, m: three counts of a gripper
-SLACK = 0.002
 
 
 class MonitoredGripper(Mover[GripperDriver]):

@@ -59,13 +59,6 @@ class Mover(Monitored[D]):
             self._current.ended = self._current.ended or MotionState.PREEMPTED
             self._current = None
 
-    def acknowledge(self) -> None:
-        """Clear a fault; the motion that it ended is over."""
-        faulty = self.fault is not None
-        super().acknowledge()
-        if faulty:
-            self.stop()
-
     def own(self, poll: Poll, owner: str) -> OwnedMotion:
         """Return the handle of the motion that was just commanded."""
         self._current = OwnedMotion(self, owner, poll)

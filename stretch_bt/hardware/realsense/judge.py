@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -48,10 +47,6 @@ class Counters:
     empty: int = 0
     torn: int = 0
     broken: int = 0
-
-    def to_message(self) -> dict[str, Any]:
-        """Return the fields for a message."""
-        return asdict(self)
 
 
 class Judge:

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.driver import Mistake, Options, missing_file
-from stretch_bt.hardware.realsense.settings import Settings
+from stretch_bt.hardware.realsense.messages import Settings
 from stretch_bt.hardware.realsense.wire import PORT
 from stretch_bt.units import KINDS, Length, Time, Within
 

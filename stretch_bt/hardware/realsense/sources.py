@@ -19,7 +19,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.realsense.judge import Shot
 from stretch_bt.hardware.realsense.library import library
-from stretch_bt.hardware.realsense.settings import Settings
+from stretch_bt.hardware.realsense.messages import Settings
 from stretch_bt.hardware.realsense.wire import Described, Packets, Picture
 
 __all__ = ["Source", "open_source"]
@@ -56,12 +56,6 @@ class Source:
         """Begin to stream."""
         self._sensor.open(self._profile)
         self._sensor.start(self._syncer)
-
-    def described(self) -> dict[str, Any]:
-        """Return name, serial number and firmware, as far as the device tells them."""
-        info = self._rs.camera_info
-        asked = {"name": info.name, "serial": info.serial_number, "firmware": info.firmware_version}
-        return {k: self._device.get_info(v) for k, v in asked.items() if self._device.supports(v)}
 
     def shots(self, within: float) -> Iterator[Shot]:
         """Yield the frames that come within a time, s, which ends also while more come than are taken."""

@@ -7,13 +7,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady
-from stretch_bt.hardware.attendant import Attendant, Sample
 from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
-from stretch_bt.hardware.robotiq.registers import Stage, Status, fault_of
+from stretch_bt.hardware.robotiq.registers import Stage, Status
 from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
 from stretch_bt.hardware.robotiq.wire import GripperWire
+from stretch_bt.hardware.wire_thread import Sample, WireThread
 
 __all__ = ["RobotiqDriver"]
 
@@ -26,10 +26,12 @@ _EXCHANGES = 8
 class RobotiqDriver(GripperDriver, ABC):
     """A 2F gripper on some wire. It is asked for its status all the time, because it counts a second of silence as a fault."""
 
+    streams = True
+
     options: RobotiqOptions
-    _attendant: Attendant[GripperWire, Status] | None = None
+    _attendant: WireThread[GripperWire, Status] | None = None
     _task: Task | None = None
-    _astray = False
+    _held_at_loss = False
     _known: Status | None = None
     _event: DeviceFault | None = None
     _watched = 0.0
@@ -41,14 +43,15 @@ class RobotiqDriver(GripperDriver, ABC):
     def open(self) -> None:
         """Connect and read the status; an inactive gripper can be read, but not moved."""
         self._task = self._known = self._event = None
-        attendant = Attendant(
+        self._held_at_loss = False
+        attendant = WireThread(
             self.name,
             self._wire(),
             period=1 / self.options.rate,
             deadline=_EXCHANGES * self.options.timeout,
             now=self.bench.now,
             after_poll=self._after,
-            on_return=self._returned,
+            at_loss=self._hold_at_loss,
         )
         attendant.start()
         self._attendant = attendant
@@ -68,7 +71,13 @@ class RobotiqDriver(GripperDriver, ABC):
             attendant.end()
 
     def stop(self) -> None:
-        """Hold the fingers where they are; an activation is broken off."""
+        """Hold the fingers where they are; an activation is broken off.
+
+        Raises
+        ------
+        DeviceLost
+            They were moving, and the gripper could not be told to hold them, on a new connection either.
+        """
         if self._attendant is None:
             return
         task = self._task
@@ -80,26 +89,11 @@ class RobotiqDriver(GripperDriver, ABC):
         try:
             self._attendant.do(hold)
         except DeviceLost as lost:
-            # nothing leads the fingers on, and they are held as soon as the wire answers
-            self._task, self._astray = None, True
-            if task is not None and not task.over:
+            self._attendant.wait_for_end()
+            self._task = None
+            if task is not None and not task.over and not self._held_at_loss:
                 reason = f"it cannot be told to stop ({lost.reason}); the fingers may go on to where they were sent"
                 raise DeviceLost(self.name, reason) from lost
-
-    def acknowledge(self) -> None:
-        """Take commands again; a gripper in fault is reset, which moves nothing but ends its activation."""
-        if self._attendant is None:
-            return
-        self._attendant.acknowledge()
-
-        def clear(wire: GripperWire) -> Status:
-            self._task = self._event = None
-            self._known = _clear(wire)
-            return self._known
-
-        fault = fault_in(self.name, self._attendant.do(clear))
-        if fault is not None:
-            raise fault
 
     def activate(self) -> Poll:
         """Reset and activate the gripper: the fingers travel all their way."""
@@ -125,7 +119,7 @@ class RobotiqDriver(GripperDriver, ABC):
         Raises
         ------
         DeviceLost
-            The connection is down, or it was since this was asked last.
+            The connection was lost.
         DeviceFault
             Once: a fault or the end of the activation, which the gripper told of while it stood.
         """
@@ -143,7 +137,7 @@ class RobotiqDriver(GripperDriver, ABC):
         """Return the position that the gripper tells of now, 0 to 255; raises DeviceLost."""
         return self.status().position
 
-    def _open(self) -> Attendant[GripperWire, Status]:
+    def _open(self) -> WireThread[GripperWire, Status]:
         if self._attendant is None:
             raise NotReady(self.name, "the device is closed")
         return self._attendant
@@ -178,25 +172,19 @@ class RobotiqDriver(GripperDriver, ABC):
 
     def _begin(self, make: Callable[[GripperWire], Task]) -> Poll:
         attendant = self._open()
-        attendant.check_acknowledged()
+        attendant.check_connected()
         due = time.monotonic() + attendant.deadline
 
         def begin(wire: GripperWire) -> Task:
             self._task = None
             task = make(wire)
-            # looked at again where the wire is held: a loss may have come after the command was given, or its caller have given up
-            attendant.check_acknowledged()
-            if self._astray or time.monotonic() > due:
+            if time.monotonic() > due:  # its caller has given up
                 raise DeviceLost(self.name, "the command came too late to be begun")
             task.begin(wire)
             self._task, self._watched = task, time.monotonic()
             return task
 
-        try:
-            task = attendant.do(begin)
-        except DeviceLost:
-            self._astray = True  # the command may have gone out: the next exchange takes it back
-            raise
+        task = attendant.do(begin)
 
         def poll() -> MotionState:
             self._watched = time.monotonic()
@@ -208,9 +196,6 @@ class RobotiqDriver(GripperDriver, ABC):
         return poll
 
     def _after(self, wire: GripperWire, sample: Sample[Status]) -> None:
-        if self._astray:
-            self._astray, self._task = False, None
-            _hold(wire)
         task, status = self._task, sample.value
         if task is None or task.over or not isinstance(task, Activation):
             self._event = self._event or self._news(status)
@@ -231,10 +216,10 @@ class RobotiqDriver(GripperDriver, ABC):
             return fault_in(self.name, status)
         return lost_activation(self.name) if known.ready and not status.ready else None
 
-    def _returned(self, wire: GripperWire) -> None:
+    def _hold_at_loss(self, wire: GripperWire) -> None:
         """Keep the fingers from going on to where they were sent before a loss."""
-        self._task = None
         _hold(wire)
+        self._held_at_loss = True
 
 
 def _hold(wire: GripperWire) -> None:
@@ -244,17 +229,3 @@ def _hold(wire: GripperWire) -> None:
         wire.hold(status)
     elif status.stage is Stage.ACTIVATING:
         wire.reset()
-
-
-def _clear(wire: GripperWire) -> Status:
-    """Clear the fault of the gripper, and return the status after that."""
-    status = wire.read()
-    if status.fault and fault_of(status.fault).reset:
-        wire.reset()
-    elif status.fault and status.ready:
-        wire.hold(status)
-    for _ in range(5):
-        status = wire.read()
-        if not status.fault:
-            break
-    return status

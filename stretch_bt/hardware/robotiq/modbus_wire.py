@@ -9,8 +9,8 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import InvalidInput, MissingExtra
-from stretch_bt.hardware.attendant import WireClosed, WireError
 from stretch_bt.hardware.robotiq.registers import COUNT, READ_FROM, WRITE_TO, Command, Status
+from stretch_bt.hardware.wire_thread import WireClosed, WireError
 
 if TYPE_CHECKING:
     from pymodbus.client import ModbusSerialClient, ModbusTcpClient

@@ -44,12 +44,14 @@ class Fault(NamedTuple):
     reset: bool
 
 
-_ACTIVATE = "acknowledge it, which resets the gripper, and activate it again"
+_ACTIVATE = "reset and activate it with: stretch-bt activate CELL"
 FAULTS: dict[int, Fault] = {
     0x05: Fault("a motion was asked for before the activation was over", "wait for the activation to end", False),
     0x07: Fault("a motion was asked for without activation", "activate the gripper", False),
-    0x08: Fault("it is too hot, 85 °C or more", "let it cool down before it is acknowledged", False),
-    0x09: Fault("it heard nothing for a second or more", "check cable and load of the bus, then acknowledge", False),
+    0x08: Fault("it is too hot, 85 °C or more", "let it cool down, then start a new run", False),
+    0x09: Fault(
+        "it heard nothing for a second or more", "check cable and load of the bus, then start a new run", False
+    ),
     0x0A: Fault("its supply voltage is too low", f"check the 24 V supply, then {_ACTIVATE}", True),
     0x0B: Fault("an automatic release is under way", f"wait until the fingers stand, then {_ACTIVATE}", True),
     0x0C: Fault("an internal fault", f"{_ACTIVATE}; if it comes again, the gripper needs service", True),

@@ -31,7 +31,7 @@ def lost_activation(device: str) -> DeviceFault:
     """Return the fault of a gripper that was active and is not any more."""
     reason = (
         "it lost its activation: it was reset, lost its supply, or somebody else uses it; "
-        "acknowledge this and activate it again"
+        "activate it again with: stretch-bt activate CELL"
     )
     return DeviceFault(device, reason)
 
@@ -131,7 +131,7 @@ class Journey(Task):
         why = "the fingers do not move" if heard else "it does not do what it was told"
         return DeviceFault(
             self._device,
-            f"{why}: they stand at {here} on the way to {there}; look at gripper and membrane, then acknowledge",
+            f"{why}: they stand at {here} on the way to {there}; look at gripper and membrane, then start a new run",
         )
 
     def _due(self, now: float) -> int:
@@ -172,5 +172,5 @@ class Activation(Task):
         elif status.ready:
             self.state = MotionState.DONE
         if not self.over and now - self._began > _ACTIVATION:
-            reason = f"the activation did not end within {_ACTIVATION:.0f} s; look whether the fingers are free, then acknowledge"
+            reason = f"the activation did not end within {_ACTIVATION:.0f} s; look whether the fingers are free, then start a new run"
             self.fault = DeviceFault(self._device, reason)

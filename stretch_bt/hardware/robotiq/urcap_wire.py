@@ -10,8 +10,8 @@ from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
-from stretch_bt.hardware.attendant import WireClosed, WireError
 from stretch_bt.hardware.robotiq.registers import Found, Stage, Status
+from stretch_bt.hardware.wire_thread import WireClosed, WireError
 
 __all__ = ["UrcapWire", "parse_value"]
 

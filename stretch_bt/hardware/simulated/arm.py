@@ -42,11 +42,14 @@ class SimulatedArm(ArmDriver):
     Options = _Options
     simulated = True
     _moves = 0
+    _placed = False
 
     def open(self) -> None:
-        """Stand at the home pose of the cell file."""
-        o = self.options
-        self.bench.twin.place(Pose((o.x, o.y, o.height)))
+        """Stand at the home pose of the cell file at first, and later where it was left."""
+        if not self._placed:
+            o = self.options
+            self.bench.twin.place(Pose((o.x, o.y, o.height)))
+            self._placed = True
 
     def follow(self, path: Sequence[Pose], speed: float) -> Poll:
         """Move through the poses in straight lines, without stopping at them."""

@@ -28,14 +28,19 @@ _HOME = Pose((0.0, 0.0, 0.2))
 
 
 class Twin:
-    """A scene, the hand over it, and what arm and gripper did; without an arm the hand hangs at a height of 200 mm."""
+    """A scene, the hand over it, and what arm and gripper did; without an arm the hand hangs at a height of 200 mm.
 
-    def __init__(self, scene: Scene, geometry: HandGeometry, now: Callable[[], float], seed: int) -> None:
+    The sheet is solved exactly, or to `within`, a part of the force.
+    """
+
+    def __init__(
+        self, scene: Scene, geometry: HandGeometry, now: Callable[[], float], seed: int, within: float | None = None
+    ) -> None:
         self.scene = scene
         self.geometry = geometry
         self.now = now
         self.seed = seed if scene.seed is None else scene.seed
-        self.world = World(scene, Membrane(geometry.gauge, geometry.width, geometry.thickness), self.seed)
+        self.world = World(scene, Membrane(geometry.gauge, geometry.width, geometry.thickness), self.seed, within)
         self.robot = self.world.effects.of(RobotEffect)  # type: ignore[type-abstract]
         self.hand: Track[Placed] = Track(Placed(_HOME, _HOME))
         self.fingers: Track[float] = Track(geometry.rest_opening)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
@@ -10,89 +11,80 @@ import numpy as np
 
 from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
 from stretch_bt.frames import Pose, Wrench
-from stretch_bt.hardware.attendant import Sample
-from stretch_bt.hardware.channel import ChannelClosed
 from stretch_bt.hardware.driver import ArmDriver, Poll
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.latched import NEW_RUN
 from stretch_bt.hardware.simulated.path import PosePath
 from stretch_bt.hardware.transforms import pose_of, transform, transform_of
+from stretch_bt.hardware.ur.arm_process import ArmProcess
+from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING
 from stretch_bt.hardware.ur.look import look
+from stretch_bt.hardware.ur.messages import ArmState
 from stretch_bt.hardware.ur.options import UrOptions
 from stretch_bt.hardware.ur.reach import Reach
-from stretch_bt.hardware.ur.settings import ArmState
-from stretch_bt.hardware.ur.supervisor import Supervisor
+from stretch_bt.hardware.ur.zeroing import Zeroing
+from stretch_bt.hardware.wire_thread import Sample
 
 __all__ = ["UrArm"]
 
-_ENGAGING, _STOPPING, _BEGINNING = 10.0, 1.0, 1.0
-_TARE_OVER = 0.2
+#: how long a motion may take to begin, and the arm to be ready, s
+_BEGINNING = 1.0
 
 
 class UrArm(ArmDriver):
     """A UR5 or UR5e by RTDE through ur-rtde, in a process of its own; the hand is led along its path by the controller's servo."""
 
+    streams = True
     Options = UrOptions
     options: UrOptions
-    packages: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("rtde_receive", "rtde_control", "dashboard_client"), "ur-rtde"
-    )
-    _supervisor: Supervisor | None = None
+    packages: ClassVar[Mapping[str, str]] = dict.fromkeys(("rtde_receive", "rtde_control"), "ur-rtde")
+    _process: ArmProcess | None = None
+    #: the fault that was raised already, and whether what is left on the controller was
     _told: str | None = None
-    _moving: int | None = None
-    _was_ready = False
+    _told_program = False
 
     def open(self) -> None:
         """Connect, and make ready to move; moves nothing, and refuses a controller that runs another program or is stopped."""
         self.open_to_read()
         try:
-            self._engage(self._opened(), unlock=False, tare=self.options.tare)
+            self._engage(self._opened())
         except BaseException:
             self.close()
             raise
 
     def open_to_read(self) -> None:
-        """Connect without a program on the controller; motions are refused until `acknowledge`."""
-        hand = self.bench.hand
-        supervisor = Supervisor(
-            self.name, self.options.settings(self.bench), self.bench.now, lambda: hand.contact_height
-        )
-        supervisor.start()
-        self._supervisor, self._told, self._moving, self._was_ready = supervisor, None, None, False
+        """Connect without a program on the controller; motions are refused."""
+        hand, o = self.bench.hand, self.options
+        process = ArmProcess(self.name, o.settings(self.bench), self.bench.now, lambda: hand.contact_height)
+        try:
+            process.supervisor.start()
+        except DeviceLost as lost:
+            raise DeviceLost(self.name, f"cannot be reached at {o.host} ({lost.reason})") from lost
+        self._process, self._told, self._told_program = process, None, False
 
     def findings(self) -> Iterator[Finding]:
         """Yield what ports, dashboard and the limits of the cell look like."""
         yield from look(self.name, self.options, self.bench.limits)
 
     def close(self) -> None:
-        """Disconnect; the control script ends."""
-        supervisor, self._supervisor = self._supervisor, None
-        if supervisor is not None:
-            supervisor.end()
+        """Disconnect; the control script ends. Raises DeviceLost where it cannot be seen that it ended."""
+        process = self._process
+        if process is not None:
+            process.supervisor.end()
+            self._process = None
+            self._tell_program(process)
 
     def stop(self) -> None:
-        """Brake; raises DeviceLost when that cannot be told, and then the controller's watchdog does it."""
-        if self._supervisor is None:
+        """Brake; raises DeviceLost where that cannot be told, nor be seen that the program ended: then the watchdog stops the arm."""
+        process = self._process
+        if process is None:
             return
-        moving, self._moving = self._moving, None
         try:
-            self._supervisor.ask({"do": "stop"}, _STOPPING)
-        except DeviceLost as lost:
-            if moving is not None:
-                seconds = 1 / self.options.watchdog
-                reason = f"it cannot be told to stop ({lost.reason}); the controller's watchdog stops it within {seconds:.2g} s"
-                raise DeviceLost(self.name, reason) from lost
-
-    def acknowledge(self) -> None:
-        """Take motions again: unlocks a protective stop and runs the control script again, if need be; moves nothing."""
-        supervisor = self._supervisor
-        if supervisor is None:
-            return
-        supervisor.acknowledge()
-        state = supervisor.latest().value
-        if not state.engaged or state.fault is not None:
-            self._engage(supervisor, unlock=True, tare=False)
-        self._told = None
+            process.stop()
+        except DeviceLost:
+            process.supervisor.wait_for_end()
+            self._tell_program(process)
 
     def follow(self, path: Sequence[Pose], speed: float) -> Poll:
         """Move through the poses in straight lines, without stopping at them.
@@ -102,33 +94,23 @@ class UrArm(ArmDriver):
         LimitExceeded
             The arm cannot reach a pose on the way, or would have to turn too fast.
         NotReady
-            A fault was not acknowledged.
+            The arm is in fault, or was opened to be read.
         """
-        supervisor = self._opened()
-        supervisor.check_acknowledged()
-        state = self._checked(supervisor).value
+        process = self._opened()
+        state = self._checked(process).value
         if not state.engaged:
             raise NotReady(self.name, f"it takes no motions: {state.fault or 'it is not ready'}")
-        self._check_reach([self._in_world(state), *path], speed, state)
-        number, due = supervisor.number(), time.monotonic() + _BEGINNING
-        six = [[*pose.position, *pose.rotation] for pose in path]
-        try:
-            supervisor.send({"do": "follow", "number": number, "path": six, "speed": speed})
-        except ChannelClosed as error:
-            raise DeviceLost(self.name, f"the connection broke ({error})") from error
-        self._moving = number
+        slow = self._slowed([self._in_world(state), *path], speed, state)
+        number, due = process.follow(path, slow), time.monotonic() + _BEGINNING
 
         def poll() -> MotionState:
-            supervisor.watch()
-            now = self._checked(supervisor).value
-            if now.motion != number:
-                if time.monotonic() > due:
-                    raise DeviceFault(self.name, f"it did not begin within {_BEGINNING:g} s; acknowledge to go on")
-                return MotionState.MOVING
-            ended = MotionState(now.motion_state)
-            if ended is not MotionState.MOVING and self._moving == number:
-                self._moving = None
-            return ended
+            process.watch()
+            now = self._checked(process).value
+            if now.motion == number:
+                return now.motion_state
+            if time.monotonic() > due:
+                raise DeviceFault(self.name, f"it did not begin within {_BEGINNING:g} s; {NEW_RUN}")
+            return MotionState.MOVING
 
         return poll
 
@@ -138,65 +120,66 @@ class UrArm(ArmDriver):
         return Reading(self._in_world(sample.value), sample.value.time, sample.time, sample.number)
 
     def wrench(self) -> Reading[Wrench]:
-        """Return the controller's estimate of the wrench that the world exerts on the hand, in world axes."""
+        """Return the controller's estimate of the wrench that the world exerts on the hand, averaged, in world axes."""
         sample = self._checked(self._opened())
         turn = self.options.base.pose.matrix()
         felt = np.array(sample.value.wrench)
         (fx, fy, fz), (tx, ty, tz) = (turn @ felt[:3]).tolist(), (turn @ felt[3:]).tolist()
         return Reading(Wrench((fx, fy, fz), (tx, ty, tz)), sample.value.time, sample.time, sample.number)
 
+    def force_noise(self) -> float:
+        """Return the noise of the controller's force, N s^0.5 an axis."""
+        return FORCE_SENSING[self.options.model].deviation / math.sqrt(self.options.rate)
+
     @property
     def process(self) -> int | None:
         """Number of the process that has the controller's clients."""
-        return None if self._supervisor is None else self._supervisor.pid
+        return None if self._process is None else self._process.supervisor.pid
 
-    def _opened(self) -> Supervisor:
-        if self._supervisor is None:
+    def _opened(self) -> ArmProcess:
+        if self._process is None:
             raise NotReady(self.name, "the device is closed")
-        return self._supervisor
+        return self._process
 
-    def _checked(self, supervisor: Supervisor) -> Sample[ArmState]:
+    def _checked(self, process: ArmProcess) -> Sample[ArmState]:
         """Return the newest state; raises for a fault that was not told yet."""
-        sample = supervisor.latest()
+        sample = process.latest()
         fault = sample.value.fault
         if fault is not None and fault != self._told:
             self._told = fault
             raise DeviceFault(self.name, fault)
-        if fault is None:
-            self._told = None
         return sample
 
-    def _engage(self, supervisor: Supervisor, *, unlock: bool, tare: bool) -> None:
-        reason = supervisor.engage(_ENGAGING, again=self._was_ready, unlock=unlock)
-        if reason is not None:
+    def _tell_program(self, process: ArmProcess) -> None:
+        """Raise, once, that it cannot be seen that no program of this run is left on the controller."""
+        if not self._told_program and (unseen := process.unseen_program()) is not None:
+            self._told_program = True
+            raise DeviceLost(self.name, unseen)
+
+    def _engage(self, process: ArmProcess) -> None:
+        zeroing = Zeroing(self.name, self.options, process)
+        zeroing.before_program()
+        if (reason := process.engage()) is not None:
             raise DeviceFault(self.name, reason)
         due = time.monotonic() + _BEGINNING
-        while not (state := supervisor.latest().value).engaged or state.fault is not None:
+        while not (state := process.latest().value).engaged or state.fault is not None:
             if time.monotonic() > due:
                 raise DeviceFault(self.name, state.fault or "it did not become ready")
             time.sleep(0.005)
-        self._was_ready = True
-        if tare:
-            self._tare(supervisor)
+        zeroing.after_program()
         # limits are held from now on: a force can be compared with its own once its zero is known
-        reason = supervisor.ask({"do": "guard"}, _ENGAGING)["reason"]
-        if reason is not None:
+        if (reason := process.guard()) is not None:
             raise DeviceFault(self.name, reason)
-
-    def _tare(self, supervisor: Supervisor) -> None:
-        samples, end = [], time.monotonic() + _TARE_OVER
-        while time.monotonic() < end:
-            samples.append(supervisor.latest().value.wrench)
-            time.sleep(1 / self.options.rate)
-        mean = np.mean(samples, axis=0)
-        supervisor.keep_zero(tuple(mean.tolist()))
 
     def _in_world(self, state: ArmState) -> Pose:
         return pose_of(transform_of(self.options.base.pose) @ transform(state.pose))
 
-    def _check_reach(self, poses: Sequence[Pose], speed: float, state: ArmState) -> None:
+    def _slowed(self, poses: Sequence[Pose], speed: float, state: ArmState) -> float:
+        """Return the speed, m/s, that the joints allow on a path; raises LimitExceeded for a path that the arm cannot follow."""
         o = self.options
         reach = Reach(o.model, o.base.pose, o.hand.pose, joint_speed=o.joint_speed, margin=o.margin)
-        reason = reach.obstacle(PosePath(poses), speed, state.q)
+        path = PosePath(poses)
+        reason = reach.obstacle(path, speed, state.q)
         if reason is not None:
             raise LimitExceeded(self.name, reason)
+        return reach.slowed(path, speed, state.q)

@@ -5,19 +5,23 @@ from __future__ import annotations
 import itertools
 import re
 import socket
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.ur.dashboard import ask_dashboard
 from stretch_bt.hardware.ur.options import UrOptions
 from stretch_bt.hardware.ur.reach import Reach
+from stretch_bt.hardware.ur.rtde import Rtde
+from stretch_bt.hardware.ur.version import TOO_NEW, is_polyscope_x
 
-__all__ = ["ask_dashboard", "look"]
+__all__ = ["look"]
 
 _PORTS = {29999: "dashboard", 30003: "scripts", 30004: "RTDE"}
 _WITHIN = 2.0
+_FULL = 0.995
 #: joint angles from which the corners are tried: elbow up, hand down, either side of the base
 _STARTS = [(turn, -1.6, 1.8, -1.8, -1.5708, 0.0) for turn in (-3.14, -1.57, 0.0, 1.57)]
 
@@ -30,20 +34,12 @@ def look(name: str, options: UrOptions, limits: Limits) -> Iterator[Finding]:
         "check cable, address, network of the pendant and its firewall; a newer PolyScope has to enable these services"
     )
     yield Finding(f"{name}: network", not closed, detail, fix if closed else "")
+    if closed and is_polyscope_x(options.host):
+        yield Finding(f"{name}: controller", False, TOO_NEW)
     if not closed:
         yield _controller(name, options)
+        yield _slider(name, options)
     yield _corners(name, options, limits)
-
-
-def ask_dashboard(host: str, asked: Sequence[str], port: int = 29999) -> list[str]:
-    """Return the answers of a dashboard to some lines; raises OSError when one does not come."""
-    with socket.create_connection((host, port), timeout=_WITHIN) as wire, wire.makefile("rb") as answers:
-        answers.readline(1024)  # it greets
-        found = []
-        for line in asked:
-            wire.sendall(line.encode() + b"\n")
-            found.append(answers.readline(1024).decode("utf-8", "replace").strip())
-    return found
 
 
 def _is_open(host: str, port: int) -> bool:
@@ -58,7 +54,7 @@ def _controller(name: str, options: UrOptions) -> Finding:
     check = f"{name}: controller"
     try:
         version, model, mode, safety = ask_dashboard(
-            options.host, ["PolyscopeVersion", "get robot model", "robotmode", "safetymode"]
+            options.host, ["PolyscopeVersion", "get robot model", "robotmode", "safetymode"], _WITHIN
         )
     except OSError as error:
         return Finding(check, False, f"its dashboard does not answer ({error})", "restart the controller")
@@ -71,6 +67,23 @@ def _controller(name: str, options: UrOptions) -> Finding:
     if not safety.endswith(("NORMAL", "REDUCED")):
         return Finding(check, False, detail, "look at the pendant for what stopped it, and end that")
     return Finding(check, True, detail)
+
+
+def _slider(name: str, options: UrOptions) -> Finding:
+    """Say whether the speed slider leaves the arm its speed: a slower one falls behind its setpoints."""
+    check = f"{name}: speed slider"
+    try:
+        with Rtde(options.host) as controller:
+            [fraction] = controller.read(["target_speed_fraction"])
+    except OSError as error:
+        return Finding(check, False, f"no answer by RTDE ({error})", "restart the controller")
+    full = fraction > _FULL
+    return Finding(
+        check,
+        full,
+        f"{100 * fraction:.0f} %",
+        "" if full else "set it to 100 % at the pendant; for a slower motion ask for a lower speed",
+    )
 
 
 def _corners(name: str, options: UrOptions, limits: Limits) -> Finding:

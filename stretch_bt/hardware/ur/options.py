@@ -10,7 +10,11 @@ from pydantic import BaseModel, ConfigDict, Field
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.address import Address
 from stretch_bt.hardware.driver import Bench, Options
-from stretch_bt.hardware.ur.settings import Settings
+from stretch_bt.hardware.finding import Finding
+from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.peak_force import Stopping
+from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING, peak_limit
+from stretch_bt.hardware.ur.messages import Settings
 from stretch_bt.units import KINDS, Angle, AngularSpeed, Force, Length, Mass, Time, Within
 
 __all__ = ["Placement", "UrOptions"]
@@ -19,6 +23,10 @@ _Place = Annotated[Length, Within(-5.0, 5.0, "Length")]
 _Turn = Annotated[Angle, Within(-2 * math.pi, 2 * math.pi, "Angle")]
 _Acceleration = Annotated[float, KINDS["Acceleration"], Within(0.01, 5.0, "Acceleration")]
 _Rate = Annotated[float, KINDS["Frequency"], Within(10.0, 500.0, "Frequency")]
+#: cycles of the controller, 1/s
+_CONTROLLER = {"ur5": 125.0, "ur5e": 500.0}
+#: time in which the client hands a stop to the control script, s: median of a command on loopback
+_HANDSHAKE = 0.004
 _Watchdog = Annotated[float, KINDS["Frequency"], Within(1.0, 60.0, "Frequency")]
 
 
@@ -64,7 +72,12 @@ class UrOptions(Options):
     )
     source: str = Field(min_length=1, description="who measured `base`, `hand` and `payload`, on which robot, when")
     payload: _Payload | None = Field(default=None, description="else what the installation at the pendant says")
-    tare: bool = Field(default=False, description="take the force at opening as zero; the hand must touch nothing then")
+    tare: bool = Field(default=True, description="take the force at opening as zero; the hand must touch nothing then")
+    loaded: bool = Field(default=False, description="open also where the force at opening is more than bias and noise")
+    force_filter: Annotated[Time, Within(0.008, 1.0, "Time")] | None = Field(
+        default=None,
+        description="over which the force is averaged; 0.128 s for a ur5 and 0.032 s for a ur5e without it",
+    )
     rate: _Rate = Field(default=125.0, description="of reading, checking and leading the hand")
     acceleration: _Acceleration = Field(default=0.5, description="at the begin and the end of each motion")
     stop_acceleration: _Acceleration = Field(
@@ -95,6 +108,32 @@ class UrOptions(Options):
         default=0.5, description="without a sign of life from the run after which the arm is stopped"
     )
 
+    def halt(self, name: str) -> Finding:
+        """Stop the control script by the dashboard: the driver would begin one of its own."""
+        from stretch_bt.hardware.ur.halt import halt
+
+        return halt(name, self)
+
+    @property
+    def _force_filter(self) -> float:
+        return self.force_filter or FORCE_SENSING[self.model].filter
+
+    def stopping(self, limits: Limits) -> Stopping:
+        """Return how the arm stops because of a force.
+
+        A force reaches the driver's process within a cycle of the controller and is compared within one of the process; the stop begins
+        within a handshake of the client and another cycle of the controller. The watchdog adds nothing: without new setpoints the hand
+        stands at the last one.
+        """
+        return Stopping(
+            averaged=self._force_filter,
+            single=peak_limit(limits.force),
+            delay=2 / _CONTROLLER[self.model] + 1 / self.rate + _HANDSHAKE,
+            deceleration=self.stop_acceleration,
+            late=self.lost_after,
+            lag=self.lookahead,
+        )
+
     def settings(self, bench: Bench) -> Settings:
         """Return what the process of the arm goes by."""
         limits, given = bench.limits, self.payload
@@ -111,7 +150,11 @@ class UrOptions(Options):
             speed=limits.speed,
             depth=limits.depth,
             force=limits.force,
+            force_filter=self._force_filter,
+            peak_force=peak_limit(limits.force),
             unwatched=limits.unwatched,
+            contact_below=None if limits.contact is None else limits.contact.below,
+            contact_speed=limits.span("contact_speed")[1],
         )
 
 

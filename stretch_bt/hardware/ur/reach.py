@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,6 +18,8 @@ __all__ = ["Reach"]
 
 _APART = 0.005
 _MOST_SAMPLES = 400
+#: part of the wanted speed below which a path is refused rather than slowed
+_SLOWEST = 0.2
 #: joints turn two rounds, less what is kept free
 _TURN = 2 * math.pi - 0.1
 
@@ -42,26 +45,57 @@ class Reach:
         self._joint_speed, self._margin = joint_speed, margin
 
     def obstacle(self, path: PosePath, speed: float, q: Sequence[float]) -> str | None:
-        """Return what keeps the arm from the path at a speed, m/s, from joint angles, rad; None when nothing does."""
-        count = min(max(math.ceil(path.length / _APART), 1), _MOST_SAMPLES)
-        step, here = path.length / count, np.asarray(q, dtype=np.float64)
-        for k in range(count + 1):
-            there = path.at(path.length * k / count)
-            try:
-                found = self._kinematics.inverse(self._from_world @ transform_of(there) @ self._from_hand, here)
-            except IllConditioned:
+        """Return what keeps the arm from the path at a speed, m/s, from joint angles, rad; None when nothing does.
+
+        A path on which a joint would turn too fast is slowed by `slowed`; one that would take five times as long is refused.
+        """
+        here: Array | None = None
+        for there, found in self._joints(path, q):
+            if found is None:
                 return self._said(there, "cannot be reached from here in a straight line")
-            found_wrong = self._wrong(found, np.abs(found - here) * (speed / step if k and step > 0 else 0.0))
-            if found_wrong is not None:
-                return self._said(there, found_wrong)
+            wrong = self._wrong(found)
+            if wrong is None and here is not None:
+                wrong = self._too_fast(np.abs(found - here) * (_SLOWEST * speed / self._step(path)))
+            if wrong is not None:
+                return self._said(there, wrong)
             here = found
         return None
 
-    def _wrong(self, q: Array, speeds: Array) -> str | None:
+    def slowed(self, path: PosePath, speed: float, q: Sequence[float]) -> float:
+        """Return the speed, m/s, `speed` at most, at which no joint turns faster on the path than it may."""
+        joints = [found for _, found in self._joints(path, q) if found is not None]
+        turned = [float(np.abs(after - before).max()) for before, after in pairwise(joints)]
+        fastest = max(turned, default=0.0) / self._step(path)
+        return min(speed, self._joint_speed / fastest) if fastest > 0 else speed
+
+    def _joints(self, path: PosePath, q: Sequence[float]) -> Iterator[tuple[Pose, Array | None]]:
+        """Yield poses along a path and the joint angles there, rad; None, and then no more, where there are none."""
+        here: Array | None = np.asarray(q, dtype=np.float64)
+        for k in range(self._count(path) + 1):
+            there = path.at(path.length * k / self._count(path))
+            assert here is not None
+            try:
+                here = self._kinematics.inverse(self._from_world @ transform_of(there) @ self._from_hand, here)
+            except IllConditioned:
+                here = None
+            yield there, here
+            if here is None:
+                return
+
+    def _count(self, path: PosePath) -> int:
+        return min(max(math.ceil(path.length / _APART), 1), _MOST_SAMPLES)
+
+    def _step(self, path: PosePath) -> float:
+        return max(path.length / self._count(path), 1e-9)
+
+    def _too_fast(self, speeds: Array) -> str | None:
         fastest = int(np.argmax(speeds))
-        if speeds[fastest] > self._joint_speed:
-            degrees, most = math.degrees(speeds[fastest]), math.degrees(self._joint_speed)
-            return f"would have {JOINTS[fastest]} turn at {degrees:.0f} deg/s, allowed are {most:.0f}; go slower"
+        if speeds[fastest] <= self._joint_speed:
+            return None
+        degrees, most = math.degrees(speeds[fastest] / _SLOWEST), math.degrees(self._joint_speed)
+        return f"would have {JOINTS[fastest]} turn at {degrees:.0f} deg/s, allowed are {most:.0f}; go slower"
+
+    def _wrong(self, q: Array) -> str | None:
         if float(np.abs(q).max()) > _TURN:
             return f"would turn {JOINTS[int(np.argmax(np.abs(q)))]} past its two rounds; turn it back at the pendant"
         margin = self._kinematics.margin(q)

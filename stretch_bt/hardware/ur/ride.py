@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,52 +23,59 @@ _SETTLING, _SETTLED = 0.5, 5e-5
 _LEVER = 0.1
 
 
+@dataclass(frozen=True, slots=True)
 class Ride:
-    """A motion that begins and ends at rest.
+    """A motion that begins and ends at rest, and how far it is: `gone` is the time of its profile, s, and `asked` when it was set."""
 
-    Parameters
-    ----------
-    poses
-        Of the hand in the world; the first is where it stands.
-    speed, acceleration
-        m/s and m/s².
-    tolerance
-        How far from its target it may end, m.
-    """
+    path: PosePath
+    profile: Profile
+    speed: float
+    tolerance: float
+    gone: float = 0.0
+    asked: float = math.inf
 
-    def __init__(self, poses: Sequence[Pose], speed: float, acceleration: float, tolerance: float) -> None:
-        self._path = PosePath(poses)
-        self._speed, self._tolerance = speed, tolerance
-        self._profile = Profile.trapezoid(self._path.length, speed, acceleration)
-        self._gone, self._asked = 0.0, math.inf
+    @classmethod
+    def through(cls, poses: Sequence[Pose], speed: float, acceleration: float, tolerance: float) -> Ride:
+        """Return a motion that has not begun.
 
-    def since(self, now: float, most: float) -> float:
-        """Return how far in time, s, the motion is at a time of a clock; 0 when asked first.
+        Parameters
+        ----------
+        poses
+            Of the hand in the world; the first is where it stands.
+        speed, acceleration
+            m/s and m/s².
+        tolerance
+            How far from its target it may end, m.
+        """
+        path = PosePath(poses)
+        return cls(path, Profile.trapezoid(path.length, speed, acceleration), speed, tolerance)
+
+    def at(self, now: float, most: float) -> Ride:
+        """Return the motion as it is at a time of a clock; the first call begins it.
 
         Of a pause in which it was not asked only `most` counts: the setpoint goes on from where it was rather than with a leap.
         """
-        self._gone += min(max(now - self._asked, 0.0), most)
-        self._asked = now
-        return self._gone
+        return replace(self, gone=self.gone + min(max(now - self.asked, 0.0), most), asked=now)
 
-    def setpoint(self, time: float) -> Pose:
-        """Return where the hand should be at a time, s, after the begin."""
-        return self._path.at(self._profile.at(time)[0])
+    @property
+    def setpoint(self) -> Pose:
+        """Where the hand should be."""
+        return self.path.at(self.profile.at(self.gone)[0])
 
-    def judge(self, time: float, place: Pose) -> MotionState | str:
+    def judge(self, place: Pose) -> MotionState | str:
         """Return how the motion stands with the hand at a place, or what is wrong."""
-        wanted = self.setpoint(time)
+        wanted = self.setpoint
         off = max(math.dist(place.position, wanted.position), _LEVER * _angle(place, wanted))
-        if time < self._profile.duration:
-            most = _BEHIND + _BEHIND_TIME * self._speed
+        if self.gone < self.profile.duration:
+            most = _BEHIND + _BEHIND_TIME * self.speed
             if off > most:
                 return f"the arm does not follow: it is {1e3 * off:.1f} mm behind; look for what holds it, and at the speed slider"
             return MotionState.MOVING
         if off <= _SETTLED:
             return MotionState.DONE
-        if time < self._profile.duration + _SETTLING:
+        if self.gone < self.profile.duration + _SETTLING:
             return MotionState.MOVING
-        if off <= self._tolerance:
+        if off <= self.tolerance:
             return MotionState.DONE
         return f"the arm did not arrive: it is {1e3 * off:.1f} mm off its target; look for what holds it, and at the speed slider"
 

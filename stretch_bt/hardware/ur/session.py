@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from stretch_bt.hardware.transforms import inverse, six, transform
-from stretch_bt.hardware.ur.settings import Settings
+from stretch_bt.hardware.ur.dashboard import ask_dashboard
+from stretch_bt.hardware.ur.guard import Measured
+from stretch_bt.hardware.ur.kinematics import MODELS
+from stretch_bt.hardware.ur.lifelines import Lifelines
+from stretch_bt.hardware.ur.messages import Settings, Six
 
 if TYPE_CHECKING:
     from rtde_control import RTDEControlInterface
@@ -31,7 +35,7 @@ _VARIABLES = [
 ]
 _RUNNING = 7
 _PROGRAM = 1 << 1
-_STARTING, _SETTLING = 3.0, 1.0
+_STARTING, _SETTLING, _ENDING, _ANSWERING = 3.0, 1.0, 0.2, 2.0
 #: how many times as soon as the watchdog the arm stands: nothing feeds it while the client waits for that
 _SOONER = 1.5
 #: how far the tool may be from where nominal kinematics have it, m; a robot's own calibration is millimetres
@@ -49,57 +53,80 @@ class Session:
     ----------
     settings
         What to connect to, and how.
+    lifelines
+        What watches the connections.
+
+    Raises
+    ------
+    OSError, RuntimeError
+        The controller cannot be reached.
     """
 
-    def __init__(self, settings: Settings) -> None:
-        from dashboard_client import DashboardClient
+    def __init__(self, settings: Settings, lifelines: Lifelines) -> None:
         from rtde_receive import RTDEReceiveInterface
 
-        self._settings = settings
-        self._dashboard = DashboardClient(settings.host)
-        self._dashboard.connect(2000)
-        self.receive: RTDEReceiveInterface = RTDEReceiveInterface(settings.host, settings.rate, _VARIABLES)
+        self._settings, self._lifelines = settings, lifelines
+        (version,) = ask_dashboard(settings.host, ["PolyscopeVersion"], _ANSWERING)
+        self._version = tuple(int(number) for number in (*re.findall(r"\d+", version), 0, 0)[:2])
+        self._receive: RTDEReceiveInterface = RTDEReceiveInterface(settings.host, settings.rate, _VARIABLES)
+        lifelines.hold("reads")
         self._control: RTDEControlInterface | None = None
+
+    def measure(self, after: float) -> Measured | None:
+        """Return what came last, where that has another time than `after`, s of the controller; raises OSError once the connection is lost."""
+        receive = self._receive
+        if not receive.isConnected():
+            raise OSError("the controller closed the connection")
+        time = receive.getTimestamp()
+        while time != after:
+            measured = Measured(
+                time,
+                _six(receive.getActualQ()),
+                _six(receive.getActualTCPPose()),
+                _six(receive.getActualTCPSpeed()),
+                _six(receive.getActualTCPForce()),
+                receive.getRobotMode(),
+                self.program_runs,
+                receive.getSafetyStatusBits(),
+            )
+            before, time = time, receive.getTimestamp()
+            if time == before:  # else a package came meanwhile, and what was read is of two
+                return measured
+        return None
 
     @property
     def program_runs(self) -> bool:
         """Whether the controller runs a program."""
-        return bool(self.receive.getRobotStatus() & _PROGRAM)
+        return bool(self._receive.getRobotStatus() & _PROGRAM)
 
-    def engage(self, *, again: bool, unlock: bool) -> None:
-        """Make ready to move: run the control script, set tool, payload and watchdog; moves nothing.
-
-        A protective stop is unlocked only with `unlock`, on a person's word.
-        With `again` a program that runs is ended for it: the client of a process before this one may have left its script there, because it
-        uploads it anew when it loses its connection.
+    def engage(self) -> None:
+        """Make ready to move: run the control script, set tool, payload and watchdog; moves nothing, and ends no program.
 
         Raises
         ------
         Refused
             With why, and what to do.
         """
-        if unlock:
-            self._unlock()
-        elif self.receive.isProtectiveStopped():
+        if self._receive.isProtectiveStopped():
             raise Refused(
                 "protective stop: look for its cause, move the hand clear if need be, wait 5 s, and unlock it at the pendant"
             )
-        mode = self.receive.getRobotMode()
+        mode = self._receive.getRobotMode()
         if mode != _RUNNING:
             raise Refused(f"the robot is not running (mode {mode}); switch power and brakes on at the pendant")
-        self._run_script(again=again)
+        self._run_script()
         self._configure()
 
-    def servo(self, target: list[float]) -> bool:
+    def servo(self, target: Six) -> bool:
         """Send the hand's next place in the base; return whether the script takes it."""
         s = self._settings
         assert self._control is not None
-        return bool(self._control.servoL(target, 0.0, 0.0, 1 / s.rate, s.lookahead, s.gain))
+        return bool(self._control.servoL(list(target), 0.0, 0.0, 1 / s.rate, s.lookahead, s.gain))
 
     def brake(self) -> None:
         """Come to rest, before the watchdog takes the silence for a loss."""
         if self._control is not None and self.program_runs:
-            fastest = max(map(abs, self.receive.getActualQd()))
+            fastest = max(map(abs, self._receive.getActualQd()))
             self._control.servoStop(max(self._settings.stop_acceleration, _SOONER * fastest * self._settings.watchdog))
 
     def kick(self) -> None:
@@ -107,48 +134,33 @@ class Session:
         if self._control is not None and self.program_runs:
             self._control.kickWatchdog()
 
-    def leave(self) -> None:
-        """End the control script."""
+    def leave(self) -> bool:
+        """End the control script, and return whether the controller runs a program still."""
         if self._control is not None and self.program_runs:
             with suppress(RuntimeError):
                 self._control.stopScript()
+            _until(lambda: not self.program_runs, _ENDING)
+        return self.program_runs
 
-    def _unlock(self) -> None:
-        if not self.receive.isProtectiveStopped():
-            return
-        with suppress(RuntimeError):
-            self._dashboard.closeSafetyPopup()
-        try:
-            self._dashboard.unlockProtectiveStop()
-        except (RuntimeError, ValueError) as error:
-            raise Refused(f"the protective stop cannot be unlocked ({error})") from error
-        if not _until(lambda: not self.receive.isProtectiveStopped(), _SETTLING):
-            raise Refused("the protective stop does not end; look at the pendant")
-
-    def _run_script(self, *, again: bool) -> None:
+    def _run_script(self) -> None:
         from rtde_control import RTDEControlInterface
 
-        if self._control is None:
-            if self.program_runs and not again:
-                raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
-            upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._takes_upper() else 0
-            flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
-            try:
-                self._control = RTDEControlInterface(self._settings.host, self._settings.rate, flags)
-            except (
-                Exception
-            ) as error:  # what it throws depends on the controller: all of them mean that it cannot be had
-                raise Refused(f"the controller cannot be had ({error})") from error
-        elif not self.program_runs:
-            self._control.kickWatchdog()  # without a program this only clears the last command from the registers
-            self._control.reuploadScript()
+        if self.program_runs:
+            raise Refused("the controller runs a program, which is not ended for this; stop it at the pendant")
+        upper = RTDEControlInterface.FLAG_UPPER_RANGE_REGISTERS if self._takes_upper() else 0
+        flags = RTDEControlInterface.FLAG_UPLOAD_SCRIPT | upper
+        try:
+            self._control = RTDEControlInterface(self._settings.host, self._settings.rate, flags)
+        except Exception as error:  # what it throws depends on the controller: all of it means that it cannot be had
+            raise Refused(f"the controller cannot be had ({error})") from error
+        self._lifelines.hold("controls")
+        self._lifelines.forbid_more()
         if not _until(lambda: self.program_runs, _STARTING):
             raise Refused("the control script does not run on the controller; look at the pendant")
 
     def _takes_upper(self) -> bool:
         """Return whether to take the upper registers: from PolyScope 5.23 on ur-rtde 1.6 uses the lower ones, but tells its script otherwise."""
-        major, minor = (int(number) for number in (*re.findall(r"\d+", self._dashboard.polyscopeVersion()), 0, 0)[:2])
-        return self._settings.upper_registers and (major, minor) < (5, 23)
+        return self._settings.upper_registers and self._version < (5, 23)
 
     def _configure(self) -> None:
         assert self._control is not None
@@ -167,10 +179,8 @@ class Session:
 
     def _apart(self) -> float:
         """Return how far the tool is from where the nominal kinematics have it, m."""
-        from stretch_bt.hardware.ur.kinematics import MODELS
-
-        flange = transform(self.receive.getActualTCPPose()) @ inverse(transform(self._settings.hand))
-        nominal = MODELS[self._settings.model].forward(self.receive.getActualQ())
+        flange = transform(self._receive.getActualTCPPose()) @ inverse(transform(self._settings.hand))
+        nominal = MODELS[self._settings.model].forward(self._receive.getActualQ())
         off = six(inverse(nominal) @ flange)
         return max(math.hypot(*off[:3]), 0.1 * math.hypot(*off[3:]))
 
@@ -182,3 +192,7 @@ def _until(ask: Callable[[], bool], seconds: float) -> bool:
             return False
         time.sleep(0.005)
     return True
+
+
+def _six(values: Sequence[float]) -> Six:
+    return cast(Six, tuple(values))

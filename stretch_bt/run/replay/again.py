@@ -80,8 +80,8 @@ def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
     task.context.about, task.context.folder, task.context.repeated = reader.header, written.folder, reader.folder
     if info.get("hand"):
         task.context.hand = Hand(HandGeometry(**info["hand"]))
-    if info.get("limits"):
-        task.context.limits = Limits.restored(info["limits"])
+    if info.get("limits"):  # nodes that go no further than the cell allows
+        task.context.limits = Limits.from_plain(info["limits"])
     clock = ReplayClock([time for _, time in reader.ticks])
     runner = Runner(
         task.built,

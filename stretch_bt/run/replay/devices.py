@@ -89,6 +89,10 @@ class _ReplayedArm(_ReplayedDevice):
     def wrench(self, max_age: float) -> Reading[Wrench]:
         return self.read("wrench")
 
+    def force_noise(self) -> float:
+        item = self.log.peek(self.name)
+        return float(self.read("force_noise").value) if item is not None and item.name == "force_noise" else 0.0
+
 
 class _ReplayedGripper(_ReplayedDevice):
     def move(self, opening: float, *, speed: float, owner: str) -> Motion:

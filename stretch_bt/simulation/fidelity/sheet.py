@@ -72,6 +72,7 @@ class SheetFidelity:
             on = effect.on_sheet(on)
         self.sheet = Sheet(gauge, width, thickness, material, mount_prestretch, on)
         self.settings = settings or Settings()  # exact, so that a force does not depend on what was solved before
+        self._exact = settings is None
         self.remembers = on.mullins is not None or on.friction > 0
         self.close = _FELT if self.remembers else _KNOWN
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
@@ -186,7 +187,7 @@ class SheetFidelity:
 
     def _quick(self, place: Place, load: Load, seen: bool) -> tuple[Settings, ...]:
         """Return the settings to try before exact ones."""
-        if self.remembers:
+        if self.remembers or not (self._exact or place.passing):
             return ()
         if place.passing or seen:
             return (_PASSING if place.passing else _SEEN,)

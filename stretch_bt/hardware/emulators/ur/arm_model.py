@@ -60,6 +60,11 @@ class ArmModel:
             self.move = None
         self.qd = (self.q - before) / dt
 
+    def put(self, q: Sequence[float]) -> None:
+        """Stand at other joint angles, rad."""
+        self.q, self.move = np.array(q, dtype=np.float64), None
+        self.qd = np.zeros(6)
+
     def stand(self) -> None:
         """Go nowhere, whatever the move says; braking is over at once."""
         self.qd = np.zeros(6)

@@ -188,7 +188,7 @@ class Controller:
         """End the program; the arm brakes."""
         self._starting = None
         if self._program is not None:
-            self._note(f"program stopped: {why}")
+            self.note(f"program stopped: {why}")
             self._program = None
             self.halt(_STOP_AT)
         self._watchdog = None
@@ -201,7 +201,7 @@ class Controller:
 
     def stop_safely(self, state: str, why: str, locked: float = _LOCKED) -> None:
         """Stop as the safety system does."""
-        self._note(f"{state}: {why}")
+        self.note(f"{state}: {why}")
         self._state = state
         self._locked_until = self.time + locked
         self.stop_program(state)
@@ -250,6 +250,8 @@ class Controller:
     def _run(self) -> None:
         if self._starting is not None and self.time >= self._starting[0]:
             (_, self._program), self._starting = self._starting, None
+            if self.profile.e_series:  # as its maker says
+                self.zero_force()
             if self._state != "normal" or not self.released:
                 self._program = None
         if self._program is None:
@@ -262,10 +264,11 @@ class Controller:
             self._program = None
             self.halt(_STOP_AT)
         except IllConditioned as error:
-            self._note(f"program error: {error}")
+            self.note(f"program error: {error}")
             self.stop_program("a runtime error")
 
-    def _note(self, event: str) -> None:
+    def note(self, event: str) -> None:
+        """Write down what happened."""
         self.events.append((self.time, event))
 
     def take(self, inputs: Mapping[str, Any]) -> None:

@@ -64,7 +64,7 @@ class Dashboard:
     def _serve(self, connection: socket.socket) -> None:
         connection.sendall(b"Connected: Universal Robots Dashboard Server\n")
         for line in lines(connection, _LONGEST):
-            if self._faults.shown("freeze") is not None:
+            if self._faults.meets("freeze", connection="dashboard"):
                 continue
             if line.strip().lower() in (b"quit", b"shutdown"):
                 connection.sendall(b"Disconnected\n")
@@ -75,6 +75,8 @@ class Dashboard:
         return "URSoftware {}.{}.{}.{} (stand-in)".format(*self._controller.profile.version)
 
     def _stop(self) -> str:
+        if self._controller.profile.e_series and self._faults.shown("local") is not None:
+            return "Failed to execute: stop"
         self._controller.stop_program("stopped by the dashboard")
         return "Stopped"
 

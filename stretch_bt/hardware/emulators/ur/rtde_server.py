@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from stretch_bt.hardware.emulators.faults import Fault, Faults
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, deafen, received, sever
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.variables import INPUTS, OUTPUTS, Ask
 from stretch_bt.hardware.emulators.ur.wire import Packages, Unpackable, pack, package, size_of, unpack
@@ -21,17 +21,31 @@ __all__ = ["STREAM_FAULTS", "RtdeServer"]
 #: only newer controllers have them
 _LATER = {"ft_raw_wrench"}
 
+#: which connections a fault meets: of RTDE that which only reads, or that which controls; and which way
+_RTDE = {"connection": ("rtde", "receive", "control")}
+_ANY = {"connection": ("all", "rtde", "receive", "control", "dashboard", "script")}
+_WAY = {"direction": ("both", "out", "in")}
+
 STREAM_FAULTS: dict[str, Fault] = {
     "drop": Fault("closes all connections and refuses new ones", state=True),
-    "reset": Fault("breaks all connections once; new ones are taken", state=True),
-    "freeze": Fault("sends nothing and hears nothing, on connections that stay open", state=True),
-    "slow": Fault("sends `rate` packages a second", {"rate": 2.0}, state=True),
-    "late": Fault("sends each package `delay` seconds after its time", {"delay": 0.5}, state=True),
-    "repeat": Fault("sends the same package again and again: its time stands", state=True),
-    "loss": Fault("leaves out `part` of its packages", {"part": 0.5}, state=True),
-    "corrupt": Fault("flips bits in the values of each package", state=True),
-    "truncate": Fault("sends the first half of each package only", state=True),
-    "garbage": Fault("sends `bytes` bytes of noise in place of each package", {"bytes": 64.0}),
+    "reset": Fault("resets connections once; new ones are taken", state=True, choices=_ANY),
+    "close": Fault(
+        "closes connections once; `out` ends only what it sends, `in` acts as if the client had ended its direction",
+        state=True,
+        choices={**_ANY, **_WAY},
+    ),
+    "freeze": Fault(
+        "on connections that stay open, sends nothing (`out`), and no packet of the client arrives (`in`)",
+        state=True,
+        choices={**_ANY, **_WAY},
+    ),
+    "slow": Fault("sends `rate` packages a second", {"rate": 2.0}, state=True, choices=_RTDE),
+    "late": Fault("sends each package `delay` seconds after its time", {"delay": 0.5}, state=True, choices=_RTDE),
+    "repeat": Fault("sends the same package again and again: its time stands", state=True, choices=_RTDE),
+    "loss": Fault("leaves out `part` of its packages", {"part": 0.5}, state=True, choices=_RTDE),
+    "corrupt": Fault("flips bits in the values of each package", state=True, choices=_RTDE),
+    "truncate": Fault("sends the first half of each package only", state=True, choices=_RTDE),
+    "garbage": Fault("sends `bytes` bytes of noise in place of each package", {"bytes": 64.0}, choices=_RTDE),
 }
 
 
@@ -49,6 +63,12 @@ class _Session:
     due: float = 0.0
     held: deque[tuple[float, bytes]] = field(default_factory=deque)
     last: bytes = b""
+    deaf: bool = False
+
+    @property
+    def kind(self) -> str:
+        """What the client does: it controls where it has inputs."""
+        return "control" if self.inputs else "receive"
 
 
 class RtdeServer:
@@ -82,6 +102,7 @@ class RtdeServer:
     def tell(self) -> None:
         """Send every client what is due in this cycle; under the controller's lock."""
         for session in list(self._sessions):
+            self._hear_or_not(session)
             if not session.started:
                 continue
             session.cycle += 1
@@ -89,13 +110,29 @@ class RtdeServer:
                 for data in self._packages(session):
                     self._send(session, data)
 
+    def sever(self, fault: str) -> None:
+        """End the connections that a fault meets; under the controller's lock."""
+        direction = self._faults.chosen(fault).get("direction", "both")
+        for session in list(self._sessions):
+            if self._meets(fault, session):
+                sever(session.connection, direction, reset=fault == "reset")
+
+    def _meets(self, fault: str, session: _Session, **asked: str) -> bool:
+        return any(self._faults.meets(fault, connection=name, **asked) for name in ("rtde", session.kind))
+
+    def _hear_or_not(self, session: _Session) -> None:
+        deaf = self._meets("freeze", session, direction="in")
+        if deaf is not session.deaf:
+            deafen(session.connection, deaf)
+            session.deaf = deaf
+
     def _serve(self, connection: socket.socket) -> None:
         session, packages = _Session(connection), Packages()
         with self._controller.lock:
             self._sessions.append(session)
         try:
             for data in received(connection):
-                if self._faults.shown("freeze") is None:
+                if not self._meets("freeze", session, direction="in"):
                     for kind, payload in packages.feed(data):
                         self._take(session, kind, payload)
         except Unpackable:
@@ -173,34 +210,38 @@ class RtdeServer:
 
     def _packages(self, session: _Session) -> list[bytes]:
         """Return what goes out in a cycle, as the active faults let it."""
-        shown, now = self._faults.shown, self._controller.time
-        if shown("freeze") is not None:
+        now = self._controller.time
+        if self._meets("freeze", session, direction="out"):
             return []
-        slow, late, loss = shown("slow"), shown("late"), shown("loss")
+        slow, late, loss = (self._shown(session, name) for name in ("slow", "late", "loss"))
         if slow is not None:
             if now < session.due:
                 return []
             session.due = now + 1 / max(slow["rate"], 1e-3)
         if loss is not None and (session.cycle * 0.618) % 1.0 < loss["part"]:
             return []
-        if shown("repeat") is None or not session.last:
+        if self._shown(session, "repeat") is None or not session.last:
             session.last = package("U", b"\x01" + pack(session.types, [ask(self._controller) for ask in session.asks]))
-        session.held.append((now + (late["delay"] if late is not None else 0.0), self._broken(session.last)))
+        data = self._broken(session, session.last)
+        session.held.append((now + (late["delay"] if late is not None else 0.0), data))
         ready = []
         while session.held and session.held[0][0] <= now:
             ready.append(session.held.popleft()[1])
         return ready
 
-    def _broken(self, data: bytes) -> bytes:
-        shown = self._faults.shown
-        if shown("corrupt") is not None:
+    def _broken(self, session: _Session, data: bytes) -> bytes:
+        if self._shown(session, "corrupt") is not None:
             data = data[:4] + bytes(byte ^ 0x5A for byte in data[4:])
-        if shown("truncate") is not None:
+        if self._shown(session, "truncate") is not None:
             data = data[: len(data) // 2]
-        garbage = shown("garbage")
+        garbage = self._shown(session, "garbage")
         if garbage is not None:
             data = bytes((37 * k + 11) % 251 for k in range(min(int(garbage["bytes"]), 1 << 16)))
         return data
+
+    def _shown(self, session: _Session, fault: str) -> dict[str, float] | None:
+        """Return the parameters of a fault that meets a client."""
+        return self._faults.shown(fault) if self._meets(fault, session) else None
 
 
 def _names(payload: bytes) -> list[str]:

@@ -19,6 +19,7 @@ from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
 from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
+from stretch_bt.hardware.emulators.ur.force_noise import CB3, E_SERIES, ForceNoise, NoisyForce
 from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
 from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
 from stretch_bt.hardware.transforms import inverse, pose_of, transform_of
@@ -36,6 +37,8 @@ _NEAR = (math.pi, -1.6, 1.8, -1.8, -math.pi / 2, 0.0)
 _LOADING = 0.06
 _MOVING = 1e-4
 _LONGEST_SCRIPT = 1 << 20
+#: what faults call the connections of each wire
+_CONNECTIONS = {"dashboard": "dashboard", "primary": "script", "secondary": "script", "realtime": "script"}
 #: stops that last as long as their fault; a protective stop is unlocked at the dashboard instead
 _LASTING = ("emergency_stop", "safeguard_stop", "violation")
 
@@ -49,6 +52,7 @@ _FAULTS: dict[str, Fault] = {
     "violation": Fault("tells of a violation of its safety, until it is cleared", state=True),
     "program_stop": Fault("has its program stopped at the teach pendant; once", state=True),
     "power_off": Fault("has its power switched off; once", state=True),
+    "home": Fault("has its hand brought back to where it was at first, at the teach pendant; once", state=True),
     "registers": Fault("has its input registers in use by another device", state=True),
     "local": Fault("is not in remote control", state=True),
     "no_solution": Fault("finds no joint angles for any pose, which ends the program that asks", state=True),
@@ -82,15 +86,21 @@ class Ur5StandIn(StandIn):
     SENSES: ClassVar[tuple[str, ...]] = ("felt",)
     MODEL: ClassVar[str] = "ur5"
     PROFILE: ClassVar[Profile] = Profile((3, 15, 8, 106339), 125.0, "UR5", "2018350000")
+    NOISE: ClassVar[ForceNoise] = CB3
 
     def __init__(self, host: str, stage: Stage, ports: Mapping[str, int] | None = None) -> None:
         super().__init__(host, stage, ports)
         kinematics = MODELS[self.MODEL]
         flange = inverse(transform_of(BASE)) @ transform_of(_HOME) @ inverse(transform_of(HAND))
-        self.arm = ArmModel(kinematics, kinematics.inverse(flange, _NEAR).tolist())
+        self._home = kinematics.inverse(flange, _NEAR).tolist()
+        self.arm = ArmModel(kinematics, self._home)
         self.controller = Controller(self.PROFILE, self.arm, self._felt, self.faults.shown)
+        self._noise = NoisyForce(self.NOISE, stage.seed)
         self._moved = 0.0
-        self._servers: list[TcpServer] = []
+        #: time of the latest fault, s of the controller, and how far the hand went since, m
+        self._injected = self._way = 0.0
+        self._place = _HOME.position
+        self._servers: dict[str, TcpServer] = {}
         self._rtde: RtdeServer | None = None
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
@@ -100,18 +110,18 @@ class Ur5StandIn(StandIn):
         self._ending.clear()
         try:
             self._rtde = RtdeServer(self.host, self.ports["rtde"], self.controller, self.faults)
-            self._servers.append(self._rtde.server)
-            self._servers.append(Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults).server)
+            self._servers["rtde"] = self._rtde.server
+            dashboard = Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults)
+            self._servers["dashboard"] = dashboard.server
             for wire in ("primary", "secondary", "realtime"):
-                self._servers.append(TcpServer(self.host, self.ports[wire], self._take_script, self._refuses))
+                self._servers[wire] = TcpServer(self.host, self.ports[wire], self._take_script, self._refuses)
         except BaseException:
             self.stop()
             raise
         self._note_hand()
         self._thread = threading.Thread(target=self._run, name="UR stand-in", daemon=True)
         self._thread.start()
-        places = [server.address for server in self._servers]
-        return {wire: f"{host}:{port}" for wire, (host, port) in zip(self.PORTS, places, strict=True)}
+        return {wire: "{}:{}".format(*server.address) for wire, server in self._servers.items()}
 
     def stop(self) -> None:
         """Close the ports."""
@@ -119,8 +129,8 @@ class Ur5StandIn(StandIn):
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.join()
-        servers, self._servers = self._servers, []
-        for server in servers:
+        servers, self._servers = self._servers, {}
+        for server in servers.values():
             server.stop()
 
     def state(self) -> dict[str, Any]:
@@ -132,6 +142,8 @@ class Ur5StandIn(StandIn):
                 "time": c.time,
                 "moving": not self.arm.standing,
                 "moved": self._moved,
+                "injected": self._injected,
+                "way": self._way,
                 "running": c.running,
                 "safety": c.safety.name,
                 "x": place.position[0],
@@ -146,6 +158,8 @@ class Ur5StandIn(StandIn):
         """Begin to show a fault."""
         super().inject(fault, parameters)
         with self.controller.lock:
+            self._injected, self._way = self.controller.time, 0.0
+            self._sever(fault)
             if fault in ("protective_stop", "emergency_stop", "safeguard_stop", "violation"):
                 shown = self.faults.shown(fault) or {}
                 self.controller.stop_safely(fault, "a fault was injected", shown.get("locked", 0.0))
@@ -153,11 +167,25 @@ class Ur5StandIn(StandIn):
                 self.controller.stop_program("stopped at the teach pendant")
             elif fault == "power_off":
                 self.controller.power(on=False)
-        for server in self._servers:
-            if fault in ("drop", "reset"):
-                server.break_all(reset=fault == "reset")
-        if fault in ("reset", "protective_stop", "program_stop", "power_off"):
+            elif fault == "home":
+                self.controller.stop_program("the hand was moved at the teach pendant")
+                self.arm.put(self._home)
+                self._note_hand()
+        if fault in ("reset", "close", "protective_stop", "program_stop", "power_off", "home"):
             self.clear(fault)
+
+    def _sever(self, fault: str) -> None:
+        """End the connections that a fault ends."""
+        if fault == "drop":
+            for server in self._servers.values():
+                server.break_all()
+        if fault in ("reset", "close"):
+            direction = self.faults.chosen(fault).get("direction", "both")
+            assert self._rtde is not None
+            self._rtde.sever(fault)
+            for wire, server in self._servers.items():
+                if wire != "rtde" and self.faults.meets(fault, connection=_CONNECTIONS[wire]):
+                    server.break_all(direction, reset=fault == "reset")
 
     def _refuses(self) -> bool:
         return self.faults.shown("drop") is not None
@@ -177,6 +205,7 @@ class Ur5StandIn(StandIn):
                 for state in _LASTING:
                     if self.faults.shown(state) is None:
                         self.controller.release_stop(state)
+                self._noise.draw(self.stage.force_noise("Arm"))
                 self.controller.cycle()
                 if not self.arm.steady:
                     self._note_hand()
@@ -186,7 +215,10 @@ class Ur5StandIn(StandIn):
                 self._rtde.tell()
 
     def _note_hand(self) -> None:
-        self.stage.place_hand(self.hand())
+        hand = self.hand()
+        self._way += math.dist(hand.position, self._place)
+        self._place = hand.position
+        self.stage.place_hand(hand)
 
     def _felt(self) -> tuple[float, ...]:
         """Return the wrench on the tool in base axes, N and N m."""
@@ -198,13 +230,13 @@ class Ur5StandIn(StandIn):
         if wall is not None:
             felt[2] += max(wall["height"] - self.hand().height, 0.0) * wall["stiffness"]
         turn = transform_of(BASE)[:3, :3].T
-        return (*(turn @ felt[:3]).tolist(), *(turn @ felt[3:]).tolist())
+        return tuple((np.concatenate([turn @ felt[:3], turn @ felt[3:]]) + self._noise.error).tolist())
 
     def _take_script(self, connection: socket.socket) -> None:
         """Take programs; one that is not the control script of ur_rtde is noted, and not run."""
         text = b""
         for data in received(connection):
-            if self.faults.shown("freeze") is not None:
+            if self.faults.meets("freeze", connection="script"):
                 continue
             text += data
             if len(text) > _LONGEST_SCRIPT:
@@ -227,3 +259,4 @@ class Ur5eStandIn(Ur5StandIn):
 
     MODEL: ClassVar[str] = "ur5e"
     PROFILE: ClassVar[Profile] = Profile((5, 11, 8, 1010133), 500.0, "UR5", "20225500001")
+    NOISE: ClassVar[ForceNoise] = E_SERIES

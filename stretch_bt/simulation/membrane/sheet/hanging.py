@@ -9,7 +9,7 @@ from stretch_bt.simulation.membrane.sheet.assemble import hanging_problem
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.newton import Newton
 from stretch_bt.simulation.membrane.sheet.result import Shape
-from stretch_bt.simulation.membrane.sheet.threads import one_thread
+from stretch_bt.threads import one_thread
 
 __all__ = ["hang", "lowest"]
 

@@ -24,7 +24,7 @@ from stretch_bt.simulation.membrane.sheet.result import Load, Memory, SheetPress
 from stretch_bt.simulation.membrane.sheet.rigid import RigidForce, rigid_force
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.settled import Settled
-from stretch_bt.simulation.membrane.sheet.threads import one_thread
+from stretch_bt.threads import one_thread
 
 __all__ = ["solve"]
 

@@ -14,9 +14,7 @@ from typing import Any, Generic, Protocol, TypeVar
 from stretch_bt.errors import DeviceFault, DeviceLost
 from stretch_bt.hardware.latched import Latched
 
-__all__ = ["Attendant", "Sample", "Wire", "WireClosed", "WireError"]
-
-_BACKOFF = (0.1, 0.2, 0.5, 1.0, 2.0)
+__all__ = ["Sample", "Wire", "WireClosed", "WireError", "WireThread"]
 
 
 class WireError(OSError):
@@ -58,17 +56,15 @@ class Sample(Generic[S]):
 _Job = tuple["Future[Any]", Callable[[Any], Any]]
 
 
-class Attendant(Latched, Generic[W, S]):
-    """Polls a wire and runs commands between the polls.
-
-    After a loss it connects again and reads on, but takes no commands until `acknowledge`.
+class WireThread(Latched, Generic[W, S]):
+    """Polls a wire and runs commands between the polls, until the wire is lost; a loss stays.
 
     Parameters
     ----------
     name
         The device, for messages.
     wire
-        What is attended; nothing else may use it.
+        What the thread has to itself; nothing else may use it.
     period
         Time between polls, s.
     deadline
@@ -77,8 +73,8 @@ class Attendant(Latched, Generic[W, S]):
         The clock of the run, s.
     after_poll
         Called in the thread with the wire and each new sample.
-    on_return
-        Called in the thread with the wire after a loss, before reading goes on.
+    at_loss
+        Called in the thread once after a loss, with the wire connected anew where that is possible: to stop what moves.
     """
 
     def __init__(
@@ -90,19 +86,19 @@ class Attendant(Latched, Generic[W, S]):
         deadline: float,
         now: Callable[[], float],
         after_poll: Callable[[W, Sample[S]], None],
-        on_return: Callable[[W], None],
+        at_loss: Callable[[W], None] | None = None,
     ) -> None:
         super().__init__(name)
         self._wire = wire
         self._period, self._deadline, self._now = period, deadline, now
-        self._after_poll, self._on_return = after_poll, on_return
+        self._after_poll, self._at_loss = after_poll, at_loss
         self._jobs: Queue[_Job | None] = Queue()
         self._ending = threading.Event()
         self._started = threading.Event()
         self._sample: Sample[S] | None = None
         self._heard = 0.0
         self._failed: Exception | None = None
-        self._thread = threading.Thread(target=self._run, name=f"attendant of {name}", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"wire of {name}", daemon=True)
 
     def start(self) -> None:
         """Connect and read once; raises DeviceLost when that fails, and then nothing is left."""
@@ -126,18 +122,17 @@ class Attendant(Latched, Generic[W, S]):
         self._jobs.put(None)
         self._thread.join(self._deadline)
 
-    def latest(self) -> Sample[S]:
-        """Return the latest sample.
+    def wait_for_end(self) -> None:
+        """Wait after a loss until nothing is sent any more."""
+        self._thread.join(self._deadline)
 
-        Raises
-        ------
-        DeviceLost
-            The connection is down, or it was down since this was asked last.
-        """
-        self._tell_loss()
+    def latest(self) -> Sample[S]:
+        """Return the latest sample; raises DeviceLost after a loss."""
+        self.check_connected()
         silent = time.monotonic() - self._heard
         if silent > self._deadline:
-            raise DeviceLost(self.name, f"no answer for {silent:.2g} s")
+            self._latch(f"no answer for {silent:.2g} s")
+            self.check_connected()
         assert self._sample is not None
         return self._sample
 
@@ -156,49 +151,51 @@ class Attendant(Latched, Generic[W, S]):
         Raises
         ------
         DeviceLost
-            The connection is down or breaks, or the job is not done within the deadline; then it will not be begun later.
+            The connection was lost or breaks, or the job is not done within the deadline, which is a loss too; then it will not be
+            begun later.
         """
-        if self._down is not None or not self._thread.is_alive():
-            raise DeviceLost(self.name, f"the connection is down ({self._down or 'closed'})")
+        if not self._thread.is_alive():
+            self._latch("closed")
+        self.check_connected()
         future: Future[R] = Future()
         self._jobs.put((future, job))
         try:
             return future.result(self._deadline)
         except WireError as error:
-            raise DeviceLost(self.name, f"the connection broke ({error})") from error
+            self._latch(str(error))
         except TimeoutError:
             future.cancel()
-            self._unacknowledged = f"a command was not answered within {self._deadline:.3g} s"
-            raise DeviceLost(self.name, self._unacknowledged) from None
+            self._latch(f"a command was not answered within {self._deadline:.3g} s")
         except BaseException:
             future.cancel()
             raise
+        self.check_connected()
+        raise AssertionError("not reached")
 
     def _run(self) -> None:
-        failures = 0
-        while not self._ending.is_set():
-            before = self._sample
-            try:
-                self._attend()
-            except Exception as error:  # whatever breaks in a client is a loss of the device, never of the thread
-                self._lose(error)
-            finally:
-                with suppress(Exception):
-                    self._wire.close()
-            if not self._started.is_set():
-                return
-            failures = failures + 1 if self._sample is before else 0
-            self._ending.wait(_BACKOFF[min(failures, len(_BACKOFF) - 1)])
+        try:
+            self._serve()
+        except Exception as error:  # whatever breaks in a client is a loss of the device, never of the thread
+            self._lose(error)
+        finally:
+            self._close()
+        if self._lost is not None:
+            self._refuse_jobs(self._lost)
+        if self._lost is not None and self._failed is None and self._at_loss is not None:
+            self._say_last(self._at_loss)
 
-    def _attend(self) -> None:
+    def _say_last(self, at_loss: Callable[[W], None]) -> None:
+        with suppress(Exception):
+            self._wire.connect()
+            at_loss(self._wire)
+        self._close()
+
+    def _serve(self) -> None:
         self._wire.connect()
-        if self._started.is_set():
-            self._on_return(self._wire)
         self._poll()
-        self._down = None
         self._started.set()
         due = time.monotonic() + self._period
-        while not self._ending.is_set():
+        while not self._ending.is_set() and self._lost is None:
             try:
                 job = self._jobs.get(timeout=max(due - time.monotonic(), 0.0))
             except Empty:
@@ -207,6 +204,10 @@ class Attendant(Latched, Generic[W, S]):
                 continue
             if job is not None:
                 self._answer(*job)
+
+    def _close(self) -> None:
+        with suppress(Exception):
+            self._wire.close()
 
     def _poll(self) -> Sample[S]:
         asked = self._now()
@@ -231,13 +232,14 @@ class Attendant(Latched, Generic[W, S]):
                 future.set_result(result)
 
     def _lose(self, error: Exception) -> None:
-        """Write down a loss, and refuse what waits for the wire."""
+        """Write down a loss."""
         reason = str(_as_wire_error(error))
         if not self._started.is_set():
             self._failed = error if isinstance(error, ImportError) else WireError(reason)
             self._started.set()
-            self._ending.set()
         self._latch(reason)
+
+    def _refuse_jobs(self, reason: str) -> None:
         with suppress(Empty):
             while True:
                 job = self._jobs.get_nowait()

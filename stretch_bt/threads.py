@@ -1,4 +1,4 @@
-"""One thread for LAPACK: on matrices of this size a second one only waits, and makes a press up to ten times slower."""
+"""One thread for BLAS and LAPACK: on matrices of our size a second one only waits, takes a core for that, and changes the last digits."""
 
 from __future__ import annotations
 
@@ -7,19 +7,33 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
-__all__ = ["one_thread"]
+__all__ = ["ONE_THREAD", "one_thread"]
+
+#: of the environment of another process
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+class _Held:
+    """Whether this process is held to one thread already."""
+
+    depth = 0
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Let BLAS and LAPACK run on the calling thread alone; what they were set to before comes back afterwards."""
+    if _Held.depth:
+        yield
+        return
     before = [(library, library.num_threads) for library in _libraries()]
+    _Held.depth += 1
     try:
         for library, count in before:
             if count != 1:
                 library.set_num_threads(1)
         yield
     finally:
+        _Held.depth -= 1
         for library, count in before:
             if count != 1:
                 library.set_num_threads(count)
@@ -27,7 +41,8 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _libraries() -> list[Any]:
-    """Return the loaded BLAS libraries; found once, because the search takes longer than a press."""
+    """Return the BLAS libraries of numpy and scipy; found once, because the search takes longer than a press."""
+    import numpy  # noqa: F401
     import scipy.linalg.lapack  # noqa: F401  only libraries that are loaded can be found
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 

@@ -1,0 +1,94 @@
+"""A limit on the force on the hand, held by what can hold it."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.frames import Wrench
+from stretch_bt.hardware.interfaces import Arm, ForceSensor, Reading
+from stretch_bt.tree.context import Context
+
+__all__ = ["ForceLimit", "least_limit"]
+
+MAX_AGE = 0.2
+#: standard deviations from zero force to the limit: noise alone passes it once in 800 000 independent means of three axes
+DEVIATIONS: Final = 5.5
+#: the longest time over which the arm's force is averaged, s: a hand at 10 mm/s goes 3.5 mm in it
+LONGEST: Final = 0.35
+#: over which an arm with noise averages a reading at least, s
+SHORTEST: Final = 0.128
+
+
+def least_limit(noise: float) -> float:
+    """Return the least limit, N, that an arm can hold whose force has a noise of so many N s^0.5."""
+    return DEVIATIONS * noise / math.sqrt(LONGEST)
+
+
+class ForceLimit:
+    """The force on the hand, averaged for as long as its limit needs so that noise does not pass it.
+
+    Of an arm whose noise is too large for the limit, the force sensor of the tree holds it, and the arm the least that it can.
+
+    Parameters
+    ----------
+    limit
+        N.
+    arm
+        What carries the hand.
+    sensor
+        The force sensor of the tree, where it has one.
+    context
+        Of the run.
+
+    Raises
+    ------
+    IllConditioned
+        Nothing can hold the limit.
+    """
+
+    def __init__(self, limit: float, arm: Arm, sensor: ForceSensor | None, context: Context) -> None:
+        self.limit, self._arm, self._context = limit, arm, context
+        noise = arm.force_noise()
+        least = least_limit(noise)
+        self._sensor = sensor if limit < least else None
+        if limit < least and sensor is None:
+            raise IllConditioned(
+                f"the arm's force is too noisy to hold a limit of {limit:g} N: it can hold {least:.2g} N or more; "
+                "declare a force sensor in the tree, or allow more force"
+            )
+        self._window = (DEVIATIONS * noise / max(limit, least)) ** 2 if noise > 0 else 0.0
+        self._held = max(limit, least)
+        #: how far below the cell's own limit, N, a force must stay so that the noise of single readings does not pass that
+        self.margin = DEVIATIONS * noise / math.sqrt(SHORTEST)
+        self._readings: deque[Reading[Wrench]] = deque()
+
+    def force(self) -> float:
+        """Return the magnitude of the force, N."""
+        arm = self._of_arm()
+        if self._sensor is None:
+            return arm
+        felt = self._sensor.wrench(MAX_AGE).value.magnitude
+        return felt if arm <= self._held else max(arm, felt)
+
+    def passed(self) -> str | None:
+        """Return what is said of a force above the limit, None where there is none."""
+        force = self.force()
+        return None if force <= self.limit else f"a force of {force:.2f} N exceeds the limit of {self.limit:g} N"
+
+    @property
+    def latest(self) -> tuple[float, float, float]:
+        """The latest force of the arm, N, world axes."""
+        return self._readings[-1].value.force
+
+    def _of_arm(self) -> float:
+        reading = self._arm.wrench(MAX_AGE)
+        if not self._readings or self._readings[-1].sequence != reading.sequence:
+            self._readings.append(reading)
+        while len(self._readings) > 1 and self._readings[0].host_time <= reading.host_time - self._window:
+            self._readings.popleft()
+        return math.hypot(*np.mean([felt.value.force for felt in self._readings], axis=0).tolist())

@@ -1,0 +1,100 @@
+"""`stretch-bt move`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stretch_bt.cli.looking import AsJson, Cell
+from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, print_findings
+from stretch_bt.errors import DeviceFault, InvalidInput
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.cell_file import CellSpec
+    from stretch_bt.hardware.finding import Finding
+
+__all__ = ["command"]
+
+_SCENE = "water_balloon"
+
+
+def command(
+    cell: Cell,
+    up: Annotated[str | None, typer.Option("--up", help="How far up, as in 10mm.")] = None,
+    down: Annotated[
+        str | None, typer.Option("--down", help="How far down, to no lower than `limits.contact.below` of the cell.")
+    ] = None,
+    speed: Annotated[str, typer.Option("--speed", help="Of the hand.")] = "5mm/s",
+    device: Annotated[str | None, typer.Option("--device", help="Which arm, where the cell has several.")] = None,
+    scene: Annotated[str, typer.Option(help="What a simulated cell simulates.")] = _SCENE,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Do not ask: nothing is in the way, and nobody is near the arm.")
+    ] = False,
+    json_: AsJson = False,
+) -> None:
+    """Move the hand straight up, or down in the air; says what it will do and asks, Ctrl-C stops, and without --up or --down nothing moves."""
+    from stretch_bt.hardware.cell_file import load_cell
+    from stretch_bt.run.vertical_move import arm_of, check_distance
+
+    spec = load_cell(cell)
+    name, by, fast = arm_of(spec, device), _distance(up, down), _quantity("Speed", speed)
+    check_distance(spec, by)
+    try:
+        found, code = _moved(spec, name, by, fast, scene, yes=yes)
+    except DeviceFault as fault:
+        found, code = _faulty(name, fault), EXIT_FAULT
+    print_findings([found], json_)
+    raise typer.Exit(code)
+
+
+def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, yes: bool) -> tuple[Finding, int]:
+    """Open the arm, ask, and move it; return how that ended, and the exit code."""
+    from stretch_bt.hardware.cell import open_cell
+    from stretch_bt.hardware.implementations import driver_class
+    from stretch_bt.run.clock import Clock, RealClock, VirtualClock
+    from stretch_bt.run.signals import unbroken
+    from stretch_bt.run.vertical_move import VerticalMove
+    from stretch_bt.simulation.scene import load_scene
+
+    simulated = driver_class(spec.devices[name].type, spec.devices[name].use).simulated
+    clock: Clock = VirtualClock() if simulated else RealClock()
+    opened = open_cell(spec, now=clock.now, scene=load_scene(scene) if simulated else None, only=[name])
+    try:
+        move = VerticalMove(opened, name, by, speed)
+        typer.echo(str(move), err=True)
+        if not (yes or simulated):
+            typer.confirm(
+                "Is nothing in the way, everybody clear, and a hand on the emergency stop?", abort=True, err=True
+            )
+        try:
+            found = move.go(clock)
+        except KeyboardInterrupt:
+            with unbroken():
+                return move.stopped("stopped by Ctrl-C"), EXIT_INTERRUPTED
+        return found, 0 if found.ok else EXIT_FAILURE
+    finally:
+        with unbroken():
+            opened.close()
+
+
+def _faulty(name: str, fault: DeviceFault) -> Finding:
+    from stretch_bt.hardware.finding import Finding
+
+    return Finding(name, False, fault.reason, "see what the fault says, and the page of faults")
+
+
+def _distance(up: str | None, down: str | None) -> float:
+    """Return how far the hand is to go, m, below 0 for down."""
+    if (up is None) == (down is None):
+        raise InvalidInput("name one of --up and --down, as in --up 10mm; nothing was moved")
+    by = _quantity("Length", up if up is not None else down)
+    if by <= 0:
+        raise InvalidInput("the distance is more than 0 mm, as in --up 10mm; nothing was moved")
+    return by if up is not None else -by
+
+
+def _quantity(kind: str, text: str | None) -> float:
+    from stretch_bt.units import KINDS
+
+    return KINDS[kind].parse(text)

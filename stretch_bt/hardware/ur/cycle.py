@@ -1,0 +1,135 @@
+"""What goes into a cycle of the process of an arm, what is kept from one to the next, and what comes out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.messages import Message
+from stretch_bt.hardware.ur.force_filter import ForceFilter
+from stretch_bt.hardware.ur.guard import Measured
+from stretch_bt.hardware.ur.messages import Engaged, Six
+from stretch_bt.hardware.ur.ride import Ride
+
+__all__ = [
+    "Brake",
+    "Command",
+    "ControlState",
+    "Feeling",
+    "GiveUp",
+    "Inputs",
+    "Kick",
+    "Leave",
+    "MakeReady",
+    "Say",
+    "Servo",
+]
+
+_NONE: Six = (0.0,) * 6
+_ORIGIN = Pose()
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """What came in since the cycle before."""
+
+    #: what the controller sent, where that is new
+    measured: Measured | None = None
+    messages: tuple[Message, ...] = ()
+    #: whether the arm still brakes
+    braking: bool = False
+    #: what came of `MakeReady`
+    engaged: Engaged | None = None
+    #: whether the control script took the last setpoint
+    taken: bool = True
+    #: for how long the machine did not run this process beyond its period, s: nobody was silent towards it then
+    late: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """Send the hand to a place in the base."""
+
+    hand: Six
+
+
+@dataclass(frozen=True, slots=True)
+class Brake:
+    """Bring the arm to rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kick:
+    """Feed the controller's watchdog."""
+
+
+@dataclass(frozen=True, slots=True)
+class MakeReady:
+    """Make the arm ready to move, for the request of a number."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Say:
+    """Send a message to the driver."""
+
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class Leave:
+    """End, as the driver asks."""
+
+
+@dataclass(frozen=True, slots=True)
+class GiveUp:
+    """End, because the arm is lost."""
+
+    reason: str
+
+
+Command = Servo | Brake | Kick | MakeReady | Say | Leave | GiveUp
+
+
+@dataclass(frozen=True, slots=True)
+class Feeling:
+    """A mean of the force that is being taken, for the request of a number: until when, by the controller's clock, s."""
+
+    number: int
+    until: float
+    samples: tuple[Six, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControlState:
+    """What is kept from cycle to cycle; times are those of the monotonic clock, s, where nothing else is said."""
+
+    #: of the latest sign of life of the run, news from the controller, look of a tick at the motion, and setpoint that was taken
+    heard: float
+    news: float
+    watched: float
+    taken: float
+    force: ForceFilter
+    zero: Six = _NONE
+    #: number of the latest news, and what they were
+    number: int = 0
+    measured: Measured | None = None
+    #: of the hand: deviation from nominal kinematics, place in the base, and pose in the world
+    deviation: Six = _NONE
+    hand: Six = _NONE
+    pose: Pose = _ORIGIN
+    contact_height: float | None = None
+    ride: Ride | None = None
+    #: force as the motion began, N
+    force_before: float = 0.0
+    motion: int = 0
+    motion_state: MotionState = MotionState.DONE
+    fault: str | None = None
+    #: whether the arm takes motions, and whether it is held to the limits
+    engaged: bool = False
+    guarded: bool = False
+    feeling: Feeling | None = None
+    #: what is still to be done or said, in this order; while the arm brakes it waits
+    waiting: tuple[Message, ...] = ()

@@ -1,0 +1,46 @@
+"""A moving average of wrenches: a CB3's force is noise of several newtons in each sample, and its mean is not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+
+from stretch_bt.hardware.ur.messages import Six
+
+__all__ = ["ForceFilter", "HandForce"]
+
+#: a sample whose time is rounded counts as old as it is
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class HandForce:
+    """Force on the hand, N: averaged, and of the latest sample alone."""
+
+    average: float
+    peak: float
+
+
+@dataclass(frozen=True, slots=True)
+class ForceFilter:
+    """The samples of the latest `over` seconds, each with the controller's time of it, s."""
+
+    over: float
+    samples: tuple[tuple[float, Six], ...] = ()
+
+    def take(self, time: float, wrench: Six) -> ForceFilter:
+        """Return the filter with one more sample; those that are too old, or of a clock that went back, are gone."""
+        kept = (sample for sample in self.samples if time - self.over + _ROUNDING < sample[0] < time)
+        return replace(self, samples=(*kept, (time, wrench)))
+
+    def less(self, zero: Six) -> Six:
+        """Return the mean wrench, less a zero."""
+        mean = np.mean([wrench for _, wrench in self.samples], axis=0) - zero
+        return cast(Six, tuple(mean.tolist()))
+
+    def force(self, zero: Six) -> HandForce:
+        """Return the force of the mean wrench and of the latest, each less a zero."""
+        latest = np.subtract(self.samples[-1][1], zero)
+        return HandForce(float(np.linalg.norm(self.less(zero)[:3])), float(np.linalg.norm(latest[:3])))

@@ -1,0 +1,100 @@
+"""Stopping the control script on a controller from outside of the run that has it."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stretch_bt.hardware.finding import Finding
+from stretch_bt.hardware.ur.dashboard import ask_dashboard
+from stretch_bt.hardware.ur.rtde import Rtde
+from stretch_bt.hardware.ur.version import LOWER_ONLY, POLYSCOPE_X, TOO_NEW
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.ur.options import UrOptions
+
+__all__ = ["halt"]
+
+_PLAYING = 2
+#: speed of a joint, rad/s, under which the arm stands: a target, so that it has no noise
+_STANDS = 1e-4
+#: time within which a program that is stopped must have ended and the arm stand, s
+_ENDING = 2.0
+#: what the control script writes while it waits for commands, and while it has done one
+_SIGNS = (1, 2)
+_PENDANT = "stop it at the pendant, or press the emergency stop"
+
+
+@dataclass(frozen=True)
+class _State:
+    """How a controller stands: speed of the tool, m/s, whether a joint turns, whether a program runs, and what the script would write."""
+
+    speed: float
+    turns: bool
+    running: bool
+    sign: int
+
+    @property
+    def ended(self) -> bool:
+        return not (self.running or self.turns)
+
+
+def halt(name: str, options: UrOptions) -> Finding:
+    """Stop the control script, beside a run too, and return what was found; a program of somebody else goes on.
+
+    A control script is known by the registers of the cell file: they hold what the script writes, and a client writes its commands or,
+    where none is connected, the dashboard names no program file.
+    """
+    try:
+        with Rtde(options.host) as controller:
+            version = controller.version()
+        if version[0] >= POLYSCOPE_X:
+            return Finding(name, False, TOO_NEW, _PENDANT)
+        first = 0 if options.registers == "lower" or version[:2] >= LOWER_ONLY else 24
+        state = _state(options, first)
+        if state.ended:
+            return Finding(name, True, "no program runs on the controller, and the arm stands")
+        if not state.running:
+            return Finding(name, False, f"no program runs, and the arm moves at {1e3 * state.speed:.0f} mm/s", _PENDANT)
+        connected = _is_taken(options, first)
+        program = ask_dashboard(options.host, ["programState"], _ENDING)[0]
+        if state.sign not in _SIGNS or (not connected and ".urp" in program.lower()):
+            return Finding(name, False, f"a program that is not ours runs ({program}); it was not stopped", _PENDANT)
+        begun = time.monotonic()
+        answer = ask_dashboard(options.host, ["stop"], _ENDING)[0]
+        while not (now := _state(options, first)).ended:
+            if time.monotonic() > begun + _ENDING:
+                return Finding(name, False, _goes_on(now, answer), _PENDANT)
+        return Finding(name, True, _stopped(state, connected, time.monotonic() - begun))
+    except OSError as error:
+        fix = "press the emergency stop where the arm moves; then check cable and address"
+        return Finding(name, False, f"{options.host} does not answer ({error})", fix)
+
+
+def _stopped(before: _State, connected: bool, seconds: float) -> str:
+    client = "a run that is open beside this has it" if connected else "its client is gone"
+    moved = f"the arm moved at {1e3 * before.speed:.0f} mm/s" if before.turns else "the arm stood"
+    return f"our control script ran ({client}) and {moved}; stopped, and the arm stood within {seconds:.2f} s"
+
+
+def _goes_on(now: _State, answer: str) -> str:
+    what = "the program still runs" if now.running else f"the arm still moves at {1e3 * now.speed:.0f} mm/s"
+    return f"{what}; the controller answered {answer!r} to stop"
+
+
+def _state(options: UrOptions, first: int) -> _State:
+    with Rtde(options.host) as controller:
+        running, speed, turning, sign = controller.read(
+            ["runtime_state", "target_TCP_speed", "target_qd", f"output_int_register_{first}"]
+        )
+    return _State(math.hypot(*speed[:3]), max(map(abs, turning)) > _STANDS, running == _PLAYING, sign)
+
+
+def _is_taken(options: UrOptions, first: int) -> bool:
+    """Return whether a client writes the commands of the control script."""
+    with Rtde(
+        options.host
+    ) as controller:  # one of its own: a register that is free belongs to who asks until it leaves
+        return controller.taken([f"input_int_register_{first}"])

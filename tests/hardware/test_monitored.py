@@ -1,0 +1,50 @@
+"""What is common to all devices."""
+
+import time
+from pathlib import Path
+
+import pytest
+
+from stretch_bt.errors import StaleReading
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.driver import ArmDriver, Bench
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.hardware.journal import NoJournal
+from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.monitored.arm import MonitoredArm
+from stretch_bt.hardware.monitored.base import Watch
+
+
+class Held(ArmDriver):
+    """An arm whose reading is old until it was asked for some times, as while another thread has no turn."""
+
+    Options = None
+    left = 0
+
+    def follow(self, path, speed):
+        raise NotImplementedError
+
+    def wrench(self):
+        raise NotImplementedError
+
+    def pose(self):
+        self.left -= 1
+        old = 1.0 if self.left >= 0 else 0.0
+        return Reading(Pose(), 0.0, time.monotonic() - old, 0)
+
+
+@pytest.mark.parametrize(("streams", "asked", "fresh"), [(True, 10, True), (True, 100_000, False), (False, 1, False)])
+def test_a_reading_that_is_old_is_waited_for_a_moment_where_newer_ones_come_by_themselves(streams, asked, fresh):
+    limits, hand = Limits(), Hand()
+    driver = type("Held", (Held,), {"streams": streams, "left": asked})(
+        "arm", None, Bench(time.monotonic, 0, Path(), hand, limits)
+    )
+    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, NoJournal()))
+    arm.open()
+    if fresh:
+        assert time.monotonic() - arm.pose(0.2).host_time < 0.2
+    else:
+        with pytest.raises(StaleReading, match="the latest pose is 1 s old"):
+            arm.pose(0.2)
+    assert driver.left < asked - 5 or not streams

@@ -1,0 +1,117 @@
+"""The twin behind stand-ins, in a process of its own: what they feel and see is what it is where the hand is."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from lab import lab_cell
+from waiting import eventually
+
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.emulators.pictures import Pictures, picture_memory
+from stretch_bt.hardware.emulators.serve import serving_elsewhere
+from stretch_bt.hardware.emulators.trace import Trace
+from stretch_bt.hardware.emulators.twin_camera import lens
+from stretch_bt.hardware.emulators.twin_process import steadied
+from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.simulated.twin import Twin
+from stretch_bt.simulation.camera.sensor import Sensor
+from stretch_bt.simulation.scene import load_scene
+
+DEVICES = {
+    "arm": {"watchdog": "1 Hz", "lost_after": "2 s", "heartbeat": "5 s", "force_filter": "500 ms"},
+    "gripper": {},
+    "force_sensor": {},
+    "camera": {"lost_after": "5 s"},
+}
+QUIET = """\
+format: stretch-scene/1
+object: {type: sphere, diameter: 30 mm, rigid: true}
+effects: {arm_force_noise: {sd: 1 mN}, force_sensor_noise: {sd: 1 mN}, fixed_pattern: off}
+"""
+STRETCH, HEIGHT = 0.02, 0.024
+
+
+def test_stand_ins_feel_and_see_the_twin_where_the_hand_is(tmp_path, own_hosts, librealsense):
+    """The arm takes its membrane down, the gripper stretches it, arm and sensor feel it, the camera sees it, all through their wires."""
+    host, geometry, scene = next(own_hosts), HandGeometry(), tmp_path / "scene.yaml"
+    scene.write_text(QUIET)
+    names = ["ur", "robotiq", "ati", "realsense"]
+    with serving_elsewhere(names, scene=str(scene), host=host, activated=True) as servers:
+        path = tmp_path / "cell.yaml"
+        path.write_text(lab_cell(host, DEVICES))
+        cell = open_cell(load_cell(path), now=time.monotonic)
+        try:
+            arm, gripper, sensor, camera = (cell.devices[name] for name in DEVICES)
+            opened = gripper.move(geometry.opening(STRETCH), speed=0.1, owner="test")
+            eventually(lambda: opened.poll() == "done")
+            down = arm.move(Pose((0.0, 0.0, HEIGHT)), speed=0.1, owner="test")
+            eventually(lambda: down.poll() == "done")
+            twin = Twin(load_scene(scene), geometry, lambda: 0.0, 0)
+            stretch = geometry.stretch(servers.stand_ins["robotiq"].state()["opening"])
+            pose = arm.pose(5.0).value
+            contact = twin.world.contact(pose, stretch)
+            assert contact.force[2] > 0.5
+            for device in (arm, sensor):
+                eventually(lambda one=device: abs(one.wrench(5.0).value.force[2] - contact.force[2]) < 0.02)
+            twin.place(pose)
+            twin.fingers = type(twin.fingers)(geometry.opening(stretch))
+            wanted = Sensor(twin.world, lens(geometry), geometry.plane_distance, 30, twin.random).clean(
+                twin.shot(0.0, 0)
+            )
+            eventually(lambda: difference(camera.frame(5.0).value, wanted) < 5e-5)
+        finally:
+            assert cell.close() == []
+
+
+def difference(frame, wanted):
+    """Return how far apart two depth images are in the median of the pixels that both have, m."""
+    seen = frame.raw * frame.unit
+    both = (seen > 0) & (wanted > 0)
+    assert both.mean() > 0.7
+    assert ((seen > 0) == (wanted > 0)).mean() > 0.99
+    return float(np.median(np.abs(seen - wanted)[both]))
+
+
+def test_an_object_goes_back_to_what_it_was_with_every_new_cell(own_hosts):
+    """What is served again knows nothing of what was served before, and nothing of it is left."""
+    for _ in range(2):
+        with serving_elsewhere(["ur"], scene="calibration_sphere", host=next(own_hosts)) as servers:
+            pids = [process.pid for process in servers.processes]
+            assert servers.stand_ins["ur"].state()["height"] == pytest.approx(0.2)
+        assert not any(os.path.exists(f"/proc/{pid}") for pid in pids)  # noqa: PTH110
+
+
+@given(st.lists(st.floats(-1e-3, 1e-3), min_size=1, max_size=30))
+def test_a_hand_that_hardly_moves_stands_and_one_that_moves_is_where_it_is(steps):
+    pose, six = Pose((0.0, 0.0, 0.1)), [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]
+    for step in steps:
+        six = [six[0] + step, six[1], six[2] - step, six[3], six[4], six[5] + step]
+        before, pose = pose, steadied(pose, six)
+        assert np.abs(np.subtract((*pose.position, *pose.rotation), six)).max() <= 1e-5
+        assert abs(pose.height - six[2]) <= 2e-6
+        assert steadied(pose, [*pose.position, *pose.rotation]) == pose
+        if abs(six[0] - before.position[0]) < 0.7e-5:
+            assert pose.position[0] == before.position[0]
+
+
+def test_a_trace_is_straight_between_what_was_noted_and_stands_where_nothing_was():
+    trace = Trace(Pose((0.0, 0.0, 0.2)))
+    for time_, height in ((1.0, 0.1), (1.008, 0.09), (3.0, 0.05)):
+        trace.note(time_, Pose((0.0, 0.0, height)))
+    heights = [trace.at(time_).true.height for time_ in (0.5, 1.0, 1.004, 1.008, 2.9, 3.0, 9.0)]
+    assert heights == pytest.approx([0.2, 0.1, 0.095, 0.09, 0.09, 0.05, 0.05])
+
+
+def test_a_picture_is_whole_until_three_others_were_left_after_it():
+    descriptor = picture_memory()
+    writer, reader = Pictures(os.dup(descriptor), (3, 4)), Pictures(descriptor, (3, 4))
+    numbers = [writer.put(np.full((3, 4), float(k), np.float32)) for k in range(10)]
+    assert len(set(numbers)) == 10  # so that nobody takes one for another
+    for k, number in list(enumerate(numbers))[-4:]:
+        assert (reader.get(number) == k).all()
