@@ -199,7 +199,7 @@ class Approach(MotionBehavior):
 
     def _rise_to_touch(self) -> Status | None:
         """Go back up, once, where contact was noticed late: the lightest touches tell most of the height at no force."""
-        if self.risen or len(self.frames) < min(self.RISING, self.average - 1):
+        if self.risen or len(self.frames) < max(1, min(self.RISING, self.average - 1)):
             return None
         self.risen = True
         found = self._top(self.source.corrected(perception.average_frames(self.frames)))

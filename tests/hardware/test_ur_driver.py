@@ -1,6 +1,5 @@
 """The parts of the arm's driver by themselves: messages, limits, setpoints, reach."""
 
-import json
 import socket
 import threading
 import time
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stretch_bt.hardware.ur.settings import ArmState, Settings
 from waiting import broken_off, eventually
 
 from stretch_bt.frames import Pose
@@ -20,8 +18,11 @@ from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.hardware.messages import Lost, Message
 from stretch_bt.hardware.simulated.path import PosePath
+from stretch_bt.hardware.ur.force_filter import HandForce
 from stretch_bt.hardware.ur.guard import beyond, safety_stop
+from stretch_bt.hardware.ur.messages import CODEC, ArmState, Beat, Engaged, Follow, Stop
 from stretch_bt.hardware.ur.reach import Reach
 from stretch_bt.hardware.ur.ride import Ride
 
@@ -38,19 +39,21 @@ def lab():
     return spec.devices["arm"].options.settings(bench)
 
 
-PLAIN = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
-    st.lists,
-    max_leaves=5,
+SIX = st.tuples(*[st.floats(-1e9, 1e9)] * 6)
+MESSAGES = st.one_of(
+    st.builds(Beat, st.none() | st.floats(-1, 1), st.floats(0, 1e9)),
+    st.builds(Follow, st.integers(0, 1 << 60), st.lists(SIX, max_size=4).map(tuple), st.floats(0.01, 1)),
+    st.builds(Engaged, st.integers(0, 1 << 60), st.none() | st.text(st.characters(codec="utf-8"))),
+    st.builds(ArmState, st.floats(0, 1e9), st.integers(0), SIX, SIX, SIX, SIX, st.booleans()),
 )
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.lists(st.dictionaries(st.text(max_size=5), PLAIN, max_size=3), max_size=4))
+@given(st.lists(MESSAGES, max_size=4))
 def test_messages_arrive_as_they_were_sent(messages):
     one, other = socket.socketpair()
     with one, other:
-        here, there = Channel(one), Channel(other)
+        here, there = Channel(one, CODEC), Channel(other, CODEC)
         for message in messages:
             here.send(message)
         assert there.drain() == messages
@@ -61,12 +64,12 @@ def test_messages_arrive_as_they_were_sent(messages):
 def test_any_bytes_are_messages_or_the_end(data):
     one, other = socket.socketpair()
     with other:
-        there = Channel(other)
+        there = Channel(other, CODEC)
         with one:
             one.sendall(data)
         try:
             while True:
-                assert all(isinstance(message, dict) for message in there.drain())
+                assert all(isinstance(message, Message) for message in there.drain())
         except ChannelClosed as error:
             assert str(error)
 
@@ -75,11 +78,11 @@ def test_what_was_said_before_the_end_is_read_first():
     """Also where the other side ends with something unread, which resets the connection."""
     one, other = socket.socketpair()
     with other:
-        there = Channel(other)
+        there = Channel(other, CODEC)
         with one:
-            there.send({"do": "next"})
-            Channel(one).send({"say": "lost"})
-        assert there.drain() == [{"say": "lost"}]
+            there.send(Stop(1))
+            Channel(one, CODEC).send(Lost("unplugged", missing=False))
+        assert there.drain() == [Lost("unplugged", missing=False)]
         with pytest.raises(ChannelClosed, match="gone"):
             there.drain()
 
@@ -87,15 +90,15 @@ def test_what_was_said_before_the_end_is_read_first():
 def test_a_side_that_does_not_read_counts_as_gone():
     one, other = socket.socketpair()
     with one, other:
-        here = Channel(one, patience=0.05)
+        here = Channel(one, CODEC, patience=0.05)
         with pytest.raises(ChannelClosed, match="takes no messages"):
-            here.send({"text": "x" * (1 << 24)})
+            here.send(Lost("x" * (1 << 24), missing=False))
 
 
 def test_settings_and_states_come_back_from_their_messages(lab):
-    assert Settings.from_message(json.loads(json.dumps(lab.to_message()))) == lab
-    state = ArmState(1.5, 3, UP, (0.1,) * 6, (0.0,) * 6, (1.0,) * 6, 4, "moving", "why", True)
-    assert ArmState.from_message(json.loads(json.dumps(state.to_message()))) == state
+    state = ArmState(1.5, 3, UP, (0.1,) * 6, (0.0,) * 6, (1.0,) * 6, True, 4, MotionState.MOVING, "why", True)
+    for message in (lab, state):
+        assert CODEC.decode(CODEC.encode(message)) == message
 
 
 # (place, speed, force, height of contact, part of what is said)
@@ -119,12 +122,21 @@ BEYOND = [
     ),
     ((0.0, 0.0, 0.1), 0.05, 20.5, None, "force 20.5 N is past the limit of the cell, at most 20 N"),
     ((0.0, 0.0, 0.1), 0.05, float("nan"), None, "force nan"),
+    ((0.0, 0.0, 0.1), 0.05, HandForce(1.0, 39.9), None, None),
+    (
+        (0.0, 0.0, 0.1),
+        0.05,
+        HandForce(1.0, 40.1),
+        None,
+        "force 40.1 N in one sample is past 40 N, which no noise reaches",
+    ),
 ]
 
 
 @pytest.mark.parametrize(("place", "speed", "force", "contact", "said"), BEYOND)
 def test_measured_values_are_compared_with_the_limits(lab, place, speed, force, contact, said):
-    found = beyond(lab, place, speed, force, contact)
+    on_hand = force if isinstance(force, HandForce) else HandForce(force, force)
+    found = beyond(lab, place, speed, on_hand, contact)
     assert (found is None) if said is None else (said in found)
 
 
@@ -133,53 +145,60 @@ def test_any_safety_bit_but_the_harmless_ones_is_a_stop(bits):
     assert (safety_stop(bits) is None) is (bits & ~0b100000000011 == 0)
 
 
+def after(ride, seconds):
+    """Return a ride as it is some time after its begin."""
+    return replace(ride, gone=seconds)
+
+
 PLACE = st.tuples(*[st.floats(-0.2, 0.2)] * 3).map(lambda p: Pose(p))
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(PLACE, min_size=2, max_size=4), st.floats(0.02, 0.25), st.floats(0.05, 2.0))
 def test_setpoints_go_from_begin_to_end_no_faster_than_asked(poses, speed, acceleration):
-    ride = Ride(poses, speed, acceleration, 0.001)
+    ride = Ride.through(poses, speed, acceleration, 0.001)
     long = 2.1 / speed + 10.0
     times = np.linspace(0.0, long, 200)
-    places = np.array([ride.setpoint(t).position for t in times])
+    places = np.array([after(ride, t).setpoint.position for t in times])
     assert places[0] == pytest.approx(poses[0].position)
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     assert steps.max() <= speed * times[1] * (1 + 1e-9)
     assert places[-1] == pytest.approx(poses[-1].position, abs=1e-9)
-    assert ride.judge(long, poses[-1]) is MotionState.DONE
+    assert after(ride, long).judge(poses[-1]) is MotionState.DONE
 
 
 def test_after_a_pause_the_setpoint_goes_on_from_where_it_was():
-    ride = Ride([Pose(), Pose((0.1, 0.0, 0.0))], 0.05, 0.5, 0.001)
-    times = [ride.since(now, 0.024) for now in (7.0, 7.008, 7.016, 7.216, 7.224)]
-    assert times == pytest.approx([0.0, 0.008, 0.016, 0.040, 0.048])
+    ride, gone = Ride.through([Pose(), Pose((0.1, 0.0, 0.0))], 0.05, 0.5, 0.001), []
+    for now in (7.0, 7.008, 7.016, 7.216, 7.224):
+        ride = ride.at(now, 0.024)
+        gone.append(ride.gone)
+    assert gone == pytest.approx([0.0, 0.008, 0.016, 0.040, 0.048])
 
 
 def test_a_hand_that_lags_or_ends_elsewhere_is_told():
-    ride = Ride([Pose(), Pose((0.1, 0.0, 0.0))], 0.05, 0.5, 0.001)
-    assert ride.judge(1.0, ride.setpoint(0.9)) is MotionState.MOVING
-    assert "does not follow" in ride.judge(1.0, Pose())
+    ride = Ride.through([Pose(), Pose((0.1, 0.0, 0.0))], 0.05, 0.5, 0.001)
+    assert after(ride, 1.0).judge(after(ride, 0.9).setpoint) is MotionState.MOVING
+    assert "does not follow" in after(ride, 1.0).judge(Pose())
     near, off = Pose((0.0995, 0.0, 0.0)), Pose((0.095, 0.0, 0.0))
-    assert ride.judge(2.2, near) is MotionState.MOVING
-    assert ride.judge(3.0, near) is MotionState.DONE
-    assert "did not arrive: it is 5.0 mm off" in ride.judge(3.0, off)
+    assert after(ride, 2.2).judge(near) is MotionState.MOVING
+    assert after(ride, 3.0).judge(near) is MotionState.DONE
+    assert "did not arrive: it is 5.0 mm off" in after(ride, 3.0).judge(off)
 
 
 @pytest.mark.parametrize("turn", [0.3, np.pi, -3.0])
 def test_half_a_turn_is_the_same_whichever_way_it_is_written(turn):
-    ride = Ride([Pose(), Pose(rotation=(0.0, 0.0, turn))], 0.05, 0.5, 0.001)
-    assert ride.judge(100.0, Pose(rotation=(0.0, 0.0, turn - 2 * np.pi))) is MotionState.DONE
-    assert "did not arrive" in ride.judge(100.0, Pose(rotation=(0.0, 0.0, turn - 0.1)))
+    ride = after(Ride.through([Pose(), Pose(rotation=(0.0, 0.0, turn))], 0.05, 0.5, 0.001), 100.0)
+    assert ride.judge(Pose(rotation=(0.0, 0.0, turn - 2 * np.pi))) is MotionState.DONE
+    assert "did not arrive" in ride.judge(Pose(rotation=(0.0, 0.0, turn - 0.1)))
 
 
 def test_a_hand_that_is_half_a_turn_round_goes_straight_whatever_sign_is_measured():
     """The sign of its rotation vector is decided by noise; a path the long way round would turn the wrist by a whole round."""
     here, there = Pose((0.0, 0.0, 0.1), (0.0, 0.0, -3.14159)), Pose((0.0, 0.0, 0.14), (0.0, 0.0, 3.14159))
-    ride = Ride([here, there], 0.05, 0.5, 0.001)
-    halfway = ride.setpoint(0.45).matrix()
+    ride = Ride.through([here, there], 0.05, 0.5, 0.001)
+    halfway = after(ride, 0.45).setpoint.matrix()
     assert halfway == pytest.approx(here.matrix(), abs=1e-4)
-    assert ride.judge(100.0, there) is MotionState.DONE
+    assert after(ride, 100.0).judge(there) is MotionState.DONE
     start = (np.pi, -1.6, 1.8, -1.8, -np.pi / 2, 3.0)
     reach = Reach("ur5", BASE, HAND, joint_speed=1.0, margin=0.05)
     assert reach.obstacle(PosePath([here, there]), 0.05, start) is None
@@ -209,7 +228,7 @@ def test_reach_says_what_keeps_the_arm_from_a_path(model):
 
 def test_a_cell_without_payload_leaves_that_of_the_pendant(lab):
     assert lab.payload == (1.6, 0.0, 0.0, 0.11)
-    assert Settings.from_message(replace(lab, payload=None).to_message()).payload is None
+    assert CODEC.decode(CODEC.encode(replace(lab, payload=None))).payload is None
 
 
 def test_ctrl_c_while_the_arm_is_opened_leaves_no_process(stand_in, live_cell):

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from waiting import LIMIT, eventually
 
@@ -17,6 +18,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.ur.force_noise import CB3, NoisyForce
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.examine import doctor
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
@@ -27,6 +29,7 @@ DEADLINES = {"watchdog": "2.5 Hz", "lost_after": "400 ms", "heartbeat": "500 ms"
 # (fault, parameters, what the fault of the arm says)
 LOSSES = [
     ("drop", {}, "connection"),
+    ("close", {}, "connection"),
     ("reset", {}, "connection"),
     ("freeze", {}, "nothing new came"),
     ("slow", {"rate": 1.0}, "nothing new came"),
@@ -41,12 +44,13 @@ OWN = [
     ("safeguard_stop", {}, "safeguard stop: close the safeguard"),
     ("violation", {}, "violation of the safety configuration"),
     ("program_stop", {}, "the control script ended"),
+    ("home", {}, "the control script ended"),
     ("no_solution", {}, "the control script ended|takes no commands"),
     ("deaf", {}, "does not follow"),
     ("stall", {}, "does not follow"),
     ("slider", {"fraction": 0.05}, "speed slider"),
     ("load", {"fz": 30.0}, "N is past the limit of the cell, at most 20 N"),
-    ("load", {"fz": 50.0}, "force 50.0 N in one sample is past 40 N"),
+    ("load", {"fz": 50.0}, "N in one sample is past 40 N"),
     ("wall", {"height": 0.18, "stiffness": 20000.0}, "N is past the limit of the cell|N in one sample is past"),
 ]
 POWER = [("emergency_stop", "emergency stop: release the button"), ("power_off", "the control script ended")]
@@ -264,7 +268,7 @@ def test_nobody_there_and_the_wrong_robot_are_told(stand_in, live_cell, clock):
         open_cell(load_cell(live_cell("ur", "rtde", "127.0.0.250")), now=clock)
     behind, _ = stand_in("ur")
     with pytest.raises(DeviceFault, match="`model` or `hand` of the cell file are not those of this robot"):
-        open_cell(load_cell(live_cell("ur", "rtde", behind.host, model="ur5e")), now=clock)
+        open_cell(load_cell(live_cell("ur", "rtde", behind.host, model="ur5e", loaded="true")), now=clock)
 
 
 def test_what_cannot_be_reached_is_refused_and_leaves_the_arm_ready(make_cell):
@@ -335,12 +339,12 @@ def test_an_arm_that_is_opened_past_a_limit_is_not_ready(stand_in, live_cell):
     behind, places = stand_in("ur")
     behind.inject("load", {"fz": 30.0})
     spec = load_cell(live_cell("ur", "rtde", places["rtde"], **DEADLINES, tare="false"))
-    said = "force 30.0 N is past the limit of the cell, at most 20 N; see why, move the hand back at the pendant"
+    said = r"force \d\d\.\d N is past the limit of the cell, at most 20 N; see why, move the hand back at the pendant"
     with pytest.raises(DeviceFault, match=said):
         open_cell(spec, now=time.monotonic)
     [ready] = [found for found in doctor(spec) if found.check == "arm: ready"]
     assert not ready.ok
-    assert said in ready.detail
+    assert re.search(said, ready.detail)
 
 
 def read_until_fault(arm):
@@ -374,9 +378,7 @@ def test_a_load_at_opening_is_refused_unless_the_cell_file_allows_it(
     behind.inject("load", {"fz": load})
     spec = load_cell(live_cell("ur", "rtde", behind.host, model=model, loaded=loaded))
     if loaded == "false":
-        said = (
-            rf"it feels {load:.1f} N before a run, where bias and noise of a {model} explain {most}, .*`loaded: true`"
-        )
+        said = rf"it feels \d\d\.\d N before a run, where bias and noise of a {model} explain {most}, .*`loaded: true`"
         with pytest.raises(NotReady, match=said):
             open_cell(spec, now=clock)
         eventually(lambda: not behind.state()["running"])
@@ -384,21 +386,30 @@ def test_a_load_at_opening_is_refused_unless_the_cell_file_allows_it(
     cell = open_cell(spec, now=clock)
     try:
         arm = cell.devices["arm"]
-        eventually(lambda: arm.wrench(1e9).value.magnitude < 1e-9)
+        assert felt(arm) == pytest.approx((0.0, 0.0, 0.0), abs=1.5)
         behind.inject("load", {"fz": load - 10.0})
-        eventually(lambda: arm.wrench(1e9).value.force == pytest.approx((0.0, 0.0, -10.0)))
+        assert felt(arm) == pytest.approx((0.0, 0.0, -10.0), abs=1.5)
     finally:
         cell.close()
 
 
+def felt(arm):
+    """Return the mean of the force that a standing arm feels over a second, N, after its filter forgot what was before."""
+    read = []
+    eventually(lambda: read.append(arm.wrench(1e9)) or read[-1].device_time > read[0].device_time + 1.2)
+    late = {r.device_time: r.value.force for r in read if r.device_time > read[0].device_time + 0.2}
+    return tuple(np.mean(list(late.values()), axis=0))
+
+
 def test_a_bias_at_opening_is_taken_as_zero_unless_the_cell_file_says_otherwise(stand_in, live_cell, clock):
     behind, _ = stand_in("ur")
-    behind.inject("load", {"fx": 2.0, "fz": -6.0})
-    for tare, force in (("true", (0.0, 0.0, 0.0)), ("false", (2.0, 0.0, -6.0))):
+    behind.inject("load", {"fx": 1.0, "fz": -2.0})
+    bias = NoisyForce(CB3, 0).error[:3] + [1.0, 0.0, -2.0]
+    for tare, force in (("true", (0.0, 0.0, 0.0)), ("false", tuple(bias))):
         cell = open_cell(load_cell(live_cell("ur", "rtde", behind.host, tare=tare)), now=clock)
         try:
             arm = cell.devices["arm"]
-            eventually(lambda arm=arm, force=force: arm.wrench(1e9).value.force == pytest.approx(force))
+            assert felt(arm) == pytest.approx(force, abs=2.0)
         finally:
             cell.close()
 

@@ -19,6 +19,7 @@ from stretch_bt.run.replay.devices import ReplayedCell
 from stretch_bt.run.replay.log import Log
 from stretch_bt.run.runner import Runner
 from stretch_bt.run.task import Task
+from stretch_bt.threads import one_thread
 from stretch_bt.tree.program import load_program
 
 __all__ = ["ReplayResult", "replay"]
@@ -57,7 +58,8 @@ def replay(record: str | Path) -> ReplayResult:
         again = Path(folder).resolve()
         try:
             task = _prepare(reader.run_info, again)
-            _run_again(reader, task, again)
+            with one_thread():  # as it was run: the last digits depend on it
+                _run_again(reader, task, again)
             return _compare(reader, RecordReader(again / "record"))
         except (LookupError, TypeError, AttributeError, ValueError) as error:
             if isinstance(error, StretchError):
