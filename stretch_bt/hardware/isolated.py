@@ -6,13 +6,12 @@ import os
 import sys
 from pathlib import Path
 
-import stretch_bt
 from stretch_bt.threads import ONE_THREAD
 
 __all__ = ["environment", "interpreter"]
 
 #: folder from which this package is imported
-_HOME = Path(stretch_bt.__file__).resolve().parent.parent
+_HOME = Path(__file__).resolve().parents[2]
 
 
 def interpreter() -> list[str]:
