@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 
 from stretch_bt.hardware.channel import Channel, ChannelClosed, OtherSideGone
+from stretch_bt.hardware.isolated import environment, interpreter
 from stretch_bt.hardware.messages import Codec, End, Message
-from stretch_bt.threads import ONE_THREAD
 
-__all__ = ["LAST_WORD", "Child", "environment"]
+__all__ = ["LAST_WORD", "Child"]
 
 #: what begins the line of standard error in which a process that ends itself at once says why
 LAST_WORD = "lost: "
 #: how long a process may take to be gone once its channel is closed, s
 _GOING = 1.0
-
-
-def environment() -> dict[str, str]:
-    """Return this process's environment, and what its interpreter finds packages by, so that another one has the same.
-
-    On matrices as small as ours a second thread of BLAS only waits, and takes a core for that.
-    """
-    return {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
 
 
 class Child:
@@ -52,7 +42,7 @@ class Child:
         with theirs:
             given = (theirs.fileno(), *descriptors)
             self._process = subprocess.Popen(  # noqa: S603  the arguments are our own module
-                [sys.executable, "-m", module, *map(str, given)],
+                [*interpreter(), "-m", module, *map(str, given)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=self._said,

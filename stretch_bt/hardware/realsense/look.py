@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import socket
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from stretch_bt.hardware.child import environment
 from stretch_bt.hardware.finding import Finding
+from stretch_bt.hardware.isolated import environment, interpreter
 from stretch_bt.hardware.realsense.library import library
 from stretch_bt.hardware.realsense.options import RealsenseOptions
 
@@ -47,7 +46,7 @@ def connected() -> None:
 def _camera(check: str, serial: str) -> Finding:
     """Ask in a process of its own, because the library may hang."""
     try:
-        command = [sys.executable, "-c", _ASK]
+        command = [*interpreter(), "-c", _ASK]
         asked = subprocess.run(command, capture_output=True, timeout=_WITHIN, check=True, env=environment())  # noqa: S603
         found = json.loads(asked.stdout)
     except subprocess.TimeoutExpired:
