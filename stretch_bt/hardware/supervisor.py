@@ -22,6 +22,8 @@ __all__ = ["Deadlines", "Program", "Supervisor"]
 _BEAT = 0.05
 #: how long the thread may take to hear why a process ended that takes no messages, s
 _GOING = 0.5
+#: after which silence a process that is to end counts as one that hangs, s
+_HANGS = 0.5
 
 
 @dataclass(frozen=True)
@@ -201,15 +203,19 @@ class Supervisor(Latched):
             self._started.set()
 
     def _reap(self) -> None:
-        """Leave no process: one that was not lost has a moment to leave its device."""
+        """Leave no process: one that was not lost, and is not silent, has a moment to leave its device."""
         child = self._child
         if child is not None:
-            grace = 0.0 if self._lost is not None or not self._started.is_set() else self._deadlines.ending
-            for message in child.end(grace):
+            for message in child.end(self._grace()):
                 with suppress(Exception):  # what it says of a loss comes too late
                     self._hear(message)
         self._child = None
         self._after()
+
+    def _grace(self) -> float:
+        """Return how long the process may take to end, s: one that hangs would not use its time."""
+        hangs = time.monotonic() > max(self._heard + _HANGS, self._excused)
+        return 0.0 if self._lost is not None or not self._started.is_set() or hangs else self._deadlines.ending
 
     def _serve(self, child: Child) -> None:
         due = 0.0

@@ -60,7 +60,9 @@ PARAMETERS = {
     ("ur", "slow"): {"rate": 1.0},
     ("ur", "late"): {"delay": 1.0},
     ("ur", "garbage"): {"bytes": 300},
-    ("ur", "load"): {"fz": 30.0},
+    ("ur", "load"): {
+        "fz": 60.0
+    },  # past what a single sample may show, so that the guard of the tree does not see it first
     ("ur", "slider"): {"fraction": 0.05},
     ("ati", "load"): {"fz": 20.0},
     ("robotiq", "slow"): {"delay": 0.6},
