@@ -21,7 +21,7 @@ PHASES = ("approach", "press", "roll", "retract", "set_stretch")
 HARMLESS = {
     *(("ur", fault) for fault in ("registers", "local", "loss", "wall")),
     *(("robotiq", fault) for fault in ("object", "unit", "late", "deaf")),
-    *(("ati", fault) for fault in ("loss", "reorder", "repeat", "short", "slow", "drift")),
+    *(("ati", fault) for fault in ("loss", "reorder", "repeat", "short", "slow", "drift", "wild")),
     *(("realsense", fault) for fault in ("reorder", "exchange")),
 }
 #: seen only while the fingers move

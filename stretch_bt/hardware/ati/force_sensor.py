@@ -13,6 +13,7 @@ from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.ati.options import AtiOptions
 from stretch_bt.hardware.ati.rdt import status_text
 from stretch_bt.hardware.ati.receiver import Measurement, Receiver
+from stretch_bt.hardware.ati.screen import Screen
 from stretch_bt.hardware.ati.stream import Counters
 from stretch_bt.hardware.driver import ForceSensorDriver
 from stretch_bt.hardware.interfaces import Reading
@@ -36,8 +37,14 @@ class AtiForceSensor(ForceSensorDriver):
     def open(self) -> None:
         """Ask for the stream; raises DeviceLost when no measurement comes."""
         o = self.options
+        c = o.calibration
         receiver = Receiver(
-            (o.host, o.port), silence=o.silence, lost_after=o.lost_after, keep=o.zero_over, now=self.bench.now
+            (o.host, o.port),
+            silence=o.silence,
+            lost_after=o.lost_after,
+            keep=o.zero_over,
+            now=self.bench.now,
+            screen=Screen(c.counts_per_newton, c.counts_per_newton_metre, o.noisy),
         )
         try:
             heard = receiver.start(_OPENING)

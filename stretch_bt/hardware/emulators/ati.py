@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, ClassVar
@@ -31,6 +32,9 @@ _FAULTS: dict[str, Fault] = {
     "reorder": Fault("exchanges the part `part` of its packets with the one after", {"part": 0.3}),
     "repeat": Fault("sends every packet twice"),
     "freeze": Fault("sends, but measures nothing new: its cycle number and counts stand"),
+    "frozen_force": Fault("sends the same counts again and again, while its cycle number goes on"),
+    "late": Fault("sends each packet `delay` seconds after it was measured", {"delay": 0.3}, state=True),
+    "wild": Fault("sends random counts in the part `part` of its packets", {"part": 0.02}),
     "status": Fault(
         "sends the status word `code`; from 0x80000000 on the sensor calls it an error", {"code": 0x80000002}
     ),
@@ -62,6 +66,7 @@ class AtiStandIn(StandIn):
         self._number = self._cycle = self._sent = 0
         self._bias = np.zeros(6)
         self._kept: bytes | None = None
+        self._delayed: deque[tuple[float, bytes]] = deque()
         self._frozen: tuple[int, tuple[int, ...]] | None = None
         self._drifting: float | None = None
 
@@ -131,7 +136,7 @@ class AtiStandIn(StandIn):
         self._cycle = (self._cycle + 1) % _MODULUS
         self._number = (self._number + 1) % _MODULUS
         if self.faults.shown("silence") is None:
-            for packet in self._packets(self._record().encode()):
+            for packet in self._due(self._packets(self._record().encode())):
                 self._socket.sendto(packet, client)
                 self._sent += 1
         self._left -= 1
@@ -141,14 +146,24 @@ class AtiStandIn(StandIn):
     def _record(self) -> Record:
         counts = self._measured() - self._bias
         clipped = np.clip(np.round(counts), -_MOST, _MOST).astype(int).tolist()
-        cycle = self._cycle
-        if self.faults.take("freeze") is not None:
-            self._frozen = self._frozen or (cycle, tuple(clipped))
-            cycle, clipped = self._frozen[0], list(self._frozen[1])
-        else:
+        frozen, stands = self.faults.take("freeze"), self.faults.take("frozen_force")
+        if frozen is None and stands is None:
             self._frozen = None
+        else:
+            self._frozen = self._frozen or (self._cycle, tuple(clipped))
+            clipped = list(self._frozen[1])
+        cycle = self._cycle if frozen is None or self._frozen is None else self._frozen[0]
+        wild = self.faults.take("wild")
+        if wild is not None and self._random.random() < wild["part"]:
+            clipped = self._random.integers(-_MOST, _MOST, 6).tolist()
         status = self.faults.take("status")
         return Record(self._number, cycle, int(status["code"]) % _MODULUS if status else 0, tuple(clipped))
+
+    def _due(self, packets: list[bytes]) -> list[bytes]:
+        """Return what is sent now of all that was measured."""
+        now, late = time.monotonic(), self.faults.shown("late")
+        self._delayed.extend((now + (late["delay"] if late else 0.0), packet) for packet in packets)
+        return [self._delayed.popleft()[1] for _ in range(len(self._delayed)) if self._delayed[0][0] <= now]
 
     def _packets(self, data: bytes) -> list[bytes]:
         """Return what goes out in place of a packet."""

@@ -59,6 +59,7 @@ _FAULTS: dict[str, Fault] = {
     "deaf": Fault("its program confirms commands, and does nothing of them", state=True),
     "stall": Fault("the arm stands, and the program goes on", state=True),
     "slider": Fault("has its speed slider at `fraction`", {"fraction": 0.1}, state=True),
+    "frozen_force": Fault("sends the same force again and again, while time and place go on", state=True),
     "load": Fault(
         "feels `fx`, `fy`, `fz` N in world axes besides what the scene does",
         {"fx": 0.0, "fy": 0.0, "fz": 0.0},
@@ -96,6 +97,7 @@ class Ur5StandIn(StandIn):
         self.arm = ArmModel(kinematics, self._home)
         self.controller = Controller(self.PROFILE, self.arm, self._felt, self.faults.shown)
         self._noise = NoisyForce(self.NOISE, stage.seed)
+        self._latest: tuple[float, ...] = (0.0,) * 6
         self._moved = 0.0
         #: time of the latest fault, s of the controller, and how far the hand went since, m
         self._injected = self._way = 0.0
@@ -222,6 +224,12 @@ class Ur5StandIn(StandIn):
 
     def _felt(self) -> tuple[float, ...]:
         """Return the wrench on the tool in base axes, N and N m."""
+        if self.faults.shown("frozen_force") is not None:
+            return self._latest
+        self._latest = self._estimate()
+        return self._latest
+
+    def _estimate(self) -> tuple[float, ...]:
         wrench = self.stage.wrench("Arm")
         felt = np.array([*wrench.force, *wrench.torque])
         load, wall = self.faults.shown("load"), self.faults.shown("wall")
