@@ -69,6 +69,11 @@ class GripperModel:
         self._command = Command(activate=True)
         self._stage_of = Stage.ACTIVE
 
+    @property
+    def command(self) -> Command:
+        """What it was told last."""
+        return self._command
+
     def read(self) -> Status:
         """Return the status."""
         self._notice()
@@ -156,7 +161,7 @@ class GripperModel:
     def _obey(self, command: Command) -> None:
         if command.release:
             self._fault = 0x0B
-            self._drive(_WIDE, _SLOWEST)
+            self._drive(_WIDE if command.release_opens else 0.0, _SLOWEST)
         elif self._stage_of is not Stage.ACTIVE:
             self._fault = 0x07 if command.go else self._fault
         elif command.go:
@@ -174,6 +179,8 @@ class GripperModel:
                 blocked = self._met is not Found.ARRIVED
                 self._stage_of = Stage.RESET if blocked else Stage.ACTIVE
                 self._fault = 0x0D if blocked else self._fault
+                if self._command.go and not blocked:
+                    self._obey(self._command)
             elif self._fault == 0x0B:
                 self._fault = 0x0F
 

@@ -32,6 +32,8 @@ class RobotiqDriver(GripperDriver, ABC):
     _attendant: WireThread[GripperWire, Status] | None = None
     _task: Task | None = None
     _held_at_loss = False
+    #: whether it moved the fingers since it was opened; who never did holds nothing that somebody else moves
+    _moved = False
     _known: Status | None = None
     _event: DeviceFault | None = None
     _watched = 0.0
@@ -43,7 +45,7 @@ class RobotiqDriver(GripperDriver, ABC):
     def open(self) -> None:
         """Connect and read the status; an inactive gripper can be read, but not moved."""
         self._task = self._known = self._event = None
-        self._held_at_loss = False
+        self._held_at_loss = self._moved = False
         attendant = WireThread(
             self.name,
             self._wire(),
@@ -71,7 +73,12 @@ class RobotiqDriver(GripperDriver, ABC):
             attendant.end()
 
     def stop(self) -> None:
-        """Hold the fingers where they are; an activation is broken off.
+        """Hold the fingers where they are, if it was this driver that moved them; raises as `hold` does."""
+        if self._moved:
+            self.hold()
+
+    def hold(self) -> None:
+        """Hold the fingers where they are, whoever moves them; an activation is broken off.
 
         Raises
         ------
@@ -184,7 +191,12 @@ class RobotiqDriver(GripperDriver, ABC):
             self._task, self._watched = task, time.monotonic()
             return task
 
-        task = attendant.do(begin)
+        moved, self._moved = self._moved, True  # before it is asked for: a stop may come while it begins
+        try:
+            task = attendant.do(begin)
+        except NotReady:
+            self._moved = moved
+            raise
 
         def poll() -> MotionState:
             self._watched = time.monotonic()
@@ -218,8 +230,9 @@ class RobotiqDriver(GripperDriver, ABC):
 
     def _hold_at_loss(self, wire: GripperWire) -> None:
         """Keep the fingers from going on to where they were sent before a loss."""
-        _hold(wire)
-        self._held_at_loss = True
+        if self._moved:
+            _hold(wire)
+            self._held_at_loss = True
 
 
 def _hold(wire: GripperWire) -> None:
