@@ -93,3 +93,24 @@ class RtdeClient(Wire):
             if right(values):
                 return values
         raise AssertionError(f"never right: {values}")
+
+
+def messages(wire):
+    """Yield the messages of a primary or secondary port: type and what follows it."""
+    while True:
+        size, kind = struct.unpack(">iB", wire.read(5))
+        yield kind, wire.read(size - 5)
+
+
+def parts(state):
+    """Return the parts of a state of the robot by their types, without their heads."""
+    made = {}
+    while state:
+        size, kind = struct.unpack_from(">iB", state)
+        made[kind], state = state[5:size], state[size:]
+    return made
+
+
+def states(wire):
+    """Yield the states of the robot of a primary or secondary port."""
+    return (parts(body) for kind, body in messages(wire) if kind == 16)
