@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import socket
 import threading
 import time
 from collections.abc import Mapping
@@ -15,11 +14,14 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
+from stretch_bt.hardware.emulators.tcp_server import TcpServer
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
+from stretch_bt.hardware.emulators.ur.client_port import ClientPort
 from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
 from stretch_bt.hardware.emulators.ur.force_noise import CB3, E_SERIES, ForceNoise, NoisyForce
+from stretch_bt.hardware.emulators.ur.primary_messages import robot_state, runtime_exception, version_message
+from stretch_bt.hardware.emulators.ur.realtime_packet import realtime_packet
 from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
 from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
 from stretch_bt.hardware.transforms import inverse, pose_of, transform_of
@@ -36,9 +38,10 @@ _NEAR = (math.pi, -1.6, 1.8, -1.8, -math.pi / 2, 0.0)
 
 _LOADING = 0.06
 _MOVING = 1e-4
-_LONGEST_SCRIPT = 1 << 20
-#: what faults call the connections of each wire
-_CONNECTIONS = {"dashboard": "dashboard", "primary": "script", "secondary": "script", "realtime": "script"}
+#: how often the primary and secondary ports tell the state of the robot, Hz
+_STATE_RATE = 10.0
+#: what faults call the connections of a wire
+_CONNECTIONS = {"dashboard": "dashboard"}
 #: stops that last as long as their fault; a protective stop is unlocked at the dashboard instead
 _LASTING = ("emergency_stop", "safeguard_stop", "violation")
 
@@ -82,6 +85,9 @@ class Ur5StandIn(StandIn):
         "primary": 30001,
         "secondary": 30002,
         "realtime": 30003,
+        "primary_read_only": 30011,
+        "secondary_read_only": 30012,
+        "realtime_read_only": 30013,
     }
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
     SENSES: ClassVar[tuple[str, ...]] = ("felt",)
@@ -104,6 +110,7 @@ class Ur5StandIn(StandIn):
         self._place = _HOME.position
         self._servers: dict[str, TcpServer] = {}
         self._rtde: RtdeServer | None = None
+        self._clients: dict[str, ClientPort] = {}
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -115,8 +122,9 @@ class Ur5StandIn(StandIn):
             self._servers["rtde"] = self._rtde.server
             dashboard = Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults)
             self._servers["dashboard"] = dashboard.server
-            for wire in ("primary", "secondary", "realtime"):
-                self._servers[wire] = TcpServer(self.host, self.ports[wire], self._take_script, self._refuses)
+            for wire in [wire for wire in self.ports if wire not in self._servers]:
+                self._clients[wire] = self._client_port(wire)
+                self._servers[wire] = self._clients[wire].server
         except BaseException:
             self.stop()
             raise
@@ -131,7 +139,7 @@ class Ur5StandIn(StandIn):
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.join()
-        servers, self._servers = self._servers, {}
+        servers, self._servers, self._clients = self._servers, {}, {}
         for server in servers.values():
             server.stop()
 
@@ -186,11 +194,22 @@ class Ur5StandIn(StandIn):
             assert self._rtde is not None
             self._rtde.sever(fault)
             for wire, server in self._servers.items():
-                if wire != "rtde" and self.faults.meets(fault, connection=_CONNECTIONS[wire]):
+                if wire != "rtde" and self.faults.meets(fault, connection=_CONNECTIONS.get(wire, "script")):
                     server.break_all(direction, reset=fault == "reset")
 
-    def _refuses(self) -> bool:
-        return self.faults.shown("drop") is not None
+    def _client_port(self, wire: str) -> ClientPort:
+        """Open one of the ports that tell the state of the robot."""
+        realtime = wire.startswith("realtime")
+        return ClientPort(
+            self.host,
+            self.ports[wire],
+            self.controller,
+            self.faults,
+            state=realtime_packet if realtime else robot_state,
+            rate=self.PROFILE.rate if realtime else _STATE_RATE,
+            greeting=None if realtime else version_message,
+            load=None if wire.endswith("_read_only") else self._load,
+        )
 
     def hand(self) -> Pose:
         """Return where the hand is in the world, whatever tool the controller was told of."""
@@ -215,6 +234,8 @@ class Ur5StandIn(StandIn):
                         self._moved = self.controller.time
                 assert self._rtde is not None
                 self._rtde.tell()
+                for port in self._clients.values():
+                    port.tell()
 
     def _note_hand(self) -> None:
         hand = self.hand()
@@ -240,26 +261,16 @@ class Ur5StandIn(StandIn):
         turn = transform_of(BASE)[:3, :3].T
         return tuple((np.concatenate([turn @ felt[:3], turn @ felt[3:]]) + self._noise.error).tolist())
 
-    def _take_script(self, connection: socket.socket) -> None:
-        """Take programs; one that is not the control script of ur_rtde is noted, and not run."""
-        text = b""
-        for data in received(connection):
-            if self.faults.meets("freeze", connection="script"):
-                continue
-            text += data
-            if len(text) > _LONGEST_SCRIPT:
-                return
-            while b"\nend\n" in text:
-                program, _, text = text.partition(b"\nend\n")
-                self._load(program.decode("utf-8", "replace"))
-
     def _load(self, program: str) -> None:
+        """Run the control script of ur_rtde; another program is noted, and refused on the primary port."""
         parsed = parse_script(program)
         with self.controller.lock:
-            if parsed is None:
-                self.controller.events.append((self.controller.time, "a program that is not understood was not run"))
+            if parsed is not None:
+                self.controller.load(ControlScript(self.controller, *parsed).run(), _LOADING)
                 return
-            self.controller.load(ControlScript(self.controller, *parsed).run(), _LOADING)
+            self.controller.note("a program that is not understood was not run")
+            for wire in ("primary", "primary_read_only"):
+                self._clients[wire].send(lambda c: runtime_exception(c, 1, 1, "compile_error"))
 
 
 class Ur5eStandIn(Ur5StandIn):
