@@ -65,7 +65,9 @@ PARAMETERS = {
     },  # past what a single sample may show, so that the guard of the tree does not see it first
     ("ur", "slider"): {"fraction": 0.05},
     ("ati", "load"): {"fz": 20.0},
+    ("ati", "late"): {"delay": 0.4},
     ("robotiq", "slow"): {"delay": 0.6},
+    ("robotiq", "wild"): {"part": 1.0},
     ("robotiq", "garbage"): {"bytes": 400},
     ("camera", "slow"): {"rate": 0.5},
     ("camera", "late"): {"delay": 2.0},

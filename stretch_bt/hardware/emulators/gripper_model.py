@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage as Surroundings
 from stretch_bt.hardware.robotiq.registers import Command, Found, Stage, Status, fault_of
@@ -35,6 +37,7 @@ GRIPPER_FAULTS: dict[str, Fault] = {
     "deactivate": Fault("loses its activation, as after a loss of its supply; once", state=True),
     "object": Fault("has an object between the fingers, `opening` metres wide", {"opening": 0.05}, state=True),
     "stall": Fault("the fingers stand, and it goes on to say that they move", state=True),
+    "wild": Fault("tells of a random position in the part `part` of its answers", {"part": 0.1}, state=True),
     "deaf": Fault("confirms what is written, and does nothing of it", state=True),
 }
 
@@ -52,6 +55,7 @@ class GripperModel:
 
     def __init__(self, stage: Surroundings, shown: Callable[[str], dict[str, float] | None]) -> None:
         self._stage, self._shown = stage, shown
+        self._random = np.random.default_rng(0)
         self._command = Command(activate=False)
         self._stage_of = Stage.RESET
         self._fault = 0
@@ -87,7 +91,7 @@ class GripperModel:
             found=self._found(),
             fault=self._fault,
             echo=self._command.position,
-            position=count_of(opening),
+            position=self._told(count_of(opening)),
             current=10 if self._moving() else 0,
         )
 
@@ -209,6 +213,12 @@ class GripperModel:
 
     def _moving(self) -> bool:
         return self._goal is not None
+
+    def _told(self, position: int) -> int:
+        wild = self._shown("wild")
+        return (
+            int(self._random.integers(256)) if wild is not None and self._random.random() < wild["part"] else position
+        )
 
     def _found(self) -> Found:
         return Found.MOVING if self._moving() else self._met
