@@ -292,7 +292,7 @@ def test_any_commands_leave_the_fingers_between_their_ends(commands):
         assert status.fault in {0, *FAULTS}
 
 
-VERBS = st.sampled_from(["list", "inject", "clear", "robotiq", "slow", "code"])
+VERBS = st.sampled_from(["list", "inject", "clear", "renew", "robotiq", "slow", "code"])
 KEYS = st.sampled_from(["do", "device", "fault", "times", "delay"])
 JSON = st.one_of(
     st.recursive(st.none() | st.text(max_size=8) | st.integers(), st.lists),
@@ -310,7 +310,10 @@ def test_any_line_to_the_control_port_is_answered(line, control_port):
 @pytest.fixture(scope="module")
 def control_port():
     port = ControlPort(
-        ("127.0.0.1", 0), {"robotiq": RobotiqStandIn("127.0.0.1", Stage())}, {"robotiq": {"rtu": "nowhere"}}
+        ("127.0.0.1", 0),
+        {"robotiq": RobotiqStandIn("127.0.0.1", Stage())},
+        {"robotiq": {"rtu": "nowhere"}},
+        renew=lambda: None,
     )
     yield port
     port.stop()
