@@ -10,6 +10,8 @@ import pytest
 from stretch_bt.errors import NotReady
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.claim import Claim, claims_folder
+from stretch_bt.hardware.examine import halt
+from stretch_bt.hardware.implementations import driver_class
 
 PLACE = "the gripper at 127.0.0.1 port 1"
 #: takes a place and says so, and ends with its input
@@ -145,6 +147,55 @@ def test_without_a_folder_of_the_user_there_is_one_in_the_temporary_folder(tmp_p
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "gone"))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     assert claims_folder() == tmp_path / f"stretch-bt-{os.getuid()}"
+
+
+# (type, implementation, its place, what is claimed; none where more than one program may have it)
+PLACES = [
+    ("Arm", "ur", {"host": "10.0.0.1", "model": "ur5", "base": {}, "hand": {}}, "the arm at 10.0.0.1"),
+    ("Gripper", "robotiq", {"host": "10.0.0.1", "port": 7}, "the gripper at 10.0.0.1 port 7"),
+    ("Gripper", "robotiq", {"serial": "LINK"}, "the gripper on LINE"),
+    ("Gripper", "robotiq", {"serial": "LINE"}, "the gripper on LINE"),
+    ("Gripper", "robotiq_urcap", {"host": "10.0.0.1"}, "the gripper at 10.0.0.1 port 63352"),
+    ("DepthCamera", "realsense", {"serial": "1234"}, "the camera 1234"),
+    ("DepthCamera", "realsense", {"host": "10.0.0.1"}, None),
+    (
+        "ForceSensor",
+        "ati",
+        {"host": "10.0.0.1", "calibration": {"counts_per_newton": 1, "counts_per_newton_metre": 1}},
+        None,
+    ),
+    ("Gripper", "simulated", {}, None),
+]
+
+
+@pytest.mark.parametrize(("kind", "use", "options", "claimed"), PLACES)
+def test_what_a_device_claims(tmp_path, kind, use, options, claimed):
+    line, link = tmp_path / "line", tmp_path / "link"
+    line.touch()
+    link.symlink_to(line)
+    cls = driver_class(kind, use)
+    named = {k: str(tmp_path / v.lower()) if v in ("LINE", "LINK") else v for k, v in options.items()}
+    found = cls("device", cls.Options.model_construct(**named), None).claimed()
+    assert found == (claimed and claimed.replace("LINE", str(line)))
+
+
+def test_an_arm_that_another_program_has_is_not_begun(make_cell, clock):
+    first = make_cell("ur")
+    with pytest.raises(NotReady, match=r"arm: the arm at .* is not to be had"):
+        open_cell(first.spec, now=clock)
+    assert first.devices["arm"].state == "ready"
+
+
+@pytest.mark.parametrize("kind", GRIPPERS)
+def test_a_halt_from_outside_holds_fingers_that_a_run_moves(make_cell, clock, kind):
+    cell = make_cell(kind)
+    cell.devices["gripper"].move(0.080, speed=0.050, owner="a")
+    clock.time += 0.1
+    (found,) = halt(cell.spec)
+    assert found.ok
+    clock.time += 1.0
+    assert not cell.stand_in.state()["moving"]
+    assert cell.stand_in.state()["opening"] < 0.075
 
 
 @pytest.mark.parametrize("kind", GRIPPERS)
