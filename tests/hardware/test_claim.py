@@ -4,11 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+from contextlib import suppress
 
 import pytest
 
-from stretch_bt.errors import NotReady
+from stretch_bt.errors import DeviceLost, NotReady
 from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.claim import Claim, claims_folder
 from stretch_bt.hardware.examine import halt
 from stretch_bt.hardware.implementations import driver_class
@@ -86,6 +89,34 @@ def test_one_program_has_a_place_once_and_lets_go_of_it():
     first.release()
     with Claim("b", PLACE), Claim("c", None), Claim("d", None):
         pass
+    assert list(claims_folder().iterdir()) == []
+
+
+def test_many_who_take_a_place_in_turn_have_it_one_at_a_time():
+    """A file that its holder takes away is nobody's claim."""
+    inside, most = [], []
+
+    def take_often():
+        had = 0
+        while had < 100:
+            with suppress(NotReady), Claim("a", PLACE):
+                inside.append(1)
+                most.append(len(inside))
+                inside.pop()
+                had += 1
+
+    threads = [threading.Thread(target=take_often) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert set(most) == {1}
+
+
+def test_a_device_that_does_not_open_is_let_go(live_cell, clock):
+    for _ in range(2):
+        with pytest.raises(DeviceLost, match="does not answer"):
+            open_cell(load_cell(live_cell("robotiq", "rtu", "127.0.0.1:9")), now=clock)
 
 
 def test_a_process_that_was_forked_meanwhile_keeps_no_place():
@@ -127,10 +158,8 @@ def a_file(folder, elsewhere):
 
 
 def a_linked_file(folder, elsewhere):
-    with Claim("a", PLACE):
-        (file,) = folder.iterdir()
-    file.unlink()
-    file.symlink_to(elsewhere / "target")
+    folder.mkdir(mode=0o700)
+    (folder / f"{PLACE}.lock").symlink_to(elsewhere / "target")
 
 
 @pytest.mark.parametrize("harm", [linked, open_to_all, a_file, a_linked_file])
@@ -158,12 +187,7 @@ PLACES = [
     ("Gripper", "robotiq_urcap", {"host": "10.0.0.1"}, "the gripper at 10.0.0.1 port 63352"),
     ("DepthCamera", "realsense", {"serial": "1234"}, "the camera 1234"),
     ("DepthCamera", "realsense", {"host": "10.0.0.1"}, None),
-    (
-        "ForceSensor",
-        "ati",
-        {"host": "10.0.0.1", "calibration": {"counts_per_newton": 1, "counts_per_newton_metre": 1}},
-        None,
-    ),
+    ("ForceSensor", "ati", {"host": "10.0.0.1"}, "the force sensor at 10.0.0.1 port 49152"),
     ("Gripper", "simulated", {}, None),
 ]
 
