@@ -14,12 +14,15 @@ __all__ = ["command"]
 
 def command(
     record: Annotated[Path, typer.Argument(help="The folder of a record.")],
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Execute the Python modules that stand beside the recorded tree.")
+    ] = False,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Tick a recorded tree again on its recorded readings, and report the first decision that differs."""
     from stretch_bt.run.replay import replay
 
-    result = replay(record)
+    result = replay(record, trust=trust)
     if json_:
         emit_json(result.to_json())
     elif result.identical:

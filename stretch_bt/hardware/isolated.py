@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+import sysconfig
 from pathlib import Path
 
 from stretch_bt.threads import ONE_THREAD
 
-__all__ = ["environment", "interpreter"]
+__all__ = ["environment", "interpreter", "trusted_path"]
 
 #: folder from which this package is imported
 _HOME = Path(__file__).resolve().parents[2]
@@ -26,11 +27,15 @@ def environment() -> dict[str, str]:
     It stays where this package is imported from it. BLAS gets one thread: on matrices as small as ours a second
     one only waits, and takes a core for that.
     """
-    return {**os.environ, **ONE_THREAD, "PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(_trusted())}
+    return {**os.environ, **ONE_THREAD, "PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(trusted_path())}
 
 
-def _trusted() -> list[str]:
-    """Return the path of this interpreter as absolute paths, without the current folder."""
+def trusted_path() -> list[str]:
+    """Return the path of this interpreter as absolute paths, without the current folder.
+
+    A current folder into which packages are installed, or from which this one is imported, stays.
+    """
     here = Path.cwd().resolve()
+    kept = {_HOME, *(Path(folder).resolve() for folder in sysconfig.get_paths().values())}
     found = [Path(entry).resolve() for entry in sys.path if entry]
-    return list(dict.fromkeys(str(path) for path in found if path != here or path == _HOME))
+    return list(dict.fromkeys(str(path) for path in found if path != here or path in kept))

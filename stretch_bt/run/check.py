@@ -12,6 +12,7 @@ from stretch_bt.run import mocks as mocks_files
 from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, read_text, validate
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.headings import FORMAT as TREE
+from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
 
 __all__ = ["check", "check_file"]
@@ -40,13 +41,22 @@ def _scene_of(document: Document) -> list[Diagnostic]:
 def _mocks(path: Path) -> list[Diagnostic]:
     found = mocks_files.read_mocks(path)
     tree = mocks_files.tree_of(found)
-    program = load_program(tree)
+    program = load_program(tree, None, _modules_of_mocks(path, tree))
     if program.errors:
         assert found.tree is not None
+        if (first := program.errors[0]).code == "import":
+            return [found.tree.mark.error("tree-wrong", f"in its tree, {first.message}", first.hint)]
         what = f"the tree {found.tree.text!r} has {len(program.errors)} errors, so these mocks cannot be checked"
         return [found.tree.mark.error("tree-wrong", what, f"see `stretch-bt check {tree}`")]
     mocks_files.check_mocks(found, program)
     return []
+
+
+def _modules_of_mocks(path: Path, tree: str | Path) -> Modules:
+    """Return where the modules of a tree may stand that a mocks file names, not the user."""
+    folder = path.parent.resolve()
+    below = Path(tree).resolve().is_relative_to(folder)
+    return Modules(folder, folder if below else None, "put the mocks file beside the tree, so that you name its folder")
 
 
 def _scene(path: Path) -> list[Diagnostic]:

@@ -14,6 +14,7 @@ from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.runner import Runner
 from stretch_bt.source import Scalar, closest, did_you_mean
+from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
 
 __all__ = ["RunResult", "Task", "View", "execute", "run"]
@@ -34,6 +35,7 @@ def run(
     view: View | None = None,
     watch: Callable[[Runner], None] | None = None,
     devices: Mapping[str, Device] | None = None,
+    modules: str | Path | None = None,
 ) -> RunResult:
     """Run a tree and return how it ended.
 
@@ -59,6 +61,8 @@ def run(
     devices
         Devices to use instead of a cell's, by the names that the tree declares; they are stopped at the end, not closed,
         and their readings are not recorded.
+    modules
+        Folder in which the Python modules of the tree may stand; by default that of the tree.
 
     Raises
     ------
@@ -67,12 +71,12 @@ def run(
     DeviceFault
         A device could not be opened; nothing has moved.
     """
-    task = _task(tree, scene, cell, dict(params or {}), seed, mocks)
+    task = _task(tree, scene, cell, dict(params or {}), seed, mocks, modules)
     if task.scene and devices is None and (task.cell or task.devices()):
         asked = _asked_by(task)
         # few scenes ask for anything: only then is the cell looked at here as well
         if asked and (spec := task.cell_spec()) is not None and spec.simulated:
-            task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks))
+            task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks, modules))
     return execute(task, out, view, watch, devices)
 
 
@@ -83,8 +87,10 @@ def _task(
     params: dict[str, Any],
     seed: int,
     mocks: str | Path | None,
+    modules: str | Path | None,
 ) -> Task:
-    program = load_program(tree, params).require()
+    own = None if modules is None else Modules(Path(tree).parent.resolve(), Path(modules).resolve())
+    program = load_program(tree, params, own).require()
     if "main" not in program.document.trees:
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
     table = read_mocks(Path(mocks)) if mocks is not None else None

@@ -44,9 +44,10 @@ def cell(virtual_clock: VirtualClock) -> Iterator[Callable[..., Cell]]:
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Callable[..., RunResult]:
+def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResult]:
     """Run a tree, given by name, path or YAML text, with its record in the test's own folder.
 
+    A tree that is text stands for one beside the test: it may name Python modules there.
     `mocks` may be text too; scripted `devices`, by the names that the tree declares, take the time of the run.
     """
     from stretch_bt.run.task import run as run_tree
@@ -68,7 +69,10 @@ def run(tmp_path: Path) -> Callable[..., RunResult]:
             options.setdefault("watch", lambda runner: _on_clock(options["devices"], runner.clock.now))
         if options.get("mocks") is not None:
             options["mocks"] = written(options["mocks"], "mocks")
-        return run_tree(written(tree, "tree"), **options)
+        file = written(tree, "tree")
+        if file is not tree:
+            options.setdefault("modules", request.path.parent)
+        return run_tree(file, **options)
 
     return make
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Mapping
 from importlib.resources import files
 from itertools import islice
@@ -16,6 +15,7 @@ from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_me
 from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations, known_keys
 from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Signature
+from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, example, literal
 from stretch_bt.units import KINDS
@@ -40,9 +40,14 @@ def shipped(name: str) -> Path:
     return Path(str(files("stretch_bt") / "trees" / name))
 
 
-def read_document(path: Path, name: str, overrides: Mapping[str, Any] | None = None) -> Document:
-    """Read a tree file and all that it imports; raises FileError only when nothing of it can be read."""
-    return _Headings(path, name, dict(overrides or {}), "", (), [0]).read()
+def read_document(
+    path: Path, name: str, overrides: Mapping[str, Any] | None = None, modules: Modules | None = None
+) -> Document:
+    """Read a tree file and all that it imports; raises FileError only when nothing of it can be read.
+
+    `modules` says where its Python modules may stand, beside the file unless told.
+    """
+    return _Headings(path, name, dict(overrides or {}), "", (), [0], modules or Modules.beside(path)).read()
 
 
 class _Headings:
@@ -56,6 +61,7 @@ class _Headings:
         prefix: str,
         stack: tuple[Path, ...],
         count: list[int],
+        modules: Modules,
     ) -> None:
         text = read_text(path, name)
         root = parse(text, name)
@@ -67,6 +73,7 @@ class _Headings:
         self.doc.files[name] = hashlib.sha256(text.encode()).hexdigest()
         self.overrides = overrides
         self.stack = (*stack, path.resolve())
+        self.modules = modules
         self.count = count  # of the files imported so far, by all of them together
 
     def error(self, mark: Mark, code: str, message: str, hint: str = "") -> None:
@@ -133,7 +140,7 @@ class _Headings:
             return
         inner = {k.partition(".")[2]: v for k, v in self.overrides.items() if k.startswith(f"{key.text}.")}
         try:
-            reader = _Headings(path, name, inner, f"{self.doc.prefix}{key.text}.", self.stack, self.count)
+            reader = _Headings(path, name, inner, f"{self.doc.prefix}{key.text}.", self.stack, self.count, self.modules)
         except FileError as error:
             self.doc.diagnostics += error.diagnostics
             if error.diagnostics[0].code == "file-missing":
@@ -144,18 +151,10 @@ class _Headings:
         self.doc.files.update(document.files)
 
     def import_module(self, target: Scalar) -> None:
-        folder = str(self.doc.path.parent.resolve()) if self.doc.path else "."
-        added = folder not in sys.path
-        if added:
-            sys.path.insert(0, folder)
         try:
-            registry.import_nodes(target.text)
-        except (Exception, SystemExit) as error:  # whatever the module of a third party does
-            message = f"module {target.text!r} cannot be imported: {type(error).__name__}: {error}"
-            self.error(target.mark, "import", message, "install the package, or check the module's name")
-        finally:
-            if added:
-                sys.path.remove(folder)
+            self.modules.bring(target.text, self.doc.path or Path("tree.yaml"))
+        except ModuleRefused as refused:
+            self.error(target.mark, "import", str(refused), refused.hint)
 
     def devices(self, value: Value | None) -> None:
         for key, kind in self.entries(value, "devices"):

@@ -13,6 +13,7 @@ from stretch_bt.tree import headings, registry
 from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
 from stretch_bt.tree.flow import CONSTRUCTS
+from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.structure import check_structure
@@ -73,8 +74,8 @@ def find_tree(tree: str | Path) -> tuple[Path, str]:
     raise TreeError([Diagnostic(str(tree), 1, 1, "error", "file-missing", "no such file or shipped tree", hint)])
 
 
-def load_program(tree: str | Path, params: Mapping[str, Any] | None = None) -> Program:
-    """Read and check a tree file; `params` holds what `--set` gives.
+def load_program(tree: str | Path, params: Mapping[str, Any] | None = None, modules: Modules | None = None) -> Program:
+    """Read and check a tree file; `params` holds what `--set` gives, `modules` where its Python modules may stand.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def load_program(tree: str | Path, params: Mapping[str, Any] | None = None) -> P
     """
     path, name = find_tree(tree)
     try:
-        document = headings.read_document(path, name, params)
+        document = headings.read_document(path, name, params, modules)
     except FileError as error:
         raise TreeError(error.diagnostics) from None
     return _Checker(document).run()

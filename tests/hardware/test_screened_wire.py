@@ -56,8 +56,8 @@ def test_what_is_confirmed_is_believed():
 
 
 def test_positions_that_agree_with_nothing_are_a_loss():
-    with pytest.raises(WireError, match="agree with nothing: 255, 30, 200, 100"):
-        believed([10, 10, 255, 30, 200, 100], 2)
+    with pytest.raises(WireError, match="agree with nothing: 255, 130, 200, 90"):
+        believed([10, 10, 255, 130, 200, 90], 2)
 
 
 def test_the_rest_of_the_wire_is_as_it_is():

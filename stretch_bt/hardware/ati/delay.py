@@ -8,7 +8,7 @@ __all__ = ["Delay"]
 
 _MODULUS = 1 << 32
 #: how long a stream must have gone on before a record counts as late, s
-_KNOWN = 2.0
+_KNOWN = 1.0
 
 
 class Delay:
@@ -28,7 +28,7 @@ class Delay:
     def take(self, cycle: int, arrived: float) -> float:
         """Return for how long a record was on its way, s, from its cycle's number and its time of arrival, s.
 
-        It is 0 for a cycle that is not later than the ones before, and in the first two seconds.
+        It is 0 for a cycle that is not later than the ones before, and in the first second.
         """
         if not self._cycles:
             self._began = arrived

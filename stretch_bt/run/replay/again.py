@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -20,6 +19,7 @@ from stretch_bt.run.replay.log import Log
 from stretch_bt.run.runner import Runner
 from stretch_bt.run.task import Task
 from stretch_bt.threads import one_thread
+from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
 
 __all__ = ["ReplayResult", "replay"]
@@ -43,8 +43,11 @@ class ReplayResult:
         return asdict(self)
 
 
-def replay(record: str | Path) -> ReplayResult:
+def replay(record: str | Path, *, trust: bool = False) -> ReplayResult:
     """Tick the recorded tree again on the recorded readings.
+
+    A record says where its tree stood. Python modules that stood beside it are executed only with `trust`; those
+    that are installed always.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def replay(record: str | Path) -> ReplayResult:
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder:
         again = Path(folder).resolve()
         try:
-            task = _prepare(reader.run_info, again)
+            task = _prepare(reader.run_info, again, trust)
             with one_thread():  # as it was run: the last digits depend on it
                 _run_again(reader, task, again)
             return _compare(reader, RecordReader(again / "record"))
@@ -98,7 +101,7 @@ def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
     written.close(asdict(outcome))
 
 
-def _prepare(info: Mapping[str, Any], folder: Path) -> Task:
+def _prepare(info: Mapping[str, Any], folder: Path, trust: bool) -> Task:
     """Write the recorded files out again and build the tree from them; writes nothing outside `folder`."""
     home = folder / "a" / "b" / "c"  # deep enough for imports that go up
     home.mkdir(parents=True)
@@ -109,13 +112,15 @@ def _prepare(info: Mapping[str, Any], folder: Path) -> Task:
     if info.get("mocks"):
         (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
         mocks = read_mocks(home / "mocks.yaml")
-    origin = str(Path(info["tree"]).parent)
-    sys.path.append(origin)  # where the tree found the Python modules beside it
-    try:
-        program = load_program(home / names[0], info.get("set") or {}).require()
-    finally:
-        sys.path.remove(origin)
+    program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
+
+
+def _modules(info: Mapping[str, Any], home: Path, trust: bool) -> Modules:
+    """Return where modules may stand: never in `home`, which the record fills."""
+    origin = Path(info["tree"]).parent
+    hint = f"add --trust to execute the modules in {origin}, if you know what they do; or install the package"
+    return Modules(home, origin if trust else None, hint)
 
 
 def _write_source(name: str, text: str, home: Path, folder: Path) -> None:

@@ -1,0 +1,125 @@
+"""Where the Python modules that a tree names may stand, and their import.
+
+A module is executed when it is imported. A tree may come from anybody, so it can name only what is installed already,
+or what lies beside the tree that the user named: whoever names that tree chose its folder too.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+
+from stretch_bt.errors import StretchError
+from stretch_bt.hardware.isolated import trusted_path
+from stretch_bt.tree import registry
+
+__all__ = ["ModuleRefused", "Modules"]
+
+
+class ModuleRefused(StretchError):
+    """A module may not be imported, or cannot be; the text says why, `hint` what to do."""
+
+    def __init__(self, message: str, hint: str) -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+@dataclass(frozen=True, slots=True)
+class Modules:
+    """The folders in which a tree's own modules may stand.
+
+    Parameters
+    ----------
+    root
+        Folder of the tree file that the user named. Files that it imports may bring modules from folders below it.
+    home
+        Folder that takes the place of `root` for modules, or None where only installed ones may be imported.
+    hint
+        What a user can do about a module that is not found.
+    """
+
+    root: Path
+    home: Path | None
+    hint: str = "install the package, or put the module beside the tree"
+
+    @staticmethod
+    def beside(tree: Path) -> Modules:
+        """Return the rule for a tree that the user named."""
+        folder = tree.parent.resolve()
+        return Modules(folder, folder)
+
+    def bring(self, name: str, file: Path) -> None:
+        """Import a module that a tree file names, for the nodes that it registers.
+
+        Raises
+        ------
+        ModuleRefused
+            It is not installed and not beside the tree, it has the name of another module, or it breaks.
+        """
+        folders = self._folders(file.parent.resolve())
+        self._check(name, folders)
+        try:
+            with _path([*trusted_path(), *folders]):
+                registry.import_nodes(name)
+        except (Exception, SystemExit) as error:  # whatever the module of a third party does
+            message = f"module {name!r} cannot be imported: {type(error).__name__}: {error}"
+            raise ModuleRefused(message, "mend the module, or install what it needs") from error
+
+    def _folders(self, folder: Path) -> list[str]:
+        if self.home is None:
+            return []
+        below = [self.home / folder.relative_to(self.root)] if folder.is_relative_to(self.root) else []
+        return list(dict.fromkeys(str(path) for path in (*below, self.home)))
+
+    def _check(self, name: str, folders: list[str]) -> None:
+        top = name.partition(".")[0]
+        if not all(part.isidentifier() for part in name.split(".")):
+            raise ModuleRefused(f"{name!r} is not the name of a Python module", "write 'own: my_nodes', without .py")
+        installed, own = _installed(top), PathFinder.find_spec(top, folders)
+        if own is None and installed is None and top not in sys.modules:
+            raise ModuleRefused(f"no Python module {top!r} is installed, and none is beside the tree", self._help(top))
+        if own is not None:
+            _check_alone(top, own, installed)
+
+    def _help(self, top: str) -> str:
+        found = PathFinder.find_spec(top, [str(Path.cwd())])
+        return self.hint if found is None else f"{_place(found)} in the current folder does not count: {self.hint}"
+
+
+def _check_alone(top: str, own: ModuleSpec, installed: ModuleSpec | None) -> None:
+    """Refuse a module beside the tree that another module of its name would replace, or be replaced by."""
+    loaded = sys.modules.get(top)
+    for other in (installed, loaded.__spec__ if loaded is not None else None):
+        if other is not None and _place(other) != _place(own):
+            raise ModuleRefused(
+                f"module {top!r} beside the tree ({_place(own)}) has the name of another one ({_place(other)})",
+                "rename the module beside the tree",
+            )
+
+
+def _installed(top: str) -> ModuleSpec | None:
+    with _path(trusted_path()):
+        found = (finder.find_spec(top, None) for finder in sys.meta_path)
+        return next((spec for spec in found if spec is not None), None)
+
+
+def _place(spec: ModuleSpec) -> str:
+    """Return where a module is: its file, or the first folder of a package without one."""
+    return spec.origin or next(iter(spec.submodule_search_locations or ()), spec.name)
+
+
+@contextmanager
+def _path(entries: list[str]) -> Iterator[None]:
+    """Let modules be found in these folders alone."""
+    before = sys.path[:]
+    importlib.invalidate_caches()  # a module may have been written since the folder was last read
+    sys.path[:] = entries
+    try:
+        yield
+    finally:
+        sys.path[:] = before

@@ -1,0 +1,183 @@
+"""A tree executes no Python module but those that are installed or stand beside the tree that the user named."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stretch_bt.tree.modules import Modules
+
+COMMAND = str(Path(sys.executable).with_name("stretch-bt"))
+LEAVE = "open(__file__ + '.ran', 'w').close()\n"
+NODE = """
+from stretch_bt import Behavior, Status, node
+
+@node
+class OwnNode(Behavior):
+    'Does nothing.'
+
+    def update(self) -> Status:
+        return Status.SUCCESS
+"""
+TREE = "format: stretch-tree/1\nimports:\n  own: %s\ntrees: {main: {sequence: [wait: {duration: 1 ms}%s]}}\n"
+
+
+@pytest.fixture
+def folders(tmp_path):
+    """Return the folder of a tree and another one, where the command is run."""
+    for name in ("trees", "elsewhere"):
+        (tmp_path / name).mkdir()
+    return tmp_path / "trees", tmp_path / "elsewhere"
+
+
+def put(folder, name, text=LEAVE):
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(text)
+
+
+def command(cwd, *args, python=(COMMAND,), **env):
+    done = subprocess.run(
+        [*python, *args], cwd=cwd, capture_output=True, text=True, timeout=120, check=False, env={**os.environ, **env}
+    )
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def executed(folder):
+    return sorted(path.name for path in folder.rglob("*.ran"))
+
+
+@pytest.mark.parametrize("python", [(COMMAND,), (sys.executable, "-m", "stretch_bt.cli")])
+@pytest.mark.parametrize("verb", ["check", "run", "show"])
+def test_a_module_of_the_current_folder_is_not_executed(folders, python, verb):
+    trees, elsewhere = folders
+    put(elsewhere, "their_nodes.py")
+    put(trees, "tree.yaml", TREE % ("their_nodes", ""))
+    done = command(elsewhere, verb, str(trees / "tree.yaml"), python=python, PYTHONPATH=os.pathsep + ".")
+    assert executed(elsewhere) == []
+    assert done.returncode == 2
+    said = done.stdout + done.stderr
+    assert "tree.yaml:3:8" in said
+    assert "no Python module 'their_nodes' is installed, and none is beside the tree" in said
+    assert "put the module beside the tree" in said
+
+
+def test_a_module_beside_the_tree_is_found_from_any_folder(folders):
+    trees, elsewhere = folders
+    put(trees, "own_nodes.py", LEAVE + NODE)
+    put(elsewhere, "own_nodes.py", "1 / 0")
+    put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
+    assert command(elsewhere, "check", str(trees / "tree.yaml")).returncode == 0
+    assert executed(trees) == ["own_nodes.py.ran"]
+
+
+def test_a_library_below_the_tree_brings_modules_and_one_elsewhere_does_not(folders):
+    trees, elsewhere = folders
+    library = (
+        "format: stretch-tree/1\nimports: {own: %s}\ntrees: {pause: {in: {n: {type: int, default: 1}}, check: n > 0}}\n"
+    )
+    for folder, name in ((trees / "lib", "near_nodes"), (elsewhere, "far_nodes")):
+        put(folder, f"{name}.py")
+        put(folder, "lib.yaml", library % name)
+    put(trees, "near.yaml", TREE % ("lib/lib.yaml", ", own.pause: {}"))
+    put(trees, "far.yaml", TREE % ("../elsewhere/lib.yaml", ", own.pause: {}"))
+    done = command(elsewhere, "check", str(trees / "near.yaml"), str(trees / "far.yaml"), "--json")
+    [found] = json.loads(done.stdout)
+    assert (found["code"], found["line"]) == ("import", 2)
+    assert "far_nodes" in found["message"]
+    assert executed(trees) == ["near_nodes.py.ran"]
+    assert executed(elsewhere) == []
+
+
+@pytest.mark.parametrize("name", ["json", "numpy", "colorsys", "stretch_bt"])
+def test_a_module_beside_the_tree_takes_no_installed_name(folders, name):
+    trees, elsewhere = folders
+    put(trees, f"{name}.py")
+    put(trees, "tree.yaml", TREE % (name, ""))
+    [found] = json.loads(command(elsewhere, "check", str(trees / "tree.yaml"), "--json").stdout)
+    assert found["code"] == "import"
+    assert "has the name of another one" in found["message"]
+    assert found["hint"] == "rename the module beside the tree"
+    assert executed(trees) == []
+
+
+def test_what_a_module_imports_is_not_taken_from_its_folder_before_the_installed(folders):
+    trees, elsewhere = folders
+    put(trees, "own_nodes.py", "import colorsys\ncolorsys.rgb_to_hsv\nimport own_help\n")
+    put(trees, "own_help.py")
+    put(trees, "colorsys.py")
+    put(trees, "tree.yaml", TREE % ("own_nodes", ""))
+    assert command(elsewhere, "check", str(trees / "tree.yaml")).returncode == 0
+    assert executed(trees) == ["own_help.py.ran"]
+
+
+def test_two_trees_with_modules_of_one_name_are_not_mixed_up(folders):
+    for folder in folders:
+        put(folder, "own_nodes.py")
+        put(folder, "tree.yaml", TREE % ("own_nodes", ""))
+    done = command(folders[0], "check", *(str(folder / "tree.yaml") for folder in folders), "--json")
+    [found] = json.loads(done.stdout)
+    assert found["file"] == str(folders[1] / "tree.yaml")
+    assert executed(folders[1]) == []
+
+
+def test_a_package_on_pythonpath_counts_as_installed(folders):
+    trees, elsewhere = folders
+    put(elsewhere, "own_nodes.py")
+    put(trees, "tree.yaml", TREE % ("own_nodes", ""))
+    assert command(trees, "check", "tree.yaml", PYTHONPATH=str(elsewhere)).returncode == 0
+    assert executed(elsewhere) == ["own_nodes.py.ran"]
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_mocks_bring_the_modules_of_a_tree_beside_them_only(folders, beside):
+    trees, elsewhere = folders
+    put(trees, "own_nodes.py")
+    put(trees, "tree.yaml", TREE % ("own_nodes", ""))
+    folder, tree = (trees, "tree.yaml") if beside else (elsewhere, "../trees/tree.yaml")
+    put(folder, "mocks.yaml", f"format: stretch-mocks/1\ntree: {tree}\nmocks: [{{match: '**/wait'}}]\n")
+    done = command(elsewhere, "check", str(folder / "mocks.yaml"), "--json")
+    codes = [finding["code"] for finding in json.loads(done.stdout)]
+    assert codes == ([] if beside else ["tree-wrong"])
+    assert executed(trees) == (["own_nodes.py.ran"] if beside else [])
+
+
+@pytest.mark.parametrize("name", ["..own", ".own", "a-b", "own.py/x", "own nodes", "/tmp/own"])
+def test_what_is_no_name_of_a_module_is_said(folders, name):
+    trees, elsewhere = folders
+    put(trees, "tree.yaml", TREE % (f"'{name}'", ""))
+    [found] = json.loads(command(elsewhere, "check", str(trees / "tree.yaml"), "--json").stdout)
+    assert found["code"] == "import"
+    assert "not the name of a Python module" in found["message"]
+
+
+def test_a_record_executes_no_module_unless_it_is_trusted(folders):
+    trees, elsewhere = folders
+    put(trees, "own_nodes.py", LEAVE + NODE)
+    put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
+    assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
+    (trees / "own_nodes.py.ran").unlink()
+    info = json.loads((elsewhere / "record" / "run.json").read_text())
+    info["sources"]["own_nodes.py"] = LEAVE  # a record may carry a module as if it were a tree
+    (elsewhere / "record" / "run.json").write_text(json.dumps(info))
+    refused = command(elsewhere, "replay", "record", "--json")
+    assert refused.returncode == 2
+    assert "--trust" in refused.stderr
+    assert executed(trees) == []
+    trusted = command(elsewhere, "replay", "record", "--trust", "--json")
+    assert json.loads(trusted.stdout)["identical"]
+    assert executed(trees) == ["own_nodes.py.ran"]
+
+
+def test_reading_a_tree_leaves_the_path_as_it_was(folders):
+    trees, _ = folders
+    put(trees, "path_nodes.py", "import sys\nsys.path.append('left behind')\n")
+    before = list(sys.path)
+    try:
+        Modules.beside(trees / "tree.yaml").bring("path_nodes", trees / "tree.yaml")
+        assert sys.path == before
+    finally:
+        sys.modules.pop("path_nodes", None)
