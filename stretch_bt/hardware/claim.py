@@ -1,8 +1,8 @@
 """The claim to a device at its place: one program has it at a time, because two that command one device undo each other's work.
 
 A claim is a lock of the kernel on a file named after the place, in a folder that only its user can enter. The kernel frees it when
-the process ends, however that ends; the files stay. It holds between the programs of one user on one machine: against others an arm
-is kept by its controller, a gripper by nobody. A force sensor has none: it is read only, and each client has its own stream.
+the process ends, however that ends. It holds between the programs of one user on one machine: against others an arm
+is kept by its controller, a gripper by nobody. A force sensor has one too, though it is only read: its stream goes to who asked last.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ class Claim:
     def __init__(self, device: str, place: str | None) -> None:
         self._device, self._place = device, place
         self._file: int | None = None
+        self._folder = Path()
 
     def __enter__(self) -> Self:
         self.take()
@@ -60,34 +61,46 @@ class Claim:
 
     def take(self) -> None:
         """Take the place; raises NotReady where another has it, or its file cannot be had."""
-        if self._place is None or self._file is not None:
-            return
-        folder = claims_folder()
+        while self._place is not None and self._file is None:
+            self._folder = claims_folder()
+            file = self._locked(_name(self._place))
+            if os.fstat(file).st_nlink:
+                os.ftruncate(file, 0)
+                os.pwrite(file, f"{os.getpid()}\n".encode(), 0)
+                self._file = file
+            else:  # its holder let go of it in this moment, and took the file away
+                os.close(file)
+
+    def release(self) -> None:
+        """Let go of the place; may be called more than once."""
+        file, self._file = self._file, None
+        if file is not None and self._place is not None:
+            with suppress(OSError):
+                (self._folder / _name(self._place)).unlink()
+            fcntl.flock(file, fcntl.LOCK_UN)  # a process that was forked meanwhile has the lock too
+            os.close(file)
+
+    def _locked(self, name: str) -> int:
+        """Return the file of a name, locked."""
         try:
-            file = _opened(folder, quote(self._place, safe=" ") + ".lock")
+            file = _opened(self._folder, name)
         except OSError as error:
-            reason = error.strerror or str(error)
-            raise self._refused(f"its claim cannot be kept in {folder}: {reason}; {_remedy(folder)}") from error
+            reason = f"{self._folder}: {error.strerror or error}; {_remedy(self._folder)}"
+            raise self._refused(f"its claim cannot be kept in {reason}") from error
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             holder = os.pread(file, _LONGEST_PID, 0).decode("ascii", "replace").strip()
             os.close(file)
             raise self._refused(_in_use(holder)) from None
-        os.ftruncate(file, 0)
-        os.pwrite(file, f"{os.getpid()}\n".encode(), 0)
-        self._file = file
-
-    def release(self) -> None:
-        """Let go of the place; may be called more than once."""
-        file, self._file = self._file, None
-        if file is not None:
-            os.ftruncate(file, 0)
-            fcntl.flock(file, fcntl.LOCK_UN)  # a process that was forked meanwhile has the lock too
-            os.close(file)
+        return file
 
     def _refused(self, reason: str) -> NotReady:
         return NotReady(self._device, f"{self._place} is not to be had: {reason}")
+
+
+def _name(place: str) -> str:
+    return quote(place, safe=" ") + ".lock"
 
 
 def _opened(folder: Path, name: str) -> int:

@@ -181,6 +181,12 @@ def test_variables_of_the_urcap_are_set_together_and_confirmed_without_an_end_of
             assert asked(connection, f"GET {name}") == f"{name} {value}\n".encode()
 
 
+def test_variables_that_are_asked_for_together_are_answered_together(served):
+    _, places = served(UrcapStandIn)
+    with connected(places["urcap"]) as connection:
+        assert asked(connection, "GET ACT\nGET STA\nGET FLT") == b"ACT 0\nSTA 0\nFLT 0\n"
+
+
 @pytest.mark.parametrize("line", ["GET XYZ", "SET XYZ 1", "SET POS 256", "SET STA 1", "SET POS", "HELLO", ""])
 def test_what_the_urcap_does_not_know_is_answered_by_a_question_mark(served, line):
     stand_in, places = served(UrcapStandIn)

@@ -24,16 +24,6 @@ WITHIN = 1.0
 TRIES = 3
 
 
-class Timed(Followed):
-    """Knows too when the run was over: what follows is closing devices and writing the report."""
-
-    over = 0.0
-
-    def note(self, kind, **fields):
-        if kind == "stop":
-            self.over = time.monotonic()
-
-
 @pytest.fixture(scope="module")
 def servers():
     """Stand-ins in a process of their own, and what their camera sees ready."""
@@ -65,7 +55,7 @@ def silenced(folder, servers, host, phase, camera):
     """Do a run whose devices all fall silent in a phase; return how long it took to be over, s, and what was not as it should be."""
     folder.mkdir()
     write(folder, servers, host, phase, camera)
-    frozen, over, followed = [], threading.Event(), Timed()
+    frozen, over, followed = [], threading.Event(), Followed()
     harm = threading.Thread(target=freeze, args=(servers, followed, phase, over, frozen))
     harm.start()
     try:

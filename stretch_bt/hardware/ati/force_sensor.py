@@ -34,6 +34,10 @@ class AtiForceSensor(ForceSensorDriver):
     _receiver: Receiver | None = None
     _zero = _NONE
 
+    def claimed(self) -> str:
+        """Return which sensor it is: its stream goes to the client that asked last."""
+        return f"the force sensor at {self.options.host} port {self.options.port}"
+
     def open(self) -> None:
         """Ask for the stream; raises DeviceLost when no measurement comes."""
         o = self.options

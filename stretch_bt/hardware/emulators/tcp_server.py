@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-__all__ = ["TcpServer", "cannot_listen", "deafen", "lines", "received", "sever"]
+__all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "lines", "received", "sever"]
 
 _POLL = 0.1
 _PART = 4096
@@ -36,10 +36,17 @@ def received(connection: socket.socket) -> Iterator[bytes]:
 
 def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
     """Yield the lines that come, without their ends; one that has `longest` bytes before its end is the last."""
+    for whole in batches(connection, longest):
+        yield from whole
+
+
+def batches(connection: socket.socket, longest: int) -> Iterator[list[bytes]]:
+    """Yield the lines that come together, as `lines` does one by one."""
     rest = b""
     for data in received(connection):
         *whole, rest = (rest + data).split(b"\n")
-        yield from whole
+        if whole:
+            yield whole
         if len(rest) >= longest:
             return
 

@@ -13,7 +13,7 @@ from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
 from stretch_bt.hardware.emulators.line import LINE_FAULTS, Line
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, lines
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, batches
 from stretch_bt.hardware.robotiq.registers import Command
 
 __all__ = ["UrcapStandIn", "parse_line"]
@@ -71,8 +71,8 @@ class UrcapStandIn(GripperStandIn):
 
     def _serve(self, connection: socket.socket) -> None:
         line = Line(self.faults, connection.sendall)
-        for text in lines(connection, _LONGEST):
-            line.answer(self._reply(text.decode("ascii", "replace")).encode())
+        for asked in batches(connection, _LONGEST):
+            line.answer("".join(self._reply(text.decode("ascii", "replace")) for text in asked).encode())
 
     def _reply(self, text: str) -> str:
         """Return the answer to a line: a value with an end of line, a bare `ack`, or a question mark for what it does not know."""
