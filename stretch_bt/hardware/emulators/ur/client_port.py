@@ -16,6 +16,9 @@ __all__ = ["ClientPort"]
 
 Message = Callable[[Controller], bytes]
 
+#: bytes that wait for a client: one that sends programs and never reads costs nothing once they are full
+_BUFFER = 1 << 15
+
 
 class ClientPort:
     """One of the ports 30001 to 30003, or of those that only tell.
@@ -75,6 +78,7 @@ class ClientPort:
                 self._clients[client] = _sent(client, self._clients[client] or data)
 
     def _serve(self, connection: socket.socket) -> None:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         with self._controller.lock:
             self._clients[connection] = b"" if self._greeting is None else self._greeting(self._controller)
             self._clients[connection] = _sent(connection, self._clients[connection])

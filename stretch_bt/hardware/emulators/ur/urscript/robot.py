@@ -32,7 +32,7 @@ def robot_functions(controller: Controller, say: Callable[[str], None]) -> Mappi
         "get_actual_tcp_pose": lambda: Pose(arm.tcp_pose),
         "get_target_tcp_pose": lambda: Pose(arm.tcp_pose),
         "get_actual_tcp_speed": lambda: Pose(arm.tcp_speed),
-        "get_actual_tool_flange_pose": lambda: pose_from(arm.kinematics.forward(arm.q)),
+        "get_actual_tool_flange_pose": lambda: pose_from(arm.frames()[6]),
         "get_tcp_force": lambda: list(c.force()),
         "force": lambda: math.hypot(*c.force()[:3]),
         "get_tcp_offset": lambda: pose_from(arm.tcp),
