@@ -9,10 +9,15 @@ from hypothesis import strategies as st
 from ur_wires import Wire, messages
 
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.ur.fields import OUTPUT_FIELDS
+from stretch_bt.hardware.emulators.ur.primary_messages import robot_state
 from stretch_bt.hardware.emulators.ur.programs import Programs
+from stretch_bt.hardware.emulators.ur.realtime_packet import realtime_packet
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5StandIn
 from stretch_bt.hardware.emulators.ur.urscript.parse import parse
 from stretch_bt.hardware.emulators.ur.urscript.tokens import ScriptFault
+from stretch_bt.hardware.emulators.ur.variables import OUTPUTS
+from stretch_bt.hardware.emulators.ur.wire import pack
 
 
 class Bench:
@@ -240,6 +245,45 @@ def test_any_text_is_read_or_refused_with_its_place(text):
     except ScriptFault as fault:
         assert 1 <= fault.line <= text.count("\n") + 1
         assert fault.column >= 1
+
+
+ODD = [
+    "x = 1e300 * 1e300",
+    "x = [x, x]",
+    "x[x] = p[0,0,0,0,0,0]",
+    "movej(x)",
+    "movel(p[x,x,x,x,x,x])",
+    "speedj([9000,0,0,0,0,0], 1)",
+    "servoj(get_actual_joint_positions(), lookahead_time=x)",
+    "write_output_integer_register(0, 1e300)",
+    "write_output_float_register(x, x)",
+    "set_tcp(p[1e300,0,0,0,0,0])",
+    "set_payload(x, x)",
+    "set_digital_out(-1, True)",
+    "x = pose_inv(x)",
+    "x = log(0, x)",
+    'x = "a"',
+    "while True:\n x = x + 1\n end",
+    "t = run f()\n kill t\n join t",
+    "f()",
+    "halt",
+    "powerdown()",
+    "sleep(-1)",
+]
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.sampled_from(ODD), max_size=5))
+def test_no_program_stops_the_controller(lines):
+    bench = Bench()
+    bench.programs.load("def program():\nx = 1\ndef f():\nsync()\nend\n" + "\n".join(lines) + "\nend\n")
+    for _ in range(30):
+        bench.controller.cycle()
+    assert bench.controller.time == pytest.approx(0.24)
+    for name, ask in OUTPUTS.items():
+        assert pack([OUTPUT_FIELDS[name].kind], [ask(bench.controller)])
+    assert robot_state(bench.controller)
+    assert realtime_packet(bench.controller)
 
 
 @pytest.mark.parametrize("port", [30001, 30002, 30003])

@@ -15,7 +15,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.hardware.emulators.ur.controller import Controller, Program
 from stretch_bt.hardware.emulators.ur.urscript import syntax
 from stretch_bt.hardware.emulators.ur.urscript.tokens import ScriptFault
-from stretch_bt.hardware.emulators.ur.urscript.values import SIGNS, Pose, Value, checked
+from stretch_bt.hardware.emulators.ur.urscript.values import SIGNS, Pose, Value, checked, place_of
 
 __all__ = ["Interpreter"]
 
@@ -157,7 +157,7 @@ class Interpreter:
             names[node.name] = _copy(value)
         else:
             at = yield from self._value(node.at, frame)
-            names[node.name][_place(at)] = value
+            names[node.name][place_of(at)] = value
 
     def _if(self, node: syntax.If, frame: _Frame) -> Program:
         for condition, body in node.branches:
@@ -226,7 +226,7 @@ class Interpreter:
     def _index(self, node: syntax.Index, frame: _Frame) -> Evaluation:
         of = yield from self._value(node.of, frame)
         at = yield from self._value(node.at, frame)
-        return of[_place(at)]
+        return of[place_of(at)]
 
     def _unary(self, node: syntax.Unary, frame: _Frame) -> Evaluation:
         value = yield from self._value(node.of, frame)
@@ -294,15 +294,11 @@ def _called(name: str, function: Function, given: list[Value], named: dict[str, 
             inspect.signature(function).bind(*given, **named)
         except TypeError as error:
             raise TypeError(f"{name}: {error}") from None
+        except ValueError:  # it does not tell what it takes
+            pass
         raise
 
 
 def _copy(value: Value) -> Value:
     """Return a value that is not changed with another variable's."""
     return type(value)(value) if isinstance(value, list) else value
-
-
-def _place(value: Value) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise IndexError(f"{value!r} is no place in a list")
-    return value

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from stretch_bt.errors import IllConditioned
 from stretch_bt.hardware.emulators.ur.controller import Controller, ProgramEnded
 from stretch_bt.hardware.emulators.ur.urscript.functions import pose_from
-from stretch_bt.hardware.emulators.ur.urscript.values import Pose, Value, six_of
+from stretch_bt.hardware.emulators.ur.urscript.values import Pose, Value, checked, place_of, six_of
 from stretch_bt.hardware.transforms import transform
 
 __all__ = ["robot_functions"]
@@ -67,15 +67,23 @@ def _registers(c: Controller) -> dict[str, Callable[..., Value]]:
         "float": (c.registers.in_double, c.registers.out_double),
     }
     for kind, (inputs, outputs) in known.items():
-        made[f"read_input_{kind}_register"] = inputs.__getitem__
-        made[f"read_output_{kind}_register"] = outputs.__getitem__
+        made[f"read_input_{kind}_register"] = _reading(inputs)
+        made[f"read_output_{kind}_register"] = _reading(outputs)
         made[f"write_output_{kind}_register"] = _writing(outputs)
     return made
 
 
+def _reading(registers: list[Value]) -> Callable[[int], Value]:
+    def read(address: int) -> Value:
+        return registers[place_of(address)]
+
+    return read
+
+
 def _writing(registers: list[Value]) -> Callable[[int, Value], None]:
-    def write(number: int, value: Value) -> None:
-        registers[number] = type(registers[number])(value)
+    def write(address: int, value: Value) -> None:
+        place = place_of(address)
+        registers[place] = checked(type(registers[place])(value))
 
     return write
 

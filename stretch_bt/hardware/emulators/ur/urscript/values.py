@@ -7,10 +7,12 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-__all__ = ["SIGNS", "Pose", "Value", "checked", "six_of"]
+__all__ = ["SIGNS", "Pose", "Value", "checked", "place_of", "six_of"]
 
 Value = Any
 _LARGEST, _LONGEST = 1 << 31, 10_000
+#: no angle, length or speed of an arm is larger, in SI units
+_FARTHEST = 1e4
 
 
 class Pose(list[float]):
@@ -32,9 +34,16 @@ def six_of(value: Value) -> list[float]:
     """Return six finite numbers; raises TypeError for anything else."""
     if not isinstance(value, Sequence) or len(value) != 6 or isinstance(value, str):
         raise TypeError("six numbers are expected")
-    if not all(isinstance(v, int | float) and math.isfinite(v) for v in value):
-        raise TypeError("six finite numbers are expected")
+    if not all(isinstance(v, int | float) and abs(v) < _FARTHEST for v in value):
+        raise TypeError("six numbers of a possible size are expected")
     return [float(v) for v in value]
+
+
+def place_of(value: Value) -> int:
+    """Return which of a list's values is meant; raises IndexError for what is no place in a list."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise IndexError(f"{value!r} is no place in a list")
+    return value
 
 
 def _number(value: Value) -> float | int:
