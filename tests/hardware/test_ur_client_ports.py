@@ -1,12 +1,15 @@
 """The ports 30001 to 30003 and 30011 to 30013, by clients that share no code with them."""
 
 import itertools
+import socket
 import struct
+import time
 
 import pytest
 from ur_wires import RtdeClient, Wire, messages, states
 
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.ur.client_port import sent
 from stretch_bt.hardware.emulators.ur.script_reader import ScriptReader
 from stretch_bt.hardware.emulators.ur.stand_in import Ur5eStandIn, Ur5StandIn
 from stretch_bt.hardware.transforms import six
@@ -76,6 +79,17 @@ def test_a_client_that_does_not_read_disturbs_nobody(behind):
         other.start()
         times = [other.values()[0] for _ in range(200)]
     assert max(b - a for a, b in itertools.pairwise(times)) < 1.5 / behind.PROFILE.rate
+
+
+def test_a_full_connection_is_not_waited_for():
+    one, other = socket.socketpair()
+    with one, other:
+        one.settimeout(30.0)
+        begun, rest = time.monotonic(), b"x" * (1 << 23)
+        for _ in range(50):
+            rest = sent(one, rest)
+        assert rest
+        assert time.monotonic() - begun < 20.0
 
 
 def test_nothing_is_made_where_nobody_listens(monkeypatch):

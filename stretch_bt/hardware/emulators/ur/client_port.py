@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 import socket
 from collections.abc import Callable
 
@@ -10,7 +11,7 @@ from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.script_reader import ScriptReader
 
-__all__ = ["ClientPort"]
+__all__ = ["ClientPort", "sent"]
 
 Message = Callable[[Controller], bytes]
 
@@ -73,13 +74,13 @@ class ClientPort:
         if waiting:
             data = message(self._controller)
             for client in waiting:
-                self._clients[client] = _sent(client, self._clients[client] + data)
+                self._clients[client] = sent(client, self._clients[client] + data)
 
     def _serve(self, connection: socket.socket) -> None:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         with self._controller.lock:
             greeting = b"" if self._greeting is None else self._greeting(self._controller)
-            self._clients[connection] = _sent(connection, greeting)
+            self._clients[connection] = sent(connection, greeting)
         reader = ScriptReader()
         try:
             for data in received(connection):
@@ -92,11 +93,13 @@ class ClientPort:
                 del self._clients[connection]
 
 
-def _sent(connection: socket.socket, data: bytes) -> bytes:
-    """Send what goes without waiting, and return the rest."""
+def sent(connection: socket.socket, data: bytes) -> bytes:
+    """Send what goes without waiting, and return the rest; a send that may wait would wait for the socket's own timeout."""
     try:
+        if not select.select([], [connection], [], 0.0)[1]:
+            return data
         return data[connection.send(data, socket.MSG_DONTWAIT) :]
     except BlockingIOError:
         return data
-    except OSError:  # it is closed: who reads from it sees that
+    except (OSError, ValueError):  # it is closed: who reads from it sees that
         return b""
