@@ -5,16 +5,18 @@ from __future__ import annotations
 import select
 import socket
 from collections.abc import Callable
-from contextlib import suppress
 
 from stretch_bt.hardware.emulators.faults import Faults
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.script_reader import ScriptReader
 
-__all__ = ["ClientPort"]
+__all__ = ["ClientPort", "sent"]
 
 Message = Callable[[Controller], bytes]
+
+#: bytes that wait for a client, here and in its connection: one that never reads costs nothing once they are full
+_BUFFER = 1 << 15
 
 
 class ClientPort:
@@ -54,7 +56,7 @@ class ClientPort:
         self._state, self._greeting, self._load = state, greeting, load
         self._every = max(round(controller.profile.rate / rate), 1)
         self._cycle = 0
-        #: by client, what is left of a message that its connection did not take whole
+        #: by client, what its connection did not take yet
         self._clients: dict[socket.socket, bytes] = {}
         self.server = TcpServer(host, port, self._serve, lambda: faults.shown("drop") is not None)
 
@@ -65,19 +67,20 @@ class ClientPort:
             self.send(self._state)
 
     def send(self, message: Message) -> None:
-        """Send a message to every client that takes it now; under the controller's lock."""
+        """Send a message to every client that has not left too many; under the controller's lock."""
         if self._faults.meets("freeze", connection="script", direction="out"):
             return
-        ready = [client for client in self._clients if _takes(client)]
-        if ready:
+        waiting = [client for client, rest in self._clients.items() if len(rest) < _BUFFER]
+        if waiting:
             data = message(self._controller)
-            for client in ready:
-                self._clients[client] = _sent(client, self._clients[client] or data)
+            for client in waiting:
+                self._clients[client] = sent(client, self._clients[client] + data)
 
     def _serve(self, connection: socket.socket) -> None:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         with self._controller.lock:
-            self._clients[connection] = b"" if self._greeting is None else self._greeting(self._controller)
-            self._clients[connection] = _sent(connection, self._clients[connection])
+            greeting = b"" if self._greeting is None else self._greeting(self._controller)
+            self._clients[connection] = sent(connection, greeting)
         reader = ScriptReader()
         try:
             for data in received(connection):
@@ -90,17 +93,13 @@ class ClientPort:
                 del self._clients[connection]
 
 
-def _takes(connection: socket.socket) -> bool:
-    """Whether a connection takes something now: a client need not read."""
-    with suppress(OSError, ValueError):  # ValueError: it was closed meanwhile
-        return bool(select.select([], [connection], [], 0.0)[1])
-    return False
-
-
-def _sent(connection: socket.socket, data: bytes) -> bytes:
-    """Send what goes without waiting, and return the rest."""
-    if not data or not _takes(connection):
-        return data
-    with suppress(OSError):
+def sent(connection: socket.socket, data: bytes) -> bytes:
+    """Send what goes without waiting, and return the rest; a send that may wait would wait for the socket's own timeout."""
+    try:
+        if not select.select([], [connection], [], 0.0)[1]:
+            return data
         return data[connection.send(data, socket.MSG_DONTWAIT) :]
-    return b""
+    except BlockingIOError:
+        return data
+    except (OSError, ValueError):  # it is closed: who reads from it sees that
+        return b""

@@ -153,7 +153,7 @@ class Controller:
 
     def raw_force(self) -> tuple[float, ...]:
         """Return the wrench as it is measured, N and N m, in axes of the flange, whatever was taken as zero."""
-        turn = self.arm.kinematics.forward(self.arm.q)[:3, :3].T
+        turn = self.arm.frames()[6, :3, :3].T
         felt = np.asarray(self._felt())
         return (*(turn @ felt[:3]).tolist(), *(turn @ felt[3:]).tolist())
 

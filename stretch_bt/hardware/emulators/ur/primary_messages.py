@@ -23,6 +23,8 @@ _BUILD_DATE = b"01-01-2023, 00:00:00"
 #: what the data sheets say of both models: joints turn two times either way, at most at 180 deg/s
 _TURN, _FASTEST, _ACCELERATION = 2 * math.pi, math.pi, 40.0
 _ROBOT_TYPE = 1
+#: of a calibration that is the nominal one
+_CHECKSUM, _CALIBRATED = (1, 2, 3, 4, 5, 6), 2
 
 
 def version_message(controller: Controller) -> bytes:
@@ -90,8 +92,8 @@ def _masterboard(c: Controller) -> bytes:
     inputs = struct.pack(">iiBBdd", 0, c.digital_outputs & 0x7FFFFFFF, 1, 1, 0.0, 0.0)
     outputs = struct.pack(">BBdd", c.analog.types & 1, c.analog.types >> 1 & 1, *c.analog.outputs)
     supply = struct.pack(">ffff", 30.0, 48.0 if c.powered else 0.0, 0.5, 0.02)
-    safety = struct.pack(">BBBIBB", c.safety.mode, 0, 0, 0, 0, 0)
-    return inputs + outputs + supply + safety + b"\0" * c.profile.e_series
+    safety = struct.pack(">BBBIBBB", c.safety.mode, 0, 0, 0, 0, 0, 0)
+    return inputs + outputs + supply + safety
 
 
 def _cartesian(c: Controller) -> bytes:
@@ -101,7 +103,7 @@ def _cartesian(c: Controller) -> bytes:
 def _kinematics(c: Controller) -> bytes:
     known = c.arm.kinematics
     numbers = [*(0.0,) * 6, *known.a, *known.d, *known.alpha]
-    return struct.pack(">6I24dI", *(0xFFFFFFFF,) * 6, *numbers, 1)
+    return struct.pack(">6I24dI", *_CHECKSUM, *numbers, _CALIBRATED)
 
 
 def _configuration(c: Controller) -> bytes:

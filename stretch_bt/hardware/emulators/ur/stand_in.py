@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,10 +20,10 @@ from stretch_bt.hardware.emulators.ur.client_port import ClientPort
 from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
 from stretch_bt.hardware.emulators.ur.force_noise import CB3, E_SERIES, ForceNoise, NoisyForce
-from stretch_bt.hardware.emulators.ur.primary_messages import robot_state, runtime_exception, version_message
+from stretch_bt.hardware.emulators.ur.primary_messages import robot_state, version_message
+from stretch_bt.hardware.emulators.ur.programs import Programs
 from stretch_bt.hardware.emulators.ur.realtime_packet import realtime_packet
 from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
-from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
 from stretch_bt.hardware.transforms import inverse, pose_of, transform_of
 from stretch_bt.hardware.ur.kinematics import MODELS
 
@@ -36,7 +36,6 @@ HAND = Pose((0.0, 0.0, 0.3), (math.pi, 0.0, 0.0))
 _HOME = Pose((0.0, 0.0, 0.2))
 _NEAR = (math.pi, -1.6, 1.8, -1.8, -math.pi / 2, 0.0)
 
-_LOADING = 0.06
 _MOVING = 1e-4
 #: how often the primary and secondary ports tell the state of the robot, Hz
 _STATE_RATE = 10.0
@@ -77,7 +76,7 @@ _FAULTS: dict[str, Fault] = {
 
 
 class Ur5StandIn(StandIn):
-    """The controller of a UR5, PolyScope 3.15 at 125 Hz, half a metre from the object; it plays the script of ur_rtde and no other."""
+    """The controller of a UR5, PolyScope 3.15 at 125 Hz, half a metre from the object; it plays the script of ur_rtde, and a part of URScript."""
 
     PORTS: ClassVar[Mapping[str, int]] = {
         "rtde": 30004,
@@ -111,6 +110,7 @@ class Ur5StandIn(StandIn):
         self._servers: dict[str, TcpServer] = {}
         self._rtde: RtdeServer | None = None
         self._clients: dict[str, ClientPort] = {}
+        self._programs = Programs(self.controller, self._tell_primary)
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -208,7 +208,7 @@ class Ur5StandIn(StandIn):
             state=realtime_packet if realtime else robot_state,
             rate=self.PROFILE.rate if realtime else _STATE_RATE,
             greeting=None if realtime else version_message,
-            load=None if wire.endswith("_read_only") else self._load,
+            load=None if wire.endswith("_read_only") else self._programs.load,
         )
 
     def hand(self) -> Pose:
@@ -261,16 +261,11 @@ class Ur5StandIn(StandIn):
         turn = transform_of(BASE)[:3, :3].T
         return tuple((np.concatenate([turn @ felt[:3], turn @ felt[3:]]) + self._noise.error).tolist())
 
-    def _load(self, program: str) -> None:
-        """Run the control script of ur_rtde; another program is noted, and refused on the primary port."""
-        parsed = parse_script(program)
-        with self.controller.lock:
-            if parsed is not None:
-                self.controller.load(ControlScript(self.controller, *parsed).run(), _LOADING)
-                return
-            self.controller.note("a program that is not understood was not run")
-            for wire in ("primary", "primary_read_only"):
-                self._clients[wire].send(lambda c: runtime_exception(c, 1, 1, "compile_error"))
+    def _tell_primary(self, message: Callable[[Controller], bytes]) -> None:
+        """Send a message to all clients of the primary port; under the controller's lock."""
+        for wire in ("primary", "primary_read_only"):
+            if wire in self._clients:
+                self._clients[wire].send(message)
 
 
 class Ur5eStandIn(Ur5StandIn):

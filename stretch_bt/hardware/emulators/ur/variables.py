@@ -76,8 +76,10 @@ _KNOWN: dict[str, Ask] = {
 
 def _elbow(controller: Controller) -> list[float]:
     """Return where the elbow is, m, and its velocity, m/s, in the base."""
-    frames = controller.arm.kinematics.frames(controller.arm.q)
+    frames = controller.arm.frames()
     elbow = frames[2, :3, 3]
+    if not controller.arm.qd.any():
+        return [*elbow.tolist(), 0.0, 0.0, 0.0]
     turning = [np.cross(frame[:3, 2], elbow - frame[:3, 3]) for frame in frames[:2]]
     speed = turning[0] * controller.arm.qd[0] + turning[1] * controller.arm.qd[1]
     return [*elbow.tolist(), *speed.tolist()]
