@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import socket
 import struct
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-__all__ = ["TcpServer", "cannot_listen", "deafen", "lines", "received", "sever"]
+__all__ = ["TcpServer", "cannot_listen", "deafen", "is_web", "lines", "received", "sever"]
 
 _POLL = 0.1
 _PART = 4096
@@ -19,6 +20,8 @@ _NOWHERE = struct.pack("=H14x", socket.AF_UNSPEC)
 _ATTACH_FILTER, _DETACH_FILTER = 26, 27
 #: a filter that drops every packet
 _DROP_ALL = struct.pack("=HBBI", 6, 0, 0, 0)
+#: the first line of an HTTP request (RFC 9112, section 3)
+_REQUEST = re.compile(rb"[!-~]+ [^ ]+ HTTP/\d")
 _WAYS = {"both": socket.SHUT_RDWR, "out": socket.SHUT_WR, "in": socket.SHUT_RD}
 
 
@@ -35,13 +38,25 @@ def received(connection: socket.socket) -> Iterator[bytes]:
 
 
 def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
-    """Yield the lines that come, without their ends; one that has `longest` bytes before its end is the last."""
-    rest = b""
+    """Yield the lines that come, without their ends, up to one that has `longest` bytes before its end.
+
+    Nothing is yielded of a request of HTTP: any page that a browser shows could send one here, with commands as its body.
+    """
+    rest, first = b"", True
     for data in received(connection):
         *whole, rest = (rest + data).split(b"\n")
-        yield from whole
+        for line in whole:
+            if len(line) >= longest or (first and is_web(line)):
+                return
+            first = False
+            yield line
         if len(rest) >= longest:
             return
+
+
+def is_web(line: bytes) -> bool:
+    """Return whether a line is the first one of an HTTP request."""
+    return _REQUEST.match(line) is not None
 
 
 def sever(connection: socket.socket, direction: str = "both", *, reset: bool = False) -> None:

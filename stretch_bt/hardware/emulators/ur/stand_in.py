@@ -15,7 +15,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, is_web, received
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
 from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
@@ -239,7 +239,7 @@ class Ur5StandIn(StandIn):
             if self.faults.meets("freeze", connection="script"):
                 continue
             text += data
-            if len(text) > _LONGEST_SCRIPT:
+            if len(text) > _LONGEST_SCRIPT or is_web(text.partition(b"\n")[0]):
                 return
             while b"\nend\n" in text:
                 program, _, text = text.partition(b"\nend\n")
