@@ -85,7 +85,7 @@ class RecordReader:
         try:
             self._index()
         except InvalidInput as error:
-            raise refuse(self._chunks.path, "record-size", str(error)) from error
+            raise refuse(self._chunks.path, "record-damaged", str(error)) from error
         self.complete = events_whole and self._chunks.whole and self.result is not None
 
     def handed(self, tick: int) -> list[Handed]:

@@ -53,7 +53,7 @@ def test_a_chunk_that_states_too_much_is_refused(record, packed, compression):
     path = bomb(record, compression, packed[compression], SIZE)
     error, most = read(record)
     [found] = error.diagnostics
-    assert found.code == "record-size"
+    assert found.code == "record-damaged"
     assert str(path) in found.message
     assert "would take 256 MiB, and at most 64 MiB are read" in found.message
     assert most < MAX_CHUNK // 2
@@ -62,7 +62,7 @@ def test_a_chunk_that_states_too_much_is_refused(record, packed, compression):
 def test_the_size_that_packed_bytes_state_themselves_counts_too(record, packed):
     bomb(record, "zstd", packed["zstd"], 1000)
     error, most = read(record)
-    assert [found.code for found in error.diagnostics] == ["record-size"]
+    assert [found.code for found in error.diagnostics] == ["record-damaged"]
     assert most < MAX_CHUNK // 2
 
 
@@ -81,5 +81,5 @@ def test_a_record_of_one_part_without_end_is_refused(record):
         file.write(b"\x06" + (SIZE).to_bytes(8, "little"))
         file.truncate(2 * SIZE)
     error, most = read(record)
-    assert [found.code for found in error.diagnostics] == ["record-size"]
+    assert [found.code for found in error.diagnostics] == ["record-damaged"]
     assert most < MAX_CHUNK // 2

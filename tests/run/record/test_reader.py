@@ -146,7 +146,7 @@ def test_damage_never_gives_other_readings(data: st.DataObject, pristine: Path, 
         try:
             reader = RecordReader(Path(place))
         except RecordError as error:  # the damage is in the size of a chunk
-            assert [d.code for d in error.diagnostics] == ["record-size"]
+            assert [d.code for d in error.diagnostics] == ["record-damaged"]
             return
         for tick, time in reader.ticks:
             assert (tick, time) in whole.ticks
