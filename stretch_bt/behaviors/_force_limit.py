@@ -11,22 +11,14 @@ import numpy as np
 from stretch_bt.errors import IllConditioned
 from stretch_bt.frames import Wrench
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Reading
+from stretch_bt.hardware.least_force import DEVIATIONS, least_limit
 from stretch_bt.tree.context import Context
 
-__all__ = ["ForceLimit", "least_limit"]
+__all__ = ["ForceLimit"]
 
 MAX_AGE = 0.2
-#: standard deviations from zero force to the limit: noise alone passes it once in 800 000 independent means of three axes
-DEVIATIONS: Final = 5.5
-#: the longest time over which the arm's force is averaged, s: a hand at 10 mm/s goes 3.5 mm in it
-LONGEST: Final = 0.35
 #: over which an arm with noise averages a reading at least, s
 SHORTEST: Final = 0.128
-
-
-def least_limit(noise: float) -> float:
-    """Return the least limit, N, that an arm can hold whose force has a noise of so many N s^0.5."""
-    return DEVIATIONS * noise / math.sqrt(LONGEST)
 
 
 class ForceLimit:

@@ -14,6 +14,7 @@ from stretch_bt.model.calibration import characterization, sensitivity
 from stretch_bt.model.calibration.conditioning import CONDITIONED, Conditioning
 from stretch_bt.model.calibration.form import decoded, text_of
 from stretch_bt.model.calibration.protocol import State
+from stretch_bt.source.bounds import read_bytes
 from stretch_bt.tree.context import Context
 
 __all__ = ["TableFile", "check_table", "is_of_run", "opened", "table_of"]
@@ -140,7 +141,7 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
     place, needed = (path, os.R_OK | os.W_OK) if path.exists() else (path.parent, os.W_OK | os.X_OK)
     if not os.access(place, needed):
         raise InvalidInput(f"{path}: the table cannot be read and written (no permission); name another file")
-    content = _whole(kind, path.read_bytes()) if path.exists() else b""
+    content = _whole(kind, read_bytes(path)) if path.exists() else b""
     if content:
         try:
             table = kind.parse(decoded(content, path), name)

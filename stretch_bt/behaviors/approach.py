@@ -58,7 +58,7 @@ class Approach(MotionBehavior):
     max_travel: In[Length | None] = port(
         None, min=0.001, max=2.0, doc="give up when nothing was met this far down, or where the cell ends before that"
     )
-    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
     average: In[int] = port(24, min=1, max=64, doc="frames to average at each")

@@ -18,7 +18,7 @@ class Press(MotionBehavior):
     force_sensor: Uses[ForceSensor | None]
     depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute, past first contact", limit="depth")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
-    max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
+    max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
 
     def start(self) -> Motion:
         """Move straight down, or up."""

@@ -38,7 +38,7 @@ class Roll(MotionBehavior):
         0.005, min=-0.030, max=MOST_DEPTH, doc="absolute, past first contact; with a force the most", limit="depth"
     )
     force: In[Force | None] = port(None, min=0.01, max=50.0, doc="to keep, along the hand's axis", limit="force")
-    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop and fail above this", limit="force")
+    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
     laps: In[int] = port(1, min=0, max=100000, doc="0: until it is stopped")
     travel: Out[Length]  # of the hand so far, written after each piece
     felt: Out[Force]  # mean along its axis over the latest piece

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -17,6 +18,7 @@ from stretch_bt.hardware.hand_file import FORMAT as HAND_FORMAT
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class, names_for
 from stretch_bt.hardware.interfaces import INTERFACES
+from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, load, resolve, validate
 from stretch_bt.units import Length, Within
@@ -129,6 +131,7 @@ def load_cell(cell: str | Path) -> CellSpec:
         places = {(d.line, d.column) for d in found}
         found += [d for d in error.diagnostics if (d.line, d.column) not in places]
         raise CellError(sorted(found, key=lambda d: (d.line, d.column))) from None
+    found += _unheld(source, made.limits, devices)
     if found:
         raise CellError(found)
     hand = HandGeometry(**made.hand.model_dump(exclude={"calibration"}))
@@ -136,6 +139,18 @@ def load_cell(cell: str | Path) -> CellSpec:
         c = calibration.camera
         hand = replace(hand, plane_distance=c.distance, aim_x=c.aim_x, aim_y=c.aim_y, yaw=c.yaw)
     return CellSpec(path.stem, path, made.doc, hand, made.limits, devices)
+
+
+def _unheld(source: Map, limits: Limits, devices: dict[str, DeviceSpec]) -> Iterator[Diagnostic]:
+    """Yield that the cell's limit of force is one that the noise of its arm passes: the arm's own process holds it, nothing else."""
+    for device in devices.values():
+        least = least_limit(device.options.force_noise())
+        if limits.force < least:
+            table = source.get("limits")
+            value = table.get("force") if isinstance(table, Map) else None
+            message = f"the force of {device.name!r} is too noisy to hold a limit of {limits.force:g} N"
+            hint = f"write {math.ceil(least)} N or more, and a lower limit at the nodes of a tree with a force sensor"
+            yield (device if value is None else value).mark.error("out-of-bounds", message, hint)
 
 
 def cell_names() -> list[str]:

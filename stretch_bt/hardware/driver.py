@@ -73,6 +73,10 @@ class Options(BaseModel):
         """Return how an arm with these options stops because of a force, where this is an arm that something real can stop."""
         return None
 
+    def force_noise(self) -> float:
+        """Return the noise of the force that an arm with these options shows, N s^0.5 an axis; 0 where it is not known before."""
+        return 0.0
+
 
 @dataclass(frozen=True)
 class Bench:

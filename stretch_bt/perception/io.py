@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -11,6 +10,9 @@ import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.source.arrays import load_arrays
+from stretch_bt.source.bounds import MAX_IMAGE, read_bytes
+from stretch_bt.source.png import check_png
 
 __all__ = ["load_depth_png", "load_depth_stack"]
 
@@ -35,9 +37,11 @@ def load_depth_png(
 
     _check_unit(unit)
     try:
-        encoded = np.frombuffer(Path(path).read_bytes(), dtype=np.uint8)
+        data = read_bytes(Path(path), MAX_IMAGE)
     except OSError as error:
         raise InvalidInput(f"{path} cannot be read: {error.strerror}") from error
+    check_png(str(path), data)
+    encoded = np.frombuffer(data, dtype=np.uint8)
     raw = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if encoded.size else None
     if raw is None or raw.ndim != 2 or raw.dtype != np.uint16:
         found = "no image" if raw is None else f"{raw.dtype} {raw.shape}"
@@ -85,11 +89,10 @@ def _check_unit(unit: float) -> None:
 def _read_stack(
     path: str | Path, key: str, times: str | Sequence[float]
 ) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.float64]]:
+    wanted = [key, times] if isinstance(times, str) else [key]
     try:
-        with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            stamps = file[times] if isinstance(times, str) else times
-            return file[key], np.asarray(stamps, dtype=np.float64)
-    except KeyError as error:
-        raise InvalidInput(f"{path}: {error.args[0]}") from error
-    except (OSError, ValueError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        found = load_arrays(Path(path), wanted)
+        stamps = found[times] if isinstance(times, str) else times
+        return found[key], np.asarray(stamps, dtype=np.float64)
+    except (OSError, TypeError) as error:
         raise InvalidInput(f"{path} is not an npz file that can be read: {error}") from error

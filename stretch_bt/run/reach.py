@@ -10,6 +10,7 @@ from stretch_bt.errors import CellError, Diagnostic, StretchError
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.run.contact_force import hard_contact
 from stretch_bt.run.context import RunContext
+from stretch_bt.run.held_force import HELD, unheld_force
 from stretch_bt.source import Mark
 from stretch_bt.tree.build import Builder, build
 from stretch_bt.tree.document import Param
@@ -115,6 +116,8 @@ class _Asked:
                 value = declared.default if wire is None else _constant(wire, builder)
                 mark = part.mark if wire is None else wire.mark
                 self._hold(path, declared, declared.limit, value, mark)
+                if declared.limit in HELD and isinstance(value, int | float):
+                    self.found += unheld_force(self.spec, part, f"{path}: {declared.name}", value, mark)
                 if declared.limit in _SPEEDS:
                     self._meet(path, part, declared, value, mark)
 
@@ -133,7 +136,7 @@ class _Asked:
             self.found += hard_contact(self.spec, part, f"{path}: {declared.name}", declared.limit, most, mark)
 
     def _hold(self, path: str, declared: Port, limit: str, value: Any, mark: Mark) -> None:
-        if value is None or (value is MISSING and limit in _FIELDS):
+        if value is None or (value is MISSING and limit in _FITTING):
             return
         low, high = self.spec.span(limit)
         least, most = (declared.min, declared.max) if value is MISSING else (value, value)
@@ -169,8 +172,9 @@ class _Asked:
 
 #: the kinds of limits that are no lengths, and the fields from which lengths follow that only have to fit
 _SPEEDS = {"speed": KINDS["Speed"], "contact_speed": KINDS["Speed"]}
-_KINDS = {**_SPEEDS, "gripper_speed": KINDS["Speed"], "force": KINDS["Force"]}
-_FIELDS = {"travel": "height", "radius": "x"}
+_KINDS = {**_SPEEDS, "gripper_speed": KINDS["Speed"], "force": KINDS["Force"], "held_force": KINDS["Force"]}
+_FITTING = {"travel": "height", "radius": "x"}
+_FIELDS = {**_FITTING, "held_force": "force"}
 
 
 def _constant(wire: Wire, builder: Builder) -> Any:

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from stretch_bt.behaviors._force_limit import ForceLimit, least_limit
+from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.errors import IllConditioned
 from stretch_bt.frames import Wrench
 from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING
 from stretch_bt.run.context import RunContext
 

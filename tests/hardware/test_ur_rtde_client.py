@@ -9,6 +9,9 @@ import time
 import numpy as np
 import pytest
 
+from stretch_bt.errors import DeviceLost
+from stretch_bt.hardware.cell import open_cell
+from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.faults import Faults
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
@@ -130,3 +133,9 @@ def test_polyscope_x_is_known_and_told(polyscope_x, behind):
     halted = options.halt("arm")
     assert (halted.ok, "PolyScope X, which is not supported" in halted.detail) == (False, True)
     assert "PolyScope X" not in options_at("127.0.0.251").halt("arm").detail
+
+
+def test_an_arm_with_polyscope_x_is_not_opened(polyscope_x, live_cell):
+    spec = load_cell(live_cell("ur", "rtde", polyscope_x))
+    with pytest.raises(DeviceLost, match="PolyScope X, which is not supported; use a UR5 with PolyScope 3"):
+        open_cell(spec, now=time.monotonic)

@@ -60,7 +60,7 @@ def limited():
         if info.cls.__module__.startswith("stretch_bt.") and all(
             info.types[p.name].family is Family.QUANTITY for p in needed
         ):
-            yield from ((info, p) for p in info.of(Role.INPUT) if p.limit is not None)
+            yield from ((info, p) for p in info.of(Role.INPUT) if p.limit not in (None, "least_force"))
 
 
 @pytest.fixture
@@ -104,6 +104,7 @@ def test_a_constant_past_a_limit_is_found_at_its_place_and_one_at_the_limit_is_n
         "depth": 0.002,
         "stretch": 0.02,
         "force": 0.2,
+        "held_force": 0.2,
     }
     most = {**limits, "travel": 0.03, "radius": 0.02}[declared.limit]
     others = {p.name: format_quantity(p.min or 0.0, info.types[p.name].kind) for p in info.of(Role.INPUT) if p.required}
@@ -183,6 +184,7 @@ def test_the_command_tells_it_and_a_device_that_is_missing(tmp_path):
     assert done.exit_code == 2
     errors = [d for d in json.loads(done.stdout) if d["severity"] == "error"]
     assert [(d["line"], d["column"], d["code"]) for d in errors] == [(7, 20, "cell-limit")]
+    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", "    press: {depth: 3 mm, max_force: 5 N}"))
     found = check(tmp_path / "tree.yaml", cell="lab_ur5")
     assert not [d for d in found if d.code == "cell-limit" and d.severity == "error"]
     (tmp_path / "tree.yaml").write_text(

@@ -7,7 +7,8 @@
 | `{"do": "clear"}`, with `device` and `fault` or without | `{"ok": true}` |
 | `{"do": "renew"}`: a new object in the place of the present one, which was pressed out of shape | `{"ok": true}` |
 
-What is wrong with a line is answered by `{"ok": false, "error": why}`.
+What is wrong with a line is answered by `{"ok": false, "error": why}`. A connection whose first line is no JSON object
+is closed, and so is one with a line of more than 4096 bytes: what comes after is not read. A request of HTTP gets no answer.
 """
 
 from __future__ import annotations
@@ -119,8 +120,10 @@ class ControlPort:
         return self._stand_ins[name]
 
     def _serve(self, connection: socket.socket) -> None:
-        for line in lines(connection, _LONGEST + 1):
+        for number, line in enumerate(lines(connection, _LONGEST + 1)):
             connection.sendall(json.dumps(self.answer(line)).encode() + b"\n")
+            if number == 0 and not line.lstrip().startswith(b"{"):
+                return
 
 
 def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float = 5.0) -> dict[str, Any]:
@@ -136,7 +139,10 @@ def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float =
     with socket.create_connection(address, timeout=timeout) as connection:
         connection.sendall(json.dumps(asked).encode() + b"\n")
         with connection.makefile("rb") as answers:
-            answer: dict[str, Any] = json.loads(answers.readline())
+            line = answers.readline()
+    if not line:
+        raise OSError("the control port closed the connection without an answer")
+    answer: dict[str, Any] = json.loads(line)
     if not answer.pop("ok"):
         raise InvalidInput(answer["error"])
     return answer

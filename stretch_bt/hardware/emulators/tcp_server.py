@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import socket
 import struct
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from itertools import takewhile
 
-__all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "lines", "received", "sever"]
+__all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "is_web", "lines", "received", "sever"]
 
 _POLL = 0.1
 _PART = 4096
@@ -19,6 +21,8 @@ _NOWHERE = struct.pack("=H14x", socket.AF_UNSPEC)
 _ATTACH_FILTER, _DETACH_FILTER = 26, 27
 #: a filter that drops every packet
 _DROP_ALL = struct.pack("=HBBI", 6, 0, 0, 0)
+#: the first line of an HTTP request (RFC 9112, section 3)
+_REQUEST = re.compile(rb"[!-~]+ [^ ]+ HTTP/\d")
 _WAYS = {"both": socket.SHUT_RDWR, "out": socket.SHUT_WR, "in": socket.SHUT_RD}
 
 
@@ -35,20 +39,34 @@ def received(connection: socket.socket) -> Iterator[bytes]:
 
 
 def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
-    """Yield the lines that come, without their ends; one that has `longest` bytes before its end is the last."""
+    """Yield the lines that come, without their ends, up to one that has `longest` bytes before its end.
+
+    Nothing is yielded of a request of HTTP: any page that a browser shows could send one here, with commands as its body.
+    """
     for whole in batches(connection, longest):
         yield from whole
 
 
 def batches(connection: socket.socket, longest: int) -> Iterator[list[bytes]]:
     """Yield the lines that come together, as `lines` does one by one."""
-    rest = b""
+    rest, first = b"", True
     for data in received(connection):
         *whole, rest = (rest + data).split(b"\n")
-        if whole:
-            yield whole
+        if whole and first and is_web(whole[0]):
+            return
+        first = first and not whole
+        short = list(takewhile(lambda line: len(line) < longest, whole))
+        if short:
+            yield short
+        if len(short) < len(whole):
+            return
         if len(rest) >= longest:
             return
+
+
+def is_web(line: bytes) -> bool:
+    """Return whether a line is the first one of an HTTP request."""
+    return _REQUEST.match(line) is not None
 
 
 def sever(connection: socket.socket, direction: str = "both", *, reset: bool = False) -> None:

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import DeviceLost
+from stretch_bt.errors import DeviceLost, InvalidInput
+from stretch_bt.source.bounds import MAX_IMAGE, read_bytes
+from stretch_bt.source.png import check_png
 
 __all__ = ["FrameArray", "FrameFolder", "Frames", "png_files"]
 
@@ -56,7 +58,12 @@ class FrameFolder(Frames):
         import cv2
 
         path = self._files[number]
-        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        try:
+            data = read_bytes(path, MAX_IMAGE)
+            check_png(path.name, data)
+        except (OSError, InvalidInput) as error:
+            raise DeviceLost(self._device, f"{path.name} cannot be read as an image ({error})") from error
+        image = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
         if image is None:
             raise DeviceLost(self._device, f"{path.name} cannot be read as an image")
         if image.dtype != np.uint16 or image.shape != self._shape:

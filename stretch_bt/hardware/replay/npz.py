@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import DeviceLost
+from stretch_bt.errors import DeviceLost, InvalidInput
 from stretch_bt.hardware.driver import Mistake, missing_file
 from stretch_bt.source import did_you_mean
+from stretch_bt.source.arrays import array_names, check_arrays, load_arrays
 
 __all__ = ["npz_mistakes", "read_arrays"]
-
-_BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile)
 
 
 def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]) -> Iterator[Mistake]:
@@ -27,9 +24,10 @@ def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]
         yield from missing
         return
     try:
-        names = _names(path)
-    except _BROKEN as error:
-        yield option, f"{file!r} is not an npz file ({error})", "write one with numpy.savez"
+        names = array_names(path)
+        check_arrays(path, [key for key in keys.values() if key in names])
+    except (OSError, InvalidInput) as error:
+        yield option, str(error), "write one with numpy.savez"
         return
     for name, key in keys.items():
         if key is not None and key not in names:
@@ -39,18 +37,9 @@ def npz_mistakes(root: Path, option: str, file: str, keys: dict[str, str | None]
 def read_arrays(device: str, path: Path, keys: list[str]) -> dict[str, npt.NDArray[Any]]:
     """Return arrays by name, read-only; raises DeviceLost when they cannot be read."""
     try:
-        with np.load(path) as archive:
-            arrays = {key: np.asarray(archive[key]) for key in keys}
-    except _BROKEN as error:
+        arrays = load_arrays(path, keys)
+    except (OSError, InvalidInput) as error:
         raise DeviceLost(device, f"{path.name} cannot be read ({error})") from error
     for array in arrays.values():
         array.setflags(write=False)
     return arrays
-
-
-def _names(path: Path) -> list[str]:
-    archive = np.load(path)
-    if not isinstance(archive, np.lib.npyio.NpzFile):
-        raise ValueError("it holds one array")
-    with archive:
-        return list(archive.files)

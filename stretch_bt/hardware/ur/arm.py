@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
@@ -18,7 +17,6 @@ from stretch_bt.hardware.latched import NEW_RUN
 from stretch_bt.hardware.simulated.path import PosePath
 from stretch_bt.hardware.transforms import pose_of, transform, transform_of
 from stretch_bt.hardware.ur.arm_process import ArmProcess
-from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING
 from stretch_bt.hardware.ur.look import look
 from stretch_bt.hardware.ur.messages import ArmState
 from stretch_bt.hardware.ur.options import UrOptions
@@ -133,7 +131,8 @@ class UrArm(ArmDriver):
 
     def force_noise(self) -> float:
         """Return the noise of the controller's force, N s^0.5 an axis."""
-        return FORCE_SENSING[self.options.model].deviation / math.sqrt(self.options.rate)
+        noise: float = self.options.force_noise()
+        return noise
 
     @property
     def process(self) -> int | None:

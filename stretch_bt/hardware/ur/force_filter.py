@@ -20,7 +20,7 @@ class HandForce:
     """Force on the hand, N: averaged, and of the latest sample alone."""
 
     average: float
-    peak: float
+    sample: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["FORCE_SENSING", "ForceSensing", "peak_limit"]
+__all__ = ["FORCE_SENSING", "ForceSensing", "sample_limit"]
 
 #: least limit on a single sample, N, and how far above the limit on the average it is: five to six deviations of a CB3's noise
-_PEAK, _ABOVE = 40.0, 20.0
+_SAMPLE, _ABOVE = 40.0, 20.0
 #: how many deviations of a mean are taken for noise
 _DEVIATIONS = 4.0
 
@@ -42,9 +42,9 @@ class ForceSensing:
         return self.bias + _DEVIATIONS * self.deviation / math.sqrt(max(count, 1))
 
 
-def peak_limit(limit: float) -> float:
+def sample_limit(limit: float) -> float:
     """Return the limit on a single sample of the force, N, for a limit on its average, N: one that noise does not reach."""
-    return max(_PEAK, limit + _ABOVE)
+    return max(_SAMPLE, limit + _ABOVE)
 
 
 #: A CB3 estimates the force from joint currents: 3.6 N of deviation were measured, +-10 N are quoted (forum of Universal Robots, topic 229).

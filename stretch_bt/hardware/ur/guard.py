@@ -101,8 +101,8 @@ def beyond(
         return fast
     if not force.average <= settings.force:
         return f"force {force.average:.1f} N is past the limit of the cell, at most {settings.force:g} N"
-    if not force.peak <= settings.peak_force:
-        return f"force {force.peak:.1f} N in one sample is past {settings.peak_force:g} N, which no noise reaches"
+    if not force.sample <= settings.sample_force:
+        return f"force {force.sample:.1f} N in one sample is past {settings.sample_force:g} N, which no noise reaches"
     return None
 
 

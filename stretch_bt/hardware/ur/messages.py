@@ -63,8 +63,8 @@ class Settings(Message):
     speed: float
     depth: float
     force: float
-    #: of a single sample of the force, N
-    peak_force: float
+    #: limit of a single sample of the force, N
+    sample_force: float
     #: how long a motion goes on that no tick looks at, s
     unwatched: float
     #: below which height, m, the hand may meet something, and how fast it may be there, m/s

@@ -13,7 +13,7 @@ from stretch_bt.hardware.driver import Bench, Options
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.peak_force import Stopping
-from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING, peak_limit
+from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING, sample_limit
 from stretch_bt.hardware.ur.messages import Settings
 from stretch_bt.units import KINDS, Angle, AngularSpeed, Force, Length, Mass, Time, Within
 
@@ -131,12 +131,16 @@ class UrOptions(Options):
         """
         return Stopping(
             averaged=self._force_filter,
-            single=peak_limit(limits.force),
+            single=sample_limit(limits.force),
             delay=2 / _CONTROLLER[self.model] + 1 / self.rate + _HANDSHAKE,
             deceleration=self.stop_acceleration,
             late=self.lost_after,
             lag=self.lookahead,
         )
+
+    def force_noise(self) -> float:
+        """Return the noise of the controller's force, N s^0.5 an axis."""
+        return FORCE_SENSING[self.model].deviation / math.sqrt(self.rate)
 
     def settings(self, bench: Bench) -> Settings:
         """Return what the process of the arm goes by."""
@@ -155,7 +159,7 @@ class UrOptions(Options):
             depth=limits.depth,
             force=limits.force,
             force_filter=self._force_filter,
-            peak_force=peak_limit(limits.force),
+            sample_force=sample_limit(limits.force),
             unwatched=limits.unwatched,
             contact_below=None if limits.contact is None else limits.contact.below,
             contact_speed=limits.span("contact_speed")[1],

@@ -15,6 +15,7 @@ from stretch_bt.hardware.ur.guard import Measured
 from stretch_bt.hardware.ur.kinematics import MODELS
 from stretch_bt.hardware.ur.lifelines import Lifelines
 from stretch_bt.hardware.ur.messages import Settings, Six
+from stretch_bt.hardware.ur.version import LOWER_ONLY, TOO_NEW, is_polyscope_x
 
 if TYPE_CHECKING:
     from rtde_control import RTDEControlInterface
@@ -66,8 +67,7 @@ class Session:
         from rtde_receive import RTDEReceiveInterface
 
         self._settings, self._lifelines = settings, lifelines
-        (version,) = ask_dashboard(settings.host, ["PolyscopeVersion"], _ANSWERING)
-        self._version = tuple(int(number) for number in (*re.findall(r"\d+", version), 0, 0)[:2])
+        self._version = _version(settings.host)
         self._receive: RTDEReceiveInterface = RTDEReceiveInterface(settings.host, settings.rate, _VARIABLES)
         lifelines.hold("reads")
         self._control: RTDEControlInterface | None = None
@@ -160,7 +160,7 @@ class Session:
 
     def _takes_upper(self) -> bool:
         """Return whether to take the upper registers: from PolyScope 5.23 on ur-rtde 1.6 uses the lower ones, but tells its script otherwise."""
-        return self._settings.upper_registers and self._version < (5, 23)
+        return self._settings.upper_registers and self._version < LOWER_ONLY
 
     def _configure(self) -> None:
         assert self._control is not None
@@ -183,6 +183,17 @@ class Session:
         nominal = MODELS[self._settings.model].forward(self._receive.getActualQ())
         off = six(inverse(nominal) @ flange)
         return max(math.hypot(*off[:3]), 0.1 * math.hypot(*off[3:]))
+
+
+def _version(host: str) -> tuple[int, ...]:
+    """Return major and minor version of a controller; raises OSError where it does not answer, or is not supported."""
+    try:
+        (answer,) = ask_dashboard(host, ["PolyscopeVersion"], _ANSWERING)
+    except OSError as error:
+        if is_polyscope_x(host):
+            raise OSError(TOO_NEW) from error
+        raise
+    return tuple(int(number) for number in (*re.findall(r"\d+", answer), 0, 0)[:2])
 
 
 def _until(ask: Callable[[], bool], seconds: float) -> bool:

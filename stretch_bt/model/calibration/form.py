@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.source.bounds import read_bytes
 
 __all__ = ["Form", "decoded", "digits", "text_of", "wrong"]
 
@@ -75,7 +76,7 @@ class Form:
 def text_of(path: str | Path) -> str:
     """Return the text of a table's file; raises InvalidInput where it cannot be read, or is no text."""
     try:
-        content = Path(path).read_bytes()
+        content = read_bytes(Path(path))
     except OSError as error:
         raise InvalidInput(f"{path}: the table cannot be read ({error.strerror}); name the file of a table") from None
     return decoded(content, path)

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model.checks import is_number
+from stretch_bt.source.bounds import read_bytes
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
 __all__ = [
@@ -157,7 +158,7 @@ class ForceModel(ABC):
             The file is missing or is not a calibration.
         """
         try:
-            return _decode(Path(path).read_text(encoding="utf-8"))
+            return _decode(read_bytes(Path(path)).decode())
         except OSError as error:
             names = ", ".join(SHIPPED)
             raise InvalidInput(

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import DeviceFault
+from stretch_bt.errors import DeviceFault, InvalidInput
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.run.record.channels import FAULT, MOTION, TICK
@@ -66,7 +66,7 @@ class RecordReader:
     Raises
     ------
     RecordError
-        The folder is missing, or holds no record.
+        The folder is missing, or holds no record, or one that would take too much memory.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -82,7 +82,10 @@ class RecordReader:
         self._decoded: dict[str, tuple[int, npt.NDArray[np.uint16]]] = {}
         self._calibrations: dict[tuple[str, int], Intrinsics] = {}
         self._chunks = ChunkFile(self.folder / MCAP)
-        self._index()
+        try:
+            self._index()
+        except InvalidInput as error:
+            raise refuse(self._chunks.path, "record-damaged", str(error)) from error
         self.complete = events_whole and self._chunks.whole and self.result is not None
 
     def handed(self, tick: int) -> list[Handed]:

@@ -6,13 +6,18 @@ import io
 import struct
 import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.source.bounds import MAX_CHUNK, hold
 
 __all__ = ["ChunkFile"]
 
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = 9  # opcode and length
+_REMEDY = "no recorder writes one as large: record the run again"
 
 
 class ChunkFile:
@@ -23,7 +28,13 @@ class ChunkFile:
         self.whole = False
 
     def __iter__(self) -> Iterator[tuple[int, list[Any]]]:
-        """Yield the offset and the records of each chunk, up to the first that is cut off or damaged."""
+        """Yield the offset and the records of each chunk, up to the first that is cut off or damaged.
+
+        Raises
+        ------
+        InvalidInput
+            A chunk would take more than `MAX_CHUNK`; the text names the file.
+        """
         from mcap.exceptions import McapError
         from mcap.opcode import Opcode
         from zstandard import ZstdError
@@ -37,7 +48,9 @@ class ChunkFile:
             for offset, head, content in _parts(file, self.path.stat().st_size):
                 if head[0] == Opcode.CHUNK:
                     try:
-                        records = _records(content)
+                        records = _records(content, str(self.path))
+                    except InvalidInput:
+                        raise
                     except broken:
                         return
                     yield offset, records
@@ -51,7 +64,7 @@ class ChunkFile:
         """Return the records of the chunk at an offset."""
         with self.path.open("rb") as file:
             file.seek(offset)
-            return _records(file.read(_length(file.read(HEAD))))
+            return _records(file.read(_length(file.read(HEAD))), str(self.path))
 
 
 def _length(head: bytes) -> int:
@@ -65,13 +78,35 @@ def _parts(file: BinaryIO, size: int) -> Iterator[tuple[int, bytes, bytes]]:
         end = offset + HEAD + _length(head)
         if end > size:
             return
+        hold(f"{file.name}: its part at byte {offset}", _length(head), MAX_CHUNK, _REMEDY)
         yield offset, head, file.read(_length(head))
         offset = end
 
 
-def _records(chunk: bytes) -> list[Any]:
+def _records(chunk: bytes, name: str) -> list[Any]:
     from mcap.data_stream import ReadDataStream
     from mcap.records import Chunk
     from mcap.stream_reader import breakup_chunk
 
-    return breakup_chunk(Chunk.read(ReadDataStream(io.BytesIO(chunk))), validate_crc=True)
+    packed = Chunk.read(ReadDataStream(io.BytesIO(chunk)))
+    unpacked = replace(packed, compression="", data=_unpacked(packed, name))
+    return breakup_chunk(unpacked, validate_crc=True)
+
+
+def _unpacked(chunk: Any, name: str) -> bytes:
+    """Return the content of a chunk; what unpacks it is told where to stop, whatever size the packed bytes state."""
+    from lz4.frame import LZ4FrameDecompressor
+    from zstandard import ZstdDecompressor, frame_content_size
+
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        size = max(size, frame_content_size(chunk.data))
+    hold(f"{name}: one of its chunks", size, MAX_CHUNK, _REMEDY)
+    data = chunk.data
+    if chunk.compression == "lz4":
+        data = LZ4FrameDecompressor().decompress(data, max_length=size)
+    elif chunk.compression == "zstd":
+        data = ZstdDecompressor().decompress(data, max_output_size=size)
+    if len(data) != chunk.uncompressed_size:
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes unpacks to {len(data)}")
+    return bytes(data)

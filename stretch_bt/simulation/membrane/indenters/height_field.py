@@ -12,6 +12,8 @@ import numpy as np
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
+from stretch_bt.source.arrays import load_array
+from stretch_bt.source.bounds import MAX_FORM
 
 __all__ = ["HeightField"]
 
@@ -63,10 +65,10 @@ class HeightField(Solid):
             The file cannot be read, or holds something else.
         """
         try:
-            heights = np.asarray(np.load(path, allow_pickle=False))
+            heights = load_array(Path(path), MAX_FORM)
             if heights.dtype.kind not in "fiu":
                 raise TypeError(f"it holds {heights.dtype}, not real numbers")
-        except (OSError, ValueError, EOFError, TypeError) as error:
+        except (OSError, InvalidInput, TypeError) as error:
             raise InvalidInput(f"{str(path)!r} is no .npy file of heights: {error}") from error
         return cls(heights, pitch)
 
