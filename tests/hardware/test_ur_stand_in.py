@@ -76,6 +76,12 @@ def test_a_cb3_has_no_contact_detection_and_says_that_it_is_done(controller):
     assert newer.state()["height"] == pytest.approx(0.185, abs=0.001)
 
 
+@pytest.mark.parametrize("model", MODELS_OF)
+def test_a_program_of_ones_own_runs_between_those_of_the_client(controller, model):
+    found = clients("custom", controller(model).host)
+    assert found == dict.fromkeys(found, True)
+
+
 def test_a_protective_stop_is_unlocked_when_its_time_has_passed(controller):
     stand_in = controller()
     found = clients("lock", stand_in.host)

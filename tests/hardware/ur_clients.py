@@ -112,6 +112,21 @@ def contact(host):
     return {"done": c.moveUntilContact([0, 0, -0.05, 0, 0, 0])}
 
 
+def custom(host):
+    """Run a program of one's own between two of the client's."""
+    from rtde_receive import RTDEReceiveInterface
+
+    receive, c = RTDEReceiveInterface(host), control(host)
+    q = receive.getActualQ()
+    turned = [q[0] + 0.2, *q[1:]]
+    lines = [f"movej({turned}, t=0.4)", "write_output_integer_register(24, 2)"]
+    found = {"done": c.sendCustomScript("\n".join(["def own():", *lines, "end", ""]))}
+    found["there"] = until(lambda: apart(receive.getActualQ(), turned) < 1e-9)
+    found["again"] = c.reuploadScript() and until(c.isProgramRunning) and c.moveJ(q, 1.0, 4.0)
+    found["back"] = until(lambda: apart(receive.getActualQ(), q) < 1e-9)
+    return found
+
+
 def lock(host):
     """Make a protective stop, and try to unlock it at once."""
     from dashboard_client import DashboardClient

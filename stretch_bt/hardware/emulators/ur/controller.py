@@ -207,7 +207,9 @@ class Controller:
         return held
 
     def halt(self, deceleration: float, *, joints: bool = True) -> Slowing:
-        """Brake, and return that move."""
+        """Brake, and return that move; an arm whose move has ended stands already."""
+        if self.arm.move is None:
+            self.arm.stand()
         slowing = Slowing(self.arm, deceleration, joints=joints)
         self.arm.move = slowing
         return slowing
