@@ -1,6 +1,7 @@
 """A camera that sees what a hand somewhere else would see: pictures of a twin, taken once and kept, as a driver and behind the wire of a real one."""
 
 import tempfile
+from contextlib import contextmanager
 from pathlib import Path
 
 from stretch_bt.frames import DepthFrame, Pose
@@ -91,5 +92,10 @@ def twin():
         return Twin(load_scene(path), HandGeometry(), lambda: 0.0, 0)
 
 
-IMPLEMENTATIONS["DepthCamera", "album"] = f"{__name__}:Album"
-STAND_INS["album"] = f"{__name__}:AlbumStandIn"
+@contextmanager
+def enlisted():
+    """Let cell files name this camera, and `serving` its stand-in, until the context is left."""
+    IMPLEMENTATIONS["DepthCamera", "album"] = f"{__name__}:Album"
+    STAND_INS["album"] = f"{__name__}:AlbumStandIn"
+    yield
+    del IMPLEMENTATIONS["DepthCamera", "album"], STAND_INS["album"]

@@ -16,7 +16,7 @@ from stretch_bt.hardware.robotiq.registers import FAULTS, Command
 
 ALL = ("robotiq-rtu", "robotiq-tcp", "robotiq-serial", "urcap")
 NETWORK = ("robotiq-rtu", "robotiq-tcp", "urcap")
-TIMEOUT = "150 ms"
+TIMEOUT = "300 ms"
 
 # (kinds, fault, parameters, what the fault says)
 LOSSES = [

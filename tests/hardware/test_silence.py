@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from album import Album, album
+from album import Album, album, enlisted
 from lab import lab_cell
 from waiting import eventually
 from wired_run import CAMERA, LAB, TREE, WATCHED, Followed, problems, steps, under_way
@@ -28,7 +28,7 @@ TRIES = 3
 def servers():
     """Stand-ins in a process of their own, and what their camera sees ready."""
     album(lambda: 0.0, 50).frame()  # for the first picture code is compiled
-    with Servers() as made:
+    with enlisted(), Servers() as made:
         Album.hand = made.place.get
         yield made
         Album.hand = None
@@ -92,7 +92,8 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import album
 from stretch_bt import run
-run(sys.argv[2] + "/tree.yaml", cell=sys.argv[2] + "/wired.yaml", out=sys.argv[2] + "/record")
+with album.enlisted():
+    run(sys.argv[2] + "/tree.yaml", cell=sys.argv[2] + "/wired.yaml", out=sys.argv[2] + "/record")
 """
 
 

@@ -8,6 +8,7 @@ import statistics
 import subprocess
 import sys
 import threading
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -26,8 +27,8 @@ HARMLESS = {
 }
 #: seen only while the fingers move
 MOVING = {("robotiq", "stall")}
-#: each takes half of a core
-AT_ONCE = os.cpu_count() or 1
+#: each takes half of a core; one more is begun where that is idle for a moment, s
+AT_ONCE, ROOM, MOMENT = os.cpu_count() or 1, 0.5, 0.5
 LONGEST = 100.0
 #: a run ends so soon after its fault, s of the controller's clock
 WITHIN = 1.0
@@ -79,14 +80,15 @@ def chosen(kind):
 
 @pytest.fixture(scope="module")
 def done():
-    """Do runs in some processes at once, and return what came of each; the processes are kept for the next runs."""
+    """Do runs in some processes at once, as many as the cores have room for, and return what came of each; the processes are kept."""
     idle = queue.Queue()
 
     def do(asked):
         waiting, rows = queue.Queue(), []
         for case in asked:
             waiting.put(case)
-        keepers = [threading.Thread(target=keep, args=(waiting, rows, idle)) for _ in range(AT_ONCE)]
+        room = Room()
+        keepers = [threading.Thread(target=keep, args=(waiting, rows, idle, room)) for _ in range(AT_ONCE)]
         for keeper in keepers:
             keeper.start()
         for keeper in keepers:
@@ -98,15 +100,45 @@ def done():
         idle.get().communicate()
 
 
-def keep(waiting, rows, idle):
+class Room:
+    """Lets a run begin where no other goes on, or where the machine has room for one more."""
+
+    def __init__(self):
+        self.going, self.asking = [], threading.Lock()
+
+    def __enter__(self):
+        with self.asking:
+            while self.going and idle_cores(MOMENT) < ROOM:
+                pass
+            self.going.append(None)
+
+    def __exit__(self, *_):
+        self.going.pop()
+
+
+def idle_cores(seconds):
+    """Return how many cores nobody used for some time, s."""
+    before = idle_time()
+    time.sleep(seconds)
+    return (idle_time() - before) / seconds
+
+
+def idle_time():
+    """Return for how long cores were idle since the machine began, s, of all together."""
+    return int(Path("/proc/stat").read_text().split()[4]) / os.sysconf("SC_CLK_TCK")
+
+
+def keep(waiting, rows, idle, room):
     """Hand cases to a process, one by one; one that crashes or hangs is a problem of its case, and another is begun."""
     process = None
     while (case := taken(waiting)) is not None:
         process = process or taken(idle) or begun()
-        process.stdin.write(json.dumps(case) + "\n")
-        process.stdin.flush()
-        ready, _, _ = select.select([process.stdout], [], [], LONGEST)
-        if line := process.stdout.readline() if ready else "":
+        with room:
+            process.stdin.write(json.dumps(case) + "\n")
+            process.stdin.flush()
+            ready, _, _ = select.select([process.stdout], [], [], LONGEST)
+            line = process.stdout.readline() if ready else ""
+        if line:
             rows.append(json.loads(line))
             continue
         rows.append({**case, "took": None, "problems": ["it crashed" if ready else "it hangs"]})

@@ -18,7 +18,7 @@ import traceback
 import warnings
 from pathlib import Path
 
-from album import Album, album
+from album import Album, album, enlisted
 from lab import lab_cell
 from wired_servers import Servers
 
@@ -227,7 +227,7 @@ def main():
     album(lambda: 0.0, 50).frame()  # for the first picture code is compiled
     pid = os.getpid()
     hosts = (f"127.{101 + pid % 150}.{pid // 150 % 250}.{1 + k % 250}" for k in itertools.count())
-    with Servers() as servers:
+    with enlisted(), Servers() as servers:
         Album.hand = servers.place.get
         for line in sys.stdin:
             asked = json.loads(line)

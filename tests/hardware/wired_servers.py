@@ -13,7 +13,7 @@ import subprocess
 import sys
 from contextlib import ExitStack
 
-from album import Album, album
+from album import Album, album, enlisted
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.serve import serving
@@ -111,7 +111,7 @@ def main():
     raise_priority()
     Album.hand = place.get
     album(lambda: 0.0, 30)._expose(0)  # for the first picture code is compiled
-    with ExitStack() as stack:
+    with enlisted(), ExitStack() as stack:
         for line in sys.stdin:
             print(json.dumps(answer(json.loads(line), place, served, stack)), flush=True)  # noqa: T201
 
