@@ -119,6 +119,10 @@ class Driver:
         """Whether nothing new will ever come, as after the last frame of a recording."""
         return False
 
+    def claimed(self) -> str | None:
+        """Return what one program only may use at a time: what the device is and where; None where that does not matter."""
+        return None
+
     def open(self) -> None:
         """Connect; moves nothing."""
 
@@ -139,6 +143,10 @@ class Driver:
 
     def stop(self) -> None:
         """End any motion at once."""
+
+    def hold(self) -> None:
+        """End any motion at once, also one that somebody else began; the same as `stop` unless a driver says so."""
+        self.stop()
 
 
 class ArmDriver(Driver, ABC):

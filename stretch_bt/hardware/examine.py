@@ -11,6 +11,7 @@ from typing import Any
 from stretch_bt.errors import NotReady, StretchError
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.cell_file import CellSpec, DeviceSpec
+from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import (
     ArmDriver,
     Bench,
@@ -106,7 +107,7 @@ def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
     try:
         _open_soon(driver)
         try:
-            driver.stop()
+            driver.hold()
             moved = _moved(driver)
             detail = f"it still moves; {moved}" if moved else f"it holds where it is; {_read(driver, 0.0)[1]}"
             return Finding(device.name, not moved, detail, _ENDS if moved else "")
@@ -142,11 +143,12 @@ def _moved(driver: ArmDriver | GripperDriver) -> str:
 def _ready(device: DeviceSpec, driver: Driver) -> Finding:
     check = f"{device.name}: ready"
     try:
-        try:
-            driver.open()
-            reason = driver.unready()
-        finally:
-            driver.close()
+        with Claim(device.name, driver.claimed()):
+            try:
+                driver.open()
+                reason = driver.unready()
+            finally:
+                driver.close()
     except (StretchError, OSError) as error:
         return Finding(check, False, str(error), "see what the fault says, and the page of faults")
     return Finding(check, reason is None, reason or "it takes commands", "" if reason is None else "do what it says")

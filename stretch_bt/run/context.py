@@ -15,11 +15,11 @@ from stretch_bt.hardware.limits import Limits
 
 __all__ = ["MAX_AGE", "RunContext", "Seen"]
 
-#: how old a reading in an expression may be, s
-MAX_AGE = 0.5
+#: how old a reading in an expression may be, s, and a force, which rises quickly
+MAX_AGE, FORCE_AGE = 0.5, 0.25
 
 _READERS: dict[str, Callable[[Any], float]] = {
-    "force": lambda device: device.wrench(MAX_AGE).value.magnitude,
+    "force": lambda device: device.wrench(FORCE_AGE).value.magnitude,
     "height": lambda device: device.pose(MAX_AGE).value.height,
     "opening": lambda device: device.opening(MAX_AGE).value,
 }

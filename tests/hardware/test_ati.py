@@ -23,7 +23,9 @@ ENDS = [
     ("status", {"code": 1 << 30 | 1 << 31, "times": 1}, DeviceFault, r"force or torque out of range \(bit 30\)"),
     ("status", {"code": 1 << 17 | 1 << 31}, DeviceFault, r"not in the manual \(bit 17\)"),
     ("restart", {}, DeviceFault, "the sensor was restarted"),
-    ("noise", {}, DeviceFault, "status|restarted"),
+    ("noise", {}, DeviceFault, "status|restarted|jump"),
+    ("frozen_force", {}, DeviceFault, "six values have been the same for"),
+    ("wild", {"part": 1.0}, DeviceFault, "jump by more than"),
 ]
 # (fault, parameters, the counter that shows it)
 HARMLESS = [
@@ -32,8 +34,9 @@ HARMLESS = [
     ("repeat", {}, "repeated"),
     ("freeze", {"times": 8}, "stale"),
     ("short", {"times": 5}, "malformed"),
+    ("wild", {"part": 0.1}, "wild"),
 ]
-OTHERS = {"load", "drift", "slow"}
+OTHERS = {"load", "drift", "slow", "late"}
 
 
 @pytest.fixture
@@ -157,6 +160,24 @@ def test_a_drift_is_a_drift_and_a_slow_stream_is_old(sensor, clock):
         clock._time += 1e6
     assert isinstance(said, StaleReading)
     assert device.driver.wrench().sequence - newest.sequence < 20
+    assert device.state is DeviceState.READY
+
+
+def test_a_reading_is_as_old_as_its_records_were_on_their_way(sensor, clock):
+    device, stand_in = sensor
+    until(lambda: device.wrench(1e6).sequence > 300)
+    stand_in.inject("late", {"delay": 0.3})
+    until(lambda: 0.25 < clock.time - device.driver.wrench().host_time < 0.5)
+    stand_in.clear()
+    until(lambda: clock.time - device.driver.wrench().host_time < 0.1)
+
+
+def test_without_noise_values_may_stand_where_the_cell_file_says_so(make_cell):
+    cell = make_cell("ati", noisy=False)
+    device = cell.devices["force_sensor"]
+    before = until(lambda: device.wrench(1e6).sequence)
+    cell.stand_in.inject("frozen_force")
+    until(lambda: device.wrench(1e6).sequence > before + 100)
     assert device.state is DeviceState.READY
 
 

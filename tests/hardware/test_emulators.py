@@ -111,6 +111,8 @@ REFUSED = [
     ({"do": "inject", "device": "ati", "fault": "load", "fx": 1e300}, "fx .* must be from -1e"),
     ({"do": "inject", "device": "ati", "fault": "load", "fx": 10**400}, "finite number|too large|must be from"),
     ({"do": "inject", "device": "ati", "fault": "load", "times": 2}, "no parameter 'times'"),
+    ({"do": "renew"}, "nothing is in the place of an object; name a scene with --scene"),
+    ({"do": "renew", "device": "ati"}, "no key 'device' here"),
     ({"do": "clear", "devise": "ati"}, "no key 'devise' here; did you mean 'device'"),
     ({"do": "clear", "device": "ati", "fault": 3}, "a fault has a name"),
     ({"do": "clear", "device": "ati", "fault": "los"}, "did you mean 'loss'"),

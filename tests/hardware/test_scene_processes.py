@@ -1,7 +1,10 @@
 """The twin behind stand-ins, in a process of its own: what they feel and see is what it is where the hand is."""
 
+import math
 import os
+import socket
 import time
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -10,11 +13,16 @@ from hypothesis import strategies as st
 from lab import lab_cell
 from waiting import eventually
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.channel import Channel
+from stretch_bt.hardware.emulators.messages import SCENE, TWIN, Felt, HandAt, Renew, Solve
 from stretch_bt.hardware.emulators.pictures import Pictures, picture_memory
+from stretch_bt.hardware.emulators.remote import Process
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
+from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.emulators.trace import Trace
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.emulators.twin_process import steadied
@@ -34,6 +42,9 @@ format: stretch-scene/1
 object: {type: sphere, diameter: 30 mm, rigid: true}
 effects: {arm_force_noise: {sd: 1 mN}, force_sensor_noise: {sd: 1 mN}, fixed_pattern: off}
 """
+TWIN_PROCESS = "stretch_bt.hardware.emulators.twin_process"
+#: where the hand is above the lump, pressing it, and after it rolled it, (x, height), m; and by how much it goes on at once, m
+ABOVE, PRESSING, ASIDE, STEP = (0.0, 0.030), (0.0, 0.015), (0.015, 0.015), 2e-4
 STRETCH, HEIGHT = 0.02, 0.024
 
 
@@ -115,3 +126,48 @@ def test_a_picture_is_whole_until_three_others_were_left_after_it():
     assert len(set(numbers)) == 10  # so that nobody takes one for another
     for k, number in list(enumerate(numbers))[-4:]:
         assert (reader.get(number) == k).all()
+
+
+class Pressed:
+    """The process of a twin around a scene, with a stand-in that only takes the hand up and down and feels."""
+
+    def __init__(self, scene, stack):
+        memory = os.fdopen(picture_memory(), "rb")
+        here, there = socket.socketpair()
+        setting = Setting(scene, 0, time.monotonic())
+        self.process = Process(
+            "the twin", TWIN_PROCESS, TWIN, Solve(setting, [["felt"]]), [memory.fileno(), there.fileno()]
+        )
+        stack.callback(self.process.end)
+        stack.enter_context(memory)
+        self.setting, self.wire = setting, Channel(stack.enter_context(here), SCENE)
+        there.close()
+        self.process.answer(120.0)
+
+    def move(self, begin, end):
+        """Take the hand from a place (x, height), m, to another at 30 mm/s."""
+        for x, height in np.linspace(begin, end, 2 + int(math.dist(begin, end) / STEP)).tolist():
+            self.wire.send(HandAt(self.setting.now(), [x, 0.0, height, 0.0, 0.0, 0.0]))
+            time.sleep(STEP / 0.03)
+
+    def felt(self, begin, end):
+        """Return the upward force, N, a second after the hand went from a place to another."""
+        self.move(begin, end)
+        time.sleep(1.0)
+        return [message for message in self.wire.drain() if isinstance(message, Felt)][-1].forces["Arm"][2]
+
+
+def test_a_new_object_is_as_the_first_one_was():
+    with ExitStack() as stack:
+        pressed = Pressed("dough_cube", stack)
+        first = pressed.felt(ABOVE, PRESSING)
+        assert first > 0.1
+        with pytest.raises(InvalidInput, match="the hand touches the object; raise it first"):
+            pressed.process.ask(Renew())
+        pressed.move(PRESSING, ASIDE)
+        assert pressed.felt(ASIDE, ABOVE) == 0.0
+        used = pressed.felt(ABOVE, PRESSING)
+        assert pressed.felt(PRESSING, ABOVE) == 0.0
+        pressed.process.ask(Renew())
+        assert pressed.felt(ABOVE, PRESSING) == pytest.approx(first, rel=0.05)
+        assert abs(used - first) > 0.2 * first

@@ -49,6 +49,7 @@ OWN = [
     ("deaf", {}, "does not follow"),
     ("stall", {}, "does not follow"),
     ("slider", {"fraction": 0.05}, "speed slider"),
+    ("frozen_force", {}, "sent the same force for"),
     ("load", {"fz": 30.0}, "N is past the limit of the cell, at most 20 N"),
     ("load", {"fz": 50.0}, "N in one sample is past 40 N"),
     ("wall", {"height": 0.18, "stiffness": 20000.0}, "N is past the limit of the cell|N in one sample is past"),

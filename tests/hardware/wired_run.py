@@ -1,7 +1,7 @@
 """Runs over the wires of arm, gripper, force sensor and camera, each ended by one fault while one node moves something; a program of its own.
 
 It reads one JSON object a line, `{"phase": ..., "device": ..., "fault": ...}` and where they are not those below `parameters`, does the
-run, and prints one JSON object: how long the run took to its end, s of the controller's clock, with which status and reason, and
+run, and prints one JSON object: how long the run took to be over, s of the controller's clock, with which status and reason, and
 everything that was not as it should be.
 """
 
@@ -65,7 +65,9 @@ PARAMETERS = {
     },  # past what a single sample may show, so that the guard of the tree does not see it first
     ("ur", "slider"): {"fraction": 0.05},
     ("ati", "load"): {"fz": 20.0},
+    ("ati", "late"): {"delay": 0.4},
     ("robotiq", "slow"): {"delay": 0.6},
+    ("robotiq", "wild"): {"part": 1.0},
     ("robotiq", "garbage"): {"bytes": 400},
     ("camera", "slow"): {"rate": 0.5},
     ("camera", "late"): {"delay": 2.0},
@@ -79,6 +81,8 @@ STATED = {("ati", "load"): "FAILURE"}
 BEHIND = {"camera": "album"}
 #: a gripper that cannot be reached goes on to where it was last sent
 UNTOLD = {("robotiq", fault) for fault in ("drop", "freeze", "slow", "corrupt", "truncate", "garbage", "crc", "refuse")}
+#: how long it may take after a run to close its devices, one of which may hang, and to write the report, s
+CLOSED = 5.0
 #: after which a case is taken to hang, s
 HANGS = 60.0
 #: how fast the arm goes, m/s, where a phase is taken for under way
@@ -86,14 +90,19 @@ UNDER_WAY = 0.004
 
 
 class Followed(Onlooker):
-    """Knows which nodes run."""
+    """Knows which nodes run, and when the run was over: what follows is closing devices and writing the report."""
 
     def __init__(self):
         self.running = set()
+        self.over = 0.0
 
     def status(self, path, status, reason=""):
         name = path.rpartition("/")[2]
         (self.running.add if status == "RUNNING" else self.running.discard)(name)
+
+    def note(self, kind, **fields):
+        if kind == "stop":
+            self.over = time.monotonic()
 
     def watch(self, runner):
         runner.watchers.append(self)
@@ -135,13 +144,16 @@ def ended_by(phase, which, servers, folder):
         result = run(folder / "tree.yaml", cell=folder / "wired.yaml", out=folder / "record", watch=followed.watch)
     finally:
         ended = servers.state("ur")["time"]
+        closed = time.monotonic() - followed.over
         over.set()
         harm.join()
     row = {"status": result.status, "reason": result.reason}
     if not injected:
         return {**row, "took": None, "problems": [f"it ended before the fault: {result.status}: {result.reason}"]}
     found = list(problems(result, folder / "record", servers, which[:2]))
-    return {**row, "took": ended - injected[0], "problems": found}
+    if closed > CLOSED:
+        found.append(f"it took {closed:.2f} s to close the devices and write the record")
+    return {**row, "took": ended - closed - injected[0], "problems": found}
 
 
 def harmed(servers, followed, phase, which, injected, over):

@@ -7,6 +7,7 @@ A line names what is to be done: `start` stand-ins at a `host`, `inject` a fault
 import json
 import mmap
 import os
+import signal
 import struct
 import subprocess
 import sys
@@ -76,6 +77,13 @@ class Servers:
 
     def state(self, device):
         return self.ask(do="state")[device]
+
+    def freeze(self):
+        """Stop the process with every stand-in in it, as the kernel stops one: its connections stay open."""
+        self._process.send_signal(signal.SIGSTOP)
+
+    def thaw(self):
+        self._process.send_signal(signal.SIGCONT)
 
 
 def answer(asked, place, served, stack):

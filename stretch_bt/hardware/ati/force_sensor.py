@@ -13,6 +13,7 @@ from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.ati.options import AtiOptions
 from stretch_bt.hardware.ati.rdt import status_text
 from stretch_bt.hardware.ati.receiver import Measurement, Receiver
+from stretch_bt.hardware.ati.screen import Screen
 from stretch_bt.hardware.ati.stream import Counters
 from stretch_bt.hardware.driver import ForceSensorDriver
 from stretch_bt.hardware.interfaces import Reading
@@ -33,11 +34,21 @@ class AtiForceSensor(ForceSensorDriver):
     _receiver: Receiver | None = None
     _zero = _NONE
 
+    def claimed(self) -> str:
+        """Return which sensor it is: its stream goes to the client that asked last."""
+        return f"the force sensor at {self.options.host} port {self.options.port}"
+
     def open(self) -> None:
         """Ask for the stream; raises DeviceLost when no measurement comes."""
         o = self.options
+        c = o.calibration
         receiver = Receiver(
-            (o.host, o.port), silence=o.silence, lost_after=o.lost_after, keep=o.zero_over, now=self.bench.now
+            (o.host, o.port),
+            silence=o.silence,
+            lost_after=o.lost_after,
+            keep=o.zero_over,
+            now=self.bench.now,
+            screen=Screen(c.counts_per_newton, c.counts_per_newton_metre, o.noisy),
         )
         try:
             heard = receiver.start(_OPENING)

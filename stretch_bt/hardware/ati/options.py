@@ -56,6 +56,10 @@ class AtiOptions(Options):
     lost_after: Annotated[Time, Within(0.05, 10.0, "Time")] = Field(
         default=0.5, description="without a new measurement after which the sensor counts as lost"
     )
+    noisy: bool = Field(
+        default=True,
+        description="no two measurements are alike, so that one that stands is found; false where there is no noise",
+    )
     zero_over: Annotated[Time, Within(0.0, 5.0, "Time")] = Field(
         default=0.1, description="of the latest measurements that `zero` averages"
     )

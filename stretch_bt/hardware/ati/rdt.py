@@ -34,6 +34,7 @@ class Ask(IntEnum):
 
     STOP = 0
     STREAM = 2
+    BUFFERED = 3
     BIAS = 0x42
 
 

@@ -12,7 +12,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.ati.delay import Delay
 from stretch_bt.hardware.ati.rdt import Ask, Record, request, status_text
+from stretch_bt.hardware.ati.screen import Screen
 from stretch_bt.hardware.ati.stream import Counters, Stream
 
 __all__ = ["Measurement", "Receiver"]
@@ -24,7 +26,7 @@ _KEPT = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A record, the host's time at which it came, s, and how many came before it."""
+    """A record, the host's time at which it was measured, s, and how many came before it."""
 
     record: Record
     time: float
@@ -46,14 +48,23 @@ class Receiver:
         How long measurements are kept for averages, s.
     now
         The clock of the run, s.
+    screen
+        Tells which records can be believed.
     """
 
     def __init__(
-        self, address: tuple[str, int], *, silence: float, lost_after: float, keep: float, now: Callable[[], float]
+        self,
+        address: tuple[str, int],
+        *,
+        silence: float,
+        lost_after: float,
+        keep: float,
+        now: Callable[[], float],
+        screen: Screen,
     ) -> None:
         self._address, self._silence, self._lost_after = address, silence, lost_after
         self._keep, self._now = keep, now
-        self._stream = Stream()
+        self._stream, self._delay, self._screen = Stream(), Delay(), screen
         self._kept: deque[Measurement] = deque(maxlen=_KEPT)
         self._number = 0
         self._lock = threading.Lock()
@@ -135,22 +146,32 @@ class Receiver:
             if self._stream.began_anew:
                 self._note("the numbers of its records went back: the sensor was restarted")
                 self._stream.go_on()
+                self._delay = Delay()
 
     def _keep_it(self, record: Record) -> None:
         now = time.monotonic()
+        late = self._delay.take(record.cycle, now)
+        if not record.status and not self._believed(record, now):
+            return
         gone = now - self.new
         if self._kept and gone > self._lost_after:
             self._note(f"it was silent for {gone:.2g} s, and sends again")
         if record.status:
             self._note(f"the sensor told of status {record.status:08X}: {status_text(record.status)}")
         with self._lock:
-            self._kept.append(Measurement(record, self._now(), self._number))
+            self._kept.append(Measurement(record, self._now() - late, self._number))
             self._number += 1
             while self._kept[0].time < self._kept[-1].time - self._keep - 1e-9:
                 self._kept.popleft()
         self.new = now
         self._first.set()
 
-    def _note(self, event: str) -> None:
+    def _believed(self, record: Record, now: float) -> bool:
+        believed = self._screen.take(record, now)
+        self._stream.counters.wild += not believed
+        self._note(self._screen.event())
+        return believed
+
+    def _note(self, event: str | None) -> None:
         with self._lock:
             self._event = self._event or event

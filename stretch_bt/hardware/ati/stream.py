@@ -24,6 +24,7 @@ class Counters:
     repeated: int = 0
     stale: int = 0
     malformed: int = 0
+    wild: int = 0
 
 
 class Stream:

@@ -5,6 +5,7 @@
 | `{"do": "list"}` | `{"ok": true, "devices": {name: {"wires": {...}, "faults": {...}, "active": [...], "state": {...}}}}` |
 | `{"do": "inject", "device": D, "fault": F, ...parameters}` | `{"ok": true}` |
 | `{"do": "clear"}`, with `device` and `fault` or without | `{"ok": true}` |
+| `{"do": "renew"}`: a new object in the place of the present one, which was pressed out of shape | `{"ok": true}` |
 
 What is wrong with a line is answered by `{"ok": false, "error": why}`. A connection whose first line is no JSON object
 is closed, and so is one with a line of more than 4096 bytes: what comes after is not read. A request of HTTP gets no answer.
@@ -14,7 +15,7 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from stretch_bt.errors import InvalidInput
@@ -39,6 +40,8 @@ class ControlPort:
         By name.
     wires
         Where the wires of each are.
+    renew
+        Puts a new object in the place of the present one; raises InvalidInput where that cannot be.
     """
 
     def __init__(
@@ -46,8 +49,9 @@ class ControlPort:
         address: tuple[str, int],
         stand_ins: Mapping[str, StandIn | RemoteStandIn],
         wires: Mapping[str, Mapping[str, str]],
+        renew: Callable[[], None],
     ) -> None:
-        self._stand_ins, self._wires = stand_ins, wires
+        self._stand_ins, self._wires, self._renewed = stand_ins, wires, renew
         self._server = TcpServer(*address, self._serve)
         self.address = self._server.address
 
@@ -66,7 +70,7 @@ class ControlPort:
             return {"ok": False, "error": str(error)}
 
     def _do(self, asked: dict[str, Any]) -> dict[str, Any]:
-        verbs = {"list": self._list, "inject": self._inject, "clear": self._clear}
+        verbs = {"list": self._list, "inject": self._inject, "clear": self._clear, "renew": self._renew}
         verb = asked.pop("do", None)
         if not isinstance(verb, str) or verb not in verbs:
             raise InvalidInput(f"there is nothing to do that is called {verb!r}; {did_you_mean(str(verb), verbs)}")
@@ -94,6 +98,11 @@ class ControlPort:
         if not isinstance(fault, str):
             raise InvalidInput('name the fault: {"do": "inject", "device": ..., "fault": ...}')
         device.inject(fault, asked)
+        return {}
+
+    def _renew(self, asked: dict[str, Any]) -> dict[str, Any]:
+        self._check_keys(asked)
+        self._renewed()
         return {}
 
     def _clear(self, asked: dict[str, Any]) -> dict[str, Any]:

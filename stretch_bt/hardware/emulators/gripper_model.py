@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage as Surroundings
 from stretch_bt.hardware.robotiq.registers import Command, Found, Stage, Status, fault_of
@@ -35,6 +37,7 @@ GRIPPER_FAULTS: dict[str, Fault] = {
     "deactivate": Fault("loses its activation, as after a loss of its supply; once", state=True),
     "object": Fault("has an object between the fingers, `opening` metres wide", {"opening": 0.05}, state=True),
     "stall": Fault("the fingers stand, and it goes on to say that they move", state=True),
+    "wild": Fault("tells of a random position in the part `part` of its answers", {"part": 0.1}, state=True),
     "deaf": Fault("confirms what is written, and does nothing of it", state=True),
 }
 
@@ -52,6 +55,7 @@ class GripperModel:
 
     def __init__(self, stage: Surroundings, shown: Callable[[str], dict[str, float] | None]) -> None:
         self._stage, self._shown = stage, shown
+        self._random = np.random.default_rng(0)
         self._command = Command(activate=False)
         self._stage_of = Stage.RESET
         self._fault = 0
@@ -69,6 +73,11 @@ class GripperModel:
         self._command = Command(activate=True)
         self._stage_of = Stage.ACTIVE
 
+    @property
+    def command(self) -> Command:
+        """What it was told last."""
+        return self._command
+
     def read(self) -> Status:
         """Return the status."""
         self._notice()
@@ -82,7 +91,7 @@ class GripperModel:
             found=self._found(),
             fault=self._fault,
             echo=self._command.position,
-            position=count_of(opening),
+            position=self._told(count_of(opening)),
             current=10 if self._moving() else 0,
         )
 
@@ -156,7 +165,7 @@ class GripperModel:
     def _obey(self, command: Command) -> None:
         if command.release:
             self._fault = 0x0B
-            self._drive(_WIDE, _SLOWEST)
+            self._drive(_WIDE if command.release_opens else 0.0, _SLOWEST)
         elif self._stage_of is not Stage.ACTIVE:
             self._fault = 0x07 if command.go else self._fault
         elif command.go:
@@ -174,6 +183,8 @@ class GripperModel:
                 blocked = self._met is not Found.ARRIVED
                 self._stage_of = Stage.RESET if blocked else Stage.ACTIVE
                 self._fault = 0x0D if blocked else self._fault
+                if self._command.go and not blocked:
+                    self._obey(self._command)
             elif self._fault == 0x0B:
                 self._fault = 0x0F
 
@@ -202,6 +213,12 @@ class GripperModel:
 
     def _moving(self) -> bool:
         return self._goal is not None
+
+    def _told(self, position: int) -> int:
+        wild = self._shown("wild")
+        return (
+            int(self._random.integers(256)) if wild is not None and self._random.random() < wild["part"] else position
+        )
 
     def _found(self) -> Found:
         return Found.MOVING if self._moving() else self._met

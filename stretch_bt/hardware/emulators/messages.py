@@ -24,6 +24,7 @@ __all__ = [
     "Noise",
     "Ready",
     "Refused",
+    "Renew",
     "Seen",
     "Serve",
     "Serving",
@@ -106,7 +107,12 @@ class Ready(Message):
     """From there: that the stand-ins may begin."""
 
 
-TWIN = Codec(Refused, Solve, Ready)
+@dataclass(frozen=True, slots=True)
+class Renew(Message):
+    """To there: put a new object, as it was at first, in the place of the present one."""
+
+
+TWIN = Codec(Refused, Solve, Ready, Renew, Done)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,6 +11,12 @@ __all__ = ["Framing", "Refused", "Request", "RtuFraming", "TcpFraming", "answer"
 
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 _MOST = 260
+#: numbers of registers in one request, from the Modbus Application Protocol 1.1b3, sections 6.3, 6.12 and 6.17
+_MOST_READ, _MOST_WRITTEN, _MOST_WRITTEN_AND_READ = 125, 123, 121
+#: of an RTU frame, bytes: the shortest one, and how many are waited for where the function does not say how long it is
+_SHORTEST, _KNOWN_BY = 4, 8
+#: functions whose frames say how many bytes follow, and which byte says so
+_SIZE_AT = {15: 6, 16: 6, 23: 10}
 
 
 class Refused(Exception):
@@ -47,19 +53,72 @@ def answer(pdu: bytes, registers: Registers) -> bytes:
     """Return the answer to a request without its frame; anything that is none is answered by an exception."""
     function = pdu[0] if pdu else 0
     try:
-        if function in (3, 4) and len(pdu) == 5:
-            start, count = struct.unpack(">HH", pdu[1:])
-            values = registers.read(function, start, count)
-            return struct.pack(f">BB{len(values)}H", function, 2 * len(values), *values)
-        if function == 16 and len(pdu) >= 6:
-            start, count, size = struct.unpack(">HHB", pdu[1:6])
-            if size != 2 * count or len(pdu) != 6 + size or count == 0:
-                raise Refused(ILLEGAL_VALUE)
-            registers.write(start, list(struct.unpack(f">{count}H", pdu[6:])))
-            return pdu[:5]
-        raise Refused(ILLEGAL_VALUE if function in (3, 4, 16) else ILLEGAL_FUNCTION)
+        if function not in _FUNCTIONS:
+            raise Refused(ILLEGAL_FUNCTION)
+        return bytes([function]) + _FUNCTIONS[function](pdu, registers)
     except Refused as refused:
         return bytes([function | 0x80, refused.code])
+
+
+def _read(pdu: bytes, registers: Registers) -> bytes:
+    start, count = _words(pdu[1:], 2)
+    _check_count(count, _MOST_READ)
+    return _counted(registers.read(pdu[0], start, count))
+
+
+def _write_one(pdu: bytes, registers: Registers) -> bytes:
+    start, value = _words(pdu[1:], 2)
+    registers.write(start, [value])
+    return pdu[1:]
+
+
+def _write(pdu: bytes, registers: Registers) -> bytes:
+    start, values = _block(pdu[1:], _MOST_WRITTEN)
+    registers.write(start, values)
+    return pdu[1:5]
+
+
+def _read_after_write(pdu: bytes, registers: Registers) -> bytes:
+    start, count = _words(pdu[1:5], 2)
+    _check_count(count, _MOST_READ)
+    where, values = _block(pdu[5:], _MOST_WRITTEN_AND_READ)
+    registers.read(pdu[0], start, count)  # where that is refused, nothing is written
+    registers.write(where, values)
+    return _counted(registers.read(pdu[0], start, count))
+
+
+_FUNCTIONS: dict[int, Callable[[bytes, Registers], bytes]] = {
+    3: _read,
+    4: _read,
+    6: _write_one,
+    16: _write,
+    23: _read_after_write,
+}
+
+
+def _block(data: bytes, most: int) -> tuple[int, list[int]]:
+    """Return where to write and what: address, number of registers, number of bytes, and the registers."""
+    start, count = _words(data[:4], 2)
+    _check_count(count, most)
+    if data[4:5] != bytes([2 * count]):
+        raise Refused(ILLEGAL_VALUE)
+    return start, list(_words(data[5:], count))
+
+
+def _words(data: bytes, count: int) -> tuple[int, ...]:
+    """Return that many words of 16 bits; raises Refused where there are more or fewer."""
+    if len(data) != 2 * count:
+        raise Refused(ILLEGAL_VALUE)
+    return struct.unpack(f">{count}H", data)
+
+
+def _check_count(count: int, most: int) -> None:
+    if not 1 <= count <= most:
+        raise Refused(ILLEGAL_VALUE)
+
+
+def _counted(values: list[int]) -> bytes:
+    return struct.pack(f">B{len(values)}H", 2 * len(values), *values)
 
 
 class Request(Protocol):
@@ -110,21 +169,26 @@ class RtuFraming:
     def requests(self, data: bytes) -> Iterator[RtuRequest]:
         """Yield what is whole."""
         self._rest += data
-        while len(self._rest) >= 8:
+        while len(self._rest) >= _SHORTEST:
             size = self._size()
-            if size is not None and len(self._rest) < size:
+            if len(self._rest) < size:
                 return
-            if size is None or crc16(self._rest[: size - 2]) != int.from_bytes(self._rest[size - 2 : size], "little"):
-                self._rest = b""
+            if crc16(self._rest[: size - 2]) != int.from_bytes(self._rest[size - 2 : size], "little"):
+                if len(self._rest) >= _KNOWN_BY:
+                    self._rest = b""
                 return
             frame, self._rest = self._rest[:size], self._rest[size:]
             yield RtuRequest(frame[0], frame[1:-2])
 
-    def _size(self) -> int | None:
+    def _size(self) -> int:
+        """Return how long the first frame is; of a function that is not known it is all that came."""
         function = self._rest[1]
         if function in (1, 2, 3, 4, 5, 6):
             return 8
-        return 9 + self._rest[6] if function in (15, 16) else None
+        where = _SIZE_AT.get(function)
+        if where is None:
+            return len(self._rest)
+        return where + 3 + self._rest[where] if len(self._rest) > where else where + 3
 
 
 @dataclass(frozen=True)

@@ -27,29 +27,41 @@ from stretch_bt.hardware.robotiq.registers import COUNT, READ_FROM, WRITE_TO, Co
 __all__ = ["RobotiqStandIn"]
 
 _UNIT = 9
+_READ_INPUTS = 4
 _CRC = Fault("sends a wrong CRC; on Modbus TCP, which has none, a wrong transaction number")
 _OTHER = Fault("answers for the unit `unit`", {"unit": 7.0})
 _REFUSE = Fault("answers with the Modbus exception `code`", {"code": 4.0})
 
 
 class _Registers:
-    """The two blocks of registers of the gripper."""
+    """The two blocks of registers of the gripper: what it tells, and what it was told, which can be read back."""
 
     def __init__(self, model: GripperModel) -> None:
         self._model = model
 
     def read(self, function: int, start: int, count: int) -> list[int]:
-        """Return what the gripper tells; an older manual reads it by function 3."""
-        if start < READ_FROM or start + count > READ_FROM + COUNT or count < 1:
-            raise Refused(ILLEGAL_ADDRESS)
-        first = start - READ_FROM
-        return self._model.read().encode()[first : first + count]
+        """Return registers; what was written is held, not an input, and function 4 does not read it."""
+        if _within(READ_FROM, start, count):
+            return _part(self._model.read().encode(), start - READ_FROM, count)
+        if function != _READ_INPUTS and _within(WRITE_TO, start, count):
+            return _part(self._model.command.encode(), start - WRITE_TO, count)
+        raise Refused(ILLEGAL_ADDRESS)
 
     def write(self, start: int, values: list[int]) -> None:
-        """Give the gripper a command, all three registers of it."""
-        if start != WRITE_TO or len(values) != COUNT:
+        """Give the gripper a command; the registers that are not written stay as they are."""
+        if not _within(WRITE_TO, start, len(values)):
             raise Refused(ILLEGAL_ADDRESS)
-        self._model.write(Command.decode(values))
+        told, first = self._model.command.encode(), start - WRITE_TO
+        told[first : first + len(values)] = values
+        self._model.write(Command.decode(told))
+
+
+def _within(block: int, start: int, count: int) -> bool:
+    return block <= start and start + count <= block + COUNT
+
+
+def _part(registers: list[int], first: int, count: int) -> list[int]:
+    return registers[first : first + count]
 
 
 class RobotiqStandIn(GripperStandIn):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.control import ControlPort
-from stretch_bt.hardware.emulators.messages import TWIN, Serve, Serving, Solve
+from stretch_bt.hardware.emulators.messages import TWIN, Renew, Serve, Serving, Solve
 from stretch_bt.hardware.emulators.pictures import picture_memory
 from stretch_bt.hardware.emulators.registry import stand_in_class
 from stretch_bt.hardware.emulators.remote import Process, RemoteStandIn
@@ -46,6 +46,12 @@ class Servers:
     stand_ins: Mapping[str, StandIn | RemoteStandIn]
     served: Served
     processes: Sequence[Process] = field(default=())
+
+    twin: Process | None = None
+
+    def renew(self) -> None:
+        """Put a new object, as it was at first, in the place of the present one; raises InvalidInput without a scene, or while the hand touches."""
+        _renew(self.twin)
 
     def check(self) -> None:
         """Raise InvalidInput, with the reason, when a process has ended."""
@@ -132,18 +138,18 @@ def serving_elsewhere(
     with ExitStack() as stack:
         begun = time.monotonic()
         setting = None if scene is None else Setting(scene, seed, begun)
-        twins, ways = ([], {}) if setting is None else _twin(stack, names, setting)
+        twin, ways = (None, {}) if setting is None else _twin(stack, names, setting)
         stand_ins = {}
         for name in names:
             own = dict((ports or {}).get(name, {}))
             first = Serve(name, host, own, activated, seed, setting)
             stand_ins[name] = RemoteStandIn(first, ways.get(name, ()))
             stack.callback(stand_ins[name].end)
-        processes = [*twins, *stand_ins.values()]
+        processes = [*([twin] if twin is not None else []), *stand_ins.values()]
         said = {process.name: process.answer(begun + within - time.monotonic()) for process in processes}
         wires = {name: answer.wires for name, answer in said.items() if isinstance(answer, Serving)}
-        served = Served(wires, _controlled(stack, host, control, stand_ins, wires))
-        yield Servers(stand_ins, served, processes)
+        port = _controlled(stack, host, control, stand_ins, wires, lambda: _renew(twin))
+        yield Servers(stand_ins, Served(wires, port), processes, twin)
 
 
 def free_ports(names: Sequence[str]) -> dict[str, dict[str, int]]:
@@ -151,14 +157,20 @@ def free_ports(names: Sequence[str]) -> dict[str, dict[str, int]]:
     return {name: dict.fromkeys(stand_in_class(name).PORTS, 0) for name in names}
 
 
-def _twin(stack: ExitStack, names: Sequence[str], setting: Setting) -> tuple[list[Process], dict[str, list[int]]]:
+def _renew(twin: Process | None) -> None:
+    if twin is None:
+        raise InvalidInput("nothing is in the place of an object; name a scene with --scene")
+    twin.ask(Renew())
+
+
+def _twin(stack: ExitStack, names: Sequence[str], setting: Setting) -> tuple[Process, dict[str, list[int]]]:
     """Begin the process of the twin, and return it with what the process of each stand-in inherits to reach it."""
     memory = stack.enter_context(os.fdopen(picture_memory(), "rb")).fileno()
     ends = [[stack.enter_context(end).fileno() for end in socket.socketpair()] for _ in names]
     first = Solve(setting, [list(stand_in_class(name).SENSES) for name in names])
     twin = Process("the twin", _TWIN, TWIN, first, [memory, *(end for end, _ in ends)])
     stack.callback(twin.end)
-    return [twin], {name: [memory, end] for name, (_, end) in zip(names, ends, strict=True)}
+    return twin, {name: [memory, end] for name, (_, end) in zip(names, ends, strict=True)}
 
 
 def _check_names(names: Sequence[str]) -> None:
@@ -174,10 +186,11 @@ def _controlled(
     control: int | None,
     stand_ins: Mapping[str, StandIn | RemoteStandIn],
     wires: Mapping[str, Mapping[str, str]],
+    renew: Callable[[], None] = lambda: _renew(None),
 ) -> tuple[str, int] | None:
     """Open the control port where one is asked for, and return its address."""
     if control is None:
         return None
-    port = ControlPort((host, control), stand_ins, wires)
+    port = ControlPort((host, control), stand_ins, wires, renew)
     stack.callback(port.stop)
     return port.address

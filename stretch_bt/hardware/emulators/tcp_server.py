@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-__all__ = ["TcpServer", "cannot_listen", "deafen", "is_web", "lines", "received", "sever"]
+__all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "is_web", "lines", "received", "sever"]
 
 _POLL = 0.1
 _PART = 4096
@@ -38,18 +38,24 @@ def received(connection: socket.socket) -> Iterator[bytes]:
 
 
 def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
-    """Yield the lines that come, without their ends, up to one that has `longest` bytes before its end.
+    """Yield the lines that come, without their ends, up to one that has `longest` bytes before its end."""
+    for whole in batches(connection, longest):
+        yield from whole
+
+
+def batches(connection: socket.socket, longest: int) -> Iterator[list[bytes]]:
+    """Yield the lines that come together, as `lines` does one by one.
 
     Nothing is yielded of a request of HTTP: any page that a browser shows could send one here, with commands as its body.
     """
     rest, first = b"", True
     for data in received(connection):
         *whole, rest = (rest + data).split(b"\n")
-        for line in whole:
-            if len(line) >= longest or (first and is_web(line)):
-                return
+        if any(len(line) >= longest for line in whole) or (first and whole and is_web(whole[0])):
+            return
+        if whole:
             first = False
-            yield line
+            yield whole
         if len(rest) >= longest:
             return
 

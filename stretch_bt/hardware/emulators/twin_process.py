@@ -13,8 +13,9 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from queue import Queue
 from typing import NoReturn
 
 from stretch_bt.errors import NoEquilibrium, StretchError
@@ -24,12 +25,14 @@ from stretch_bt.hardware.emulators.messages import (
     SCENE,
     TWIN,
     Brake,
+    Done,
     Felt,
     Fingers,
     HandAt,
     Noise,
     Ready,
     Refused,
+    Renew,
     Seen,
     Solve,
 )
@@ -110,6 +113,11 @@ class Solver:
         self._touches = False
         self._frame = self._picture = 0
         self._budget, self._counted = _AT_ONCE, time.monotonic()
+        self._renewals: Queue[Callable[[Message], None]] = Queue()
+
+    def renew(self, answer: Callable[[Message], None]) -> None:
+        """Put a new object in the place of the present one before the next frame, and answer then; may be called from any thread."""
+        self._renewals.put(answer)
 
     def run(self) -> NoReturn:
         """Solve for ever."""
@@ -118,6 +126,8 @@ class Solver:
         while True:
             number = max(number + 1, int(self._setting.now() * RATE))
             time.sleep(max(number / RATE + _NEWS - self._setting.now(), 0.0))
+            if not self._renewals.empty():
+                self._renewals.get()(self._renew())
             self._go_on(number)
 
     def _go_on(self, number: int) -> None:
@@ -134,6 +144,13 @@ class Solver:
             self._frame = number
         self._budget -= time.thread_time() - began
         self._say("seen", Seen(self._frame, self._picture))
+
+    def _renew(self) -> Message:
+        if self._touches:
+            return Refused("the hand touches the object; raise it first")
+        self.twin.exchange(self.twin.scene.object)
+        self._solved = self._place = None
+        return Done()
 
     def _may_solve(self) -> bool:
         """Return whether there is CPU time left for it."""
@@ -260,14 +277,15 @@ def main(control: int, pictures: int, *wires: int) -> NoReturn:
         sys.exit(1)
     began.send(Ready())
     threading.Thread(target=listen, args=(solver.twin, links), daemon=True).start()
-    threading.Thread(target=end_with, args=(began,), daemon=True).start()
+    threading.Thread(target=serve, args=(began, solver), daemon=True).start()
     solver.run()
 
 
-def end_with(began: Channel) -> None:
-    """End this process when the other side of a channel says so, or is gone."""
+def serve(began: Channel, solver: Solver) -> None:
+    """Do what the other side of a channel asks, and end this process when it says so, or is gone."""
     with suppress(ChannelClosed):
-        began.first()
+        while all(isinstance(asked, Renew) for asked in began.first()):
+            solver.renew(began.send)
     os._exit(0)
 
 

@@ -13,22 +13,26 @@ from stretch_bt.hardware.emulators.gripper_model import GRIPPER_FAULTS
 from stretch_bt.hardware.emulators.gripper_stand_in import GripperStandIn
 from stretch_bt.hardware.emulators.line import LINE_FAULTS, Line
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, lines
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, batches
 from stretch_bt.hardware.robotiq.registers import Command
 
 __all__ = ["UrcapStandIn", "parse_line"]
 
 _PAIR = re.compile(r"([A-Z]{3}) (\d{1,3})")
 _LONGEST = 1024
-#: variables that can be set, with the field of the command and its greatest value
+_UNKNOWN = "?\n"
+_FLAGS = ("activate", "go", "release", "release_opens")
+#: variables that can be set, with the field of the command, none where there is none, and its greatest value; clients write one both ways
 _SET = {
     "ACT": ("activate", 1),
     "GTO": ("go", 1),
     "ATR": ("release", 1),
-    "ADR": (None, 1),
+    "ARD": ("release_opens", 1),
+    "ADR": ("release_opens", 1),
     "POS": ("position", 255),
     "SPE": ("speed", 255),
     "FOR": ("force", 255),
+    "SID": (None, 247),
 }
 
 
@@ -67,27 +71,26 @@ class UrcapStandIn(GripperStandIn):
 
     def _serve(self, connection: socket.socket) -> None:
         line = Line(self.faults, connection.sendall)
-        for text in lines(connection, _LONGEST):
-            reply = self._reply(text.decode("ascii", "replace"))
-            if reply is not None:
-                line.answer(reply.encode() + b"\n")
+        for asked in batches(connection, _LONGEST):
+            line.answer("".join(self._reply(text.decode("ascii", "replace")) for text in asked).encode())
 
-    def _reply(self, text: str) -> str | None:
-        """Return the answer to a line; the URCap says nothing to what it does not understand."""
+    def _reply(self, text: str) -> str:
+        """Return the answer to a line: a value with an end of line, a bare `ack`, or a question mark for what it does not know."""
         parsed = parse_line(text)
         if parsed is None:
-            return None
+            return _UNKNOWN
         verb, values = parsed
         with self.lock:
             return self._get(next(iter(values))) if verb == "GET" else self._set(values)
 
-    def _get(self, name: str) -> str | None:
+    def _get(self, name: str) -> str:
         status = self.model.read()
         value = {
             "ACT": int(status.activated),
             "GTO": int(status.going),
             "ATR": int(self._last.release),
-            "ADR": 0,
+            "ARD": int(self._last.release_opens),
+            "ADR": int(self._last.release_opens),
             "FOR": self._last.force,
             "SPE": self._last.speed,
             "POS": status.position,
@@ -98,14 +101,14 @@ class UrcapStandIn(GripperStandIn):
             "SID": 9,
         }.get(name)
         if value is None:
-            return None
-        return f"{name} ?" if self.faults.take("nothing") is not None else f"{name} {value}"
+            return _UNKNOWN
+        return f"{name} ?\n" if self.faults.take("nothing") is not None else f"{name} {value}\n"
 
     def _set(self, values: Mapping[str, int]) -> str:
         fields = {_SET[name][0]: value for name, value in values.items() if _SET[name][0] is not None}
         now = self.model.read()
         command = replace(self._last, activate=now.activated, go=now.going and now.ready)
-        flags = {k: bool(v) if k in ("activate", "go", "release") else v for k, v in fields.items()}
+        flags = {k: bool(v) if k in _FLAGS else v for k, v in fields.items()}
         self._last = replace(command, **flags)  # type: ignore[arg-type]
         self.model.write(self._last)
         return "ack"

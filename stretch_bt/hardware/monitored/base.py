@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady, StaleReading
+from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import DeviceState, Reading
@@ -49,6 +50,7 @@ class Monitored(Generic[D]):
         self.watch = watch
         self._state = DeviceState.DISCONNECTED
         self._fault: DeviceFault | None = None
+        self._claim = Claim(name, driver.claimed())
 
     @property
     def state(self) -> DeviceState:
@@ -61,17 +63,19 @@ class Monitored(Generic[D]):
         return self._fault
 
     def open(self) -> None:
-        """Connect, free of an earlier fault; moves nothing."""
+        """Connect, free of an earlier fault; moves nothing. Raises NotReady where another program has the device."""
         if self._state is not DeviceState.DISCONNECTED:
             return
         self._state, self._fault = DeviceState.CONNECTING, None
         with self.faults():
             try:
+                self._claim.take()
                 self.driver.open()
             except BaseException:
                 self._state = DeviceState.DISCONNECTED
                 with suppress(Exception):  # what was half open is closed; why it did not open is what is told
                     self.driver.close()
+                self._claim.release()
                 raise
         self._state = DeviceState.READY
 
@@ -83,8 +87,11 @@ class Monitored(Generic[D]):
             self.stop()
         finally:
             self._state = DeviceState.DISCONNECTED
-            with self.faults():
-                self.driver.close()
+            try:
+                with self.faults():
+                    self.driver.close()
+            finally:
+                self._claim.release()
 
     def stop(self) -> None:
         """End any motion at once, whoever owns it."""

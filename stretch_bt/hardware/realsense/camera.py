@@ -56,6 +56,11 @@ class RealsenseCamera(CameraDriver):
         """Number of the process that has librealsense."""
         return None if self._supervisor is None else self._supervisor.pid
 
+    def claimed(self) -> str | None:
+        """Return which camera it is; a recording or a stand-in may be read by more than one program."""
+        serial = self.options.serial
+        return None if serial is None else f"the camera {serial}"
+
     def open(self) -> None:
         """Connect and wait for a first good frame; raises DeviceLost when none comes."""
         o = self.options

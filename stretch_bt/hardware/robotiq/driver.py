@@ -11,6 +11,7 @@ from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
 from stretch_bt.hardware.robotiq.registers import Stage, Status
+from stretch_bt.hardware.robotiq.screened_wire import ScreenedWire
 from stretch_bt.hardware.robotiq.tasks import Activation, Journey, Target, Task, fault_in, lost_activation
 from stretch_bt.hardware.robotiq.wire import GripperWire
 from stretch_bt.hardware.wire_thread import Sample, WireThread
@@ -29,9 +30,11 @@ class RobotiqDriver(GripperDriver, ABC):
     streams = True
 
     options: RobotiqOptions
-    _attendant: WireThread[GripperWire, Status] | None = None
+    _attendant: WireThread[ScreenedWire, Status] | None = None
     _task: Task | None = None
     _held_at_loss = False
+    #: whether it moved the fingers since it was opened; who never did holds nothing that somebody else moves
+    _moved = False
     _known: Status | None = None
     _event: DeviceFault | None = None
     _watched = 0.0
@@ -43,10 +46,10 @@ class RobotiqDriver(GripperDriver, ABC):
     def open(self) -> None:
         """Connect and read the status; an inactive gripper can be read, but not moved."""
         self._task = self._known = self._event = None
-        self._held_at_loss = False
+        self._held_at_loss = self._moved = False
         attendant = WireThread(
             self.name,
-            self._wire(),
+            ScreenedWire(self._wire(), self.bench.now),
             period=1 / self.options.rate,
             deadline=_EXCHANGES * self.options.timeout,
             now=self.bench.now,
@@ -71,7 +74,12 @@ class RobotiqDriver(GripperDriver, ABC):
             attendant.end()
 
     def stop(self) -> None:
-        """Hold the fingers where they are; an activation is broken off.
+        """Hold the fingers where they are, if it was this driver that moved them; raises as `hold` does."""
+        if self._moved:
+            self.hold()
+
+    def hold(self) -> None:
+        """Hold the fingers where they are, whoever moves them; an activation is broken off.
 
         Raises
         ------
@@ -82,7 +90,7 @@ class RobotiqDriver(GripperDriver, ABC):
             return
         task = self._task
 
-        def hold(wire: GripperWire) -> None:
+        def hold(wire: ScreenedWire) -> None:
             self._task = None  # here, so that a motion that was about to begin does not come after it
             _hold(wire)
 
@@ -137,7 +145,7 @@ class RobotiqDriver(GripperDriver, ABC):
         """Return the position that the gripper tells of now, 0 to 255; raises DeviceLost."""
         return self.status().position
 
-    def _open(self) -> WireThread[GripperWire, Status]:
+    def _open(self) -> WireThread[ScreenedWire, Status]:
         if self._attendant is None:
             raise NotReady(self.name, "the device is closed")
         return self._attendant
@@ -184,7 +192,12 @@ class RobotiqDriver(GripperDriver, ABC):
             self._task, self._watched = task, time.monotonic()
             return task
 
-        task = attendant.do(begin)
+        moved, self._moved = self._moved, True  # before it is asked for: a stop may come while it begins
+        try:
+            task = attendant.do(begin)
+        except NotReady:
+            self._moved = moved
+            raise
 
         def poll() -> MotionState:
             self._watched = time.monotonic()
@@ -195,7 +208,7 @@ class RobotiqDriver(GripperDriver, ABC):
 
         return poll
 
-    def _after(self, wire: GripperWire, sample: Sample[Status]) -> None:
+    def _after(self, wire: ScreenedWire, sample: Sample[Status]) -> None:
         task, status = self._task, sample.value
         if task is None or task.over or not isinstance(task, Activation):
             self._event = self._event or self._news(status)
@@ -216,15 +229,16 @@ class RobotiqDriver(GripperDriver, ABC):
             return fault_in(self.name, status)
         return lost_activation(self.name) if known.ready and not status.ready else None
 
-    def _hold_at_loss(self, wire: GripperWire) -> None:
+    def _hold_at_loss(self, wire: ScreenedWire) -> None:
         """Keep the fingers from going on to where they were sent before a loss."""
-        _hold(wire)
-        self._held_at_loss = True
+        if self._moved:
+            _hold(wire)
+            self._held_at_loss = True
 
 
-def _hold(wire: GripperWire) -> None:
-    """Hold the fingers; to an inactive gripper nothing is written, because that would activate it."""
-    status = wire.read()
+def _hold(wire: ScreenedWire) -> None:
+    """Hold the fingers, whatever they say of their position; to an inactive gripper nothing is written, because that would activate it."""
+    status = wire.bare.read()
     if status.ready:
         wire.hold(status)
     elif status.stage is Stage.ACTIVATING:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -51,6 +52,13 @@ class RobotiqGripper(RobotiqDriver):
     Options = _ModbusOptions
     options: _ModbusOptions
     packages: ClassVar[Mapping[str, str]] = {"pymodbus": "'pymodbus>=3.13,<4'", "serial": "pyserial"}
+
+    def claimed(self) -> str:
+        """Return where the gripper is; a serial line by its own name, whatever link leads there."""
+        o = self.options
+        if o.serial is not None:
+            return f"the gripper on {os.path.realpath(o.serial)}"
+        return f"the gripper at {o.host} port {o.port}"
 
     def _wire(self) -> GripperWire:
         return ModbusWire(self._client, self.options.unit, self.options.read_function)

@@ -110,7 +110,7 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What is asked of the gripper; counts from 0 to 255."""
+    """What is asked of the gripper; counts from 0 to 255. A release is its slow way out of an emergency, which closes or opens it."""
 
     activate: bool
     go: bool = False
@@ -118,13 +118,14 @@ class Command:
     speed: int = 0
     force: int = 0
     release: bool = False
+    release_opens: bool = False
 
     def encode(self) -> list[int]:
         """Return the three registers; raises InvalidInput for a count out of range."""
         for name in ("position", "speed", "force"):
             if not 0 <= getattr(self, name) <= 0xFF:
                 raise InvalidInput(f"{name} is a count from 0 to 255, not {getattr(self, name)}")
-        action = self.activate | self.go << 3 | self.release << 4
+        action = self.activate | self.go << 3 | self.release << 4 | self.release_opens << 5
         return [action << 8, self.position, self.speed << 8 | self.force]
 
     @classmethod
@@ -135,6 +136,7 @@ class Command:
             activate=bool(action & 1),
             go=bool(action >> 3 & 1),
             release=bool(action >> 4 & 1),
+            release_opens=bool(action >> 5 & 1),
             position=registers[1] & 0xFF,
             speed=registers[2] >> 8,
             force=registers[2] & 0xFF,

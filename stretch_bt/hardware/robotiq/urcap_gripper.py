@@ -29,5 +29,9 @@ class RobotiqUrcapGripper(RobotiqDriver):
     Options = _UrcapOptions
     options: _UrcapOptions
 
+    def claimed(self) -> str:
+        """Return where the gripper is."""
+        return f"the gripper at {self.options.host} port {self.options.port}"
+
     def _wire(self) -> GripperWire:
         return UrcapWire(self.options.host, self.options.port, self.options.timeout)

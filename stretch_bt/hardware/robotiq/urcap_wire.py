@@ -19,6 +19,7 @@ R = TypeVar("R")
 _TRIES = 2
 _VALUE = re.compile(rb"([A-Z]{3}) ?(\d{1,3}|\?)")
 _LONGEST = 256
+_ACK = b"ack"
 _ASKED = ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")
 _RANGES = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
 
@@ -45,7 +46,7 @@ def parse_value(line: bytes, name: str) -> int:
 
 
 class UrcapWire:
-    """One line at a time, each answered by one line.
+    """One line at a time, each answered by one line, or by `ack`, which has no end of line.
 
     Lines carry no number: after an answer that is missing or broken the connection is closed, so that a late one is never
     taken for the answer to the next question, and the line is sent once more on a new one.
@@ -105,7 +106,7 @@ class UrcapWire:
         line = f"SET {what}"
 
         def check(answer: bytes) -> None:
-            if answer.strip() != b"ack":
+            if answer != _ACK:
                 raise WireError(f"it answered {_shown(answer)} to {line}")
 
         self._ask(line, check)
@@ -128,12 +129,12 @@ class UrcapWire:
     def _exchange(self, line: str) -> bytes:
         self.connect()
         assert self._socket is not None
-        if self._rest:
+        if self._rest.strip():
             raise WireError(f"it said {_shown(self._rest)} without being asked")
         deadline = time.monotonic() + self._timeout
         self._socket.settimeout(self._timeout)
         self._socket.sendall(line.encode() + b"\n")
-        while b"\n" not in self._rest:
+        while (answer := self._answer()) is None:
             if len(self._rest) > _LONGEST:
                 raise WireError(f"it sent {len(self._rest)} bytes without the end of a line")
             self._socket.settimeout(max(deadline - time.monotonic(), 1e-3))
@@ -141,7 +142,18 @@ class UrcapWire:
             if not data:
                 raise WireClosed("end of the stream")
             self._rest += data
-        answer, _, self._rest = self._rest.partition(b"\n")
+        return answer
+
+    def _answer(self) -> bytes | None:
+        """Return the answer in what came, or None before it is whole; an end of line that came after the one before is left out."""
+        self._rest = self._rest.lstrip()
+        if self._rest.startswith(_ACK):
+            self._rest = self._rest.removeprefix(_ACK)
+            return _ACK
+        answer, end, rest = self._rest.partition(b"\n")
+        if not end:
+            return None
+        self._rest = rest
         return answer
 
 

@@ -42,6 +42,10 @@ class UrArm(ArmDriver):
     _told: str | None = None
     _told_program = False
 
+    def claimed(self) -> str:
+        """Return which controller it is."""
+        return f"the arm at {self.options.host}"
+
     def open(self) -> None:
         """Connect, and make ready to move; moves nothing, and refuses a controller that runs another program or is stopped."""
         self.open_to_read()

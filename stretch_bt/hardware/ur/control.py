@@ -45,6 +45,7 @@ from stretch_bt.hardware.ur.messages import (
 )
 from stretch_bt.hardware.ur.mounting import Mounting
 from stretch_bt.hardware.ur.ride import Ride
+from stretch_bt.hardware.ur.standing_force import StandingForce
 
 __all__ = ["Control"]
 
@@ -69,7 +70,7 @@ class Control:
 
     def begin(self, now: float) -> ControlState:
         """Return the state before the first cycle, at a time of the monotonic clock, s."""
-        return ControlState(now, now, now, now, ForceFilter(self.settings.force_filter))
+        return ControlState(now, now, now, now, ForceFilter(self.settings.force_filter), StandingForce())
 
     def step(self, state: ControlState, now: float, inputs: Inputs) -> tuple[ControlState, tuple[Command, ...]]:
         """Return the state after a cycle, and what is to be done, in this order."""
@@ -136,6 +137,7 @@ class _Cycle:
             hand=hand,
             pose=self.mounting.in_world(hand),
             force=s.force.take(measured.time, measured.wrench),
+            standing=s.standing.take(measured.time, measured.wrench, live=s.engaged and self.settings.noisy),
         )
         if s.feeling is not None:
             self._feel(s.feeling, measured)
@@ -239,6 +241,7 @@ class _Cycle:
             reason = (
                 f"the control script ended: it was stopped at the pendant, by its watchdog or by an error; {NEW_RUN}"
             )
+        reason = reason or self.state.standing.reason()
         if reason is None and self.state.ride is not None:
             reason = self._neglected()
         if reason is None and self.state.guarded:

@@ -11,6 +11,7 @@ from stretch_bt.hardware.ur.force_filter import ForceFilter
 from stretch_bt.hardware.ur.guard import Measured
 from stretch_bt.hardware.ur.messages import Engaged, Six
 from stretch_bt.hardware.ur.ride import Ride
+from stretch_bt.hardware.ur.standing_force import StandingForce
 
 __all__ = [
     "Brake",
@@ -112,6 +113,7 @@ class ControlState:
     watched: float
     taken: float
     force: ForceFilter
+    standing: StandingForce
     zero: Six = _NONE
     #: number of the latest news, and what they were
     number: int = 0

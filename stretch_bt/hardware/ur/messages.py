@@ -49,6 +49,8 @@ class Settings(Message):
     #: mass, kg, and centre of mass at the flange, m
     payload: tuple[float, float, float, float] | None
     lost_after: float
+    #: whether no two of its forces are alike
+    noisy: bool
     heartbeat: float
     tolerance: float
     contact_force: float | None

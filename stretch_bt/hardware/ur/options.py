@@ -104,6 +104,10 @@ class UrOptions(Options):
     lost_after: Annotated[Time, Within(0.05, 2.0, "Time")] = Field(
         default=0.2, description="without news from the controller"
     )
+    noisy: bool = Field(
+        default=True,
+        description="no two forces are alike, so that one that stands is found; false where a simulation has no noise",
+    )
     heartbeat: Annotated[Time, Within(0.1, 5.0, "Time")] = Field(
         default=0.5, description="without a sign of life from the run after which the arm is stopped"
     )
@@ -173,6 +177,7 @@ _SHARED = (
     "gain",
     "watchdog",
     "lost_after",
+    "noisy",
     "heartbeat",
     "tolerance",
     "contact_force",

@@ -51,6 +51,7 @@ class ArmModel:
         self.qd: Array = np.zeros(6)
         self.tcp: Array = np.eye(4)
         self.move: Move | None = None
+        self._framed: tuple[bytes, Array] | None = None
         self._known: tuple[bytes, tuple[float, ...], tuple[float, ...]] | None = None
 
     def step(self, dt: float, fraction: float = 1.0) -> None:
@@ -83,8 +84,15 @@ class ArmModel:
 
     def pose(self) -> Array:
         """Return the (4, 4) transform of the tool in the base."""
-        made: Array = self.kinematics.forward(self.q) @ self.tcp
+        made: Array = self.frames()[6] @ self.tcp
         return made
+
+    def frames(self) -> Array:
+        """Return the (7, 4, 4) transforms of base, joints and flange in the base; not to be changed."""
+        key = self.q.tobytes()
+        if self._framed is None or self._framed[0] != key:
+            self._framed = key, self.kinematics.frames(self.q)
+        return self._framed[1]
 
     def joints_for(self, tool: Array, near: Sequence[float] | None = None) -> Array:
         """Return the joint angles that put the tool there; raises IllConditioned."""
@@ -93,7 +101,7 @@ class ArmModel:
     def jacobian(self) -> Array:
         """Return the (6, 6) Jacobian of the tool in base axes."""
         made = self.kinematics.jacobian(self.q)
-        arm = self.kinematics.forward(self.q)[:3, :3] @ self.tcp[:3, 3]
+        arm = self.frames()[6, :3, :3] @ self.tcp[:3, 3]
         made[:3] += np.cross(made[3:].T, arm).T
         return made
 

@@ -5,25 +5,24 @@ Its clock counts cycles, so that it goes slower where the machine is too busy to
 
 from __future__ import annotations
 
-import math
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel, Slowing
+from stretch_bt.hardware.emulators.ur.registers import AnalogOutputs, Registers
+from stretch_bt.hardware.emulators.ur.safety import SAFETY, Safety
 
-__all__ = ["REGISTERS", "SAFETY", "Controller", "Profile", "Program", "ProgramEnded", "Registers", "Safety"]
-
-#: general purpose registers of each kind and direction
-REGISTERS = 48
+__all__ = ["Controller", "Profile", "Program", "ProgramEnded"]
 
 _RUNNING, _IDLE, _POWER_ON, _POWER_OFF = 7, 5, 4, 3
-_STOPPED, _PLAYING = 1, 2
+_STOPPED, _PLAYING, _PAUSED = 1, 2, 4
+#: modes of joints and of the tool
+_JOINT_OFF, _JOINT_RUNNING, _JOINT_IDLE = 239, 253, 255
 #: by the maker's pages, how long a protective stop lasts before it can be unlocked, s
 _LOCKED = 5.0
 _STOP_AT = 10.0
@@ -33,26 +32,8 @@ class ProgramEnded(Exception):
     """A program did what ends itself."""
 
 
-class Safety(NamedTuple):
-    """A state of the safety system: its names on the dashboard, number and bits."""
-
-    name: str
-    mode: int
-    bits: int
-
-
 #: groups of eight digital outputs, the lowest bits first
 _OUTPUTS = ("standard_digital_output", "configurable_digital_output", "tool_digital_output")
-
-_NORMAL, _STOPS = 1 << 0, 1 << 10
-SAFETY: dict[str, Safety] = {
-    "normal": Safety("NORMAL", 1, _NORMAL),
-    "protective_stop": Safety("PROTECTIVE_STOP", 3, 1 << 2 | _STOPS),
-    "safeguard_stop": Safety("SAFEGUARD_STOP", 5, 1 << 4 | _STOPS),
-    "emergency_stop": Safety("ROBOT_EMERGENCY_STOP", 7, 1 << 6 | 1 << 7 | _STOPS),
-    "violation": Safety("VIOLATION", 8, 1 << 8 | _STOPS),
-    "fault": Safety("FAULT", 9, 1 << 9 | _STOPS),
-}
 
 
 class Profile(NamedTuple):
@@ -67,17 +48,6 @@ class Profile(NamedTuple):
     def e_series(self) -> bool:
         """Whether it is newer than a CB3."""
         return self.version[0] >= 5
-
-
-@dataclass
-class Registers:
-    """The general purpose registers, and when each integer one was last written, s of the controller."""
-
-    in_int: list[int] = field(default_factory=lambda: [0] * REGISTERS)
-    in_double: list[float] = field(default_factory=lambda: [0.0] * REGISTERS)
-    out_int: list[int] = field(default_factory=lambda: [0] * REGISTERS)
-    out_double: list[float] = field(default_factory=lambda: [0.0] * REGISTERS)
-    written: list[float] = field(default_factory=lambda: [0.0] * REGISTERS)
 
 
 #: one step each cycle, until it ends
@@ -112,9 +82,15 @@ class Controller:
         self.registers = Registers()
         self.time = 0.0
         self.payload = 0.0
+        self.payload_cog: tuple[float, ...] = (0.0,) * 3
+        self.payload_inertia: tuple[float, ...] = (0.0,) * 6
         self.digital_outputs = 0
+        self.analog = AnalogOutputs()
         self.slider = 1.0
         self.powered = self.released = True
+        self.paused = False
+        #: line of the program that moves the arm, 0 where none says it
+        self.script_line = 0
         #: what happened, and when, s
         self.events: deque[tuple[float, str]] = deque(maxlen=50)
         self._state = "normal"
@@ -142,9 +118,23 @@ class Controller:
         return _RUNNING if self.released else _IDLE
 
     @property
+    def joint_mode(self) -> int:
+        """The mode of each joint, by number."""
+        if not self.powered:
+            return _JOINT_OFF
+        return _JOINT_RUNNING if self.released else _JOINT_IDLE
+
+    @property
+    def tool_mode(self) -> int:
+        """The mode of the tool, by number."""
+        return _JOINT_RUNNING if self.powered else _JOINT_IDLE
+
+    @property
     def runtime_state(self) -> int:
         """How the program stands, by number."""
-        return _PLAYING if self.running else _STOPPED
+        if not self.running:
+            return _STOPPED
+        return _PAUSED if self.paused else _PLAYING
 
     @property
     def status_bits(self) -> int:
@@ -161,6 +151,12 @@ class Controller:
         """Return the wrench that the controller tells of, N and N m, in base axes."""
         return tuple((np.asarray(self._felt()) - self._zero).tolist())
 
+    def raw_force(self) -> tuple[float, ...]:
+        """Return the wrench as it is measured, N and N m, in axes of the flange, whatever was taken as zero."""
+        turn = self.arm.frames()[6, :3, :3].T
+        felt = np.asarray(self._felt())
+        return (*(turn @ felt[:3]).tolist(), *(turn @ felt[3:]).tolist())
+
     def zero_force(self) -> None:
         """Take the present wrench as zero."""
         self._zero = np.asarray(self._felt())
@@ -175,9 +171,15 @@ class Controller:
             self.arm.stand()
             return
         try:
-            self.arm.step(period, self.speed_fraction if self._state == "normal" else 1.0)
+            self.arm.step(period, self._pace())
         except (IllConditioned, np.linalg.LinAlgError):
             self.stop_safely("protective_stop", "the arm cannot go on: out of reach, or stretched out")
+
+    def _pace(self) -> float:
+        """Return at which part of its speed the arm moves; a stop does not wait for the slider."""
+        if self._state != "normal":
+            return 1.0
+        return 0.0 if self.paused else self.speed_fraction
 
     def load(self, program: Program, after: float) -> None:
         """Run a program after a time, s; the one before it is stopped."""
@@ -192,6 +194,17 @@ class Controller:
             self._program = None
             self.halt(_STOP_AT)
         self._watchdog = None
+        self.paused, self.script_line = False, 0
+
+    def pause(self) -> bool:
+        """Hold the program and the arm where they are; return False where nothing runs."""
+        self.paused = self.running
+        return self.paused
+
+    def resume(self) -> bool:
+        """Go on with a program that is held; return False where there is none."""
+        held, self.paused = self.paused, False
+        return held
 
     def halt(self, deceleration: float, *, joints: bool = True) -> Slowing:
         """Brake, and return that move."""
@@ -234,6 +247,9 @@ class Controller:
         """Make a powered arm ready to move."""
         if self._state != "emergency_stop":
             self.powered = self.released = True
+        self.paused = False
+        #: line of the program that moves the arm, 0 where none says it
+        self.script_line = 0
 
     def set_watchdog(self, register: int, rate: float) -> None:
         """Stop the program when nobody writes an integer register `rate` times a second."""
@@ -241,7 +257,7 @@ class Controller:
         self.registers.written[register] = self.time
 
     def _watch(self) -> None:
-        if self._watchdog is None or not self.running:
+        if self._watchdog is None or not self.running or self.paused:
             return
         register, longest = self._watchdog
         if self.time - self.registers.written[register] > longest:
@@ -254,7 +270,7 @@ class Controller:
                 self.zero_force()
             if self._state != "normal" or not self.released:
                 self._program = None
-        if self._program is None:
+        if self._program is None or self.paused:
             return
         try:
             next(self._program)
@@ -274,14 +290,10 @@ class Controller:
     def take(self, inputs: Mapping[str, Any]) -> None:
         """Take the inputs of one package, by name."""
         for name, value in inputs.items():
-            kind, _, number = name.rpartition("_")
-            if kind == "input_int_register":
-                self.registers.in_int[int(number)] = value
-                self.registers.written[int(number)] = self.time
-            elif kind == "input_double_register" and math.isfinite(value):
-                self.registers.in_double[int(number)] = value
+            self.registers.take(name, value, self.time)
         for place, name in enumerate(_OUTPUTS):
             mask = inputs.get(f"{name}_mask", 0) << 8 * place
             self.digital_outputs = self.digital_outputs & ~mask | inputs.get(name, 0) << 8 * place & mask
-        if inputs.get("speed_slider_mask") and 0.0 <= inputs["speed_slider_fraction"] <= 1.0:
+        self.analog.take(inputs)
+        if inputs.get("speed_slider_mask") and 0.0 <= inputs.get("speed_slider_fraction", -1.0) <= 1.0:
             self.slider = inputs["speed_slider_fraction"]

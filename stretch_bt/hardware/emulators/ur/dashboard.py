@@ -1,4 +1,7 @@
-"""The dashboard: one line asked, one line answered."""
+"""The dashboard: one line asked, one line answered, in the words of the maker's guide to "Dashboard server".
+
+The stand-in keeps no program files, so none can be loaded; `play` goes on with a program that was paused.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,9 @@ __all__ = ["Dashboard"]
 
 _LONGEST = 2048
 _MODES = {3: "POWER_OFF", 4: "POWER_ON", 5: "IDLE", 7: "RUNNING"}
+_STATES = {1: "STOPPED", 2: "PLAYING", 4: "PAUSED"}
+_ROLES = ("PROGRAMMER", "OPERATOR", "NONE", "LOCKED", "RESTRICTED")
+_NOTED = 200
 _TOO_SOON = (
     "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
 )
@@ -23,53 +29,95 @@ class Dashboard:
 
     def __init__(self, host: str, port: int, controller: Controller, faults: Faults) -> None:
         self._controller, self._faults = controller, faults
+        self._mode, self._role = "NONE", "PROGRAMMER"
         c = controller
         self._answers: dict[str, Callable[[], str]] = {
             "polyscopeversion": self._version,
             "get robot model": lambda: c.profile.model,
             "get serial number": lambda: c.profile.serial,
-            "is in remote control": lambda: str(faults.shown("local") is None).lower(),
             "robotmode": lambda: f"Robotmode: {_MODES[c.robot_mode]}",
             "safetymode": lambda: f"Safetymode: {c.safety.name}",
-            "safetystatus": lambda: f"Safetystatus: {c.safety.name}",
             "running": lambda: f"Program running: {str(c.running).lower()}",
-            "programstate": lambda: f"{'PLAYING' if c.running else 'STOPPED'} <unnamed>",
+            "programstate": lambda: f"{_STATES[c.runtime_state]} <unnamed>",
             "get loaded program": lambda: "No program loaded",
-            "isprogramsaved": lambda: "False <unnamed>",
+            "isprogramsaved": lambda: "false <unnamed>",
             "stop": self._stop,
-            "play": lambda: "Failed to execute: play",
-            "pause": lambda: "Failed to execute: pause",
+            "play": lambda: "Starting program" if c.resume() else "Failed to execute: play",
+            "pause": lambda: "Pausing program" if c.pause() else "Failed to execute: pause",
             "power on": lambda: self._power("Powering on", on=True),
             "power off": lambda: self._power("Powering off", on=False),
+            "shutdown": lambda: self._power("Shutting down", on=False),
+            "quit": lambda: "Disconnected",
             "brake release": self._release_brakes,
             "unlock protective stop": lambda: "Protective stop releasing" if c.unlock() else _TOO_SOON,
             "close safety popup": lambda: "closing safety popup",
             "close popup": lambda: "closing popup",
             "restart safety": lambda: "Restarting safety",
+            **(self._newer() if c.profile.e_series else {"getuserrole": lambda: self._role}),
         }
-        if not c.profile.e_series:
-            for name in ("get serial number", "is in remote control", "safetystatus"):
-                del self._answers[name]
+        #: commands with words behind them
+        self._worded: dict[str, Callable[[str], str]] = {
+            "load installation": lambda name: f"File not found: {name}",
+            "load": lambda name: f"File not found: {name}",
+            "popup": lambda text: self._noted("a popup says", text, "showing popup"),
+            "addtolog": lambda text: self._noted("log", text, "Added log message"),
+            "generate flight report": lambda kind: "Error: a stand-in makes no reports",
+            "generate support file": lambda path: "Error: a stand-in makes no support files",
+            **({"set operational mode": self._set_mode} if c.profile.e_series else {"setuserrole": self._set_role}),
+        }
         self.server = TcpServer(host, port, self._serve, lambda: faults.shown("drop") is not None)
+
+    def _newer(self) -> dict[str, Callable[[], str]]:
+        """Return the commands that only an e-series has."""
+        c = self._controller
+        return {
+            "version": lambda: ".".join(map(str, c.profile.version)),
+            "is in remote control": lambda: str(self._faults.shown("local") is None).lower(),
+            "safetystatus": lambda: f"Safetystatus: {c.safety.name}",
+            "get operational mode": lambda: self._mode,
+            "clear operational mode": self._clear_mode,
+        }
 
     def answer(self, line: bytes) -> str:
         """Return the answer to a line, whatever it holds."""
         asked = line.decode("utf-8", "replace").strip()
-        if asked.lower().startswith(("popup ", "addtolog ")):
-            return "showing popup" if asked.lower().startswith("popup") else "Added log message"
         with self._controller.lock:
             found = self._answers.get(asked.lower())
-            return found() if found is not None else f'could not understand: "{asked[:60]}"'
+            if found is not None:
+                return found()
+            for command, worded in self._worded.items():
+                if asked.lower().startswith(f"{command} "):
+                    return worded(asked[len(command) :].strip())
+        return f'could not understand: "{asked[:60]}"'
 
     def _serve(self, connection: socket.socket) -> None:
         connection.sendall(b"Connected: Universal Robots Dashboard Server\n")
         for line in lines(connection, _LONGEST):
             if self._faults.meets("freeze", connection="dashboard"):
                 continue
-            if line.strip().lower() in (b"quit", b"shutdown"):
-                connection.sendall(b"Disconnected\n")
-                return
             connection.sendall(self.answer(line).encode() + b"\n")
+            if line.strip().lower() in (b"quit", b"shutdown"):
+                return
+
+    def _noted(self, what: str, text: str, said: str) -> str:
+        self._controller.note(f"{what}: {text[:_NOTED]}")
+        return said
+
+    def _set_mode(self, mode: str) -> str:
+        if mode.upper() not in ("MANUAL", "AUTOMATIC"):
+            return f"Failed setting operational mode: {mode}"
+        self._mode = mode.upper()
+        return f"Operational mode {self._mode} is set"
+
+    def _clear_mode(self) -> str:
+        self._mode = "NONE"
+        return "No longer controlling the operational mode. Current operational mode: 'NONE'."
+
+    def _set_role(self, role: str) -> str:
+        if role.upper() not in _ROLES:
+            return f"Failed setting user role: {role}"
+        self._role = role.upper()
+        return f"Setting user role: {self._role}"
 
     def _version(self) -> str:
         return "URSoftware {}.{}.{}.{} (stand-in)".format(*self._controller.profile.version)

@@ -5,21 +5,23 @@ from __future__ import annotations
 import select
 import socket
 import struct
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
 
 from stretch_bt.hardware.emulators.faults import Fault, Faults
 from stretch_bt.hardware.emulators.tcp_server import TcpServer, deafen, received, sever
 from stretch_bt.hardware.emulators.ur.controller import Controller
-from stretch_bt.hardware.emulators.ur.variables import INPUTS, OUTPUTS, Ask
-from stretch_bt.hardware.emulators.ur.wire import Packages, Unpackable, pack, package, size_of, unpack
+from stretch_bt.hardware.emulators.ur.fields import INPUT_FIELDS, OUTPUT_FIELDS, found
+from stretch_bt.hardware.emulators.ur.rtde_session import Session
+from stretch_bt.hardware.emulators.ur.variables import OUTPUTS
+from stretch_bt.hardware.emulators.ur.wire import Packages, Unpackable, package, size_of, text_of, unpack
 
 __all__ = ["STREAM_FAULTS", "RtdeServer"]
 
-#: only newer controllers have them
-_LATER = {"ft_raw_wrench"}
+#: versions of the protocol; the first has no numbers of output recipes, and one rate
+_PROTOCOLS = (1, 2)
+_FIRST_RATE = 125.0
+_NOT_FOUND, _IN_USE = "NOT_FOUND", "IN_USE"
 
 #: which connections a fault meets: of RTDE that which only reads, or that which controls; and which way
 _RTDE = {"connection": ("rtde", "receive", "control")}
@@ -49,28 +51,6 @@ STREAM_FAULTS: dict[str, Fault] = {
 }
 
 
-@dataclass(eq=False)
-class _Session:
-    """One client: what it is sent, what it may set."""
-
-    connection: socket.socket
-    every: int = 1
-    types: list[str] = field(default_factory=list)
-    asks: list[Ask] = field(default_factory=list)
-    inputs: dict[int, list[str]] = field(default_factory=dict)
-    started: bool = False
-    cycle: int = 0
-    due: float = 0.0
-    held: deque[tuple[float, bytes]] = field(default_factory=deque)
-    last: bytes = b""
-    deaf: bool = False
-
-    @property
-    def kind(self) -> str:
-        """What the client does: it controls where it has inputs."""
-        return "control" if self.inputs else "receive"
-
-
 class RtdeServer:
     """Serves RTDE of one controller.
 
@@ -86,9 +66,9 @@ class RtdeServer:
 
     def __init__(self, host: str, port: int, controller: Controller, faults: Faults) -> None:
         self._controller, self._faults = controller, faults
-        self._sessions: list[_Session] = []
-        self._claims: dict[str, _Session] = {}
-        self._answers: dict[str, Callable[[_Session, bytes], bytes | None]] = {
+        self._sessions: list[Session] = []
+        self._claims: dict[str, Session] = {}
+        self._answers: dict[str, Callable[[Session, bytes], bytes | None]] = {
             "V": self._version,
             "v": lambda session, payload: struct.pack(">4I", *controller.profile.version),
             "O": self._outputs,
@@ -96,6 +76,7 @@ class RtdeServer:
             "S": lambda session, payload: self._start(session, on=True),
             "P": lambda session, payload: self._start(session, on=False),
             "U": self._update,
+            "M": self._note,
         }
         self.server = TcpServer(host, port, self._serve, lambda: faults.shown("drop") is not None)
 
@@ -117,17 +98,17 @@ class RtdeServer:
             if self._meets(fault, session):
                 sever(session.connection, direction, reset=fault == "reset")
 
-    def _meets(self, fault: str, session: _Session, **asked: str) -> bool:
+    def _meets(self, fault: str, session: Session, **asked: str) -> bool:
         return any(self._faults.meets(fault, connection=name, **asked) for name in ("rtde", session.kind))
 
-    def _hear_or_not(self, session: _Session) -> None:
+    def _hear_or_not(self, session: Session) -> None:
         deaf = self._meets("freeze", session, direction="in")
         if deaf is not session.deaf:
             deafen(session.connection, deaf)
             session.deaf = deaf
 
     def _serve(self, connection: socket.socket) -> None:
-        session, packages = _Session(connection), Packages()
+        session, packages = Session(connection), Packages()
         with self._controller.lock:
             self._sessions.append(session)
         try:
@@ -142,14 +123,14 @@ class RtdeServer:
                 self._sessions.remove(session)
                 self._claims = {name: owner for name, owner in self._claims.items() if owner is not session}
 
-    def _take(self, session: _Session, kind: str, payload: bytes) -> None:
+    def _take(self, session: Session, kind: str, payload: bytes) -> None:
         with self._controller.lock:
             asked = self._answers.get(kind)
             answer = asked(session, payload) if asked is not None else None
             if answer is not None:
                 session.connection.sendall(package(kind, answer))
 
-    def _send(self, session: _Session, data: bytes) -> None:
+    def _send(self, session: Session, data: bytes) -> None:
         """Send without waiting; a client that does not read is left."""
         with suppress(OSError, ValueError):  # ValueError: the connection was closed meanwhile
             writable = bool(select.select([], [session.connection], [], 0.0)[1])
@@ -159,56 +140,69 @@ class RtdeServer:
 
     # --- what is asked
 
-    def _version(self, session: _Session, payload: bytes) -> bytes:
-        return b"\x01" if payload == b"\x00\x02" else b"\x00"
+    def _version(self, session: Session, payload: bytes) -> bytes:
+        asked = int.from_bytes(payload, "big")
+        if len(payload) != 2 or asked not in _PROTOCOLS:
+            return b"\x00"
+        session.protocol = asked
+        return b"\x01"
 
-    def _outputs(self, session: _Session, payload: bytes) -> bytes:
+    def _outputs(self, session: Session, payload: bytes) -> bytes:
+        if session.protocol == 1:
+            return self._recipe(session, min(_FIRST_RATE, self._controller.profile.rate), _names(payload))
         if len(payload) < 8:
             raise Unpackable("an output recipe without a rate")
         (rate,) = struct.unpack(">d", payload[:8])
         names = _names(payload[8:])
-        later = set() if self._controller.profile.e_series else _LATER
-        found = [OUTPUTS.get(name) if name not in later else None for name in names]
-        types = [entry[0] if entry else "NOT_FOUND" for entry in found]
         if not 0 < rate <= self._controller.profile.rate or not names:
             return b"\x00"
-        if "NOT_FOUND" not in types:
-            session.types, session.asks = types, [entry[1] for entry in found if entry]
-            session.every = max(round(self._controller.profile.rate / rate), 1)
-        return b"\x01" + ",".join(types).encode()
+        return b"\x01" + self._recipe(session, rate, names)
 
-    def _inputs(self, session: _Session, payload: bytes) -> bytes:
+    def _recipe(self, session: Session, rate: float, names: list[str]) -> bytes:
+        """Return the types of an output recipe, and take it when all of its fields are there."""
+        version = self._controller.profile.version
+        fields = [found(OUTPUT_FIELDS, name, version) for name in names]
+        types = [field.kind if field else _NOT_FOUND for field in fields]
+        if _NOT_FOUND not in types:
+            session.tell(types, [OUTPUTS[name] for name in names], max(round(self._controller.profile.rate / rate), 1))
+        return ",".join(types).encode()
+
+    def _inputs(self, session: Session, payload: bytes) -> bytes:
         names = _names(payload)
-        taken = self._faults.shown("registers") is not None
-        types = []
-        for name in names:
-            owner = self._claims.get(name)
-            in_use = (owner is not None and owner is not session) or (taken and "register" in name)
-            types.append("IN_USE" if in_use else INPUTS.get(name, "NOT_FOUND"))
-        if not names or {"IN_USE", "NOT_FOUND"} & set(types):
-            return b"\x00" + ",".join(types).encode()
+        types = [self._input_type(session, name) for name in names]
         number = len(session.inputs) + 1
-        if number > 255:
-            return b"\x00"
+        if not names or {_IN_USE, _NOT_FOUND} & set(types) or number > 255:
+            return b"\x00" + ",".join(types).encode()
         session.inputs[number] = names
         self._claims.update(dict.fromkeys(names, session))
         return bytes([number]) + ",".join(types).encode()
 
-    def _start(self, session: _Session, *, on: bool) -> bytes:
-        session.started = on and bool(session.types)
+    def _input_type(self, session: Session, name: str) -> str:
+        field = found(INPUT_FIELDS, name, self._controller.profile.version)
+        taken = self._faults.shown("registers") is not None and "register" in name
+        if taken or self._claims.get(name, session) is not session:
+            return _IN_USE
+        return field.kind if field else _NOT_FOUND
+
+    def _start(self, session: Session, *, on: bool) -> bytes:
+        session.started = on and bool(session.asks)
         return bytes([session.started if on else True])
 
-    def _update(self, session: _Session, payload: bytes) -> None:
+    def _update(self, session: Session, payload: bytes) -> None:
         names = session.inputs.get(payload[0]) if payload else None
         if names is None:
             return
-        types = [INPUTS[name] for name in names]
+        types = [INPUT_FIELDS[name].kind for name in names]
         if len(payload) - 1 == size_of(types):
             self._controller.take(dict(zip(names, unpack(types, payload[1:]), strict=True)))
 
+    def _note(self, session: Session, payload: bytes) -> None:
+        """Write a client's message down."""
+        self._controller.note(f"a client says: {text_of(payload, session.protocol)}")
+
     # --- what goes out
 
-    def _packages(self, session: _Session) -> list[bytes]:
+    def _packages(self, session: Session) -> list[bytes]:
         """Return what goes out in a cycle, as the active faults let it."""
         now = self._controller.time
         if self._meets("freeze", session, direction="out"):
@@ -221,7 +215,7 @@ class RtdeServer:
         if loss is not None and (session.cycle * 0.618) % 1.0 < loss["part"]:
             return []
         if self._shown(session, "repeat") is None or not session.last:
-            session.last = package("U", b"\x01" + pack(session.types, [ask(self._controller) for ask in session.asks]))
+            session.last = session.data(self._controller)
         data = self._broken(session, session.last)
         session.held.append((now + (late["delay"] if late is not None else 0.0), data))
         ready = []
@@ -229,7 +223,7 @@ class RtdeServer:
             ready.append(session.held.popleft()[1])
         return ready
 
-    def _broken(self, session: _Session, data: bytes) -> bytes:
+    def _broken(self, session: Session, data: bytes) -> bytes:
         if self._shown(session, "corrupt") is not None:
             data = data[:4] + bytes(byte ^ 0x5A for byte in data[4:])
         if self._shown(session, "truncate") is not None:
@@ -239,7 +233,7 @@ class RtdeServer:
             data = bytes((37 * k + 11) % 251 for k in range(min(int(garbage["bytes"]), 1 << 16)))
         return data
 
-    def _shown(self, session: _Session, fault: str) -> dict[str, float] | None:
+    def _shown(self, session: Session, fault: str) -> dict[str, float] | None:
         """Return the parameters of a fault that meets a client."""
         return self._faults.shown(fault) if self._meets(fault, session) else None
 

@@ -251,7 +251,10 @@ class ControlScript:
         self._arm.tcp = transform(self._doubles(0, 6))
 
     def _set_payload(self) -> None:
-        self._controller.payload = self._double(0)
+        mass, *centre = self._doubles(0, 4)
+        self._controller.payload = mass
+        if any(centre):
+            self._controller.payload_cog = tuple(centre)
 
     def _forward(self, q: list[float]) -> list[float]:
         return six(self._arm.kinematics.forward(q) @ self._arm.tcp)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import socket
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,13 +14,16 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.emulators.base import StandIn
 from stretch_bt.hardware.emulators.faults import Fault
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, is_web, received
+from stretch_bt.hardware.emulators.tcp_server import TcpServer
 from stretch_bt.hardware.emulators.ur.arm_model import ArmModel
+from stretch_bt.hardware.emulators.ur.client_port import ClientPort
 from stretch_bt.hardware.emulators.ur.controller import Controller, Profile
 from stretch_bt.hardware.emulators.ur.dashboard import Dashboard
 from stretch_bt.hardware.emulators.ur.force_noise import CB3, E_SERIES, ForceNoise, NoisyForce
+from stretch_bt.hardware.emulators.ur.primary_messages import robot_state, version_message
+from stretch_bt.hardware.emulators.ur.programs import Programs
+from stretch_bt.hardware.emulators.ur.realtime_packet import realtime_packet
 from stretch_bt.hardware.emulators.ur.rtde_server import STREAM_FAULTS, RtdeServer
-from stretch_bt.hardware.emulators.ur.script import ControlScript, parse_script
 from stretch_bt.hardware.transforms import inverse, pose_of, transform_of
 from stretch_bt.hardware.ur.kinematics import MODELS
 
@@ -34,11 +36,11 @@ HAND = Pose((0.0, 0.0, 0.3), (math.pi, 0.0, 0.0))
 _HOME = Pose((0.0, 0.0, 0.2))
 _NEAR = (math.pi, -1.6, 1.8, -1.8, -math.pi / 2, 0.0)
 
-_LOADING = 0.06
 _MOVING = 1e-4
-_LONGEST_SCRIPT = 1 << 20
-#: what faults call the connections of each wire
-_CONNECTIONS = {"dashboard": "dashboard", "primary": "script", "secondary": "script", "realtime": "script"}
+#: how often the primary and secondary ports tell the state of the robot, Hz
+_STATE_RATE = 10.0
+#: what faults call the connections of a wire
+_CONNECTIONS = {"dashboard": "dashboard"}
 #: stops that last as long as their fault; a protective stop is unlocked at the dashboard instead
 _LASTING = ("emergency_stop", "safeguard_stop", "violation")
 
@@ -59,6 +61,7 @@ _FAULTS: dict[str, Fault] = {
     "deaf": Fault("its program confirms commands, and does nothing of them", state=True),
     "stall": Fault("the arm stands, and the program goes on", state=True),
     "slider": Fault("has its speed slider at `fraction`", {"fraction": 0.1}, state=True),
+    "frozen_force": Fault("sends the same force again and again, while time and place go on", state=True),
     "load": Fault(
         "feels `fx`, `fy`, `fz` N in world axes besides what the scene does",
         {"fx": 0.0, "fy": 0.0, "fz": 0.0},
@@ -73,7 +76,7 @@ _FAULTS: dict[str, Fault] = {
 
 
 class Ur5StandIn(StandIn):
-    """The controller of a UR5, PolyScope 3.15 at 125 Hz, half a metre from the object; it plays the script of ur_rtde and no other."""
+    """The controller of a UR5, PolyScope 3.15 at 125 Hz, half a metre from the object; it plays the script of ur_rtde, and a part of URScript."""
 
     PORTS: ClassVar[Mapping[str, int]] = {
         "rtde": 30004,
@@ -81,6 +84,9 @@ class Ur5StandIn(StandIn):
         "primary": 30001,
         "secondary": 30002,
         "realtime": 30003,
+        "primary_read_only": 30011,
+        "secondary_read_only": 30012,
+        "realtime_read_only": 30013,
     }
     FAULTS: ClassVar[Mapping[str, Fault]] = _FAULTS
     SENSES: ClassVar[tuple[str, ...]] = ("felt",)
@@ -96,12 +102,15 @@ class Ur5StandIn(StandIn):
         self.arm = ArmModel(kinematics, self._home)
         self.controller = Controller(self.PROFILE, self.arm, self._felt, self.faults.shown)
         self._noise = NoisyForce(self.NOISE, stage.seed)
+        self._latest: tuple[float, ...] = (0.0,) * 6
         self._moved = 0.0
         #: time of the latest fault, s of the controller, and how far the hand went since, m
         self._injected = self._way = 0.0
         self._place = _HOME.position
         self._servers: dict[str, TcpServer] = {}
         self._rtde: RtdeServer | None = None
+        self._clients: dict[str, ClientPort] = {}
+        self._programs = Programs(self.controller, self._tell_primary)
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -113,8 +122,9 @@ class Ur5StandIn(StandIn):
             self._servers["rtde"] = self._rtde.server
             dashboard = Dashboard(self.host, self.ports["dashboard"], self.controller, self.faults)
             self._servers["dashboard"] = dashboard.server
-            for wire in ("primary", "secondary", "realtime"):
-                self._servers[wire] = TcpServer(self.host, self.ports[wire], self._take_script, self._refuses)
+            for wire in [wire for wire in self.ports if wire not in self._servers]:
+                self._clients[wire] = self._client_port(wire)
+                self._servers[wire] = self._clients[wire].server
         except BaseException:
             self.stop()
             raise
@@ -129,7 +139,7 @@ class Ur5StandIn(StandIn):
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.join()
-        servers, self._servers = self._servers, {}
+        servers, self._servers, self._clients = self._servers, {}, {}
         for server in servers.values():
             server.stop()
 
@@ -184,11 +194,22 @@ class Ur5StandIn(StandIn):
             assert self._rtde is not None
             self._rtde.sever(fault)
             for wire, server in self._servers.items():
-                if wire != "rtde" and self.faults.meets(fault, connection=_CONNECTIONS[wire]):
+                if wire != "rtde" and self.faults.meets(fault, connection=_CONNECTIONS.get(wire, "script")):
                     server.break_all(direction, reset=fault == "reset")
 
-    def _refuses(self) -> bool:
-        return self.faults.shown("drop") is not None
+    def _client_port(self, wire: str) -> ClientPort:
+        """Open one of the ports that tell the state of the robot."""
+        realtime = wire.startswith("realtime")
+        return ClientPort(
+            self.host,
+            self.ports[wire],
+            self.controller,
+            self.faults,
+            state=realtime_packet if realtime else robot_state,
+            rate=self.PROFILE.rate if realtime else _STATE_RATE,
+            greeting=None if realtime else version_message,
+            load=None if wire.endswith("_read_only") else self._programs.load,
+        )
 
     def hand(self) -> Pose:
         """Return where the hand is in the world, whatever tool the controller was told of."""
@@ -213,6 +234,8 @@ class Ur5StandIn(StandIn):
                         self._moved = self.controller.time
                 assert self._rtde is not None
                 self._rtde.tell()
+                for port in self._clients.values():
+                    port.tell()
 
     def _note_hand(self) -> None:
         hand = self.hand()
@@ -222,6 +245,12 @@ class Ur5StandIn(StandIn):
 
     def _felt(self) -> tuple[float, ...]:
         """Return the wrench on the tool in base axes, N and N m."""
+        if self.faults.shown("frozen_force") is not None:
+            return self._latest
+        self._latest = self._estimate()
+        return self._latest
+
+    def _estimate(self) -> tuple[float, ...]:
         wrench = self.stage.wrench("Arm")
         felt = np.array([*wrench.force, *wrench.torque])
         load, wall = self.faults.shown("load"), self.faults.shown("wall")
@@ -232,26 +261,11 @@ class Ur5StandIn(StandIn):
         turn = transform_of(BASE)[:3, :3].T
         return tuple((np.concatenate([turn @ felt[:3], turn @ felt[3:]]) + self._noise.error).tolist())
 
-    def _take_script(self, connection: socket.socket) -> None:
-        """Take programs; one that is not the control script of ur_rtde is noted, and not run."""
-        text = b""
-        for data in received(connection):
-            if self.faults.meets("freeze", connection="script"):
-                continue
-            text += data
-            if len(text) > _LONGEST_SCRIPT or is_web(text.partition(b"\n")[0]):
-                return
-            while b"\nend\n" in text:
-                program, _, text = text.partition(b"\nend\n")
-                self._load(program.decode("utf-8", "replace"))
-
-    def _load(self, program: str) -> None:
-        parsed = parse_script(program)
-        with self.controller.lock:
-            if parsed is None:
-                self.controller.events.append((self.controller.time, "a program that is not understood was not run"))
-                return
-            self.controller.load(ControlScript(self.controller, *parsed).run(), _LOADING)
+    def _tell_primary(self, message: Callable[[Controller], bytes]) -> None:
+        """Send a message to all clients of the primary port; under the controller's lock."""
+        for wire in ("primary", "primary_read_only"):
+            if wire in self._clients:
+                self._clients[wire].send(message)
 
 
 class Ur5eStandIn(Ur5StandIn):

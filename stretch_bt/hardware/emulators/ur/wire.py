@@ -1,4 +1,4 @@
-"""Packages of RTDE, protocol version 2, as a controller takes and sends them.
+"""Packages of RTDE, as a controller takes and sends them.
 
 All numbers are big-endian; a package begins with its size, header included, in two bytes, and its type in one. By the maker's guide to
 "Real-Time Data Exchange".
@@ -10,13 +10,27 @@ import struct
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-__all__ = ["LONGEST", "TYPES", "Packages", "Unpackable", "Value", "pack", "package", "size_of", "unpack"]
+__all__ = [
+    "LONGEST",
+    "TYPES",
+    "Packages",
+    "Unpackable",
+    "Value",
+    "flat",
+    "layout",
+    "pack",
+    "package",
+    "size_of",
+    "text_of",
+    "unpack",
+]
 
 Value = Any
 
-#: packages of a controller are no longer; a client that announces a longer one is not followed
-LONGEST = 8192
+#: a client that announces a longer package is not followed; the names of all fields together are half as long
+LONGEST = 32768
 _HEADER = 3
+_TEXT = 200
 
 TYPES: dict[str, str] = {
     "BOOL": "?",
@@ -43,25 +57,36 @@ def package(kind: str, payload: bytes) -> bytes:
 
 def size_of(types: Sequence[str]) -> int:
     """Return how many bytes values of these types take."""
-    return struct.calcsize(_layout(types))
+    return struct.calcsize(layout(types))
 
 
 def unpack(types: Sequence[str], data: bytes) -> list[Value]:
     """Return the values of a recipe, vectors as tuples; raises Unpackable when the bytes are not those of the types."""
     if len(data) != size_of(types):
         raise Unpackable(f"{len(data)} bytes, expected {size_of(types)} for {', '.join(types)}")
-    flat = iter(struct.unpack(_layout(types), data))
+    numbers = iter(struct.unpack(layout(types), data))
     counts = [len(struct.unpack(">" + TYPES[t], bytes(struct.calcsize(">" + TYPES[t])))) for t in types]
-    return [next(flat) if n == 1 else tuple(next(flat) for _ in range(n)) for n in counts]
+    return [next(numbers) if n == 1 else tuple(next(numbers) for _ in range(n)) for n in counts]
 
 
 def pack(types: Sequence[str], values: Sequence[Value]) -> bytes:
     """Return the bytes of values."""
-    flat = [v for value in values for v in (value if isinstance(value, tuple | list) else (value,))]
-    return struct.pack(_layout(types), *flat)
+    return struct.pack(layout(types), *flat(values))
 
 
-def _layout(types: Sequence[str]) -> str:
+def flat(values: Sequence[Value]) -> list[Any]:
+    """Return the numbers of values one after the other, those of vectors too."""
+    return [v for value in values for v in (value if isinstance(value, tuple | list) else (value,))]
+
+
+def text_of(payload: bytes, protocol: int) -> str:
+    """Return the text of a client's message; of the second protocol it has its length before it."""
+    text = payload[1 : 1 + payload[0]] if protocol > 1 and payload else payload[1:]
+    return text.decode("utf-8", "replace")[:_TEXT]
+
+
+def layout(types: Sequence[str]) -> str:
+    """Return the format of values of these types, for `struct`."""
     return ">" + "".join(TYPES[t] for t in types)
 
 
