@@ -2,12 +2,13 @@
 
 import json
 import socket
+import struct
 from threading import Thread
 
 import pytest
 
 from stretch_bt.hardware.emulators.control import control
-from stretch_bt.hardware.emulators.serve import serving
+from stretch_bt.hardware.emulators.serve import free_ports, serving
 from stretch_bt.hardware.emulators.stage import Stage
 
 INJECT = json.dumps({"do": "inject", "device": "ati", "fault": "repeat"}).encode() + b"\n"
@@ -23,8 +24,8 @@ BEGINS = [
 
 @pytest.fixture(scope="module")
 def served():
-    ports = dict.fromkeys(("robotiq", "ati"), 0)
-    with serving(["robotiq", "ati"], Stage(), control=0, ports=ports) as servers:
+    names = ["robotiq", "ati"]
+    with serving(names, Stage(), control=0, ports=free_ports(names)) as servers:
         yield servers.served
 
 
@@ -89,8 +90,17 @@ def test_the_dashboard_obeys_no_request(stand_in, begin):
 @pytest.mark.parametrize("wire", ["primary", "secondary", "realtime"])
 def test_the_script_ports_take_no_request(stand_in, wire):
     made, wires = stand_in("ur")
-    assert said(address(wires[wire]), BEGINS[0] + SCRIPT) == b""
-    assert not [what for _, what in made.controller.events if "program" in what]
+    before = list(made.controller.events)
+    said(address(wires[wire]), BEGINS[0] + SCRIPT)
+    assert list(made.controller.events) == before
+    assert not made.controller.running
+
+
+def test_a_force_sensor_takes_no_request(stand_in):
+    _, wires = stand_in("ati")
+    bias = struct.pack(">B17xH", 0, 1)
+    begin = b"POST / HTTP/1.1\r\n\r\n"
+    assert said(address(wires["commands"]), begin.ljust(20) + bias) == b""
 
 
 def test_a_gripper_takes_no_request(stand_in):

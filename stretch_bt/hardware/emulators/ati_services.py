@@ -71,10 +71,13 @@ def answer(command: bytes, sensor: Sensor) -> bytes | None:
 
 
 def serve_commands(connection: socket.socket, sensor: Sensor) -> None:
-    """Answer commands until the other side ends the connection."""
-    rest = b""
+    """Answer commands until the other side ends the connection, or begins with a letter, as requests of HTTP do and no command."""
+    rest, first = b"", True
     for data in received(connection):
         rest += data
+        if first and data[:1].isalpha():
+            return
+        first = False
         while len(rest) >= _COMMAND.size:
             command, rest = rest[: _COMMAND.size], rest[_COMMAND.size :]
             reply = None if sensor.silent() else answer(command, sensor)

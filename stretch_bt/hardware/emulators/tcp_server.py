@@ -10,7 +10,6 @@ import struct
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from itertools import takewhile
 
 __all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "is_web", "lines", "received", "sever"]
 
@@ -39,27 +38,24 @@ def received(connection: socket.socket) -> Iterator[bytes]:
 
 
 def lines(connection: socket.socket, longest: int) -> Iterator[bytes]:
-    """Yield the lines that come, without their ends, up to one that has `longest` bytes before its end.
-
-    Nothing is yielded of a request of HTTP: any page that a browser shows could send one here, with commands as its body.
-    """
+    """Yield the lines that come, without their ends, up to one that has `longest` bytes before its end."""
     for whole in batches(connection, longest):
         yield from whole
 
 
 def batches(connection: socket.socket, longest: int) -> Iterator[list[bytes]]:
-    """Yield the lines that come together, as `lines` does one by one."""
+    """Yield the lines that come together, as `lines` does one by one.
+
+    Nothing is yielded of a request of HTTP: any page that a browser shows could send one here, with commands as its body.
+    """
     rest, first = b"", True
     for data in received(connection):
         *whole, rest = (rest + data).split(b"\n")
-        if whole and first and is_web(whole[0]):
+        if any(len(line) >= longest for line in whole) or (first and whole and is_web(whole[0])):
             return
-        first = first and not whole
-        short = list(takewhile(lambda line: len(line) < longest, whole))
-        if short:
-            yield short
-        if len(short) < len(whole):
-            return
+        if whole:
+            first = False
+            yield whole
         if len(rest) >= longest:
             return
 

@@ -7,7 +7,7 @@ import socket
 from collections.abc import Callable
 
 from stretch_bt.hardware.emulators.faults import Faults
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, is_web, received
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
 from stretch_bt.hardware.emulators.ur.controller import Controller
 from stretch_bt.hardware.emulators.ur.script_reader import ScriptReader
 
@@ -81,17 +81,15 @@ class ClientPort:
         with self._controller.lock:
             greeting = b"" if self._greeting is None else self._greeting(self._controller)
             self._clients[connection] = sent(connection, greeting)
-        reader, begin = ScriptReader(), b""
+        reader = ScriptReader()
         try:
             for data in received(connection):
-                if b"\n" not in begin:
-                    begin += data
-                if is_web(begin.partition(b"\n")[0]):
-                    return
                 if self._load is None or self._faults.meets("freeze", connection="script", direction="in"):
                     continue
                 for program in reader.feed(data):
                     self._load(program)
+                if reader.web:
+                    return
         finally:
             with self._controller.lock:
                 del self._clients[connection]

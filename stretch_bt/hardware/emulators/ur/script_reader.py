@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from stretch_bt.hardware.emulators.tcp_server import is_web
+
 __all__ = ["ScriptReader"]
 
 _LONGEST = 1 << 20
@@ -19,6 +21,9 @@ class ScriptReader:
         self._rest = b""
         self._lines: list[str] = []
         self._depth = self._size = 0
+        self._begun = False
+        #: whether this is a request of HTTP, of which nothing is a program
+        self.web = False
 
     def feed(self, data: bytes) -> Iterator[str]:
         """Yield the programs that are whole now; one of more than a MiB is given up with all that came before it."""
@@ -28,6 +33,10 @@ class ScriptReader:
             self._forget()
             return
         for line in lines:
+            self.web = self.web or (not self._begun and is_web(line))
+            self._begun = True
+            if self.web:
+                return
             program = self._take(line.decode("utf-8", "replace").rstrip("\r"))
             if program is not None:
                 yield program
