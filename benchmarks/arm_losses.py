@@ -19,12 +19,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from wired_cell import own_host
+
 from stretch_bt import run
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 
-HOST = "127.0.0.66"
+HOST = own_host()
 CELL = """\
 format: stretch-cell/1
 devices:

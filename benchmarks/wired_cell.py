@@ -21,7 +21,7 @@ from stretch_bt.hardware.implementations import IMPLEMENTATIONS
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.monitored.arm import MonitoredArm
 
-__all__ = ["WiredCell", "cpu", "wired_cell"]
+__all__ = ["WiredCell", "cpu", "own_host", "wired_cell"]
 
 CELL = """\
 format: stretch-cell/1
@@ -114,7 +114,7 @@ def wired_cell(
     folder: Path, scene: str, seed: int, *, model: str = "ur", host: str | None = None
 ) -> Iterator[WiredCell]:
     """Serve a cell around a scene, its hand where that of the simulated cell begins; `host` is an address of this process's own."""
-    host = host or f"127.0.{64 + os.getpid() // 250 % 100}.{1 + os.getpid() % 250}"
+    host = host or own_host()
     path = folder / "wired.yaml"
     path.write_text(CELL.replace("HOST", host).replace("MODEL", "ur5" if model == "ur" else model))
     names = [model, "robotiq", "ati", "realsense"]
@@ -122,6 +122,11 @@ def wired_cell(
         cell = WiredCell(path, servers)
         cell.lower()
         yield cell
+
+
+def own_host() -> str:
+    """Return an address of loopback that no other process takes."""
+    return f"127.0.{64 + os.getpid() // 250 % 100}.{1 + os.getpid() % 250}"
 
 
 def cpu(processes: Sequence[Process]) -> dict[str, float]:
