@@ -1,8 +1,9 @@
 """Tasks over all four wires, many seeds: how each ended, its errors over what it stated, and what the stand-ins took of a core.
 
 Run with `python benchmarks/wired_tasks.py TASK[:SCENE] ... [--seeds 0-19] [--model ur] [--at-once N] [--times K] [--keep FILE]`. Each run has
-stand-ins and a cell of its own; `--times` runs the task so often on one cell, from wherever the run before left the hand. Rows that FILE
-has are not run again. The truth of a stiffness is told by the simulated cell, which follows the commands of the wired run.
+stand-ins and a cell of its own; `--times` runs the task so often on one cell, each time on a new object, from wherever the run before left
+the hand. Rows that FILE has are not run again. The truth of a stiffness is told by the simulated cell, which follows the commands of the
+wired run.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ def one(task: str, scene: str, seed: int, model: str, times: int) -> Iterator[Ro
     """Yield a row for each run of a task on one cell."""
     with tempfile.TemporaryDirectory() as name, wired_cell(Path(name), scene, seed, model=model) as cell:
         for k in range(times):
+            if k > 0:
+                cell.servers.renew()
             result, cores = cell.run(task, seed, f"{name}/{k}")
             late = cell.servers.stand_ins["realsense"].state()
             truth = followed(scene, seed, Path(name) / str(k)) if result.status == "SUCCESS" else {}
