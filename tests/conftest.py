@@ -1,4 +1,24 @@
+from pathlib import Path
+
 from hypothesis import settings
 
 settings.register_profile("shared", deadline=None)  # how fast a machine is, is no property of the code
 settings.load_profile("shared")
+
+#: files that take longest, in this order: begun last, one of them would keep one process busy while the others have nothing left to do
+LONGEST = (
+    "hardware/test_wired_run.py",
+    "hardware/test_ur_faults.py",
+    "run/test_stop_anywhere.py",
+    "run/test_mutations.py",
+    "trees/test_form_cookie.py",
+    "hardware/test_contract.py",
+    "docs/test_commissioning.py",
+)
+
+
+def pytest_collection_modifyitems(items):
+    """Put the tests of files that take longest first."""
+    folder = Path(__file__).parent
+    ranks = {folder / name: rank for rank, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: ranks.get(item.path, len(LONGEST)))

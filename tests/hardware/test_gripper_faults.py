@@ -23,7 +23,7 @@ LOSSES = [
     (ALL, "drop", {}, "connection|no answer"),
     (NETWORK, "reset", {}, "clos|broke"),
     (ALL, "freeze", {}, "no answer"),
-    (ALL, "slow", {"delay": 0.6}, "no answer"),
+    (ALL, "slow", {"delay": 1.2}, "no answer"),
     (NETWORK, "late", {}, "no answer"),
     (ALL, "corrupt", {}, "answer"),
     (ALL, "truncate", {}, "answer"),
