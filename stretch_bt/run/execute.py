@@ -14,6 +14,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import Seen
+from stretch_bt.run.load_ahead import load_ahead
 from stretch_bt.run.onlooker import Onlooker, Visits
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.record import RunRecord
@@ -126,6 +127,8 @@ def execute(
     task.prepare(spec)
     scene = _load_scene(task, spec)
     real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
+    if real:
+        load_ahead()
     clock: Clock = RealClock() if real else VirtualClock()
     record = RunRecord(Path(out) if out is not None else None)
     task.context.folder = record.folder

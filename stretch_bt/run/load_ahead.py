@@ -1,0 +1,51 @@
+"""Loading, before a robot moves, what nodes load when they need it first.
+
+Modules of kernels are compiled as they are loaded, which takes a minute the first time on a machine, and importing a library may take half
+a second: a hand that moves meanwhile is looked at by no tick.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterator
+
+from stretch_bt.errors import MissingExtra
+
+__all__ = ["load_ahead"]
+
+#: packages whose modules are all loaded
+_OWN = ("stretch_bt.perception", "stretch_bt.model", "stretch_bt.behaviors", "stretch_bt.run")
+#: modules of libraries that functions of those import
+_OTHERS = (
+    "cv2",
+    "foxglove_schemas_protobuf.CameraCalibration_pb2",
+    "foxglove_schemas_protobuf.Log_pb2",
+    "foxglove_schemas_protobuf.PointCloud_pb2",
+    "foxglove_schemas_protobuf.RawImage_pb2",
+    "mcap_protobuf.schema",
+    "scipy.fft",
+    "scipy.interpolate",
+    "scipy.linalg.interpolative",
+    "scipy.ndimage",
+    "scipy.optimize",
+    "scipy.sparse.linalg",
+    "scipy.spatial",
+    "scipy.special",
+    "scipy.stats",
+)
+
+
+def load_ahead() -> None:
+    """Import every module that a node may import later; one whose extra is not installed is left to the node that needs it."""
+    for name in _names():
+        try:
+            importlib.import_module(name)
+        except (ImportError, MissingExtra):
+            continue
+
+
+def _names() -> Iterator[str]:
+    for package in map(importlib.import_module, _OWN):
+        yield from (module.name for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."))
+    yield from _OTHERS

@@ -1,0 +1,36 @@
+"""What is loaded before a robot moves is all that its task needs."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+#: runs a tree on the twin, and prints what was imported after the first tick; the twin itself is in another process where a robot is
+PROGRAM = """
+import json, sys
+from stretch_bt import run
+from stretch_bt.run.load_ahead import load_ahead
+from stretch_bt.run.onlooker import Onlooker
+
+load_ahead()
+known, late = set(), set()
+
+class Imports(Onlooker):
+    def begin_tick(self, tick, time):
+        late.update(set(sys.modules) - known if tick > 1 else ())
+        known.update(sys.modules)
+
+imports = Imports()
+result = run(sys.argv[1], out=sys.argv[2], watch=lambda runner: runner.watchers.append(imports))
+print(json.dumps([result.status, sorted(name for name in late if not name.startswith("stretch_bt.simulation"))]))
+"""
+
+
+@pytest.mark.parametrize(
+    "tree", ["palpate_stiffness", "form_cookie_fast", pytest.param("reconstruct", marks=pytest.mark.slow)]
+)
+def test_a_task_loads_nothing_while_it_runs(tmp_path, tree):
+    asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record"]
+    done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert json.loads(done.stdout) == ["SUCCESS", []]
