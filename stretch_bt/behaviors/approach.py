@@ -23,8 +23,8 @@ from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
-#: how deep something stands in the membrane at the begin that is called contact, m
-TOUCHING = 0.001
+#: how deep something stands in the membrane at the begin that is called contact, m: a camera's static error looks like 1.3 mm at most
+TOUCHING = 0.002
 #: how deep the first touch that is felt may be, m
 DEEPEST_TOUCH = 0.0025
 #: world height that it goes down to where no cell says how far, m
