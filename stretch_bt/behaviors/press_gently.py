@@ -45,7 +45,7 @@ class PressGently(MotionBehavior):
     force_sensor: Uses[ForceSensor | None]
     depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="at most, past first contact", limit="depth")
     speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
-    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop here", limit="least_force")
+    max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop here", limit="lowered_force")
     max_drop: In[Length] = port(0.001, min=0.0001, max=0.02, doc="stop when the top has fallen by this")
     relief: In[Relief | None] = None  # what was felt before
     reached: Out[Length]  # depth at which the hand stands now, 0 above first contact

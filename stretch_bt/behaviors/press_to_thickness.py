@@ -40,7 +40,7 @@ class PressToThickness(MotionBehavior):
     force_sensor: Uses[ForceSensor | None]
     thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted, under the press")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
-    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here", limit="least_force")
+    max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here", limit="lowered_force")
     max_depth: In[Length] = port(
         MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact; no deeper than the cell allows"
     )

@@ -144,7 +144,8 @@ def load_cell(cell: str | Path) -> CellSpec:
 def _unheld(source: Map, limits: Limits, devices: dict[str, DeviceSpec]) -> Iterator[Diagnostic]:
     """Yield that the cell's limit of force is one that the noise of its arm passes: the arm's own process holds it, nothing else."""
     for device in devices.values():
-        least = least_limit(device.options.force_noise())
+        stopping = device.options.stopping(limits)
+        least = 0.0 if stopping is None else least_limit(device.options.force_noise(), stopping.averaged)
         if limits.force < least:
             table = source.get("limits")
             value = table.get("force") if isinstance(table, Map) else None

@@ -111,7 +111,7 @@ def _opened(folder: Path, name: str) -> int:
     try:
         status = os.fstat(inside)
         if status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & _NOT_OTHERS:
-            raise PermissionError(0, "others can write there")
+            raise PermissionError(0, "others can enter it")
         return os.open(name, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600, dir_fd=inside)
     finally:
         os.close(inside)

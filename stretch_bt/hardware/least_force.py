@@ -13,6 +13,6 @@ DEVIATIONS: Final = 5.5
 LONGEST: Final = 0.35
 
 
-def least_limit(noise: float) -> float:
-    """Return the least limit, N, that an arm can hold whose force has a noise of so many N s^0.5 an axis."""
-    return DEVIATIONS * noise / math.sqrt(LONGEST)
+def least_limit(noise: float, over: float = LONGEST) -> float:
+    """Return the least limit, N, of a force that has a noise of so many N s^0.5 an axis and is averaged over a time, s."""
+    return DEVIATIONS * noise / math.sqrt(over)

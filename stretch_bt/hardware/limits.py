@@ -83,15 +83,15 @@ class Limits(_Model):
     def span(self, name: str) -> tuple[float, float]:
         """Return the least and the greatest value that a limit allows, SI.
 
-        Beside the fields there are `held_force`, at which a motion stops, and `least_force`, of one that lowers its own to what the
-        cell allows, `travel`, the height of the box, `radius`, of the largest circle that fits into it, and
+        Beside the fields there are `held_force`, at which a motion stops; `lowered_force`, of a motion that stops at the lower of its
+        own limit and the cell's; `travel`, the height of the box; `radius`, of the largest circle that fits into it; and
         `contact_speed`, of the hand where it may meet something.
         """
         if name == "contact_speed":
             return -math.inf, self.speed if self.contact is None else min(self.speed, self.contact.speed)
         if name == "held_force":
             return -math.inf, self.force
-        if name == "least_force":
+        if name == "lowered_force":
             return -math.inf, math.inf
         if name == "travel":
             return -math.inf, self.height.max - self.height.min

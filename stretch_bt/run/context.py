@@ -15,7 +15,7 @@ from stretch_bt.hardware.limits import Limits
 
 __all__ = ["MAX_AGE", "RunContext", "Seen"]
 
-#: how old a reading in an expression may be, s, and a force, which rises quickly
+#: how old a reading in an expression may be, s; a force, which rises quickly, less
 MAX_AGE, FORCE_AGE = 0.5, 0.25
 
 _READERS: dict[str, Callable[[Any], float]] = {

@@ -14,7 +14,7 @@ from stretch_bt.units import KINDS, format_quantity
 __all__ = ["HELD", "unheld_force"]
 
 #: limits of ports at which a motion stops
-HELD = ("held_force", "least_force")
+HELD = ("held_force", "lowered_force")
 
 
 def unheld_force(spec: CellSpec, part: Leaf, where: str, limit: float, mark: Mark) -> Iterator[Diagnostic]:

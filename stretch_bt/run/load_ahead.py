@@ -1,6 +1,6 @@
 """Loading, before a robot moves, what nodes load when they need it first.
 
-Modules of kernels are compiled as they are loaded, which takes a minute the first time on a machine, and importing a library may take half
+Modules of kernels are compiled as they are loaded, which takes half a minute the first time on a machine, and importing a library may take half
 a second: a hand that moves meanwhile is looked at by no tick.
 """
 
@@ -9,8 +9,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Iterator
-
-from stretch_bt.errors import MissingExtra
+from contextlib import suppress
 
 __all__ = ["load_ahead"]
 
@@ -37,15 +36,16 @@ _OTHERS = (
 
 
 def load_ahead() -> None:
-    """Import every module that a node may import later; one whose extra is not installed is left to the node that needs it."""
+    """Import every module that a node may import later; one that cannot be imported is left to the node that needs it."""
     for name in _names():
-        try:
+        with suppress(Exception):
             importlib.import_module(name)
-        except (ImportError, MissingExtra):
-            continue
 
 
 def _names() -> Iterator[str]:
     for package in map(importlib.import_module, _OWN):
-        yield from (module.name for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."))
+        yield from (
+            module.name
+            for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.", onerror=lambda _: None)
+        )
     yield from _OTHERS

@@ -80,6 +80,8 @@ class Modules:
         top = name.partition(".")[0]
         if not all(part.isidentifier() for part in name.split(".")):
             raise ModuleRefused(f"{name!r} is not the name of a Python module", "write 'own: my_nodes', without .py")
+        if "__main__" in name.split("."):
+            raise ModuleRefused(f"{name!r} is a program, not the name of a Python module with nodes", self.hint)
         installed, own = _installed(top), PathFinder.find_spec(top, folders)
         if own is None and installed is None and top not in sys.modules:
             raise ModuleRefused(f"no Python module {top!r} is installed, and none is beside the tree", self._help(top))

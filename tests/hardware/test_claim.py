@@ -181,7 +181,7 @@ def test_without_a_folder_of_the_user_there_is_one_in_the_temporary_folder(tmp_p
 # (type, implementation, its place, what is claimed; none where more than one program may have it)
 PLACES = [
     ("Arm", "ur", {"host": "10.0.0.1", "model": "ur5", "base": {}, "hand": {}}, "the arm at 10.0.0.1"),
-    ("Gripper", "robotiq", {"host": "10.0.0.1", "port": 7}, "the gripper at 10.0.0.1 port 7"),
+    ("Gripper", "robotiq", {"host": "10.0.0.1", "port": 7}, "the gripper at 10.0.0.1 port 7 unit 9"),
     ("Gripper", "robotiq", {"serial": "LINK"}, "the gripper on LINE"),
     ("Gripper", "robotiq", {"serial": "LINE"}, "the gripper on LINE"),
     ("Gripper", "robotiq_urcap", {"host": "10.0.0.1"}, "the gripper at 10.0.0.1 port 63352"),

@@ -43,6 +43,13 @@ def test_every_record_is_as_late_as_it_was(seed, rate, drift, step, first, delay
     assert np.abs(np.array(found) - (arrived - measured))[known].max() < NEAR
 
 
+def test_a_clock_that_changes_its_rate_is_forgiven_in_some_minutes():
+    told, late = Delay(), 0.0
+    for k in range(200_000):
+        late = told.take(k, k / 100.0 * (1 + (1e-4 if k > 100_000 else 0.0)))
+    assert late < NEAR
+
+
 def test_nothing_is_late_before_the_period_is_known():
     told = Delay()
     assert not any(told.take(k, k / 100.0 + (0.5 if k % 7 else 0.0)) for k in range(45))

@@ -42,22 +42,22 @@ def believed(positions, count):
 @given(st.integers(0, 255), st.lists(st.integers(-15, 15), max_size=40))
 def test_fingers_that_move_are_believed_at_once(first, steps):
     places = [min(max(place, 0), 255) for place in itertools.accumulate(steps, initial=first)]
-    assert believed([first, *places], len(places)) == (places, len(places) + 1)
+    assert believed(places, len(places)) == (places, len(places))
 
 
 @given(st.integers(60, 180), st.integers(0, 255))
 def test_a_single_position_that_jumps_is_never_believed(place, wild):
-    found, _ = believed([place, place, wild, place, place, place, place], 4)
+    found, _ = believed([place, wild, place, place, place, place], 4)
     assert all(abs(one - place) <= 32 for one in found)
 
 
 def test_what_is_confirmed_is_believed():
-    assert believed([10, 10, 200, 201, 202], 3)[0] == [10, 201, 202]
+    assert believed([10, 200, 201, 202], 3)[0] == [10, 201, 202]
 
 
 def test_positions_that_agree_with_nothing_are_a_loss():
     with pytest.raises(WireError, match="agree with nothing: 255, 130, 200, 90"):
-        believed([10, 10, 255, 130, 200, 90], 2)
+        believed([10, 255, 130, 200, 90], 2)
 
 
 def test_the_rest_of_the_wire_is_as_it_is():

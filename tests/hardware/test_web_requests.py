@@ -10,6 +10,7 @@ import pytest
 from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.serve import free_ports, serving
 from stretch_bt.hardware.emulators.stage import Stage
+from stretch_bt.hardware.emulators.ur.wire import package
 
 INJECT = json.dumps({"do": "inject", "device": "ati", "fault": "repeat"}).encode() + b"\n"
 SCRIPT = b"def rtde_control():\nend\n" * 2
@@ -108,3 +109,26 @@ def test_a_gripper_takes_no_request(stand_in):
     before = made.state()
     assert said(address(wires["urcap"]), BEGINS[0] + b"SET POS 200\nSET GTO 1\n") == b""
     assert made.state() == before
+
+
+ACTIVATE = bytes.fromhex("091003e800030601000000000072e1")
+
+
+@pytest.mark.parametrize(("wire", "frame"), [("rtu", ACTIVATE), ("tcp", b"\0\1\0\0\0\x0d" + ACTIVATE[:-2])])
+def test_a_gripper_by_modbus_takes_no_request(stand_in, wire, frame):
+    made, wires = stand_in("robotiq")
+    before = made.state()
+    with socket.create_connection(address(wires[wire]), timeout=30) as client:
+        client.sendall(frame)
+        assert client.recv(100)
+    assert made.state()["writes"] == before["writes"] + 1
+    for parts in ((BEGINS[0] + frame,), (BEGINS[0], frame), (BEGINS[0][:3], BEGINS[0][3:], frame)):
+        assert said(address(wires[wire]), *parts) == b""
+    assert made.state()["writes"] == before["writes"] + 1
+
+
+def test_rtde_takes_no_request(stand_in):
+    made, wires = stand_in("ur")
+    body = package("V", struct.pack(">H", 2)) * 4000
+    assert said(address(wires["rtde"]), BEGINS[0] + body) == b""
+    assert made.controller.time >= 0

@@ -60,7 +60,7 @@ def limited():
         if info.cls.__module__.startswith("stretch_bt.") and all(
             info.types[p.name].family is Family.QUANTITY for p in needed
         ):
-            yield from ((info, p) for p in info.of(Role.INPUT) if p.limit not in (None, "least_force"))
+            yield from ((info, p) for p in info.of(Role.INPUT) if p.limit not in (None, "lowered_force"))
 
 
 @pytest.fixture

@@ -145,13 +145,13 @@ def test_mocks_bring_the_modules_of_a_tree_beside_them_only(folders, beside):
     assert executed(trees) == (["own_nodes.py.ran"] if beside else [])
 
 
-@pytest.mark.parametrize("name", ["..own", ".own", "a-b", "own.py/x", "own nodes", "/own"])
+@pytest.mark.parametrize("name", ["..own", ".own", "a-b", "own.py/x", "own nodes", "/own", "typer.__main__"])
 def test_what_is_no_name_of_a_module_is_said(folders, name):
     trees, elsewhere = folders
     put(trees, "tree.yaml", TREE % (f"'{name}'", ""))
     [found] = json.loads(command(elsewhere, "check", str(trees / "tree.yaml"), "--json").stdout)
     assert found["code"] == "import"
-    assert "not the name of a Python module" in found["message"]
+    assert "not the name of a Python module" in found["message"], found
 
 
 def test_a_record_executes_no_module_unless_it_is_trusted(folders):

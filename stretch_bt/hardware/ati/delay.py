@@ -7,6 +7,8 @@ from bisect import bisect_right
 __all__ = ["Delay"]
 
 _MODULUS = 1 << 32
+#: how long a corner of the hull counts, s: clocks change their rate with temperature
+_KEPT = 300.0
 #: how long a stream must have gone on before a record counts as late, s
 _KNOWN = 1.0
 
@@ -40,7 +42,9 @@ class Delay:
         self._append(cycle, arrived)
         if arrived - self._began < _KNOWN:
             return 0.0
-        k = bisect_right(self._times, (self._began + arrived) / 2, hi=len(self._times) - 1)
+        while len(self._times) > 2 and self._times[1] < arrived - _KEPT:
+            del self._cycles[0], self._times[0]
+        k = bisect_right(self._times, (self._times[0] + arrived) / 2, hi=len(self._times) - 1)
         return max(arrived - self._line(k, cycle), 0.0)
 
     def _append(self, cycle: int, arrived: float) -> None:

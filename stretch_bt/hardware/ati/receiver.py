@@ -21,7 +21,9 @@ __all__ = ["Measurement", "Receiver"]
 
 _BUFFER = 1 << 18
 _LONGEST = 2048
-_KEPT = 10_000
+#: a clock that nobody sets or slews
+_STEADY = getattr(time, "CLOCK_MONOTONIC_RAW", time.CLOCK_MONOTONIC)
+_KEPT = 40_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +152,7 @@ class Receiver:
 
     def _keep_it(self, record: Record) -> None:
         now = time.monotonic()
-        late = self._delay.take(record.cycle, now)
+        late = self._delay.take(record.cycle, time.clock_gettime(_STEADY))
         if not record.status and not self._believed(record, now):
             return
         gone = now - self.new

@@ -10,8 +10,8 @@ __all__ = ["JUMP", "STANDS_AFTER", "Screen"]
 JUMP = (50.0, 5.0)
 #: that many jumps in a row, none of which confirms another, are a sensor that is broken
 _JUMPS = 3
-#: for how long counts may stand while the sensor's cycles go on, s
-STANDS_AFTER = 0.3
+#: for how long counts may stand while the sensor's cycles go on, s: as long as a force that a motion goes by may be old
+STANDS_AFTER = 0.2
 
 
 class Screen:

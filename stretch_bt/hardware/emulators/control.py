@@ -126,7 +126,7 @@ class ControlPort:
                 return
 
 
-def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float = 5.0) -> dict[str, Any]:
+def control(address: tuple[str, int], asked: Mapping[str, Any], timeout: float = 15.0) -> dict[str, Any]:
     """Send one line to a control port, and return the answer.
 
     Raises

@@ -63,6 +63,7 @@ class Process:
         """Send a message and return the answer; raises InvalidInput."""
         with self._asking:
             try:
+                self._child.channel.drain()  # an answer that came too late is not one to this
                 self._child.channel.send(message)
             except ChannelClosed as error:
                 raise self._ended(error) from error

@@ -21,7 +21,7 @@ from stretch_bt.hardware.emulators.modbus import (
 )
 from stretch_bt.hardware.emulators.serial_line import SerialLine
 from stretch_bt.hardware.emulators.stage import Stage
-from stretch_bt.hardware.emulators.tcp_server import TcpServer, received
+from stretch_bt.hardware.emulators.tcp_server import TcpServer, unless_web
 from stretch_bt.hardware.robotiq.registers import COUNT, READ_FROM, WRITE_TO, Command
 
 __all__ = ["RobotiqStandIn"]
@@ -107,7 +107,7 @@ class RobotiqStandIn(GripperStandIn):
 
     def _serve(self, connection: socket.socket, framing: Framing) -> None:
         line = Line(self.faults, connection.sendall)
-        for data in received(connection):
+        for data in unless_web(connection):
             self._take(data, framing, line)
 
     def _take(self, data: bytes, framing: Framing, line: Line) -> None:

@@ -11,10 +11,12 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-__all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "is_web", "lines", "received", "sever"]
+__all__ = ["TcpServer", "batches", "cannot_listen", "deafen", "is_web", "lines", "received", "sever", "unless_web"]
 
 _POLL = 0.1
 _PART = 4096
+#: in which the first line of a request of HTTP is looked for, bytes
+_BEGIN = 2 * _PART
 #: a socket address of no family, to which a TCP connection is "connected" to reset it; options of Linux for packet filters
 _NOWHERE = struct.pack("=H14x", socket.AF_UNSPEC)
 _ATTACH_FILTER, _DETACH_FILTER = 26, 27
@@ -58,6 +60,17 @@ def batches(connection: socket.socket, longest: int) -> Iterator[list[bytes]]:
             yield whole
         if len(rest) >= longest:
             return
+
+
+def unless_web(connection: socket.socket) -> Iterator[bytes]:
+    """Yield what comes over a connection, but of a request of HTTP nothing past its first line."""
+    begin = b""
+    for data in received(connection):
+        if len(begin) < _BEGIN:
+            begin += data
+        if is_web(begin.partition(b"\n")[0]):
+            return
+        yield data
 
 
 def is_web(line: bytes) -> bool:

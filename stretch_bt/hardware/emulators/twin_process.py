@@ -126,9 +126,11 @@ class Solver:
         while True:
             number = max(number + 1, int(self._setting.now() * RATE))
             time.sleep(max(number / RATE + _NEWS - self._setting.now(), 0.0))
-            if not self._renewals.empty():
-                self._renewals.get()(self._renew())
+            answer = None if self._renewals.empty() else self._renewals.get()
+            said = None if answer is None else self._renew()
             self._go_on(number)
+            if answer is not None and said is not None:
+                answer(said)
 
     def _go_on(self, number: int) -> None:
         """Bring the stand-ins to the time of a frame."""

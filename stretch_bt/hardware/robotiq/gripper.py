@@ -58,7 +58,7 @@ class RobotiqGripper(RobotiqDriver):
         o = self.options
         if o.serial is not None:
             return f"the gripper on {os.path.realpath(o.serial)}"
-        return f"the gripper at {o.host} port {o.port}"
+        return f"the gripper at {o.host} port {o.port} unit {o.unit}"
 
     def _wire(self) -> GripperWire:
         return ModbusWire(self._client, self.options.unit, self.options.read_function)

@@ -21,8 +21,8 @@ _TRIES = 4
 class ScreenedWire:
     """Asks once more after a position that the fingers cannot have reached since the one before.
 
-    A position is believed when it is near the one before, or near the answer to the question before, as after a pause in which
-    somebody else moved the fingers. Everything but the position is taken as it is.
+    A position is believed when fingers can have come there from the one before, or from the answer to the question before, as after a
+    pause in which somebody else moved them. The first one of all is believed. Everything but the position is taken as it is.
 
     Parameters
     ----------
@@ -34,24 +34,26 @@ class ScreenedWire:
 
     def __init__(self, wire: GripperWire, now: Callable[[], float]) -> None:
         self.bare, self._now = wire, now
+        #: a position, and when it was asked for, s
         self._believed: tuple[int, float] | None = None
         self.connect, self.close, self.go, self.hold = wire.connect, wire.close, wire.go, wire.hold
         self.reset, self.activate = wire.reset, wire.activate
 
     def read(self) -> Status:
         """Return what the gripper tells now; raises WireError where its positions agree with nothing."""
-        asked: list[int] = []
+        asked: list[tuple[int, float]] = []
         while len(asked) < _TRIES:
             time = self._now()
             status = self.bare.read()
-            if self._reachable(status.position, time) or (asked and abs(status.position - asked[-1]) <= _NEAR):
-                self._believed = status.position, time
+            here = status.position, time
+            before = (self._believed, *asked[-1:])
+            if self._believed is None or any(one is not None and _reachable(one, here) for one in before):
+                self._believed = here
                 return status
-            asked.append(status.position)
-        raise WireError(f"its positions agree with nothing: {', '.join(map(str, asked))}")
+            asked.append(here)
+        raise WireError(f"its positions agree with nothing: {', '.join(str(position) for position, _ in asked)}")
 
-    def _reachable(self, position: int, time: float) -> bool:
-        if self._believed is None:
-            return False
-        before, since = self._believed
-        return abs(position - before) <= _NEAR + _FASTEST * max(time - since, 0.0)
+
+def _reachable(one: tuple[int, float], other: tuple[int, float]) -> bool:
+    """Return whether fingers can have come from one position to another, each with its time, s."""
+    return abs(other[0] - one[0]) <= _NEAR + _FASTEST * max(other[1] - one[1], 0.0)

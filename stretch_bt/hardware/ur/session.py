@@ -190,7 +190,7 @@ def _version(host: str) -> tuple[int, ...]:
     try:
         (answer,) = ask_dashboard(host, ["PolyscopeVersion"], _ANSWERING)
     except OSError as error:
-        if is_polyscope_x(host):
+        if isinstance(error, ConnectionRefusedError) and is_polyscope_x(host):
             raise OSError(TOO_NEW) from error
         raise
     return tuple(int(number) for number in (*re.findall(r"\d+", answer), 0, 0)[:2])

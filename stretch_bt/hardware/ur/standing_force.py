@@ -9,8 +9,8 @@ from stretch_bt.hardware.ur.messages import Six
 
 __all__ = ["STANDS_AFTER", "StandingForce"]
 
-#: for how long, s of the controller's clock, the force may stand: less than a tick's reading may be old
-STANDS_AFTER = 0.3
+#: for how long, s of the controller's clock, the force may stand: as long as one that a motion goes by may be old
+STANDS_AFTER = 0.2
 
 
 @dataclass(frozen=True, slots=True)

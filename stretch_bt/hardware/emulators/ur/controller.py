@@ -249,9 +249,6 @@ class Controller:
         """Make a powered arm ready to move."""
         if self._state != "emergency_stop":
             self.powered = self.released = True
-        self.paused = False
-        #: line of the program that moves the arm, 0 where none says it
-        self.script_line = 0
 
     def set_watchdog(self, register: int, rate: float) -> None:
         """Stop the program when nobody writes an integer register `rate` times a second."""

@@ -27,8 +27,8 @@ __all__ = [
 
 Value = Any
 
-#: a client that announces a longer package is not followed; the names of all fields together are half as long
-LONGEST = 32768
+#: a client that announces a longer package is not followed; the two letters with which a request of HTTP begins would be a longer one
+LONGEST = 1 << 14
 _HEADER = 3
 _TEXT = 200
 
