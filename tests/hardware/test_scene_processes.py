@@ -18,6 +18,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.channel import Channel
+from stretch_bt.hardware.emulators.height_error import HeightError
 from stretch_bt.hardware.emulators.messages import SCENE, TWIN, Felt, HandAt, Renew, Solve
 from stretch_bt.hardware.emulators.pictures import Pictures, picture_memory
 from stretch_bt.hardware.emulators.remote import Process
@@ -25,7 +26,7 @@ from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.emulators.trace import Trace
 from stretch_bt.hardware.emulators.twin_camera import lens
-from stretch_bt.hardware.emulators.twin_process import steadied
+from stretch_bt.hardware.emulators.twin_process import steadied, take
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.simulation.camera.sensor import Sensor
@@ -171,3 +172,25 @@ def test_a_new_object_is_as_the_first_one_was():
         pressed.process.ask(Renew())
         assert pressed.felt(ABOVE, PRESSING) == pytest.approx(first, rel=0.05)
         assert abs(used - first) > 0.2 * first
+
+
+@pytest.mark.parametrize("sd", [0.0, 5e-5])
+def test_each_move_ends_a_little_off_where_the_scene_says_so(tmp_path, sd):
+    scene = tmp_path / "scene.yaml"
+    on = f"{{sd: {sd} m}}" if sd else "off"
+    scene.write_text(
+        f"format: stretch-scene/1\nobject: {{type: sphere, diameter: 30 mm, rigid: true}}\neffects: {{repeatability: {on}}}\n"
+    )
+    twin = Twin(load_scene(scene), HandGeometry(), lambda: 0.0, 0)
+    error, ends, time = HeightError(twin), [], 0.0
+    for move in range(400):
+        begin, end = (0.150, 0.140) if move % 2 else (0.140, 0.150)
+        for height in np.linspace(begin, end, 11)[1:].tolist():
+            time += 0.008
+            take(twin, error, HandAt(time, [0.0, 0.0, height, 0.0, 0.0, 0.0]))
+        time += 0.5
+        placed = twin.hand.at(time)
+        assert placed.told.height == pytest.approx(end)
+        ends.append(placed.true.height - placed.told.height)
+    assert np.std(ends) == pytest.approx(sd, rel=0.15)
+    assert abs(np.mean(ends)) <= 3 * sd / 20

@@ -28,10 +28,10 @@ class Trace(Track[Placed]):
         self._noted: deque[tuple[float, Placed]] = deque([(float("-inf"), Placed(pose, pose))], maxlen=_KEPT)
         self._lock = threading.Lock()
 
-    def note(self, time: float, pose: Pose) -> None:
-        """Write down where the hand is at a time, s, later than those before."""
+    def note(self, time: float, told: Pose, true: Pose | None = None) -> None:
+        """Write down where the arm says that the hand is at a time, s, later than those before, and where it is, if that is elsewhere."""
         with self._lock:
-            self._noted.append((time, Placed(pose, pose)))
+            self._noted.append((time, Placed(told, true or told)))
 
     def at(self, time: float) -> Placed:
         """Return the place at a time, s."""
@@ -41,8 +41,8 @@ class Trace(Track[Placed]):
             until, after = self._noted[min(k, len(self._noted) - 1)]
         if not since <= time < until or until - since > _GAP:
             return before
-        pose = between(before.true, after.true, (time - since) / (until - since))
-        return Placed(pose, pose)
+        part = (time - since) / (until - since)
+        return Placed(between(before.told, after.told, part), between(before.true, after.true, part))
 
     def turns(self, after: float, until: float) -> list[float]:
         """Return times in (after, until], s, at least 40 ms apart, at which the hand was seen elsewhere."""

@@ -21,6 +21,7 @@ from typing import NoReturn
 from stretch_bt.errors import NoEquilibrium, StretchError
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.channel import Channel, ChannelClosed
+from stretch_bt.hardware.emulators.height_error import HeightError
 from stretch_bt.hardware.emulators.messages import (
     SCENE,
     TWIN,
@@ -221,26 +222,26 @@ class Solver:
 
 def listen(twin: Twin, links: list[Link]) -> None:
     """Take what the stand-ins say of hand and fingers, until none is left."""
-    left = {link.channel: link for link in links}
+    left, error = {link.channel: link for link in links}, HeightError(twin)
     while left:
         for channel in select.select(list(left), [], [])[0]:
             try:
                 for message in channel.drain():
-                    take(twin, message)
+                    take(twin, error, message)
             except ChannelClosed:
                 del left[channel]
 
 
-def take(twin: Twin, message: Message) -> None:
+def take(twin: Twin, error: HeightError, message: Message) -> None:
     """Write down one thing that a stand-in says."""
     match message:
         case HandAt(at, six):
-            before = twin.hand.at(at).true
-            pose = steadied(before, six)
+            before = twin.hand.at(at).told
+            told = steadied(before, six)
             if not isinstance(twin.hand, Trace):
-                twin.hand = Trace(pose)
-            if pose != before:
-                twin.hand.note(at, pose)
+                twin.hand = Trace(told)
+            if told != before:
+                twin.hand.note(at, told, error.true(at, told))
         case Fingers(at, to, speed):
             begin_fingers(twin.fingers, at, to, speed)
         case Brake(at):
