@@ -50,8 +50,6 @@ trees: {main: {retract: {clearance: 150 mm, speed: SPEED mm/s}}}
 #: speeds, m/s, and how long the hand may go on at each, s; how long the run may take to end
 SPEEDS = {0.02: 0.3, 0.25: 0.45}
 END = 1.0
-#: how long the controller sends without confirmations, s: ten packages, as TCP begins
-_UNCONFIRMED = 0.1
 #: how long a hand that stands is watched, s
 _STANDS = 0.5
 CONNECTIONS = ("receive", "control", "rtde")
@@ -97,7 +95,7 @@ class Losing:
         found: dict[str, Any] = control(self._address, {"do": "list"})["devices"][self._model]["state"]
         return found
 
-    def once(self, name: str, speed: float, fault: str, parameters: dict[str, Any], rounds: Rounds) -> None:
+    def once(self, speed: float, fault: str, parameters: dict[str, Any], rounds: Rounds) -> None:
         """Do a run that a loss ends, and note what came of it."""
         self._count += 1
         tree, record = self._folder / "tree.yaml", self._folder / f"record{self._count}"
@@ -122,7 +120,7 @@ class Losing:
         rounds.stood.append(max(later["moved"] - later["injected"], 0.0))
         rounds.way.append(later["way"])
         rounds.over.append(ended["time"] - ended["injected"])
-        rounds.bad += [f"{what}: {reason}" for what in wrong(name, result.status, speed, rounds, later)]
+        rounds.bad += [f"{what}: {reason}" for what in wrong(result.status, speed, rounds, later)]
 
     def _harm(self, speed: float, fault: str, parameters: dict[str, Any], over: threading.Event) -> None:
         """Do harm once the hand has its speed."""
@@ -133,11 +131,11 @@ class Losing:
             time.sleep(0.005)
 
 
-def wrong(name: str, status: str, speed: float, rounds: Rounds, later: dict[str, Any]) -> Iterator[str]:
+def wrong(status: str, speed: float, rounds: Rounds, later: dict[str, Any]) -> Iterator[str]:
     """Yield what was not as it is asked in the latest round; `later` is how the stand-in stood a while after it."""
     if status != "FAULT":
         yield f"it ended as {status}"
-    if rounds.stood[-1] > SPEEDS[speed] + (_UNCONFIRMED if name == "silent in, receive" else 0.0):
+    if rounds.stood[-1] > SPEEDS[speed]:
         yield f"the hand stood after {rounds.stood[-1]:.3f} s"
     if rounds.over[-1] > END:
         yield f"the run was over after {rounds.over[-1]:.3f} s"
@@ -164,7 +162,7 @@ def main(count: int, model: str, words: list[str]) -> None:
                     continue
                 rounds = Rounds()
                 for _ in range(count):
-                    losing.once(name, speed, fault, parameters, rounds)
+                    losing.once(speed, fault, parameters, rounds)
                 bad += len(rounds.bad)
                 told(name, speed, rounds)
     print(f"{bad} bad")

@@ -31,8 +31,8 @@ HOST = "127.0.0.63"
 SPEEDS = (5, 10, 20, 50, 100, 250)  # mm/s
 STIFFNESSES = (1, 5, 20, 200)  # N/mm
 WALL = 0.15
-#: for which a connection holds readings back, s, of the 0.2 s after which it counts as lost
-HELD_BACK = 0.17
+#: for which a connection holds readings back, s, of the 0.12 s after which it counts as lost
+HELD_BACK = 0.1
 #: how far above the wall the hand begins, m and m/(m/s)^2: it has its speed as it touches
 ABOVE, RUN_UP = 0.004, 1.1
 CELL = """\
@@ -152,7 +152,7 @@ def main(rounds: int, stand_in: str) -> None:
                     flush=True,
                 )
             print()
-        print("\n| readings held back by 0.17 s, 20 N/mm, at mm/s |" + "".join(f" {speed} |" for speed in SPEEDS))
+        print(f"\n| readings held back by {HELD_BACK:g} s, 20 N/mm, at mm/s |" + "".join(f" {speed} |" for speed in SPEEDS))
         print("|---" * (1 + len(SPEEDS)) + "|\n| measured / computed, N |", end="")
         for speed, stiffness in itertools.product(SPEEDS, (20,)):
             measured = max(robot.press(speed / 1e3, stiffness * 1e3, HELD_BACK) for _ in range(rounds))

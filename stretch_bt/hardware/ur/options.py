@@ -102,7 +102,7 @@ class UrOptions(Options):
         default=5.0, description="of the controller: it stops the arm without a command this often"
     )
     lost_after: Annotated[Time, Within(0.05, 2.0, "Time")] = Field(
-        default=0.2, description="without news from the controller"
+        default=0.12, description="without news from the controller"
     )
     noisy: bool = Field(
         default=True,
