@@ -1,5 +1,6 @@
 """Waiting."""
 
+from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.ports import Behavior, In, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Time
@@ -14,8 +15,8 @@ class Wait(Behavior):
 
     def initialise(self) -> None:
         """Start the time."""
-        self.until = self.context.now + self.duration
+        self.time = Countdown(self.context, self.duration)
 
     def update(self) -> Status:
         """Wait."""
-        return Status.SUCCESS if self.context.now >= self.until - 1e-9 else Status.RUNNING
+        return Status.SUCCESS if self.time.over else Status.RUNNING

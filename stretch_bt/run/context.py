@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ __all__ = ["MAX_AGE", "RunContext", "Seen"]
 
 #: how old a reading in an expression may be, s; a force, which rises quickly, less
 MAX_AGE, FORCE_AGE = 0.5, 0.25
+
+#: part of a period by which the first tick, from which the grid counts, may be later than another is
+_EARLY = 0.25
 
 _READERS: dict[str, Callable[[Any], float]] = {
     "force": lambda device: device.wrench(FORCE_AGE).value.magnitude,
@@ -68,6 +72,7 @@ class RunContext:
     def __init__(self, hand: Hand | None = None) -> None:
         self.now = 0.0
         self.start = 0.0
+        self.period = 0.0
         self.ticks = 0
         self.hand = hand or Hand()
         self.memory: dict[Any, Any] = {}
@@ -83,6 +88,11 @@ class RunContext:
     def time(self) -> float:
         """Time since the run began, s."""
         return self.now - self.start
+
+    @property
+    def slot(self) -> int:
+        """Place of this tick on the grid of the run's ticks; one that comes up to three quarters of a period late has its own."""
+        return math.floor(self.time / self.period + _EARLY) if self.period > 0 else self.ticks
 
     def device(self, name: str) -> Any:
         """Return a device of the cell; raises NotReady when the run has none of this name."""

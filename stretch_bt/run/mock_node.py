@@ -13,6 +13,7 @@ from py_trees.common import Status
 from stretch_bt.errors import UnsetKey
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean
 from stretch_bt.tree.context import Context
+from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow.base import FlowNode
 from stretch_bt.tree.ports import Cell
 from stretch_bt.tree.types import Family, Type, attributes
@@ -135,17 +136,16 @@ class MockNode(FlowNode):
         self.statuses = iter_then(rule.statuses, "repeat_last" if by_outputs else rule.then)
         end = "repeat_last" if rule.then == "fail" else rule.then
         self.outputs = [(cell, iter_then(values, end)) for cell, values in outputs if values]
-        self.until = 0.0
 
     def begin(self) -> None:
         """Start the time that the stand-in takes."""
         self.runs += 1
-        self.until = self.context.now + self.rule.after
+        self.time = Countdown(self.context, self.rule.after)
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run until the time is over, then write and end."""
         yield from ()
-        if self.context.now < self.until - 1e-9:
+        if not self.time.over:
             return Status.RUNNING
         status = self._status()
         if status is Status.SUCCESS:

@@ -70,7 +70,7 @@ class Runner:
         self.tree = tree
         self.context = context
         self.clock = clock
-        self.period = period
+        self.period = context.period = period
         self.cell = cell
         self.watchers = watchers or []
         self.max_ticks = max_ticks
@@ -79,7 +79,7 @@ class Runner:
         self._interrupts: list[str] = []
         self._last: dict[str, tuple[Status, int]] = {}
         self._running: set[str] = set()
-        self._deadline = 0.0
+        self._origin, self._slot = 0.0, 0
         self._used = threading.Lock()
         if tree.taken:
             raise InvalidInput("this tree has a runner already; build a new tree for a new run")
@@ -113,12 +113,15 @@ class Runner:
 
     def _drive(self) -> None:
         """Tick the task until it ends, and note why."""
-        self._deadline = self.context.now = self.context.start = self.clock.now()
+        self._origin = self.context.now = self.context.start = self.clock.now()
         try:
             while True:
                 status = self._tick(self.tree.root)
                 if status is None:
-                    self._deadline = self.clock.now()  # what follows a stop does not wait for the next tick
+                    self._origin, self._slot = (
+                        self.clock.now(),
+                        0,
+                    )  # what follows a stop does not wait for the next tick
                     return self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
                 if status is not Status.RUNNING:
                     return self._end(status.name, self._explain(self.tree.root, status))
@@ -155,6 +158,11 @@ class Runner:
         status: Status = root.status
         return status
 
+    @property
+    def _deadline(self) -> float:
+        """When the next tick is due, s; not a sum, whose rounding grows."""
+        return self._origin + self._slot * self.period
+
     def _wait(self, limit: int) -> None:
         while len(self._interrupts) <= limit:
             self.clock.wait_until(self._deadline)
@@ -163,13 +171,13 @@ class Runner:
 
     def _lateness(self) -> None:
         """Set the next deadline on the grid of the period; a tick that ran past it is counted, not caught up with."""
-        self._deadline += self.period
+        self._slot += 1
         late = self.clock.now() - self._deadline
         if late > 0 and self.period > 0:
             self.outcome.overruns += 1
             self.outcome.worst_overrun = max(self.outcome.worst_overrun, late)
             self._note("overrun", seconds=late)
-            self._deadline += self.period * int(late / self.period + 1)
+            self._slot += int(late / self.period + 1)
 
     def _changed(self, node: Node) -> None:
         """Tell the watchers when a node's status is new, or when it ended once more."""

@@ -16,6 +16,10 @@ __all__ = ["parse", "refuse"]
 MAX_NODES = 20_000
 MAX_DEPTH = 150
 
+_TOO_DEEP = f"nesting deeper than {MAX_DEPTH}", "use subtrees"
+#: what libyaml says of brackets that are deeper than its own bound of 1000
+_DEPTH_OF_PARSER = "maximum nesting depth"
+
 _LOADER = getattr(yaml, "CLoader", yaml.Loader)
 
 
@@ -26,6 +30,8 @@ def parse(text: str, file: str) -> Value:
     except yaml.MarkedYAMLError as error:
         place, message, hint = explain_syntax(text, error)
         line, column = (place.line + 1, place.column + 1) if place else (1, 1)
+        if _DEPTH_OF_PARSER in str(error):  # it counts brackets before it hands on the first of them
+            refuse(file, "yaml-depth", *_TOO_DEEP, line, column)
         refuse(file, "yaml-syntax", message, hint, line, column)
     except yaml.YAMLError as error:  # a character that YAML forbids
         position = getattr(error, "position", 0)
@@ -66,7 +72,7 @@ class _Composer:
     def value(self, event: yaml.Event, depth: int) -> Value:
         self.spend(event, 1)
         if depth > MAX_DEPTH:
-            self.refuse(event, "yaml-depth", f"nesting deeper than {MAX_DEPTH}", "use subtrees")
+            self.refuse(event, "yaml-depth", *_TOO_DEEP)
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event)
         assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)

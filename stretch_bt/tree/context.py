@@ -17,6 +17,7 @@ class Context(Protocol):
 
     now: float
     ticks: int
+    period: float  # of the ticks, s
     hand: Hand
     limits: Limits | None  # of the cell, where the run has one
     memory: dict[Any, Any]  # what the nodes of one run remember together
@@ -27,6 +28,11 @@ class Context(Protocol):
     @property
     def time(self) -> float:
         """Time since the run began, s."""
+        ...
+
+    @property
+    def slot(self) -> int:
+        """Place of this tick on the grid of the run's ticks: times that nodes wait for are counted in it."""
         ...
 
     def device(self, name: str) -> Any:

@@ -10,9 +10,9 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
-from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct, why_failed
+from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, why_failed
+from stretch_bt.tree.flow.count import counted, read_count, runs_surely
 from stretch_bt.tree.fragments import Schema, form, ref
-from stretch_bt.tree.types import INT
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -42,14 +42,9 @@ class _Counted(Part):
         fields = reader.fields(value, mark, cls.keyword, required=("do",), bound=(cls.counter, 3))
         if fields is None:
             return None
-        count = cls.read_count(reader, fields[cls.counter])
+        count = read_count(reader, fields[cls.counter], f"{cls.keyword}.{cls.counter}")
         do = reader.body(fields["do"])
         return cls(mark, count, do) if count and do else None
-
-    @classmethod
-    def read_count(cls, reader: Reader, value: Value) -> Wire | None:
-        """Read a whole number of at least one."""
-        return reader.value(value, INT, f"{cls.keyword}.{cls.counter}", low=1, high=1_000_000)
 
     @classmethod
     def schema(cls) -> Schema:
@@ -61,14 +56,19 @@ class _Counted(Part):
         return {self.counter: self.count.text}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
-        """At least one pass is run."""
+        """What a pass writes is surely there where at least one is run."""
         data.read((self.count,), known)
-        return self.do.flow(data, known)
+        passed = self.do.flow(data, known)
+        return passed if runs_surely(self.count) else self.without_pass(passed, known)
+
+    def without_pass(self, passed: Flow, known: Known) -> Flow:
+        """Return what is known where perhaps no pass is run: a success that nothing wrote for."""
+        return Flow(both(passed.success, known), passed.failure)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the loop."""
         again = Status.SUCCESS if self.keyword == "repeat" else Status.FAILURE
-        return CountedNode(path, builder.child(self, self.do, path), builder.thunk(self.count), again)
+        return CountedNode(path, builder.child(self, self.do, path), builder.thunk(self.count), self.counter, again)
 
 
 @construct
@@ -88,10 +88,14 @@ class Retry(_Counted):
     keyword: ClassVar[str] = "retry"
     counter: ClassVar[str] = "attempts"
 
+    def without_pass(self, passed: Flow, known: Known) -> Flow:
+        """Return what is known where perhaps no attempt is made: a failure that nothing wrote for."""
+        return Flow(passed.success, both(passed.failure, known))
+
     @classmethod
     def around(cls, reader: Reader, part: Part, value: Value) -> Part:
         """Read the `retry` written beside a node: a number of attempts."""
-        count = cls.read_count(reader, value)
+        count = read_count(reader, value, "retry.attempts")
         return cls(value.mark, count, part, name=f"{part.label}:retry", beside=True) if count else part
 
     @classmethod
@@ -101,11 +105,14 @@ class Retry(_Counted):
 
 
 class CountedNode(FlowNode):
-    """Starts the child again after each end with `again`, one start per tick, `count` times in all."""
+    """Starts the child again after each end with `again`, one start per tick, `count` times in all; `counter` is its word for that."""
 
-    def __init__(self, path: str, child: py_trees.behaviour.Behaviour, count: Callable[[], int], again: Status) -> None:
+    def __init__(
+        self, path: str, child: py_trees.behaviour.Behaviour, count: Callable[[], int], counter: str, again: Status
+    ) -> None:
         super().__init__(path, child)
         self.count = count
+        self.counter = counter
         self.again = again
         self.passes = 0
 
@@ -115,6 +122,9 @@ class CountedNode(FlowNode):
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the child; go on while it ends with `again` and passes are left."""
+        if self.status is not Status.RUNNING and counted(self.count, self.path, self.counter) == 0:
+            self.feedback_message = f"{self.counter} is 0"
+            return self.again
         yield from self.child.tick()
         status = self.child.status
         if status is not self.again:

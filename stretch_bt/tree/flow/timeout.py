@@ -10,6 +10,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
+from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import quantity
@@ -88,15 +89,14 @@ class TimeoutNode(FlowNode):
         super().__init__(path, child)
         self.after = after
         self.context = context
-        self.deadline = 0.0
 
     def begin(self) -> None:
         """Start the time."""
-        self.deadline = self.context.now + self.after()
+        self.time = Countdown(self.context, self.after())
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the child while there is time."""
-        if self.status is Status.RUNNING and self.context.now >= self.deadline:
+        if self.status is Status.RUNNING and self.time.over:
             doing = getattr(self.child.tip(), "path", self.child.name)
             self.feedback_message = f"out of time while {doing} was running"
             return Status.FAILURE

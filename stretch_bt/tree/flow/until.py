@@ -11,8 +11,9 @@ from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, why_failed
+from stretch_bt.tree.flow.count import counted, read_count, runs_surely
 from stretch_bt.tree.fragments import Schema, form, ref
-from stretch_bt.tree.types import BOOL, INT
+from stretch_bt.tree.types import BOOL
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -47,7 +48,7 @@ class Until(Part):
         if fields is None:
             return None
         that = reader.expression(fields["that"], BOOL, "until.that")
-        bound = reader.value(fields["max"], INT, "until.max", low=1, high=1_000_000)
+        bound = read_count(reader, fields["max"], "until.max")
         do = reader.body(fields["do"])
         return cls(mark, that, bound, do) if that and bound and do else None
 
@@ -66,7 +67,8 @@ class Until(Part):
         ends = self.do.flow(data, known)
         if ends.success is not None:
             data.read((self.that,), ends.success)
-        return Flow(ends.success, both(ends.failure, ends.success))
+        failure = both(ends.failure, ends.success)
+        return Flow(ends.success, failure if runs_surely(self.max) else both(failure, known))
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the loop."""
@@ -90,6 +92,9 @@ class UntilNode(FlowNode):
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run the body; ask the condition after each pass."""
+        if self.status is not Status.RUNNING and counted(self.bound, self.path, "max") == 0:
+            self.feedback_message = "max is 0"
+            return Status.FAILURE
         yield from self.child.tick()
         if self.child.status is not Status.SUCCESS:
             if self.child.status is Status.FAILURE:

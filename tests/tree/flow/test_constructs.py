@@ -5,9 +5,11 @@ from typing import Any
 import pytest
 
 from stretch_bt.run.context import RunContext
+from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.registry import RESERVED
 
+PERIOD_MS = 50
 N = "keys: {n: {type: int, default: 0}}"
 LIST = 'params: {steps: {type: "list[Length]", default: [1 mm, 2 mm]}, nothing: {type: "list[Length]", default: []}}'
 KEY = "keys: {d: {type: Length, default: 9 mm}, l: 'list[Length]', e: 'list[Length]'}"
@@ -353,6 +355,48 @@ def test_a_failure_says_why_with_the_values_it_saw(task: Any, body: str) -> None
     outcome = task.run(body, "keys: {n: {type: int, default: 0}, d: {type: Length, default: 1.5 mm}}")
     assert outcome.status == "FAILURE"
     assert REASONS[body] in outcome.reason
+
+
+@pytest.mark.parametrize(
+    ("loop", "status", "reason"),
+    [
+        ("repeat: {times: n + COUNT, do: {step: {name: a}}}", "SUCCESS", ""),
+        ("retry: {attempts: n + COUNT, do: {step: {name: a}}}", "FAILURE", "attempts is 0"),
+        ("until: {that: n == 0, max: n + COUNT, do: {step: {name: a}}}", "FAILURE", "max is 0"),
+    ],
+)
+def test_a_loop_of_no_passes_runs_none_and_one_of_less_is_an_error(
+    task: Any, loop: str, status: str, reason: str
+) -> None:
+    outcome = task.run(loop.replace("COUNT", "0"), N)
+    assert (outcome.status, outcome.ticks, task.did) == (status, 1, "")
+    assert reason in outcome.reason
+    outcome = task.run(loop.replace("n + COUNT", "n - 7"), N)
+    assert (outcome.status, task.did) == ("ERROR", "")
+    assert "is -7; a loop runs 0 times or more" in outcome.reason
+
+
+@pytest.mark.parametrize("before", [0, 1, 7, 33])
+def test_times_on_the_grid_of_ticks_are_over_on_it(task: Any, before: int) -> None:
+    """Each sum of ticks, whatever its rounding: a timeout interrupts, and a wait ends, at the tick that it names."""
+    late = {}
+    for ticks in range(1, 121):
+        wait = f"wait: {{duration: {PERIOD_MS * before} ms}}"
+        timeout = f"timeout: {{after: {PERIOD_MS * ticks} ms, do: {{step: {{script: R}}}}}}"
+        outcome = task.run(f"sequence: [{wait}, {timeout}]")
+        late[ticks] = outcome.ticks - (before + ticks + 1)
+    assert {ticks: by for ticks, by in late.items() if by} == {}
+
+
+def test_a_tick_that_comes_a_little_late_is_not_a_tick_late() -> None:
+    """The clock of a machine wakes up to some milliseconds late, each time by another time."""
+    context = RunContext()
+    context.period = 0.05
+    context.start = context.now = 1.004
+    time = Countdown(context, 0.5)
+    for slot, late in [(9, 0.030), (10, 0.0001)]:
+        context.now = 1.0 + slot * context.period + late
+        assert time.over is (slot == 10)
 
 
 def test_the_text_of_log_reaches_the_log_with_the_end_of_the_node(task: Any) -> None:
