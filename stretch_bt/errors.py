@@ -19,6 +19,7 @@
     │   ├── DeviceLost
     │   ├── StaleReading
     │   ├── LimitExceeded
+    │   │   └── BeyondLimits     the plan is wrong, not the device: a NoAnswer too, which a node turns into FAILURE
     │   └── NotReady
     ├── UnsetKey                 a key is read before anything wrote it
     ├── NodeError                the code of a node broke, or broke its contract; names the node's path
@@ -32,6 +33,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 __all__ = [
+    "BeyondLimits",
     "CellError",
     "DeviceFault",
     "DeviceLost",
@@ -162,7 +164,19 @@ class StaleReading(DeviceFault):
 
 
 class LimitExceeded(DeviceFault):
-    """A command lies outside the limits of the cell."""
+    """A device is past a limit of the cell."""
+
+
+class BeyondLimits(LimitExceeded, NoAnswer):
+    """A command asks for more than the cell allows, or for what the device cannot reach; nothing moved, and the device is as it was.
+
+    `.concerns` names the limits that a port of the node may have for it, as in `port(limit="depth")`.
+    """
+
+    def __init__(self, device: str, reason: str, concerns: Sequence[str] = ()) -> None:
+        super().__init__(device, reason)
+        self.reason = reason
+        self.concerns = tuple(concerns)
 
 
 class NotReady(DeviceFault):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stretch_bt.cli.looking import AsJson, Cell
-from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, print_findings
+from stretch_bt.cli.output import EXIT_FAILURE, EXIT_INTERRUPTED, exit_code, print_findings
 from stretch_bt.errors import DeviceFault, InvalidInput
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def command(
     try:
         found, code = _moved(spec, name, by, fast, scene, yes=yes)
     except DeviceFault as fault:
-        found, code = _faulty(name, fault), EXIT_FAULT
+        found, code = _faulty(name, fault), exit_code(fault)
     print_findings([found], json_)
     raise typer.Exit(code)
 

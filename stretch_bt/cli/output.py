@@ -20,6 +20,7 @@ __all__ = [
     "EXIT_FAULT",
     "EXIT_INTERRUPTED",
     "emit_json",
+    "exit_code",
     "print_diagnostics",
     "print_findings",
     "report_error",
@@ -37,7 +38,7 @@ def exit_code(error: StretchError) -> int:
     """Return the exit code of an error."""
     if isinstance(error, FileError | InvalidInput | MissingExtra):
         return EXIT_BAD_INPUT
-    return EXIT_FAULT if isinstance(error, DeviceFault) else EXIT_FAILURE
+    return EXIT_FAULT if isinstance(error, DeviceFault) and not isinstance(error, NoAnswer) else EXIT_FAILURE
 
 
 def report_error(error: StretchError) -> int:

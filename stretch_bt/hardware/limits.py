@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from stretch_bt.errors import InvalidInput, LimitExceeded
+from stretch_bt.errors import BeyondLimits, InvalidInput, LimitExceeded
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.slack import most_measured
@@ -106,45 +106,46 @@ class Limits(_Model):
         return min(speed, self.span("contact_speed")[1]) if low else speed
 
     def check_pose(self, device: str, target: Pose, hand: Hand) -> None:
-        """Raise LimitExceeded when the hand may not go there."""
+        """Raise BeyondLimits when the hand may not go there."""
         for name, span, value in zip("xy", (self.x, self.y), target.position[:2], strict=True):
-            _check_span(device, name, span, value)
-        _check_span(device, "height", self.height, target.height)
+            _check_span(device, name, span, value, (name, "radius"))
+        _check_span(device, "height", self.height, target.height, ("depth", "travel"))
         depth = hand.depth(target.height)
-        if depth is not None:
-            _check(device, "depth", depth, self.depth, "Length")
+        if depth is not None and (past := _past("depth", depth, self.depth, "Length")):
+            raise BeyondLimits(device, past, ("depth",))
 
     def check_opening(self, device: str, opening: float, hand: Hand) -> None:
-        """Raise LimitExceeded when the membrane may not be stretched so."""
-        _check_span(device, "stretch", self.stretch, hand.geometry.stretch(opening))
+        """Raise BeyondLimits when the membrane may not be stretched so."""
+        _check_span(device, "stretch", self.stretch, hand.geometry.stretch(opening), ("stretch",))
 
-    def check_speed(self, device: str, speed: float, most: float) -> None:
-        """Raise LimitExceeded above the allowed speed, and InvalidInput when it is no speed."""
+    def check_fingers(self, device: str, speed: float) -> None:
+        """Raise BeyondLimits above the allowed speed of the fingers, m/s, and InvalidInput when it is no speed."""
         _check_number(device, speed)
-        _check(device, "speed", speed, most, "Speed")
+        if past := _past("speed", speed, self.gripper_speed, "Speed"):
+            raise BeyondLimits(device, past, ("gripper_speed",))
 
     def check_way(self, device: str, speed: float, heights: Sequence[float]) -> None:
-        """Raise LimitExceeded when the hand may not have a speed, m/s, on a way with these heights, m, and InvalidInput when it is no speed."""
+        """Raise BeyondLimits when the hand may not have a speed, m/s, on a way with these heights, m, and InvalidInput when it is no speed."""
         _check_number(device, speed)
         if speed > self.slowed(self.speed, heights) + _ROUNDING:
-            raise self._too_fast(device, "speed", speed, heights)
+            raise BeyondLimits(device, self._too_fast("speed", speed, heights), ("speed", "contact_speed"))
 
     def check_measured(self, device: str, speed: float, heights: Sequence[float]) -> None:
         """Raise LimitExceeded when the hand was faster, m/s, than it may be at these heights, m."""
         if speed > most_measured(self.slowed(self.speed, heights)):
-            raise self._too_fast(device, "measured speed", speed, heights)
+            raise LimitExceeded(device, self._too_fast("measured speed", speed, heights))
 
-    def _too_fast(self, device: str, name: str, speed: float, heights: Sequence[float]) -> LimitExceeded:
+    def _too_fast(self, name: str, speed: float, heights: Sequence[float]) -> str:
         most, where = self.slowed(self.speed, heights), ""
         if self.contact is not None and most < self.speed:
             below = format_quantity(self.contact.below, KINDS["Length"])
             where = f" below a height of {below}, where the hand may meet something"
-        asked, allowed = (format_quantity(v, KINDS["Speed"]) for v in (speed, most))
-        return LimitExceeded(device, f"{name} {asked} is past the limit of the cell, at most {allowed}{where}")
+        return f"{_told_past(name, speed, most, 'Speed')}{where}"
 
     def check_force(self, device: str, force: float) -> None:
         """Raise LimitExceeded when the arm feels too much."""
-        _check(device, "force", force, self.force, "Force")
+        if past := _past("force", force, self.force, "Force"):
+            raise LimitExceeded(device, past)
 
 
 def _check_number(device: str, speed: float) -> None:
@@ -152,13 +153,17 @@ def _check_number(device: str, speed: float) -> None:
         raise InvalidInput(f"{device}: speed must be finite and above 0 m/s, not {speed}")
 
 
-def _check(device: str, name: str, value: float, most: float, kind: str) -> None:
-    if not value <= most + _ROUNDING:
-        asked, allowed = (format_quantity(v, KINDS[kind]) for v in (value, most))
-        raise LimitExceeded(device, f"{name} {asked} is past the limit of the cell, at most {allowed}")
+def _past(name: str, value: float, most: float, kind: str) -> str:
+    """Return how a value is past what is allowed, SI; empty where it is not."""
+    return "" if value <= most + _ROUNDING else _told_past(name, value, most, kind)
 
 
-def _check_span(device: str, name: str, span: Span, value: float) -> None:
+def _told_past(name: str, value: float, most: float, kind: str) -> str:
+    asked, allowed = (format_quantity(v, KINDS[kind]) for v in (value, most))
+    return f"{name} {asked} is past the limit of the cell, at most {allowed}"
+
+
+def _check_span(device: str, name: str, span: Span, value: float, concerns: Sequence[str]) -> None:
     if not span.min - _ROUNDING <= value <= span.max + _ROUNDING:
         asked, least, most = (format_quantity(v, KINDS["Length"]) for v in (value, span.min, span.max))
-        raise LimitExceeded(device, f"{name} {asked} is past the limits of the cell, {least} to {most}")
+        raise BeyondLimits(device, f"{name} {asked} is past the limits of the cell, {least} to {most}", concerns)

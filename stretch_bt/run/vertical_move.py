@@ -51,7 +51,7 @@ class VerticalMove:
 
     Raises
     ------
-    LimitExceeded
+    BeyondLimits
         The cell does not allow it.
     InvalidInput
         The hand may meet something on its way down.

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, overl
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.errors import DeviceFault, NoAnswer, NodeError, StretchError, UnsetKey
+from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, UnsetKey
 from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
@@ -268,7 +268,7 @@ class Behavior(py_trees.behaviour.Behaviour):
                 self.initialise()
             status = self.update()
         except NoAnswer as refusal:
-            self.feedback_message = refusal.reason
+            self.feedback_message = self._port_of(refusal) + refusal.reason
             status = Status.FAILURE
         except StretchError:
             raise
@@ -281,6 +281,13 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.status = status
         self.ticking = False
         yield self
+
+    def _port_of(self, refusal: NoAnswer) -> str:
+        """Return which device and port a limit of the cell refused, to begin a reason with."""
+        if not isinstance(refusal, BeyondLimits):
+            return ""
+        ports = [name for name, port in self.ports.items() if port.limit in refusal.concerns]
+        return f"{refusal.device}: {ports[0]}: " if ports else f"{refusal.device}: "
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """End with this status, INVALID when interrupted; `terminate` comes only when there was a start without an end."""

@@ -65,8 +65,8 @@ REFUSED = [
     (("--up", "10mm", "--speed", "5mm"), 2, "5mm is Length, not Speed"),
     (("--up", "10mm", "--device", "leg"), 2, "0 arms of that name"),
     (("--down", "60mm"), 2, "--down ends at a height of 140.0 mm, and below 150 mm the hand may meet something"),
-    (("--up", "110mm"), 3, "height 310 mm is past the limits of the cell, 20 mm to 300 mm"),
-    (("--up", "10mm", "--speed", "101mm/s"), 3, "speed 101 mm/s is past the limit of the cell, at most 100 mm/s"),
+    (("--up", "110mm"), 1, "height 310 mm is past the limits of the cell, 20 mm to 300 mm"),
+    (("--up", "10mm", "--speed", "101mm/s"), 1, "speed 101 mm/s is past the limit of the cell, at most 100 mm/s"),
 ]
 
 

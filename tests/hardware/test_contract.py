@@ -11,7 +11,7 @@ import pytest
 from lab import lab_cell
 from real_cell import CELL, MOVE, SPEED, gone, rows, target
 
-from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady, StaleReading
+from stretch_bt.errors import BeyondLimits, DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady, StaleReading
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
@@ -258,7 +258,7 @@ BEYOND = [
 @pytest.mark.parametrize(("command", "said"), BEYOND)
 def test_commands_beyond_the_limits_are_never_sent(make_cell, notes, command, said):
     cell = make_cell()
-    with pytest.raises(LimitExceeded, match=said):
+    with pytest.raises(BeyondLimits, match=said):
         command(cell)
     assert [line[0] for line in notes.lines] == ["fault"]
     assert all(d.state is DeviceState.READY for d in cell.devices.values())

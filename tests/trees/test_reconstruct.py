@@ -65,7 +65,7 @@ HARD = {
     "no contact at all": ({"x": "250 mm"}, "FAILURE", "nothing was met"),
     "an object outside the reach": (
         {"poses": ["3 mm; 0 mm", "700 mm; 0 mm"]},
-        "FAULT",
+        "FAILURE",
         "x 700 mm is past the limits of the cell",
     ),
     "a press that hits a limit": ({"max_force": 0.5, "max_presses": 1}, "SUCCESS", ""),

@@ -29,7 +29,7 @@ class MonitoredGripper(Mover[GripperDriver]):
             raise InvalidInput(f"{self.name}: opening must be finite, m, not {opening}")
         limits = self.watch.limits
         try:
-            limits.check_speed(self.name, speed, limits.gripper_speed)
+            limits.check_fingers(self.name, speed)
             limits.check_opening(self.name, opening, self.watch.hand)
         except LimitExceeded as fault:
             raise self.refuse(fault) from None

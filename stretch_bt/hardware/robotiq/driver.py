@@ -6,7 +6,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady
+from stretch_bt.errors import BeyondLimits, DeviceFault, DeviceLost, InvalidInput, NotReady
 from stretch_bt.hardware.driver import GripperDriver, Poll
 from stretch_bt.hardware.interfaces import UNWATCHED, MotionState, Reading
 from stretch_bt.hardware.robotiq.options import RobotiqOptions
@@ -108,11 +108,11 @@ class RobotiqDriver(GripperDriver, ABC):
         return self._begin(lambda wire: Activation(self.name, self.bench.now()))
 
     def move(self, opening: float, speed: float) -> Poll:
-        """Move the fingers to an opening, m; raises LimitExceeded where none was calibrated, NotReady without activation."""
+        """Move the fingers to an opening, m; raises BeyondLimits where none was calibrated, NotReady without activation."""
         try:
             count = self.options.calibration.count(opening)
         except InvalidInput as error:
-            raise LimitExceeded(self.name, str(error)) from None
+            raise BeyondLimits(self.name, str(error), ("stretch",)) from None
 
         def journey(wire: GripperWire) -> Journey:
             status = wire.read()

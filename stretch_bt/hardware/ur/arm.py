@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stretch_bt.errors import DeviceFault, DeviceLost, LimitExceeded, NotReady
+from stretch_bt.errors import BeyondLimits, DeviceFault, DeviceLost, NotReady
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, Poll
 from stretch_bt.hardware.finding import Finding
@@ -93,7 +93,7 @@ class UrArm(ArmDriver):
 
         Raises
         ------
-        LimitExceeded
+        BeyondLimits
             The arm cannot reach a pose on the way, or would have to turn too fast.
         NotReady
             The arm is in fault, or was opened to be read.
@@ -178,11 +178,11 @@ class UrArm(ArmDriver):
         return pose_of(transform_of(self.options.base.pose) @ transform(state.pose))
 
     def _slowed(self, poses: Sequence[Pose], speed: float, state: ArmState) -> float:
-        """Return the speed, m/s, that the joints allow on a path; raises LimitExceeded for a path that the arm cannot follow."""
+        """Return the speed, m/s, that the joints allow on a path; raises BeyondLimits for a path that the arm cannot follow."""
         o = self.options
         reach = Reach(o.model, o.base.pose, o.hand.pose, joint_speed=o.joint_speed, margin=o.margin)
         path = PosePath(poses)
         reason = reach.obstacle(path, speed, state.q)
         if reason is not None:
-            raise LimitExceeded(self.name, reason)
+            raise BeyondLimits(self.name, reason)
         return reach.slowed(path, speed, state.q)
