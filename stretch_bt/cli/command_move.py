@@ -8,7 +8,7 @@ import typer
 
 from stretch_bt.cli.looking import AsJson, Cell
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_INTERRUPTED, exit_code, print_findings
-from stretch_bt.errors import DeviceFault, InvalidInput
+from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
@@ -81,7 +81,12 @@ def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, ye
 def _faulty(name: str, fault: DeviceFault) -> Finding:
     from stretch_bt.hardware.finding import Finding
 
-    return Finding(name, False, fault.reason, "see what the fault says, and the page of faults")
+    fix = (
+        "go less far, or more slowly"
+        if isinstance(fault, BeyondLimits)
+        else "see what the fault says, and the page of faults"
+    )
+    return Finding(name, False, fault.reason, fix)
 
 
 def _distance(up: str | None, down: str | None) -> float:

@@ -159,11 +159,20 @@ def _past(name: str, value: float, most: float, kind: str) -> str:
 
 
 def _told_past(name: str, value: float, most: float, kind: str) -> str:
-    asked, allowed = (format_quantity(v, KINDS[kind]) for v in (value, most))
+    asked, allowed = _apart(kind, value, most)
     return f"{name} {asked} is past the limit of the cell, at most {allowed}"
+
+
+def _apart(kind: str, value: float, *bounds: float) -> list[str]:
+    """Return a value and what bounds it as text, with as many digits as tell them apart."""
+    for digits in (4, 7, 12):
+        texts = [format_quantity(v, KINDS[kind], digits) for v in (value, *bounds)]
+        if texts[0] not in texts[1:]:
+            break
+    return texts
 
 
 def _check_span(device: str, name: str, span: Span, value: float, concerns: Sequence[str]) -> None:
     if not span.min - _ROUNDING <= value <= span.max + _ROUNDING:
-        asked, least, most = (format_quantity(v, KINDS["Length"]) for v in (value, span.min, span.max))
+        asked, least, most = _apart("Length", value, span.min, span.max)
         raise BeyondLimits(device, f"{name} {asked} is past the limits of the cell, {least} to {most}", concerns)

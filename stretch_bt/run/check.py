@@ -13,7 +13,7 @@ from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, read_text,
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.headings import FORMAT as TREE
 from stretch_bt.tree.modules import Modules
-from stretch_bt.tree.program import load_program
+from stretch_bt.tree.program import find_tree, load_program
 
 __all__ = ["check", "check_file"]
 
@@ -99,10 +99,9 @@ def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None =
 
 
 def check_file(path: str | Path) -> list[Diagnostic]:
-    """Return the findings of one file."""
-    name = str(path)
+    """Return the findings of one file, or of the shipped tree of that name."""
     try:
-        return _CHECKS[_format(Path(path), name)](Path(path))
+        return _CHECKS[_format(path)](Path(path))
     except FileError as error:
         return error.diagnostics
 
@@ -127,13 +126,15 @@ def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagno
 
 def _is_tree(path: str | Path) -> bool:
     try:
-        return _format(Path(path), str(path)) == TREE
+        return _format(path) == TREE
     except FileError:
         return False
 
 
-def _format(path: Path, name: str) -> str:
-    root = parse(read_text(path, name), name)
+def _format(path: str | Path) -> str:
+    """Return the first key's value of a file, or of a shipped tree by its name."""
+    file, name = find_tree(path)[0], str(path)
+    root = parse(read_text(file, name), name)
     if not isinstance(root, Map):
         raise FileError([root.mark.error("yaml-top", "the top level is not a mapping", f"begin with 'format: {TREE}'")])
     value = root.get("format")

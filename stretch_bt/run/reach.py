@@ -151,7 +151,7 @@ class _Asked:
             able = "anything" if most is None else f"up to {format_quantity(most, kind)}"
             message = f"{where} is known in the run alone and takes {able}; {bound}"
             self.found.append(
-                mark.warning("cell-limit", message, "more than that ends the run as a fault; bound it before this node")
+                mark.warning("cell-limit", message, "the node fails where it is more; bound it before this node")
             )
         else:
             message = f"{where} is {format_quantity(value, kind)}; {bound}"

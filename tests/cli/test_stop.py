@@ -154,7 +154,14 @@ def test_a_script_whose_client_is_gone_is_stopped(cli, cell):
     assert cell["ur"].state()["moved"] == rest["moved"]
 
 
-def test_a_program_of_somebody_else_is_told_and_goes_on(cli, cell):
+@pytest.mark.parametrize("ran_before", [False, True])
+def test_a_program_of_somebody_else_is_told_and_goes_on(cli, cell, ran_before):
+    """Also where a script of ours ended before: what it wrote in its registers stays."""
+    if ran_before:
+        code, _, err = cli("move", "lab.yaml", "--up", "1mm", "--yes")
+        assert code == 0, err
+        assert cell["ur"].controller.registers.out_int[24] in (1, 2)
+
     def endless():
         while True:
             yield

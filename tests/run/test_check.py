@@ -185,6 +185,13 @@ trees:
     ]
 
 
+def test_a_shipped_tree_is_checked_by_its_name_as_it_is_run_by_it():
+    assert check("palpate_stiffness") == []
+    assert {finding.code for finding in check("palpate_stiffness", cell="lab_ur5")} == {"cell-limit"}
+    [unknown] = check("palpate_stifness")
+    assert (unknown.code, "'palpate_stiffness'" in unknown.hint) == ("file-missing", True)
+
+
 def test_files_are_checked_in_the_order_given_and_warnings_are_no_errors(tmp_path):
     good, spare, wrong = (tmp_path / f"{name}.yaml" for name in ("good", "spare", "wrong"))
     good.write_text("format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 1 s}]}}\n")

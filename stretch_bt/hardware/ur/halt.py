@@ -23,7 +23,9 @@ _STANDS = 1e-4
 #: time within which a program that is stopped must have ended and the arm stand, s
 _ENDING = 2.0
 #: what the control script writes while it waits for commands, and while it has done one
-_SIGNS = (1, 2)
+_READY, _DONE = 1, 2
+#: command of the control script that asks for the place of the tool at the flange, and how long an answer may take, s
+_ASK_TOOL, _ANSWERING = 40, 0.5
 _PENDANT = "stop it at the pendant, or press the emergency stop"
 
 
@@ -44,8 +46,8 @@ class _State:
 def halt(name: str, options: UrOptions) -> Finding:
     """Stop the control script, beside a run too, and return what was found; a program of somebody else goes on.
 
-    A control script is known by the registers of the cell file: they hold what the script writes, and a client writes its commands or,
-    where none is connected, the dashboard names no program file.
+    A control script is known by the registers of the cell file: a client writes its commands, or, where none is connected, it answers a
+    question. What it wrote last is no sign of it: that stays when it has ended.
     """
     try:
         with Rtde(options.host) as controller:
@@ -59,8 +61,8 @@ def halt(name: str, options: UrOptions) -> Finding:
         if not state.running:
             return Finding(name, False, f"no program runs, and the arm moves at {1e3 * state.speed:.0f} mm/s", _PENDANT)
         connected = _is_taken(options, first)
-        program = ask_dashboard(options.host, ["programState"], _ENDING)[0]
-        if state.sign not in _SIGNS or (not connected and ".urp" in program.lower()):
+        if state.sign not in (_READY, _DONE) or not (connected or _answers(options, first)):
+            program = ask_dashboard(options.host, ["programState"], _ENDING)[0]
             return Finding(name, False, f"a program that is not ours runs ({program}); it was not stopped", _PENDANT)
         begun = time.monotonic()
         answer = ask_dashboard(options.host, ["stop"], _ENDING)[0]
@@ -97,4 +99,18 @@ def _is_taken(options: UrOptions, first: int) -> bool:
     with Rtde(
         options.host
     ) as controller:  # one of its own: a register that is free belongs to who asks until it leaves
-        return controller.taken([f"input_int_register_{first}"])
+        return controller.taken(f"input_int_register_{first}")
+
+
+def _answers(options: UrOptions, first: int) -> bool:
+    """Return whether what runs takes a command that moves nothing, as the control script does; nobody else may write commands meanwhile."""
+    with Rtde(options.host) as controller:
+        commands = controller.claim(f"input_int_register_{first}")
+        for command, sign in ((0, _READY), (_ASK_TOOL, _DONE), (0, _READY)):
+            controller.write(commands, command)
+            due = time.monotonic() + _ANSWERING
+            while controller.read([f"output_int_register_{first}"]) != [sign]:
+                if time.monotonic() > due:
+                    controller.write(commands, 0)
+                    return False
+    return True

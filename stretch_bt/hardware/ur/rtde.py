@@ -1,4 +1,4 @@
-"""A few questions to a controller by RTDE, with plain sockets and deadlines: no client library, and nothing is set or moved.
+"""A few questions to a controller by RTDE, with plain sockets and deadlines, and no client library; nothing moves by them.
 
 Packages begin with their size, header included, in two bytes and their type in one, all big-endian; by the maker's guide to "Real-Time Data
 Exchange", protocol version 2.
@@ -75,9 +75,20 @@ class Rtde:
         finally:
             self._ask("P", b"")
 
-    def taken(self, names: Sequence[str]) -> bool:
-        """Return whether another client writes one of these inputs; those that are free are free again when this is closed."""
-        return b"IN_USE" in self._ask("I", ",".join(names).encode())
+    def taken(self, name: str) -> bool:
+        """Return whether another client writes an input; one that is free is this connection's until it is closed."""
+        return b"IN_USE" in self._ask("I", name.encode())
+
+    def claim(self, name: str) -> bytes:
+        """Return what `write` needs to write a whole number to an input; raises OSError where another client does that."""
+        answer = self._ask("I", name.encode())
+        if answer[1:] != b"INT32":
+            raise OSError(f"{name} is not to be had")
+        return answer[:1]
+
+    def write(self, claimed: bytes, value: int) -> None:
+        """Write a whole number to an input that was claimed."""
+        self._send("U", claimed + struct.pack(">i", value))
 
     def _ask(self, kind: str, payload: bytes) -> bytes:
         self._send(kind, payload)
