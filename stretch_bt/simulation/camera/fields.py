@@ -32,21 +32,24 @@ class SmoothField:
         return normal(random, (self._down.shape[1], self._across.shape[1]))
 
     def grow(self, seeds: Image) -> Image:
-        """Return the image (h, w)."""
-        image: Any = self._down @ (seeds @ self._across.T)
+        """Return the image (h, w).
+
+        The products are of double precision: what one processor rounds otherwise than another is lost in the single one of the image.
+        """
+        image: Any = self._down @ (seeds.astype(np.float64) @ self._across.T)
         return np.asarray(image, np.float32)
 
 
 @lru_cache(maxsize=32)
-def _spread(count: int, kernel: float) -> Image:
-    """Return (count, seeds): how seeds along one axis spread over its pixels; each pixel's squares add up to 1."""
+def _spread(count: int, kernel: float) -> npt.NDArray[np.float64]:
+    """Return (count, seeds) float: how seeds along one axis spread over its pixels; each pixel's squares add up to 1."""
     if kernel <= 0:
-        return np.eye(count, dtype=np.float32)
+        return np.eye(count)
     step = max(kernel, 1.0)  # a shorter one than a pixel has its seeds on the pixels
     margin = int(np.ceil(_REACH * kernel / step))
     seeds = step * np.arange(-margin, int(np.ceil(count / step)) + margin)
     weights = np.exp(-((np.arange(count)[:, None] - seeds) ** 2) / (2 * kernel**2))
-    weights[weights < 1e-7] = 0.0  # single precision loses it, and is slow with what is next to nothing
-    spread: Image = (weights / np.sqrt((weights**2).sum(axis=1, keepdims=True))).astype(np.float32)
+    weights[weights < 1e-7] = 0.0  # lost in the single precision of the image
+    spread: npt.NDArray[np.float64] = weights / np.sqrt((weights**2).sum(axis=1, keepdims=True))
     spread.flags.writeable = False
     return spread

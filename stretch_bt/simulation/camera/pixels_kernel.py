@@ -16,12 +16,17 @@ ZERO, LEAST = np.float32(0.0), np.float32(1e-6)
 
 @kernel("void(float32[:,::1],float32[:,::1],float32,float32)")
 def add(depth: Any, noise: Any, sd: Any, growth: Any) -> Any:
-    """Add noise times sd + growth depth^2 to the pixels that have a value; none goes behind the camera."""
+    """Add noise times sd + growth depth^2 to the pixels that have a value; none goes behind the camera.
+
+    Computed in double precision, so that processors with and without fused multiplication round the pixel alike.
+    """
     for v in range(depth.shape[0]):
         row, more = depth[v], noise[v]
         for u in range(depth.shape[1]):
-            z = row[u]
-            row[u] = max(z + more[u] * (sd + growth * z * z), LEAST) if z > ZERO else ZERO
+            z = float(row[u])
+            row[u] = (
+                max(np.float32(z + float(more[u]) * (float(sd) + float(growth) * z * z)), LEAST) if z > ZERO else ZERO
+            )
 
 
 @kernel()

@@ -47,7 +47,7 @@ class CorrelatedNoise(CameraEffect):
 
     name = "correlated_noise"
     order = 40
-    cost_ms = 0.45
+    cost_ms = 0.75
     cost_per = "frame"
     Parameters: ClassVar[type[base.Parameters]] = Parameters
 
@@ -96,8 +96,8 @@ class CorrelatedNoise(CameraEffect):
 def _weights(memory: float) -> Any:
     """Return the weights of this frame and of those before it; their squares add up to 1."""
     count = 1 if memory == 0 else max(math.ceil(math.log(_FORGOTTEN) / math.log(memory)), 1)
-    weights = np.float32(memory) ** np.arange(count, dtype=np.float32)
-    return weights / np.sqrt((weights**2).sum())
+    weights = memory ** np.arange(count)
+    return (weights / np.sqrt((weights**2).sum())).astype(np.float32)
 
 
 def _before(number: int) -> int:
