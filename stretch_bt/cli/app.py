@@ -14,9 +14,8 @@ import stretch_bt
 from stretch_bt import cli
 from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, report_error
 from stretch_bt.cli.start import main
-from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
+from stretch_bt.cli.stops import stops
 from stretch_bt.errors import StretchError
-from stretch_bt.run.signals import unbroken
 
 __all__ = ["app", "carry_out", "main"]
 
@@ -78,7 +77,4 @@ def carry_out() -> None:
     except (KeyboardInterrupt, SystemExit):
         if not stops.names or stops.noting:
             raise
-        if "--json" in sys.argv and not stops.told:
-            with unbroken():
-                typer.echo(stops.document(), nl=False)
-        sys.exit(EXIT_INTERRUPTED)
+        raise KeyboardInterrupt from None

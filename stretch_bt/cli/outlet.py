@@ -20,7 +20,7 @@ ROOM = 1 << 16
 #: bytes of one write: as much as a pipe takes as a whole, so that one sees a slow reader go on
 PIECE = 4096
 #: how long a reader may take over one piece before it counts as none, s
-PATIENCE = 0.5
+PATIENCE = 0.25
 
 
 class Outlet(io.RawIOBase):

@@ -56,6 +56,8 @@ def _carried_out() -> int:
 
         carry_out()
     except KeyboardInterrupt:
+        if "--json" in sys.argv and not stops.told:
+            sys.stdout.write(stops.document())
         return EXIT_INTERRUPTED
     except SystemExit as end:
         if isinstance(end.code, str):

@@ -13,7 +13,7 @@ __all__ = ["EXIT_INTERRUPTED", "Stops", "stops"]
 EXIT_INTERRUPTED = 130
 
 #: how long whoever reads standard output may keep a process that is to stop, s
-PATIENCE = 0.5
+PATIENCE = 0.25
 
 # json is not imported yet, and a handler imports nothing
 _RUN = """\
@@ -82,7 +82,7 @@ class Stops:
     def document(self) -> str:
         """Return the JSON of a command that was stopped before it had any other to give."""
         text = _RUN if sys.argv[1:2] == ["run"] else _OTHER
-        return text.replace("NAME", self.names[0])
+        return text.replace("NAME", self.names[0] if self.names else "SIGINT")
 
     def _raise(self, name: str) -> None:
         raise KeyboardInterrupt(name)
