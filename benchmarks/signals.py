@@ -29,7 +29,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,14 +45,14 @@ trees:
       - set_stretch: {stretch: 3 mm}
       - retract: {clearance: 20 mm}
     finally:
-      - set_stretch: {stretch: 0 mm}
+      - retract: {clearance: 20 mm}
 """
 MOCKS = """\
 format: stretch-mocks/1
 tree: tree.yaml
 mocks:
   - {match: "**/set_stretch", after: 2 s}
-  - {match: "**/retract", after: 10 s}
+  - {match: "**/retract", after: 30 s}
 """
 DEVICES = ("twin", "mocks")
 READERS = ("stderr read", "stderr unread", "stderr closed", "stdout closed")
@@ -85,6 +85,9 @@ def schedule(process: int) -> tuple[float, float]:
     return int(ran) / 1e9, int(waited) / 1e9
 
 
+Job = tuple[tuple[str, str], signal.Signals, float, "Future[End]"]
+
+
 @contextmanager
 def full_pipe() -> Iterator[int]:
     """Give the end of a pipe that takes nothing more, and that nobody reads."""
@@ -102,7 +105,7 @@ def full_pipe() -> Iterator[int]:
         os.close(given)
 
 
-def command(folder: Path, devices: str, reader: str) -> list[str]:
+def command(devices: str, reader: str) -> list[str]:
     """Return the command line, in a shell that closes what is closed."""
     words = ["run", "../tree.yaml", "--json", "--out", "record"]
     words += ["--mocks", "../mocks.yaml"] if devices == "mocks" else []
@@ -118,7 +121,7 @@ def run(folder: Path, devices: str, reader: str, after: float, number: signal.Si
         (folder / "err").open("wb") as err,
         (folder / "out").open("wb") as out,
         subprocess.Popen(
-            command(folder, devices, reader),
+            command(devices, reader),
             cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=out,
@@ -201,15 +204,13 @@ def whole(folder: Path, devices: str) -> float:
     for name in ("compiling", "measured"):
         end = run(folder / f"{devices}_{name}", devices, "stderr read", 1e9, signal.SIGINT)
         assert end.code == 0, end.err.decode()
-    with subprocess.Popen(command(folder, devices, ""), cwd=made(folder / f"{devices}_timed"), **QUIET) as process:
+    timed = made(folder / f"{devices}_timed")
+    with subprocess.Popen(command(devices, "stdout closed"), cwd=timed, stderr=subprocess.DEVNULL) as process:
         ran = 0.0
         while process.poll() is None:
             ran = max(ran, schedule(process.pid)[0])
             time.sleep(0.001)
     return ran
-
-
-QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
 
 def made(folder: Path) -> Path:
@@ -225,6 +226,8 @@ def main() -> None:
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--at-once", type=int, default=1, help="processes that run beside each other")
     given = options.parse_args()
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have them ignored, which processes inherit
+        signal.signal(number, signal.default_int_handler)
     draw = random.Random(given.seed)
     with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(given.at_once) as pool:
         folder = Path(name)
@@ -232,7 +235,7 @@ def main() -> None:
         (folder / "mocks.yaml").write_text(MOCKS)
         times = {devices: whole(folder, devices) for devices in DEVICES}
         print(", ".join(f"a whole run on {name} takes {1e3 * t:.0f} ms of CPU" for name, t in times.items()))
-        jobs = []
+        jobs: list[Job] = []
         for count in range(given.signals):
             case = DEVICES[count % 2], READERS[count // 2 % 4]
             number = (signal.SIGINT, signal.SIGTERM)[count // 8 % 2]
@@ -241,7 +244,7 @@ def main() -> None:
         report(jobs)
 
 
-def report(jobs: list) -> None:
+def report(jobs: list[Job]) -> None:
     """Print a row for each case, and what was wrong one by one."""
     counts: dict[tuple[str, str], Counter[str]] = {}
     slowest: dict[tuple[str, str], float] = {}
