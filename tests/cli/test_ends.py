@@ -29,7 +29,7 @@ devices: {arm: Arm}
 scene: water_balloon
 trees: {main: {sequence: [{speaks: {}}, {retract: {clearance: 20 mm}}]}}
 """
-OWN = """\
+OWN = '''\
 import os, signal, sys
 from stretch_bt import Behavior, Status, node
 
@@ -41,6 +41,8 @@ def at(stage):
 
 @node
 class Speaks(Behavior):
+    """Print much, and come under a signal."""
+
     def update(self):
         print("x" * int(os.environ.get("WORDS", "0")))
         print("y" * int(os.environ.get("WORDS", "0")), file=sys.stderr)
@@ -48,7 +50,7 @@ class Speaks(Behavior):
         return Status.SUCCESS
 
 at("import")
-"""
+'''
 
 
 @pytest.fixture
