@@ -140,8 +140,8 @@ def run(folder: Path, devices: str, reader: str, after: float, number: signal.Si
             time.sleep(0.001)
             waited = time.monotonic() - began
         process.kill()
-    read = [(folder / name).read_bytes() for name in ("out", "err")]
-    return End(process.returncode, waited - busy, *read, folder / "record", sent)
+    out_, err_ = ((folder / name).read_bytes() for name in ("out", "err"))
+    return End(process.returncode, waited - busy, out_, err_, folder / "record", sent)
 
 
 def judge(end: End, reader: str) -> str:
@@ -245,21 +245,26 @@ def main() -> None:
 
 
 def report(jobs: list[Job]) -> None:
-    """Print a row for each case, and what was wrong one by one."""
+    """Print what was wrong one by one, then a row for each case; Ctrl-C leaves out what has not begun."""
     counts: dict[tuple[str, str], Counter[str]] = {}
     slowest: dict[tuple[str, str], float] = {}
     for case, number, after, job in jobs:
-        end = job.result()
+        try:
+            end = job.result()
+        except KeyboardInterrupt:
+            for rest in jobs:
+                rest[3].cancel()
+            break
         row = counts.setdefault(case, Counter())
         kind = judge(end, case[1])
         row.update(["sent", kind, *end.wrong])
         if kind == "heard":
             slowest[case] = max(slowest.get(case, 0.0), end.waited)
         if end.wrong:
-            last = (end.err or b"").decode(errors="replace").strip()[-300:]
-            print(
-                f"{case}, {number.name} after {after:.3f} s: {sorted(end.wrong)}, exit {end.code}, {end.waited:.2f} s: {last}"
+            told = (
+                f"{case}, {number.name} after {after:.3f} s: {sorted(end.wrong)}, exit {end.code}, {end.waited:.2f} s"
             )
+            print(f"{told}: {end.err.decode(errors='replace').strip()[-300:]}", flush=True)
     columns = ("sent", "before main", "over", "heard", *WRONG)
     print(f"{'devices':8}{'reader':15}" + "".join(f"{name:>12}" for name in columns) + f"{'slowest, s':>12}")
     for (devices, reader), row in counts.items():

@@ -14,7 +14,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import Seen
-from stretch_bt.run.load_ahead import load_ahead
+from stretch_bt.run.load_ahead import load_ahead, load_twin
 from stretch_bt.run.onlooker import Onlooker, Visits
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.record import RunRecord, rewrite_result
@@ -328,7 +328,10 @@ def _load_scene(task: Task, spec: CellSpec | None) -> Any:
 
     if task.scene is None:
         raise InvalidInput("a simulated cell needs a scene; name one with --scene, or in the tree")
-    return load_scene(task.scene)
+    loaded = load_scene(task.scene)
+    if loaded.fidelity == "sheet":
+        load_twin()
+    return loaded
 
 
 def _result(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:

@@ -11,7 +11,7 @@ import pkgutil
 from collections.abc import Iterator
 from contextlib import suppress
 
-__all__ = ["load_ahead"]
+__all__ = ["load_ahead", "load_twin"]
 
 #: packages whose modules are all loaded
 _OWN = ("stretch_bt.perception", "stretch_bt.model", "stretch_bt.behaviors", "stretch_bt.run")
@@ -33,6 +33,12 @@ _OTHERS = (
     "scipy.special",
     "scipy.stats",
 )
+#: modules that the twin imports when something is read from it first
+_TWIN = (
+    "scipy.interpolate",
+    "stretch_bt.simulation.membrane.sheet.hanging",
+    "stretch_bt.simulation.membrane.sheet.solver",
+)
 
 
 def load_ahead() -> None:
@@ -40,6 +46,12 @@ def load_ahead() -> None:
     for name in _names():
         with suppress(Exception):
             importlib.import_module(name)
+
+
+def load_twin() -> None:
+    """Import what the twin solves membranes with, which its first reading would import in the middle of a tick."""
+    for name in _TWIN:
+        importlib.import_module(name)
 
 
 def _names() -> Iterator[str]:
