@@ -14,7 +14,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import Seen
-from stretch_bt.run.load_ahead import load_ahead, load_twin
+from stretch_bt.run.load_ahead import load_ahead, load_first
 from stretch_bt.run.onlooker import Onlooker, Visits
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.record import RunRecord, rewrite_result
@@ -129,6 +129,8 @@ def execute(
     real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
     if real:
         load_ahead()
+    else:
+        load_first(sheet=scene is not None and scene.fidelity == "sheet")
     clock: Clock = RealClock() if real else VirtualClock()
     with one_thread():
         run = _Run(task, clock, view, watch)
@@ -328,10 +330,7 @@ def _load_scene(task: Task, spec: CellSpec | None) -> Any:
 
     if task.scene is None:
         raise InvalidInput("a simulated cell needs a scene; name one with --scene, or in the tree")
-    loaded = load_scene(task.scene)
-    if loaded.fidelity == "sheet":
-        load_twin()
-    return loaded
+    return load_scene(task.scene)
 
 
 def _result(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:

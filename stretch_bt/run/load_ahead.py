@@ -11,18 +11,21 @@ import pkgutil
 from collections.abc import Iterator
 from contextlib import suppress
 
-__all__ = ["load_ahead", "load_twin"]
+__all__ = ["load_ahead", "load_first"]
 
 #: packages whose modules are all loaded
 _OWN = ("stretch_bt.perception", "stretch_bt.model", "stretch_bt.behaviors", "stretch_bt.run")
-#: modules of libraries that functions of those import
-_OTHERS = (
-    "cv2",
+#: modules of libraries that a record imports as it is written
+_RECORD = (
     "foxglove_schemas_protobuf.CameraCalibration_pb2",
     "foxglove_schemas_protobuf.Log_pb2",
     "foxglove_schemas_protobuf.PointCloud_pb2",
     "foxglove_schemas_protobuf.RawImage_pb2",
     "mcap_protobuf.schema",
+)
+#: modules of libraries that functions of those import
+_OTHERS = (
+    "cv2",
     "scipy.fft",
     "scipy.interpolate",
     "scipy.linalg.interpolative",
@@ -33,8 +36,8 @@ _OTHERS = (
     "scipy.special",
     "scipy.stats",
 )
-#: modules that the twin imports when something is read from it first
-_TWIN = (
+#: modules of the solver that a twin imports when something is read from it first
+_SHEET = (
     "scipy.interpolate",
     "stretch_bt.simulation.membrane.sheet.hanging",
     "stretch_bt.simulation.membrane.sheet.solver",
@@ -48,9 +51,12 @@ def load_ahead() -> None:
             importlib.import_module(name)
 
 
-def load_twin() -> None:
-    """Import what the twin solves membranes with, which its first reading would import in the middle of a tick."""
-    for name in _TWIN:
+def load_first(*, sheet: bool) -> None:
+    """Import what the first ticks of any run would import, with `sheet` also what a twin solves its membrane with.
+
+    No signal is heard while a tick imports.
+    """
+    for name in (*_RECORD, *(_SHEET if sheet else ())):
         importlib.import_module(name)
 
 
@@ -60,4 +66,4 @@ def _names() -> Iterator[str]:
             module.name
             for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.", onerror=lambda _: None)
         )
-    yield from _OTHERS
+    yield from (*_OTHERS, *_RECORD)
