@@ -1,5 +1,5 @@
 """The command line: thin, one command to a file."""
 
-from stretch_bt.cli.app import main
+from stretch_bt.cli.start import main, program
 
-__all__ = ["main"]
+__all__ = ["main", "program"]

@@ -1,5 +1,5 @@
 """`python -m stretch_bt.cli`."""
 
-from stretch_bt.cli import main
+from stretch_bt.cli import program
 
-main()
+program()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import threading
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
@@ -13,11 +12,12 @@ import typer
 
 import stretch_bt
 from stretch_bt import cli
-from stretch_bt.cli.output import EXIT_BAD_INPUT, EXIT_INTERRUPTED, emit_json, report_error
+from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, report_error
+from stretch_bt.cli.start import main
+from stretch_bt.cli.stops import stops
 from stretch_bt.errors import StretchError
-from stretch_bt.run.signals import signals
 
-__all__ = ["app", "main"]
+__all__ = ["app", "carry_out", "main"]
 
 app = typer.Typer(
     name="stretch-bt",
@@ -61,28 +61,20 @@ def _add_commands(group: typer.Typer, package: ModuleType) -> None:
 _add_commands(app, cli)
 
 
-def main() -> None:
-    """Run the command line."""
-    interrupted = threading.Event()
-
-    def interrupt(name: str) -> None:
-        interrupted.set()
-        raise KeyboardInterrupt
-
-    with signals(interrupt):
-        try:
-            app()
-        except StretchError as error:
-            if "--json" in sys.argv:
-                emit_json({"error": type(error).__name__, "reason": str(error)})
-            sys.exit(report_error(error))
-        except OSError as error:
-            if isinstance(error, BrokenPipeError):  # whoever read the output has enough
-                sys.stderr.close()
-                sys.exit(0)
-            typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
-            sys.exit(EXIT_BAD_INPUT)
-        except (KeyboardInterrupt, SystemExit) as ended:
-            if interrupted.is_set() or isinstance(ended, KeyboardInterrupt):
-                sys.exit(EXIT_INTERRUPTED)
+def carry_out() -> None:
+    """Carry out the command of `sys.argv`."""
+    if sys.argv[1:2] != ["run"]:  # which says by itself from when on something is open
+        stops.work()
+    try:
+        app()
+    except StretchError as error:
+        if "--json" in sys.argv:
+            emit_json({"error": type(error).__name__, "reason": str(error)})
+        sys.exit(report_error(error))
+    except OSError as error:
+        typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
+        sys.exit(EXIT_BAD_INPUT)
+    except (KeyboardInterrupt, SystemExit):
+        if not stops.names or stops.noting:
             raise
+        raise KeyboardInterrupt from None

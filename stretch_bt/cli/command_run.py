@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stretch_bt.cli.outlet import pictures
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
+from stretch_bt.cli.stops import stops
 from stretch_bt.errors import FileError, InvalidInput, StretchError
 
 if TYPE_CHECKING:
@@ -50,22 +52,40 @@ def command(
     """Run a tree on a scene, on a cell, or on mocks."""
     from rich.console import Console
 
+    from stretch_bt.run.execute import interrupt_result
     from stretch_bt.run.task import run
 
     try:
         view = None if quiet else _view()
-        with redirect_stdout(sys.stderr):  # what nodes print must not get among the result
+        # what nodes print must not get among the result, and no tick waits for whoever reads it
+        with pictures(), redirect_stdout(sys.stderr):
             params = parameters(set_ or [])
-            result = run(tree, scene=scene, cell=cell, params=params, seed=seed, mocks=mocks, out=out, view=view)
+            result = run(
+                tree,
+                scene=scene,
+                cell=cell,
+                params=params,
+                seed=seed,
+                mocks=mocks,
+                out=out,
+                view=view,
+                watch=lambda _: stops.note(),  # the run ends by itself from here on
+            )
     except KeyboardInterrupt as error:
+        stops.note()
         if json_:
-            emit_json({**refused(InvalidInput("stopped before the first tick")), "status": "INTERRUPTED"})
+            interrupted = InvalidInput(f"stopped by {error or 'SIGINT'} before the first tick")
+            emit_json({**refused(interrupted), "status": "INTERRUPTED"})
         raise typer.Exit(EXIT_INTERRUPTED) from error
     except StretchError as error:
+        stops.note()
         if json_:
             emit_json(refused(error))
         report_error(error)
         raise typer.Exit(exit_code(error)) from None
+    stops.note()
+    if stops.names:
+        interrupt_result(result, stops.names[0])
     if json_:
         fields = result.to_json()
         emit_json(fields if stats else {key: value for key, value in fields.items() if key != "stats"})

@@ -12,7 +12,9 @@ import typer
 if TYPE_CHECKING:
     from stretch_bt.hardware.finding import Finding
 
+from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
 from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError
+from stretch_bt.run.signals import unbroken
 
 __all__ = [
     "EXIT_BAD_INPUT",
@@ -26,12 +28,15 @@ __all__ = [
     "report_error",
 ]
 
-EXIT_FAILURE, EXIT_BAD_INPUT, EXIT_FAULT, EXIT_INTERRUPTED = 1, 2, 3, 130
+EXIT_FAILURE, EXIT_BAD_INPUT, EXIT_FAULT = 1, 2, 3
 
 
 def emit_json(document: Any) -> None:
     """Print the one JSON document of a command."""
-    typer.echo(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
+    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False)
+    with unbroken():
+        stops.told = True
+        typer.echo(text)
 
 
 def exit_code(error: StretchError) -> int:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -14,10 +14,10 @@ from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import Seen
-from stretch_bt.run.load_ahead import load_ahead
+from stretch_bt.run.load_ahead import load_ahead, load_first
 from stretch_bt.run.onlooker import Onlooker, Visits
 from stretch_bt.run.prepare import Task
-from stretch_bt.run.record import RunRecord
+from stretch_bt.run.record import RunRecord, rewrite_result
 from stretch_bt.run.record.plain import plain
 from stretch_bt.run.report import write_report
 from stretch_bt.run.runner import Outcome, Runner, Watcher
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.cell_file import CellSpec
 
-__all__ = ["RunResult", "View", "execute"]
+__all__ = ["RunResult", "View", "execute", "interrupt_result"]
 
 #: device implementations that go by whatever clock they are given
 _ANY_CLOCK = ("simulated", "replay")
@@ -129,72 +129,90 @@ def execute(
     real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
     if real:
         load_ahead()
+    else:
+        load_first(sheet=scene is not None and scene.fidelity == "sheet")
     clock: Clock = RealClock() if real else VirtualClock()
-    record = RunRecord(Path(out) if out is not None else None)
-    task.context.folder = record.folder
-    record.start(task.context.about, task.run_info(spec))
-    run = _Run(task, clock, record, view, watch)
-    with one_thread(), signals(run.interrupted):
-        return run.whole(spec, scene, devices)
+    with one_thread():
+        run = _Run(task, clock, view, watch)
+        with signals(run.interrupted):
+            run.record = RunRecord(Path(out) if out is not None else None)
+            return run.whole(spec, scene, devices)
 
 
 class _Run:
-    """One run, from opening to closing."""
+    """One run, from its record to closing: a signal at any instant of it ends it safely and is in its result."""
 
-    def __init__(
-        self,
-        task: Task,
-        clock: Clock,
-        record: RunRecord,
-        view: View | None,
-        watch: Callable[[Runner], None] | None,
-    ) -> None:
+    record: RunRecord
+
+    def __init__(self, task: Task, clock: Clock, view: View | None, watch: Callable[[Runner], None] | None) -> None:
         self.task = task
         self.clock = clock
-        self.record = record
         self.view = view
         self.watch = watch
-        self.seen = Seen(record)
-        self.opening = True
+        self.cell: Cell | Given | None = None
+        self.runner: Runner | None = None
+        self.came: list[str] = []
+        self.opening = False
 
     def interrupted(self, why: str) -> None:
-        """While devices open, end at once; later the runner hears of signals, and closing is not held up by one."""
-        if self.opening:
+        """Take note of a signal: it breaks off the opening of devices, and stops the task from its first tick on."""
+        self.came.append(why)
+        if self.runner is not None:
+            self.runner.interrupt(why)
+        elif self.opening:
+            self.opening = False  # what closes the devices again is not broken off
             raise KeyboardInterrupt(why)
 
     def whole(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> RunResult:
         """Open, drive, close."""
-        cell: Cell | Given | None = None
+        self.seen = Seen(self.record)
+        self.task.context.folder = self.record.folder
         try:
-            cell = self.open(spec, scene, devices)
-            self.opening = False
-            return self.drive(cell)
+            self.record.start(self.task.context.about, self.task.run_info(spec))
+            self.open(spec, scene, devices)
+            return self.drive(self.cell)
         except BaseException as error:
-            self.opening = False
+            if self.came and self.runner is None:
+                return self.unbegun()
             kinds = {DeviceFault: "FAULT", KeyboardInterrupt: "INTERRUPTED"}
             status = next((name for kind, name in kinds.items() if isinstance(error, kind)), "ERROR")
             with suppress(RecordError):  # what ended the run is told, not what became of its record
                 self.record.close({"status": status, "reason": str(error)})
             raise
         finally:
-            if cell is not None:
-                cell.close()
+            if self.cell is not None:
+                self.cell.close()
 
-    def open(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> Cell | Given | None:
+    def open(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> None:
         """Open the devices, or take those that were given."""
         context = self.task.context
         if devices is not None:
             context.devices = devices
-            return Given(devices)
-        if spec is None:
-            return None
-        from stretch_bt.hardware.cell import open_cell
+            self.cell = Given(devices)
+        elif spec is not None:
+            self.cell = cell = self.opened(spec, scene)
+            context.devices, context.hand = cell.devices, cell.hand
 
-        cell = open_cell(
-            spec, now=self.clock.now, seed=self.task.seed, scene=scene, journal=self.seen, only=self.task.devices()
-        )
-        context.devices, context.hand = cell.devices, cell.hand
-        return cell
+    def opened(self, spec: CellSpec, scene: Any) -> Cell:
+        """Return the devices, opened; the only part of a run that a signal breaks off where it is."""
+        self.opening = True
+        try:
+            if self.came:
+                raise KeyboardInterrupt(self.came[0])
+            from stretch_bt.hardware.cell import open_cell
+
+            return open_cell(
+                spec, now=self.clock.now, seed=self.task.seed, scene=scene, journal=self.seen, only=self.task.devices()
+            )
+        finally:
+            self.opening = False
+
+    def unbegun(self) -> RunResult:
+        """Return the result of a run that a signal ended before its first tick."""
+        reason = f"stopped by {self.came[0]} before the first tick"
+        result = RunResult("INTERRUPTED", reason, {}, {}, 0, 0.0, 0.0, 0.0, str(self.record.folder))
+        self.write_down(result)
+        return result
 
     def drive(self, cell: Cell | Given | None) -> RunResult:
         """Tick to the end, close the devices, and write down what came of it."""
@@ -211,6 +229,9 @@ class _Run:
         runner = Runner(built, self.task.context, self.clock, period=period, cell=cell, watchers=watchers)
         if self.watch is not None:
             self.watch(runner)
+        self.runner = runner
+        for why in self.came:
+            runner.interrupt(why)
         try:
             if self.view is not None:
                 self.view.start(built.outline())
@@ -222,19 +243,51 @@ class _Run:
         errors = cell.close() if cell is not None else []
         outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
         result = _result(self.task, outcome, truths, visits, self.seen, self.record)
-        result.stats = cell.stats() if cell is not None else []
-        if sketches is not None:
-            sketches.save(self.record.folder)
+        with _told_in(result, "no figures of the twin"):
+            result.stats = cell.stats() if cell is not None else []
+        with _told_in(result, "no sketch of the object"):
+            if sketches is not None:
+                sketches.save(self.record.folder)
         self.write_down(result)
         return result
 
     def write_down(self, result: RunResult) -> None:
-        """Close the record and write the report; a disk that fails does not undo the run."""
-        for step in (lambda: self.record.close(result.to_json()), lambda: write_report(self.record.folder)):
-            try:
-                step()
-            except RecordError as error:
-                result.errors.append(str(error))
+        """Close the record and write the report; what fails of it is told and changes nothing."""
+        if self.came:
+            interrupt_result(result, self.came[0], written=False)
+        with _told_in(result):
+            self.record.close(result.to_json())
+        with _told_in(result, "no report"):
+            write_report(self.record.folder)
+        if self.came:
+            interrupt_result(result, self.came[0])
+
+
+@contextmanager
+def _told_in(result: RunResult, what: str = "") -> Iterator[None]:
+    """Add what breaks in the block to the errors of a result: nothing after the last tick changes how a run ended."""
+    try:
+        yield
+    except RecordError as error:
+        result.errors.append(str(error))
+    except Exception as error:
+        result.errors.append(f"{what or 'no result.json'} ({type(error).__name__}: {error})")
+
+
+def interrupt_result(result: RunResult, why: str, *, written: bool = True) -> None:
+    """Say in a result, and where it is `written` in its record, that a signal came after the task had ended.
+
+    A device fault and an error stay what they are.
+    """
+    if result.status not in ("SUCCESS", "FAILURE"):
+        return
+    ended = f"{why} came after the task had ended with {result.status}"
+    result.status, result.reason = "INTERRUPTED", f"{ended}: {result.reason}" if result.reason else ended
+    if written:
+        with _told_in(result):
+            rewrite_result(Path(result.record), result.to_json())
+        with _told_in(result, "no report"):
+            write_report(Path(result.record))
 
 
 class Given:

@@ -237,14 +237,15 @@ class Runner:
         self._shield()
         abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
         self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
-        calls = self.tree.pending()
+        owed = self.tree.take_pending()
         errors = stop_tree(self.tree.root)
         self._interrupted_nodes()
         if abnormal or errors:
             errors += self._stop_devices()
-        for call in calls:
-            errors += self._finally(call.finish)
-        errors += self._finally(self.tree.finish)
+        for finish in owed:
+            errors += self._finally(finish)
+        if self.tree.finish is not None:
+            errors += self._finally(self.tree.finish)
         errors += self._stop_devices()
         for error in errors:
             self.outcome.errors.append(_told(error))
@@ -261,14 +262,18 @@ class Runner:
         except BaseException as error:
             return [error]
 
-    def _finally(self, finish: Node | None) -> list[BaseException]:
-        """Tick a `finally` to its end or to one interrupt more than the task had; return what broke while stopping it."""
-        if finish is not None:
-            self._tick_finally(finish)
-            errors = stop_tree(finish)
-            self._interrupted_nodes()
-            return errors
-        return []
+    def _finally(self, finish: Node) -> list[BaseException]:
+        """Tick a `finally` to its end or to one interrupt more than the task had, then those of trees that it called and left.
+
+        Returns what broke while stopping them.
+        """
+        self._tick_finally(finish)
+        owed = self.tree.take_pending(finish)
+        errors = stop_tree(finish)
+        self._interrupted_nodes()
+        for inner in owed:
+            errors += self._finally(inner)
+        return errors
 
     def _tick_finally(self, finish: Node) -> None:
         name, limit = finish.path.rpartition("/")[0], len(self._interrupts)

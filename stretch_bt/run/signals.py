@@ -1,4 +1,4 @@
-"""Signals that ask for a safe stop."""
+"""Signals that ask for a safe stop: one handler, which passes each to whoever takes them at the moment."""
 
 from __future__ import annotations
 
@@ -13,25 +13,39 @@ __all__ = ["SIGNALS", "signals", "unbroken"]
 #: what asks for a safe stop; the last is a terminal that was closed
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
+#: who takes signals, the last one first
+_receivers: list[Callable[[str], None]] = []
+
+
+def _handle(number: int, _: Any) -> None:
+    if _receivers:
+        _receivers[-1](signal.Signals(number).name)
+
 
 @contextmanager
 def signals(interrupt: Callable[[str], None]) -> Iterator[None]:
-    """Pass the names of signals on while the block runs, then put the old handlers back; only the main thread gets any."""
+    """Pass the names of signals on while the block runs; only the main thread gets any.
+
+    Within another such block the handler stays in its place, so no signal falls between the two. After the outermost
+    block the handlers that were there before come back.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     kept: dict[int, Any] = {}
+    _receivers.append(interrupt)
     try:
         for number in SIGNALS:
             before = signal.getsignal(number)
-            if before is signal.SIG_IGN and number not in (signal.SIGINT, signal.SIGTERM):
-                continue  # nohup
+            if before is _handle or (before is signal.SIG_IGN and number not in (signal.SIGINT, signal.SIGTERM)):
+                continue  # it stands; or nohup asks to outlive the terminal, though a stop that is asked for is obeyed
             kept[number] = before
-            signal.signal(number, lambda n, _: interrupt(signal.Signals(n).name))
+            signal.signal(number, _handle)
         yield
     finally:
         for number, handler in kept.items():
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        _receivers.pop()
 
 
 @contextmanager

@@ -62,10 +62,17 @@ class BuiltTree:
         """Return the devices of nodes, and of the readings that are not mocked."""
         return self.devices | {reading.partition(".")[0] for reading in self.readings if reading not in mocked}
 
-    def pending(self) -> list[CallNode]:
-        """Return the called trees that were entered and still owe their `finally`, the innermost first."""
-        calls = [n for n in self.nodes.values() if isinstance(n, CallNode)]
-        return [n for n in calls if n.entered and n.finish is not None]
+    def take_pending(self, under: Node | None = None) -> list[Node]:
+        """Return each `finally` that is owed, the innermost first: of called trees that were entered, below a node or anywhere.
+
+        It is owed once: whoever takes it runs it.
+        """
+        inside = None if under is None else {id(node) for node in under.iterate()}
+        calls = [n for n in self.nodes.values() if isinstance(n, CallNode) and n.entered and n.finish is not None]
+        calls = [n for n in calls if inside is None or id(n) in inside]
+        for call in calls:
+            call.entered = False
+        return [call.finish for call in calls]
 
     def outline(self) -> list[tuple[int, str, str]]:
         """Return (depth, path, label) of every node, from the root down."""

@@ -34,3 +34,22 @@ def test_a_task_loads_nothing_while_it_runs(tmp_path, tree):
     asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record"]
     done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout) == ["SUCCESS", []]
+
+
+TREE = """\
+format: stretch-tree/1
+devices: {arm: Arm, gripper: Gripper}
+scene: water_balloon
+trees: {main: {sequence: [{set_stretch: {stretch: 3 mm}}, {retract: {clearance: 20 mm}}]}}
+"""
+
+
+def test_the_twin_itself_imports_nothing_in_a_tick(tmp_path):
+    """No signal is heard while a tick imports."""
+    (tmp_path / "tree.yaml").write_text(TREE)
+    program = PROGRAM.replace("load_ahead()\nknown", "known").replace(
+        'if not name.startswith("stretch_bt.simulation")', ""
+    )
+    asked = [sys.executable, "-c", program, tmp_path / "tree.yaml", tmp_path / "record"]
+    done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert json.loads(done.stdout) == ["SUCCESS", []]

@@ -113,6 +113,33 @@ def test_every_finally_that_is_owed_runs_from_the_inside_out(bench: Any) -> None
     assert starts_and_stops == ["a.init", "a.term(I)", "inner_end.init", "outer_end.init", "last.init"]
 
 
+#: a tree whose `finally` calls trees with a `finally` of their own, three deep; the innermost ends as {0} says
+DEEP = {
+    "body": "{probe: {name: a}, finally: [outer: {}, probe: {name: last}]}",
+    "trees": """
+        outer: {{sequence: [inner: {{}}], finally: [probe: {{name: outer_end}}]}}
+        inner: {{probe: {{script: {0}, name: b}}, finally: [core: {{}}]}}
+        core: {{probe: {{script: {1}, name: c}}, finally: [probe: {{name: core_end}}]}}
+    """,
+}
+
+
+@pytest.mark.parametrize(("inner", "core"), [(b, c) for b in "FXDKQi" for c in "SFXDQ"])
+def test_every_tree_that_a_finally_calls_runs_its_own_whatever_breaks_in_it(bench: Any, inner: str, core: str) -> None:
+    outcome = bench.run(DEEP["body"], trees=DEEP["trees"].format(inner, core))
+    assert outcome.status != "SUCCESS"
+    begun = [entry.partition(".")[0] for entry in bench.trace if entry.endswith(".init")]
+    assert [begun.count(name) for name in ("b", "core_end", "outer_end")] == [1, begun.count("c"), 1], begun
+    assert begun.index("b") < begun.index("c") < begun.index("core_end") < begun.index("outer_end")
+
+
+def test_a_finally_in_a_task_that_calls_trees_leaves_none_of_theirs_out(bench: Any) -> None:
+    bench.run("sequence: [outer: {}]", trees=DEEP["trees"].format("S", "X"))
+    begun = [entry.partition(".")[0] for entry in bench.trace if entry.endswith(".init")]
+    assert begun.count("core_end") == begun.count("c") > 0
+    assert begun.count("outer_end") == 1
+
+
 def test_a_finally_that_ran_with_its_call_is_not_run_again(bench: Any) -> None:
     outcome = bench.run(
         "sequence: [part: {}, probe: {script: Ri, name: b}]",

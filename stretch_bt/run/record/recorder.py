@@ -20,7 +20,7 @@ from stretch_bt.run.record.messages import log_line, point_cloud
 from stretch_bt.run.record.plain import plain
 from stretch_bt.run.record.readings import FRAME, frame_fields, reading_fields
 
-__all__ = ["RunRecord"]
+__all__ = ["RunRecord", "rewrite_result"]
 
 _LEVELS = {"fault": "ERROR", "error": "ERROR", "stop_error": "ERROR", "finally": "WARNING", "overrun": "WARNING"}
 
@@ -161,8 +161,7 @@ class RunRecord:
             raise self._break(errors[0]) from errors[0]
 
     def _json_file(self, name: str, content: Mapping[str, Any]) -> None:
-        text = json.dumps(plain(content), indent=2, allow_nan=False)
-        (self.folder / name).write_text(text + "\n", encoding="utf-8")
+        _write_json(self.folder / name, content)
 
     def _break(self, error: OSError) -> RecordError:
         """Leave the files as they are, take nothing more, and say why."""
@@ -172,6 +171,20 @@ class RunRecord:
             _try(self._streams.channels.abandon)
         self._streams = None
         return refuse(self.folder, "record-write", f"cannot write the record: {error.strerror or error}")
+
+
+def rewrite_result(folder: Path, result: Mapping[str, Any]) -> None:
+    """Put another result in the place of the one that closed a record."""
+    new = folder / f"{RESULT}.new"
+    try:
+        _write_json(new, result)
+        new.replace(folder / RESULT)
+    except OSError as error:
+        raise refuse(folder, "record-write", f"cannot write the record: {error.strerror or error}") from error
+
+
+def _write_json(path: Path, content: Mapping[str, Any]) -> None:
+    path.write_text(json.dumps(plain(content), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _try(step: Callable[[], None]) -> OSError | None:
