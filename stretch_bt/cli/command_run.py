@@ -44,6 +44,9 @@ def command(
     stats: Annotated[
         bool, typer.Option("--stats", help="Show what the twin solved, and the time of each effect.")
     ] = False,
+    traceback: Annotated[
+        bool, typer.Option("--traceback", help="Show where the code of a node broke, frame by frame.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not show the tree while it runs.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
@@ -69,7 +72,7 @@ def command(
     if json_:
         fields = result.to_json()
         emit_json(fields if stats else {key: value for key, value in fields.items() if key != "stats"})
-    show(result, Console(stderr=json_))
+    show(result, Console(stderr=json_), traceback)
     if stats:
         show_stats(result, Console(stderr=json_))
     raise typer.Exit(EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status])
@@ -107,12 +110,16 @@ def refused(error: StretchError) -> dict[str, Any]:
     return {"status": status, "reason": str(error), **empty, "record": None, "diagnostics": found}
 
 
-def show(result: RunResult, console: Console) -> None:
-    """Print a result for a person."""
+def show(result: RunResult, console: Console, traceback: bool = False) -> None:
+    """Print a result for a person; `traceback` adds every frame where the code of a node broke."""
     color = _COLOR.get(result.status, "red")
     console.print(f"[bold {color}]{result.status}[/]", end=" " if result.reason else "\n")
     if result.reason:
         console.print(result.reason, markup=False, highlight=False)
+    for broken in result.broken:
+        console.print(f"  at {broken['at']}", markup=False, highlight=False, soft_wrap=True)
+        if traceback:
+            console.print(broken["traceback"], markup=False, highlight=False, soft_wrap=True)
     if result.outputs:
         console.print(outputs_table(result))
     for name, value in result.readings.items():

@@ -127,6 +127,10 @@ class _Tee(Cell):
             raise NodeError(writer, f"${self.target_sd.name} takes a standard deviation, and the node gave none")
         self.target_sd.write(self.sd, writer)
 
+    def reset(self, value: Any = MISSING) -> None:
+        for cell in (self.target, self.target_sd):
+            cell.reset(value)
+
 
 class Builder:
     """Builds one tree; parts call it back for their children, cells and inputs."""
