@@ -11,6 +11,7 @@ import typer
 
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
 from stretch_bt.errors import FileError, InvalidInput, StretchError
+from stretch_bt.tree.blame import blame
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -68,6 +69,8 @@ def command(
         if json_:
             emit_json(refused(error))
         report_error(error)
+        if traceback and (broken := blame(error)) is not None:
+            typer.echo(broken["traceback"], err=True)
         raise typer.Exit(exit_code(error)) from None
     if json_:
         fields = result.to_json()

@@ -17,6 +17,7 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.mocks import Mocks
 from stretch_bt.source import Map, Scalar
+from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.ports import Behavior
@@ -60,7 +61,8 @@ class Task:
             self.context.hand, self.context.limits = Hand(spec.hand), spec.limits
         for node in self.built.nodes.values():
             if isinstance(node, Behavior):
-                node.prepare()
+                with own_code(node.path, "prepare()"):
+                    node.prepare()
 
     def devices(self) -> set[str]:
         """Return the devices that the run needs: those of nodes and readings that are not mocked."""

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary
 
-import py_trees
-
 from stretch_bt.errors import NodeError, StretchError
 
-__all__ = ["Broken", "blame", "place_of"]
+__all__ = ["Broken", "blame", "own_code", "place_of"]
 
 _HERE = Path(__file__).parent
 #: code that ticks, imports or checks a node, and is not the node
-_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli", Path(py_trees.__file__).parent)
+_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli")
+_AROUND_TOO = ("py_trees", "importlib")
 
 
 class Broken(dict[str, str]):
@@ -42,12 +42,26 @@ def place_of(error: BaseException) -> str:
     return f"{_from_here(Path(last.filename))}:{last.lineno} in {last.name}"
 
 
+@contextmanager
+def own_code(path: str, what: str) -> Iterator[None]:
+    """Turn what own code raises before the first tick into NodeError, which names the node at `path` and the line."""
+    try:
+        yield
+    except StretchError:
+        raise
+    except (Exception, SystemExit) as error:
+        at = place_of(error)
+        reason = f"{what} broke ({type(error).__name__}: {error}){at and f' at {at}'}"
+        raise NodeError(path, reason) from error
+
+
 def _frames(error: BaseException) -> Iterator[FrameSummary]:
     """Yield the frames from the first that is neither ours around a node nor of the import machinery."""
     inside = False
     for frame in traceback.extract_tb(error.__traceback__):
-        around = frame.filename.startswith("<") or any(Path(frame.filename).is_relative_to(p) for p in _AROUND)
-        inside = inside or not (around or Path(frame.filename).parent.name == "importlib")
+        path = Path(frame.filename)
+        around = any(path.is_relative_to(folder) for folder in _AROUND) or path.parent.name in _AROUND_TOO
+        inside = inside or not (around or frame.filename.startswith("<"))
         if inside:
             yield frame
 

@@ -9,6 +9,7 @@ from typing import Any, Protocol, TypeVar
 import py_trees
 
 from stretch_bt.errors import NoAnswer, NodeError
+from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.explained import Explained
@@ -249,7 +250,8 @@ class Builder:
 
     def leaf(self, part: Leaf, path: str) -> Behavior:
         """Build a node of the registry with its ports bound."""
-        node = part.info.cls(path)
+        with own_code(path, f"{part.info.cls.__name__}()"):
+            node = part.info.cls(path)
         node.path = path
         node.context = self.context
         node.device_names = dict(part.devices)

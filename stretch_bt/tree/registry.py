@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import importlib.metadata
+import inspect
 import math
 import re
 from collections.abc import Mapping
@@ -88,6 +89,10 @@ def node(cls: B) -> B:
             raise RegistryError(f"node {name!r}: a port cannot be called {declared.name!r}; the word is reserved")
         _check_bounds(name, declared)
         _check_default(name, declared, cls.ports)
+    try:
+        inspect.signature(cls).bind("main/path")
+    except TypeError as error:
+        raise RegistryError(f"node {name!r}: its __init__ does not take a path alone ({error}); write __init__(self, path='')") from None
     present = _nodes.get(name)
     if present is not None and (present.cls.__module__, present.cls.__qualname__) != (cls.__module__, cls.__qualname__):
         raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
