@@ -22,6 +22,7 @@ from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.ports import Behavior
 from stretch_bt.tree.program import Program
+from stretch_bt.units import plain_number
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
@@ -125,6 +126,7 @@ class Task:
 
 def _plain_param(value: Any) -> Any:
     """Return a parameter as JSON takes it; one of a scene file is its text."""
+    value = plain_number(value)
     if isinstance(value, int | float | list | bool):
         return value
     return value.text if isinstance(value, Scalar) else str(value)

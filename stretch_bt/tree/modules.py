@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
@@ -65,7 +65,7 @@ class Modules:
         folders = self._folders(file.parent.resolve())
         self._check(name, folders)
         try:
-            with _path([*trusted_path(), *folders]):
+            with _path([*trusted_path(), *folders]), redirect_stdout(sys.stderr):  # output is the command's alone
                 registry.import_nodes(name)
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             kind = "" if isinstance(error, StretchError) else f"{type(error).__name__}: "

@@ -28,7 +28,20 @@ from stretch_bt.units import Estimate
 if TYPE_CHECKING:
     from stretch_bt.tree.context import Context
 
-__all__ = ["MISSING", "Behavior", "Cell", "In", "Out", "Port", "PortError", "RegistryError", "Role", "Status", "Uses", "port"]
+__all__ = [
+    "MISSING",
+    "Behavior",
+    "Cell",
+    "In",
+    "Out",
+    "Port",
+    "PortError",
+    "RegistryError",
+    "Role",
+    "Status",
+    "Uses",
+    "port",
+]
 
 T = TypeVar("T")
 #: what a port may be called
@@ -392,7 +405,9 @@ def _declared_ports(cls: type) -> dict[str, Port]:
 
 def _check_name(cls: type, name: str) -> None:
     if name in _taken_names():
-        raise PortError(f"{cls.__name__}: a port cannot be called {name!r}; the word is reserved: every node has it; write {name}_")
+        raise PortError(
+            f"{cls.__name__}: a port cannot be called {name!r}; the word is reserved: every node has it; write {name}_"
+        )
     if not NAME.fullmatch(name):
         raise PortError(f"{cls.__name__}: a port cannot be called {name!r}; use letters a to z, digits and _ inside")
 

@@ -8,7 +8,9 @@ import importlib.metadata
 import inspect
 import math
 import re
+import sys
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -92,7 +94,9 @@ def node(cls: B) -> B:
     try:
         inspect.signature(cls).bind("main/path")
     except TypeError as error:
-        raise RegistryError(f"node {name!r}: its __init__ does not take a path alone ({error}); write __init__(self, path='')") from None
+        raise RegistryError(
+            f"node {name!r}: its __init__ does not take a path alone ({error}); write __init__(self, path='')"
+        ) from None
     present = _nodes.get(name)
     if present is not None and (present.cls.__module__, present.cls.__qualname__) != (cls.__module__, cls.__qualname__):
         raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
@@ -136,7 +140,8 @@ def load_all() -> dict[str, NodeInfo]:
         importlib.import_module(BUILTIN)
         for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
             try:
-                entry.load()
+                with redirect_stdout(sys.stderr):  # output is the command's alone
+                    entry.load()
             except RegistryError:
                 raise
             except Exception as error:
