@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Task"]
 
+#: ticks of a run on mocks that does not say how many it expects: half an hour of the task at 50 Hz
+MOCKED_TICKS = 100_000
 DEFAULT_CELL = "simulated"
 
 
@@ -64,6 +66,13 @@ class Task:
             if isinstance(node, Behavior):
                 with own_code(node.path, "prepare()"):
                     node.prepare()
+
+    def most_ticks(self) -> int | None:
+        """Return after how many ticks a run on mocks is ended, as one of mocks that run for ever; None for any other run."""
+        if self.mocks is None:
+            return None
+        expected = self.mocks.expect.ticks_max
+        return MOCKED_TICKS if expected is None else 10 * expected
 
     def devices(self) -> set[str]:
         """Return the devices that the run needs: those of nodes and readings that are not mocked."""

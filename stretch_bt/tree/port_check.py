@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import types
 import typing
@@ -12,7 +11,7 @@ from typing import Annotated, Any
 from stretch_bt.errors import InvalidInput
 from stretch_bt.tree.types import ANY, Family, Type, from_annotation
 from stretch_bt.tree.values import outside, within
-from stretch_bt.units import Estimate, parse_quantity
+from stretch_bt.units import Estimate, is_number, parse_quantity
 
 __all__ = ["PortCheck"]
 
@@ -75,9 +74,9 @@ class PortCheck:
         wanted = Integral if type_.family is Family.INT else Real
         if isinstance(value, bool) or not isinstance(value, wanted):
             raise InvalidInput(self._refusal(value))
-        number: Any = value if isinstance(value, Estimate) else _PLAIN[type_.family](value)
-        if not math.isfinite(number):
+        if not is_number(value):
             raise InvalidInput(f"{self._refusal(value)}; raise NoAnswer where there is none")
+        number: Any = value if isinstance(value, Estimate) else _PLAIN[type_.family](value)
         if isinstance(number, Estimate) and not 0.0 <= number.sd <= _LARGEST:
             raise InvalidInput(f"its standard deviation is {number.sd!r}; it takes a finite one that is not negative")
         if not within(number, *self.bounds):

@@ -223,9 +223,10 @@ class _OutputSlot:
 
     def __set__(self, node: Behavior, value: Any) -> None:
         if value.__class__ is not self.exact:
-            return self.judge(node, value)
-        node.written.add(self.name)
-        node.sinks[self.name].write(value, node.path)
+            self.judge(node, value)
+        else:
+            node.written.add(self.name)
+            node.sinks[self.name].write(value, node.path)
 
     def judge(self, node: Behavior, value: Any) -> None:
         """Write what is not plainly right: as it is to be kept, or raise NodeError; None leaves the key without a value."""
@@ -251,9 +252,10 @@ class _NumberSlot(_OutputSlot):
 
     def __set__(self, node: Behavior, value: Any) -> None:
         if value.__class__ is not self.exact or not self.low <= value <= self.high:
-            return self.judge(node, value)
-        node.written.add(self.name)
-        node.sinks[self.name].write(value, node.path)
+            self.judge(node, value)
+        else:
+            node.written.add(self.name)
+            node.sinks[self.name].write(value, node.path)
 
 
 class _DeviceSlot:

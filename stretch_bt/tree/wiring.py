@@ -108,6 +108,9 @@ class Wiring:
         """Return the key that an output writes."""
         text = value.text if isinstance(value, Scalar) else ""
         name = text.removeprefix("$")
+        if not text.isascii() and text[:1] == "$":
+            self.error(value.mark, "name", f"{text!r} cannot be a key", "use letters a to z, digits and _")
+            return None
         if not re.fullmatch(r"\$[A-Za-z_]\w*", text, re.ASCII):
             message = f"{what} is an output, so it takes a $key, not {text or 'this'!r}"
             self.error(value.mark, "output-literal", message, braces(value) or self.as_key(name, type_))
