@@ -15,6 +15,7 @@ __all__ = ["parse", "refuse"]
 
 MAX_NODES = 20_000
 MAX_DEPTH = 150
+_TOO_DEEP = ("yaml-depth", f"nesting deeper than {MAX_DEPTH}, anchors expanded", "use subtrees")
 
 _LOADER = getattr(yaml, "CLoader", yaml.Loader)
 
@@ -26,6 +27,8 @@ def parse(text: str, file: str) -> Value:
     except yaml.MarkedYAMLError as error:
         place, message, hint = explain_syntax(text, error)
         line, column = (place.line + 1, place.column + 1) if place else (1, 1)
+        if "maximum nesting depth" in (error.problem or ""):  # newer parsers have a bound of their own, which they meet first
+            refuse(file, *_TOO_DEEP, line, column)
         refuse(file, "yaml-syntax", message, hint, line, column)
     except yaml.YAMLError as error:  # a character that YAML forbids
         position = getattr(error, "position", 0)
@@ -88,7 +91,7 @@ class _Composer:
     def descend(self, event: yaml.Event, depth: int) -> None:
         """Note how deep the present value reaches."""
         if depth > MAX_DEPTH:
-            self.refuse(event, "yaml-depth", f"nesting deeper than {MAX_DEPTH}, anchors expanded", "use subtrees")
+            self.refuse(event, *_TOO_DEEP)
         self.deepest = max(self.deepest, depth)
 
     def spend(self, event: yaml.Event, nodes: int) -> None:

@@ -1,6 +1,7 @@
 """Where own code breaks is told: its last own line, and every frame in the result, the record's report and, if asked, the terminal."""
 
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -48,7 +49,7 @@ trees:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own_nodes: None, request: pytest.FixtureRequest) -> Any:
     monkeypatch.chdir(tmp_path)
-    module = f"own_{abs(hash(request.node.name))}"
+    module = "own_" + re.sub(r"\W+", "_", request.node.name)[-60:]
 
     def write(body: str, head: str = "") -> str:
         (tmp_path / f"{module}.py").write_text(MODULE % (head, body))
