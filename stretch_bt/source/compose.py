@@ -15,7 +15,7 @@ __all__ = ["parse", "refuse"]
 
 MAX_NODES = 20_000
 MAX_DEPTH = 150
-_TOO_DEEP = ("yaml-depth", f"nesting deeper than {MAX_DEPTH}, anchors expanded", "use subtrees")
+_TOO_DEEP = f"nesting deeper than {MAX_DEPTH}, anchors expanded"
 
 _LOADER = getattr(yaml, "CLoader", yaml.Loader)
 
@@ -28,7 +28,7 @@ def parse(text: str, file: str) -> Value:
         place, message, hint = explain_syntax(text, error)
         line, column = (place.line + 1, place.column + 1) if place else (1, 1)
         if "maximum nesting depth" in (error.problem or ""):  # newer parsers have a bound of their own, which they meet first
-            refuse(file, *_TOO_DEEP, line, column)
+            refuse(file, "yaml-depth", _TOO_DEEP, "use subtrees", line, column)
         refuse(file, "yaml-syntax", message, hint, line, column)
     except yaml.YAMLError as error:  # a character that YAML forbids
         position = getattr(error, "position", 0)
@@ -91,7 +91,7 @@ class _Composer:
     def descend(self, event: yaml.Event, depth: int) -> None:
         """Note how deep the present value reaches."""
         if depth > MAX_DEPTH:
-            self.refuse(event, *_TOO_DEEP)
+            self.refuse(event, "yaml-depth", _TOO_DEEP, "use subtrees")
         self.deepest = max(self.deepest, depth)
 
     def spend(self, event: yaml.Event, nodes: int) -> None:
