@@ -17,6 +17,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -255,7 +256,7 @@ def own_nodes(count: int, rng: random.Random, folder: Path) -> Tally:
         wired = "y: $y" if "y: Out[Length" in ports and rng.random() < 0.7 else ""
         tree = f"format: stretch-tree/1\nimports: {{own: fuzz_{k}}}\nkeys: {{y: Length}}\ntrees:\n  main: {{fuzz{k}: {{{wired}}}}}\n"
         (place / "tree.yaml").write_text(tree, "utf-8")
-        tally.case(f"node {k}: {ports.strip()} / {body.strip()}", ends, lambda place=place: run_one(place))
+        tally.case(f"node {k}: {ports.strip()} / {body.strip()}", ends, partial(run_one, place))
     return tally
 
 
@@ -319,7 +320,7 @@ def mocks_files(count: int, rng: random.Random, folder: Path) -> Tally:
     for k in range(count):
         path = folder / f"mocks{k}.yaml"
         path.write_text(mutated(rng.choice(texts), rng), "utf-8")
-        tally.case(f"mocks {k}", set(), lambda path=path, k=k: check_and_run(path, folder / f"r{k}"))
+        tally.case(f"mocks {k}", set(), partial(check_and_run, path, folder / f"r{k}"))
     return tally
 
 

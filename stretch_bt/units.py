@@ -285,7 +285,7 @@ class Estimate(float):
 def is_number(value: object) -> TypeGuard[float]:
     """Return whether a value is a finite number, of Python or numpy; a truth is none."""
     try:
-        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+        return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
     except OverflowError:  # a whole number beyond every float
         return False
 

@@ -201,6 +201,8 @@ def test_numbers_of_any_package_are_numbers(value: Any) -> None:
     assert isinstance(plain_number(value), int | float)
 
 
-@pytest.mark.parametrize("value", [True, None, "1", math.nan, math.inf, np.float32("nan"), 10**400, 1j, np.array(1.0), [1]])
+@pytest.mark.parametrize(
+    "value", [True, None, "1", math.nan, math.inf, np.float32("nan"), 10**400, 1j, np.array(1.0), [1]]
+)
 def test_what_is_no_finite_number_is_none(value: Any) -> None:
     assert not is_number(value)

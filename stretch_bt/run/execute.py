@@ -210,7 +210,15 @@ class _Run:
         if self.view is not None:
             watchers.append(Shown(self.view, built))
         period = self.task.program.document.tick_period
-        runner = Runner(built, self.task.context, self.clock, period=period, cell=cell, watchers=watchers, max_ticks=self.task.most_ticks())
+        runner = Runner(
+            built,
+            self.task.context,
+            self.clock,
+            period=period,
+            cell=cell,
+            watchers=watchers,
+            max_ticks=self.task.most_ticks(),
+        )
         if self.watch is not None:
             self.watch(runner)
         try:

@@ -27,7 +27,9 @@ def parse(text: str, file: str) -> Value:
     except yaml.MarkedYAMLError as error:
         place, message, hint = explain_syntax(text, error)
         line, column = (place.line + 1, place.column + 1) if place else (1, 1)
-        if "maximum nesting depth" in (error.problem or ""):  # newer parsers have a bound of their own, which they meet first
+        if "maximum nesting depth" in (
+            error.problem or ""
+        ):  # newer parsers have a bound of their own, which they meet first
             refuse(file, "yaml-depth", _TOO_DEEP, "use subtrees", line, column)
         refuse(file, "yaml-syntax", message, hint, line, column)
     except yaml.YAMLError as error:  # a character that YAML forbids

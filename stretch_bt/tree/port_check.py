@@ -38,8 +38,8 @@ class PortCheck:
         self.optional = _allows_none(annotation)
         self.bounds = (low, high)
         self.exact = _PLAIN.get(self.type.family, self.type.cls)
-        self.low = -_LARGEST if low is None else low
-        self.high = _LARGEST if high is None else high
+        self.low: float = -_LARGEST if low is None else low
+        self.high: float = _LARGEST if high is None else high
 
     def judge(self, value: Any) -> Any:
         """Return the value with numpy's numbers made plain; raises InvalidInput, which says what was expected."""

@@ -251,7 +251,7 @@ class _NumberSlot(_OutputSlot):
         self.low, self.high = check.low, check.high
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if value.__class__ is not self.exact or not self.low <= value <= self.high:
+        if value.__class__ is not self.exact or not self.low <= value <= self.high:  # type: ignore[operator]
             self.judge(node, value)
         else:
             node.written.add(self.name)

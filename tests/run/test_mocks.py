@@ -248,7 +248,9 @@ def test_a_file_has_some_hundred_mocks_and_a_few_suggestions(mocked: Any) -> Non
 
 
 def test_a_library_has_nothing_to_mock(tmp_path: Path) -> None:
-    (tmp_path / "lib.yaml").write_text("format: stretch-tree/1\ntrees:\n  feel:\n    in: {a: Length}\n    check: a > 0 mm\n")
+    (tmp_path / "lib.yaml").write_text(
+        "format: stretch-tree/1\ntrees:\n  feel:\n    in: {a: Length}\n    check: a > 0 mm\n"
+    )
     (tmp_path / "mocks.yaml").write_text("format: stretch-mocks/1\ntree: lib.yaml\nmocks: [{match: '**/press'}]\n")
     [found] = check(tmp_path / "mocks.yaml")
     assert (found.code, found.line) == ("tree-wrong", 2)

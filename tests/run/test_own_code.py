@@ -72,7 +72,9 @@ def command(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize("body", BREAKS)
-def test_the_last_own_line_is_told_and_every_frame_is_kept(body: str, folder: Any, command: Any, tmp_path: Path) -> None:
+def test_the_last_own_line_is_told_and_every_frame_is_kept(
+    body: str, folder: Any, command: Any, tmp_path: Path
+) -> None:
     name = folder(body)
     place, told = BREAKS[body]
     code, printed, _ = command("run", "tree.yaml", "-q", "--out", "record")
@@ -113,7 +115,9 @@ def test_what_breaks_before_the_first_tick_names_node_and_line(body: str, folder
     assert "Traceback" in command("run", "tree.yaml", "-q", "--traceback")[2]
 
 
-def test_a_module_that_breaks_names_its_line_and_one_that_prints_leaves_the_json_alone(folder: Any, command: Any) -> None:
+def test_a_module_that_breaks_names_its_line_and_one_that_prints_leaves_the_json_alone(
+    folder: Any, command: Any
+) -> None:
     name = folder("    def update(self): return Status.FAILURE", head="print('hello')\nread('{')")
     code, printed, told = command("check", "tree.yaml", "--json")
     found = json.loads(printed)[0]

@@ -148,7 +148,9 @@ def test_the_error_says_what_it_would_take_the_bound_and_what_to_do():
         hold("x.npz", 23 << 30, MAX_ARRAYS, "split it")
 
 
-@pytest.mark.parametrize("content", [np.array(["a", "b"]), np.array([b"a"]), np.array([1j]), np.array(["2026-01-01"], "M8[D]")])
+@pytest.mark.parametrize(
+    "content", [np.array(["a", "b"]), np.array([b"a"]), np.array([1j]), np.array(["2026-01-01"], "M8[D]")]
+)
 def test_only_numbers_are_read(tmp_path: Path, content: np.ndarray) -> None:
     np.savez(tmp_path / "a.npz", a=content)
     np.save(tmp_path / "a.npy", content)
@@ -158,7 +160,14 @@ def test_only_numbers_are_read(tmp_path: Path, content: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize(
-    "read", [read_bytes, load_array, array_names, lambda path: load_arrays(path, ["a"]), lambda path: check_arrays(path, ["a"])]
+    "read",
+    [
+        read_bytes,
+        load_array,
+        array_names,
+        lambda path: load_arrays(path, ["a"]),
+        lambda path: check_arrays(path, ["a"]),
+    ],
 )
 def test_nobody_waits_for_a_pipe(tmp_path: Path, read) -> None:
     os.mkfifo(tmp_path / "pipe")

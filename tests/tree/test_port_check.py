@@ -118,5 +118,7 @@ def test_none_leaves_a_key_without_a_value() -> None:
 def test_a_success_without_an_output_names_it() -> None:
     made = Writer("main/writer")
     made.x = 0.01
-    with pytest.raises(NodeError, match=r"main/writer: ended with SUCCESS without writing 'x', 'x_sd'; .*Out\[... \| None\]"):
+    with pytest.raises(
+        NodeError, match=r"main/writer: ended with SUCCESS without writing 'x', 'x_sd'; .*Out\[... \| None\]"
+    ):
         list(made.tick())

@@ -510,7 +510,5 @@ def test_nothing_sets_a_number_that_is_none(task: Any, given: str, told: str) ->
 
 
 def test_a_whole_number_does_not_grow_without_end(task: Any) -> None:
-    outcome = task.run(
-        "repeat: {times: 60, do: {set: {n: n * n}}}", "keys: {n: {type: int, default: 10}}"
-    )
+    outcome = task.run("repeat: {times: 60, do: {set: {n: n * n}}}", "keys: {n: {type: int, default: 10}}")
     assert "is no finite number" in outcome.reason
