@@ -24,8 +24,8 @@ from stretch_bt.units import (
     is_number,
     kind_of,
     parse_quantity,
-    plain_number,
     parse_unit,
+    plain_number,
     suggest_quantity,
     unit_names,
 )

@@ -217,5 +217,5 @@ def test_a_folder_that_cannot_be_made_has_a_remedy(tmp_path: Path, monkeypatch: 
     (tmp_path / "runs").write_text("a file")
     monkeypatch.chdir(tmp_path)
     for folder in (None, tmp_path / "runs" / "one", Path("/proc/one")):
-        with pytest.raises(RecordError, match="cannot make a record here: .*; name another folder with --out"):
+        with pytest.raises(RecordError, match=r"cannot make a record here: .*; name another folder with --out"):
             claim(folder)
