@@ -10,7 +10,8 @@ import math
 import re
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Annotated, Any, NamedTuple
+from numbers import Integral, Real
+from typing import Annotated, Any, NamedTuple, TypeGuard
 
 from stretch_bt.errors import InvalidInput
 
@@ -36,15 +37,17 @@ __all__ = [
     "Volume",
     "Within",
     "format_quantity",
+    "is_number",
     "kind_of",
     "parse_quantity",
     "parse_unit",
+    "plain_number",
     "suggest_quantity",
     "unit_names",
 ]
 
 
-NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 QUANTITY_PATTERN = rf"^\s*{NUMBER}\s*[A-Za-z%µ1].*$"
 
 
@@ -94,6 +97,7 @@ class Kind:
         InvalidInput
             There is no unit, or one of another dimension; the text after the semicolon says what to write.
         """
+        text = plain_number(text)
         if isinstance(text, bool) or not isinstance(text, int | float | str):
             raise InvalidInput(f"{text!r} is not a {self.name}; write a number and a unit, such as '10 {self.unit}'")
         try:
@@ -239,9 +243,9 @@ _WORDS_FOR_UNITS = {
     "kilogram": "kg",
 }
 
-_LIKE_A_QUANTITY = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\W\d_]\S*|°|)\s*")
+_LIKE_A_QUANTITY = re.compile(r"\s*([-+]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?)\s*([^\W\d_]\S*|°|)\s*")
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
-_FACTOR = re.compile(r"(1|%|[^\W\d_²³]+)(?:\^(-?\d{1,2})|([²³]))?")
+_FACTOR = re.compile(r"(1|%|[^\W\d_²³]+)(?:\^(-?[0-9]{1,2})|([²³]))?")
 
 
 class Estimate(float):
@@ -276,6 +280,23 @@ class Estimate(float):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Estimate, (float(self), self.sd)
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a finite number, of Python or numpy; a truth is none."""
+    try:
+        return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return False
+
+
+def plain_number(value: Any) -> Any:
+    """Return a number of numpy as Python's own, and anything else as it is."""
+    if isinstance(value, int | float):
+        return value
+    if isinstance(value, Integral):
+        return int(value)
+    return float(value) if isinstance(value, Real) else value
 
 
 def kind_of(dimension: Dimension) -> Kind | None:

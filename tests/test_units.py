@@ -3,7 +3,10 @@
 import copy
 import math
 import pickle
+from fractions import Fraction
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,9 +21,11 @@ from stretch_bt.units import (
     Length,
     Within,
     format_quantity,
+    is_number,
     kind_of,
     parse_quantity,
     parse_unit,
+    plain_number,
     suggest_quantity,
     unit_names,
 )
@@ -84,6 +89,9 @@ def test_quantities_are_read_in_si(text: str) -> None:
         "nan m",
         "0x10 mm",
         "1/mm",
+        "١٠ mm",
+        "1² mm",
+        "10 mm^٢",
     ],
 )
 def test_what_is_no_quantity_is_refused(text: str) -> None:
@@ -137,6 +145,8 @@ REFUSED = [
     (True, "Length", "'10 mm'"),
     (None, "Length", "'10 mm'"),
     ([1], "Length", "'10 mm'"),
+    (np.float32(10), "Length", "write '10.0 mm'"),
+    (np.bool_(True), "Length", "'10 mm'"),
 ]
 
 
@@ -182,3 +192,17 @@ def test_a_number_without_a_kind_is_shown_plain() -> None:
     assert format_quantity(0.25, None) == "0.25"
     assert format_quantity(0.25, Dimension(5)) == "0.25"
     assert format_quantity(0.25, Dimension(1)) == "250 mm"
+
+
+@pytest.mark.parametrize("value", [1, 2.5, np.float32(2.5), np.int64(3), Fraction(1, 2), Estimate(1.0, 0.1)])
+def test_numbers_of_any_package_are_numbers(value: Any) -> None:
+    assert is_number(value)
+    assert plain_number(value) == value
+    assert isinstance(plain_number(value), int | float)
+
+
+@pytest.mark.parametrize(
+    "value", [True, None, "1", math.nan, math.inf, np.float32("nan"), 10**400, 1j, np.array(1.0), [1]]
+)
+def test_what_is_no_finite_number_is_none(value: Any) -> None:
+    assert not is_number(value)

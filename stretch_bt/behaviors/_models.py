@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
 from stretch_bt.model import ForceModel
-from stretch_bt.model.force.force_model import FITTED, PAPER, SHIPPED, shipped
+from stretch_bt.model.force.force_model import FITTED, PAPER
 from stretch_bt.tree.ports import Behavior, In, port
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
@@ -54,7 +54,7 @@ class ModelBehavior(Behavior):
         if (ForceModel, name) not in memory:
             if name == FITTED:
                 raise IllConditioned("no model is fitted yet; run 'fit_calibration' first")
-            memory[ForceModel, name] = shipped(name) if name in SHIPPED else ForceModel.load(name)
+            memory[ForceModel, name] = ForceModel.load(name)
         model: ForceModel = memory[ForceModel, name]
         return model
 

@@ -41,14 +41,14 @@ class FitObject(Behavior):
     x: Out[Length]  # of the middle of its top, world
     y: Out[Length]  # of the middle of its top, world
     heading: Out[Angle]  # of its length from the world's x, or of the normal of a triangle's side
-    length: Out[Length]  # the longer side of the top, or the length of a crest
-    width: Out[Length]  # the shorter side of the top
-    height: Out[Length]  # of the top above the table
-    radius: Out[Length]  # of a disc, a half-cylinder, the largest dome or a circle of wire, outside
-    side: Out[Length]  # of a triangle of wire, along its middle
-    radius_1: Out[Length]  # of the largest dome
-    radius_2: Out[Length]  # of the second dome
-    radius_3: Out[Length]  # of the third dome
+    length: Out[Length | None]  # the longer side of the top, or the length of a crest
+    width: Out[Length | None]  # the shorter side of the top
+    height: Out[Length | None]  # of the top above the table
+    radius: Out[Length | None]  # of a disc, a half-cylinder, the largest dome or a circle of wire, outside
+    side: Out[Length | None]  # of a triangle of wire, along its middle
+    radius_1: Out[Length | None]  # of the largest dome
+    radius_2: Out[Length | None]  # of the second dome
+    radius_3: Out[Length | None]  # of the third dome
 
     def update(self) -> Status:
         """Fit."""

@@ -38,14 +38,14 @@ class NextState(Behavior):
     condition: In[bool] = False  # whether the tree first presses each indenter to max_depth at max_stretch
     trials: In[int] = port(0, min=0, max=1000, doc="of each stretch of an indenter; 0 for as many as the protocol has")
     done: Out[bool]  # whether nothing is left; what follows is then not written
-    geometry: Out[str]  # sphere, cylinder or cone
-    diameter: Out[Length]  # of a sphere or cylinder; 0 for a cone
-    angle: Out[Angle]  # of a cone, between its surface and the membrane plane; else 0
-    stretch: Out[Length]  # past the rest length
-    depth: Out[Length]  # of the hand, past first contact
-    trial: Out[int]  # from 1
-    new_indenter: Out[bool]  # whether it is another one than at the state before in this run
-    new_trial: Out[bool]  # whether indenter, stretch or trial is another than at the state before in this run
+    geometry: Out[str | None]  # sphere, cylinder or cone
+    diameter: Out[Length | None]  # of a sphere or cylinder; 0 for a cone
+    angle: Out[Angle | None]  # of a cone, between its surface and the membrane plane; else 0
+    stretch: Out[Length | None]  # past the rest length
+    depth: Out[Length | None]  # of the hand, past first contact
+    trial: Out[int | None]  # from 1
+    new_indenter: Out[bool | None]  # whether it is another one than at the state before in this run
+    new_trial: Out[bool | None]  # whether indenter, stretch or trial is another than at the state before in this run
     max_stretch: Out[Length]  # the largest of the protocol
     max_depth: Out[Length]  # the largest of the protocol
     rows: Out[int]  # that the table holds
@@ -70,9 +70,9 @@ class NextState(Behavior):
         table = opened(self.context, self.table, self.protocol, self._conditioning(wanted))
         if self.left is None:
             self.left = missing(wanted, table.presses)[::-1]
-            self.max_stretch, self.max_depth = wanted.stretches[-1], wanted.depths[-1]
         elif len(table.presses) > self.known and self.left:
             self.left.pop()
+        self.max_stretch, self.max_depth = wanted.stretches[-1], wanted.depths[-1]
         self.rows = self.known = len(table.presses)
         self.done = not self.left
         if self.left:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import redirect_stdout
 from typing import Annotated
 
 import typer
@@ -23,7 +25,8 @@ def command(
     """Check files, all findings at once; opens no device."""
     from stretch_bt.run.check import check
 
-    findings = check(files, cell=cell)
+    with redirect_stdout(sys.stderr):  # what nodes print must not get among the findings
+        findings = check(files, cell=cell)
     errors = [f for f in findings if f.severity == "error"]
     if json_:
         emit_json([f.to_json() for f in findings])

@@ -13,6 +13,7 @@ from stretch_bt.cli.outlet import pictures
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import FileError, InvalidInput, StretchError
+from stretch_bt.tree.blame import blame
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -45,6 +46,9 @@ def command(
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
     stats: Annotated[
         bool, typer.Option("--stats", help="Show what the twin solved, and the time of each effect.")
+    ] = False,
+    traceback: Annotated[
+        bool, typer.Option("--traceback", help="Show where the code of a node broke, frame by frame.")
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not show the tree while it runs.")] = False,
     json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
@@ -82,6 +86,8 @@ def command(
         if json_:
             emit_json(refused(error))
         report_error(error)
+        if traceback and (broken := blame(error)) is not None:
+            typer.echo(broken["traceback"], err=True)
         raise typer.Exit(exit_code(error)) from None
     stops.note()
     if stops.names:
@@ -89,7 +95,7 @@ def command(
     if json_:
         fields = result.to_json()
         emit_json(fields if stats else {key: value for key, value in fields.items() if key != "stats"})
-    show(result, Console(stderr=json_))
+    show(result, Console(stderr=json_), traceback)
     if stats:
         show_stats(result, Console(stderr=json_))
     raise typer.Exit(EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status])
@@ -127,12 +133,16 @@ def refused(error: StretchError) -> dict[str, Any]:
     return {"status": status, "reason": str(error), **empty, "record": None, "diagnostics": found}
 
 
-def show(result: RunResult, console: Console) -> None:
-    """Print a result for a person."""
+def show(result: RunResult, console: Console, traceback: bool = False) -> None:
+    """Print a result for a person; `traceback` adds every frame where the code of a node broke."""
     color = _COLOR.get(result.status, "red")
     console.print(f"[bold {color}]{result.status}[/]", end=" " if result.reason else "\n")
     if result.reason:
         console.print(result.reason, markup=False, highlight=False)
+    for broken in result.broken:
+        console.print(f"  at {broken['at']}", markup=False, highlight=False, soft_wrap=True)
+        if traceback:
+            console.print(broken["traceback"], markup=False, highlight=False, soft_wrap=True)
     if result.outputs:
         console.print(outputs_table(result))
     for name, value in result.readings.items():

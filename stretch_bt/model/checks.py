@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import TypeGuard
 
 import numpy as np
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.units import is_number
 
-__all__ = ["MOST_SD", "is_number", "require_covariance", "require_within"]
+__all__ = ["MOST_SD", "require_covariance", "require_within"]
 
 #: most that a model may leave of a force, as a part of it
 MOST_SD = 3.0
 _ROUNDING = 1e-9  # of the largest variance over the deviations of two parameters
-
-
-def is_number(value: object) -> TypeGuard[float]:
-    """Tell whether a value is a finite number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def require_within(name: str, value: object, low: float, high: float) -> None:

@@ -25,6 +25,7 @@ from stretch_bt.run.signals import signals
 from stretch_bt.run.sketches import Sketches
 from stretch_bt.run.truth import Truths, output_values
 from stretch_bt.threads import one_thread
+from stretch_bt.tree.blame import Broken
 from stretch_bt.tree.build import BuiltTree
 
 if TYPE_CHECKING:
@@ -103,6 +104,7 @@ class RunResult:
     notes: list[str] = field(default_factory=list)
     readings: dict[str, Any] = field(default_factory=dict)
     stats: list[dict[str, Any]] = field(default_factory=list)
+    broken: list[Broken] = field(default_factory=list)
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `run --json` prints."""
@@ -226,7 +228,15 @@ class _Run:
         if self.view is not None:
             watchers.append(Shown(self.view, built))
         period = self.task.program.document.tick_period
-        runner = Runner(built, self.task.context, self.clock, period=period, cell=cell, watchers=watchers)
+        runner = Runner(
+            built,
+            self.task.context,
+            self.clock,
+            period=period,
+            cell=cell,
+            watchers=watchers,
+            max_ticks=self.task.most_ticks(),
+        )
         if self.watch is not None:
             self.watch(runner)
         self.runner = runner
@@ -349,6 +359,7 @@ def _result(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: 
         record=str(record.folder),
         overruns=outcome.overruns,
         errors=outcome.errors,
+        broken=outcome.broken,
         unmet=unmet,
         notes=task.notes,
         readings={} if good else seen.shown(),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import py_trees
@@ -45,15 +45,67 @@ class Mock:
 
 
 def pattern_fits(pattern: str, path: str) -> bool:
-    """Whether a pattern means a path; a pattern without an index means every index."""
-    regex = ""
+    """Whether a pattern means a path; a pattern without an index means every index.
+
+    What stands between two `**` is looked for from the left; a place further right could not leave more room.
+    """
+    runs = _runs(pattern)
+    segments = path.split("/")
+    first, *middle = runs
+    if not middle:
+        return len(first) == len(segments) and _stands(first, segments, 0)
+    *middle, last = middle
+    end = len(segments) - len(last)
+    if not (len(first) <= end and _stands(first, segments, 0) and _stands(last, segments, end)):
+        return False
+    at = len(first)
+    for run in middle:
+        found = next((k for k in range(at, end - len(run) + 1) if _stands(run, segments, k)), None)
+        if found is None:
+            return False
+        at = found + len(run)
+    return True
+
+
+@lru_cache(maxsize=4096)
+def _runs(pattern: str) -> tuple[tuple[str, ...], ...]:
+    """Return the segments before, between and after each `**` of a pattern."""
+    runs: list[list[str]] = [[]]
     for segment in pattern.split("/"):
         if segment == "**":
-            regex += r"(?:[^/]+/)*"
+            runs.append([])
         else:
-            index = "" if segment.endswith("]") else r"(?:\[\d+\])?"
-            regex += re.escape(segment).replace(r"\*", "[^/]*") + index + "/"
-    return re.fullmatch(regex, path + "/") is not None
+            runs[-1].append(segment)
+    return tuple(tuple(run) for run in runs)
+
+
+def _stands(run: tuple[str, ...], segments: list[str], at: int) -> bool:
+    return all(_segment_fits(wanted, segments[at + k]) for k, wanted in enumerate(run))
+
+
+def _segment_fits(wanted: str, name: str) -> bool:
+    if wanted == name or _matches(wanted, name):
+        return True
+    bare = name.rpartition("[")[0] if name.endswith("]") and not wanted.endswith("]") else ""
+    return bool(bare) and _matches(wanted, bare)
+
+
+def _matches(wanted: str, name: str) -> bool:
+    """Whether a name is the wanted one, in which each `*` stands for any letters."""
+    first, *rest = wanted.split("*")
+    if not rest:
+        return wanted == name
+    *middle, last = rest
+    end = len(name) - len(last)
+    if not (len(first) <= end and name.startswith(first) and name.endswith(last)):
+        return False
+    at = len(first)
+    for part in middle:
+        at = name.find(part, at, end)
+        if at < 0:
+            return False
+        at += len(part)
+    return True
 
 
 def mock_value(value: Value, type_: Type, what: str) -> Any:
@@ -69,6 +121,9 @@ def mock_value(value: Value, type_: Type, what: str) -> Any:
         if set(fields) != {"value", "sd"}:
             hint = "write '{value: 1 mm, sd: 0.1 mm}'"
             refuse(value.mark, "type-mismatch", f"{what} takes a value and its sd", hint)
+        if fields["sd"] < 0:
+            message = f"{what}.sd is a standard deviation, which is not below 0"
+            refuse(value.mark, "out-of-bounds", message, "write '0' with its unit, or more")
         return Estimate(fields["value"], fields["sd"])
     if type_.family is not Family.OBJECT or type_.cls is None:
         return literal(value, type_, what)
@@ -88,7 +143,7 @@ def _object(value: Map, cls: type, what: str) -> Any:
             message = f"{cls.__name__} has no {key.text!r}"
             refuse(key.mark, "attribute-unknown", message, did_you_mean(key.text, known))
         given[key.text] = mock_value(inner, known[key.text], f"{what}.{key.text}")
-    return _Partial(cls.__name__, given)
+    return _Partial(cls, given)
 
 
 class _FieldNotGiven(UnsetKey, AttributeError):
@@ -98,9 +153,14 @@ class _FieldNotGiven(UnsetKey, AttributeError):
 class _Partial:
     """An object of which a mocks file gives some fields."""
 
-    def __init__(self, name: str, given: dict[str, Any]) -> None:
+    def __init__(self, cls: type, given: dict[str, Any]) -> None:
         self.__dict__.update(given)
-        self._name = name
+        self._name = cls.__name__
+        self._cls = cls
+
+    @property  # type: ignore[misc]
+    def __class__(self) -> type:  # a node may write it to a port of its class
+        return self._cls
 
     def __getattr__(self, field_name: str) -> Any:
         raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")

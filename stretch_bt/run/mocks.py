@@ -37,6 +37,12 @@ TOP = ("format", "doc", "tree", "mocks", "readings", "expect")
 FIELDS = ("match", "status", "status_when", "after", "outputs", "then", "message")
 THEN = ("repeat_last", "cycle", "fail")
 STATUSES = {"success": Status.SUCCESS, "failure": Status.FAILURE, "running": Status.RUNNING}
+#: mocks, and patterns of `visited` and `never`, in a file; each is held against every path of the tree
+MOST = 500
+#: characters of a pattern
+LONGEST = 1000
+#: patterns without a node that get a suggestion, which takes longer than all the rest
+SUGGESTED = 20
 TIME = quantity(KINDS["Time"].dimension)
 
 
@@ -84,6 +90,7 @@ class Mocks:
         self.expect = Expectation()
         self.diagnostics: list[Diagnostic] = []
         self.replaced: list[str] = []
+        self.suggested = 0
 
     def rule(self, path: str) -> Mock | None:
         """Return the first rule whose pattern means this path."""
@@ -133,9 +140,11 @@ class Mocks:
             There are any, or mistakes that were found while the tree was built.
         """
         paths = [*built.nodes, *self.replaced]
+        idle = [rule for rule in self.rules if rule.matched == 0]
+        every = list(build(program, RunContext()).nodes) if idle else []
         for rule in self.rules:
             if rule.matched == 0:
-                self._idle(rule, paths, program)
+                self._idle(rule, paths, every)
                 continue
             for name in rule.outputs.keys() - rule.known_outputs:
                 self._unknown_output(name, rule.output_marks[name], rule.pattern, sorted(rule.known_outputs))
@@ -146,11 +155,11 @@ class Mocks:
         if self.diagnostics:
             raise MocksError(list(dict.fromkeys(self.diagnostics)))
 
-    def _idle(self, rule: Mock, paths: list[str], program: Program) -> None:
+    def _idle(self, rule: Mock, paths: list[str], every: list[str]) -> None:
         if any(rule.fits(path) for path in self.replaced):
             message = f"every node that {rule.pattern!r} means is taken by a rule above it"
             self._error(rule.mark, "mock-unmatched", message, "move it up, or make the other pattern narrower")
-        elif any(rule.fits(path) for path in build(program, RunContext()).nodes):
+        elif any(rule.fits(path) for path in every):
             message = f"every node that {rule.pattern!r} means lies inside one that is replaced"
             self._error(rule.mark, "mock-unmatched", message, "remove one of the two")
         else:
@@ -164,7 +173,9 @@ class Mocks:
                 self._error(mark, "name-unknown", f"the tree has no reading {name!r}", hint)
 
     def _unmatched(self, pattern: str, mark: Mark, paths: list[str]) -> None:
-        hint = _closest_path(pattern, paths) or "`stretch-bt show TREE` lists the paths"
+        self.suggested += 1
+        meant = _closest_path(pattern, paths) if self.suggested <= SUGGESTED else ""
+        hint = meant or "`stretch-bt show TREE` lists the paths"
         self._error(mark, "mock-unmatched", f"pattern {pattern!r} matches no node", hint)
 
     def _error(self, mark: Mark, code: str, message: str, hint: str) -> None:
@@ -253,9 +264,24 @@ class _Reader:
         if value is None:
             return []
         if isinstance(value, Seq):
-            return list(value.items)
+            if len(value.items) > MOST:
+                self.error(
+                    value.mark,
+                    "value",
+                    f"{what!r} has {len(value.items)} entries; {MOST} are read",
+                    "use patterns with *",
+                )
+            return list(value.items[:MOST])
         self.error(value.mark, "type-mismatch", f"{what!r} takes a list", "begin each entry with '- '")
         return []
+
+    def is_pattern(self, value: Value, text: str) -> bool:
+        """Note a pattern that is empty or longer than any path."""
+        if 0 < len(text) <= LONGEST:
+            return True
+        what = f"a pattern has at most {LONGEST} characters" if text else "a pattern is a path, and this one is empty"
+        self.error(value.mark, "value", what, 'write a path such as "**/press"')
+        return False
 
     def rule(self, value: Value) -> None:
         if not isinstance(value, Map):
@@ -265,9 +291,13 @@ class _Reader:
             return
         self.known(value, FIELDS, "a mock")
         match = value.get("match")
-        if not isinstance(match, Scalar) or not match.text:
+        if match is None:
             if not any(closest(key.text, ("match",)) for key, _ in value):
                 self.error(value.mark, "key-missing", "a mock needs 'match'", "add 'match: \"**/press\"'")
+            return
+        if not isinstance(match, Scalar) or not self.is_pattern(match, match.text):
+            if not isinstance(match, Scalar):
+                self.error(match.mark, "type-mismatch", "'match' takes one pattern", "write 'match: \"**/press\"'")
             return
         rule = Mock(match.text, match.mark, self.statuses(value.get("status")))
         when = value.get("status_when")
@@ -369,6 +399,8 @@ class _Reader:
         if not pattern:
             self.error(item.mark, "type-mismatch", "a visit is a path, or path#status", "write 'main/press#success'")
             return
+        if not self.is_pattern(item, pattern):
+            return
         if has_status:
             mark = item.mark.shifted(len(pattern) + 1 + (isinstance(item, Scalar) and item.quoted), len(status) or 1)
             self.option(Scalar(status, False, mark), (*STATUSES, "invalid"), "status", "")
@@ -406,4 +438,8 @@ def tree_of(mocks: Mocks) -> str | Path:
 
 def check_mocks(mocks: Mocks, program: Program) -> None:
     """Build the program with the mocks, so that every pattern and output is matched; raises MocksError."""
+    if "main" not in program.document.trees:
+        assert mocks.tree is not None
+        what = f"{mocks.tree.text!r} is a library for import: it has no tree 'main' to run"
+        raise MocksError([mocks.tree.mark.error("tree-wrong", what, "name a tree that calls it")])
     mocks.check_matches(build(program, RunContext(), mocks), program)

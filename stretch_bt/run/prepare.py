@@ -17,16 +17,20 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.mocks import Mocks
 from stretch_bt.source import Map, Scalar
+from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.ports import Behavior
 from stretch_bt.tree.program import Program
+from stretch_bt.units import plain_number
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
 
 __all__ = ["Task"]
 
+#: ticks of a run on mocks that does not say how many it expects: half an hour of the task at 50 Hz
+MOCKED_TICKS = 100_000
 DEFAULT_CELL = "simulated"
 
 
@@ -60,7 +64,15 @@ class Task:
             self.context.hand, self.context.limits = Hand(spec.hand), spec.limits
         for node in self.built.nodes.values():
             if isinstance(node, Behavior):
-                node.prepare()
+                with own_code(node.path, "prepare()"):
+                    node.prepare()
+
+    def most_ticks(self) -> int | None:
+        """Return after how many ticks a run on mocks is ended, as one of mocks that run for ever; None for any other run."""
+        if self.mocks is None:
+            return None
+        expected = self.mocks.expect.ticks_max
+        return MOCKED_TICKS if expected is None else 10 * expected
 
     def devices(self) -> set[str]:
         """Return the devices that the run needs: those of nodes and readings that are not mocked."""
@@ -123,6 +135,7 @@ class Task:
 
 def _plain_param(value: Any) -> Any:
     """Return a parameter as JSON takes it; one of a scene file is its text."""
+    value = plain_number(value)
     if isinstance(value, int | float | list | bool):
         return value
     return value.text if isinstance(value, Scalar) else str(value)

@@ -16,6 +16,7 @@ from stretch_bt.run.context import RunContext
 from stretch_bt.run.signals import signals
 from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
+from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
 from stretch_bt.tree.ports import Cell
 
@@ -46,6 +47,7 @@ class Outcome:
     overruns: int = 0
     worst_overrun: float = 0.0
     errors: list[str] = field(default_factory=list)
+    broken: list[Broken] = field(default_factory=list)
 
 
 class Runner:
@@ -214,8 +216,14 @@ class Runner:
         if not isinstance(error, NodeError):
             at = self._ticking()
             reason = f"{at}: {reason}" if at else reason
+        self._blame(error)
         self._end(status, reason)
         self._note("error", error=type(error).__name__, reason=reason)
+
+    def _blame(self, error: BaseException) -> None:
+        found = blame(error)
+        if found is not None:
+            self.outcome.broken.append(found)
 
     def _shield(self) -> None:
         """From now on no watcher that breaks may hold up the safe end."""
@@ -249,6 +257,7 @@ class Runner:
         errors += self._stop_devices()
         for error in errors:
             self.outcome.errors.append(_told(error))
+            self._blame(error)
             self._note("stop_error", error=type(error).__name__, reason=_told(error))
         worst = next((e for e in errors if isinstance(e, DeviceFault)), errors[0] if errors else None)
         if worst is not None:
@@ -291,6 +300,7 @@ class Runner:
         except EndOfRecord:
             pass
         except BaseException as error:
+            self._blame(error)
             at = "" if isinstance(error, NodeError) else f"{self._ticking(name) or name}: "
             self._unfinished(at + _told(error), _kind(error))
 

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from numpy.lib import format as npy
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.source.bounds import MAX_ARRAYS, hold
+from stretch_bt.source.bounds import MAX_ARRAYS, hold, open_file
 from stretch_bt.source.suggest import did_you_mean
 
 __all__ = ["array_names", "check_arrays", "load_array", "load_arrays"]
@@ -49,6 +49,8 @@ _BROKEN = (
     zipfile.BadZipFile,
     zipfile.LargeZipFile,
 )
+#: kinds of numpy's types: truths, whole numbers with and without sign, floats
+_NUMBERS = "biuf"
 _REMEDY = "split the recording, or leave out what is not needed"
 
 
@@ -80,7 +82,7 @@ def array_names(path: Path) -> list[str]:
 
 def load_array(path: Path, most: int = MAX_ARRAYS) -> Array:
     """Return the array of an npy file of at most so many bytes; raises as `load_arrays` does."""
-    with _told(path, "npy"), path.open("rb") as stream:
+    with _told(path, "npy"), open_file(path) as stream:
         size = _size(stream)
         hold(str(path), size, most, "sample it more coarsely")
         if path.stat().st_size < size:
@@ -91,11 +93,10 @@ def load_array(path: Path, most: int = MAX_ARRAYS) -> Array:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
-    with _told(path, "npz"):
-        with path.open("rb") as stream:
-            if stream.read(npy.MAGIC_LEN).startswith(npy.MAGIC_PREFIX):
-                raise ValueError("it holds one array, as an npy file")
-        with zipfile.ZipFile(path) as archive:
+    with _told(path, "npz"), open_file(path) as stream:
+        if stream.read(npy.MAGIC_LEN).startswith(npy.MAGIC_PREFIX):
+            raise ValueError("it holds one array, as an npy file")
+        with zipfile.ZipFile(stream) as archive:
             yield archive
 
 
@@ -157,7 +158,7 @@ def _size(stream: IO[bytes]) -> int:
     if length > _HEADER:
         raise ValueError(f"its header has {length} bytes, which no array needs")
     shape, _, dtype = read(io.BytesIO(start + _exactly(stream, length)), max_header_size=_HEADER)
-    if dtype.hasobject or dtype.itemsize == 0:
+    if dtype.kind not in _NUMBERS or dtype.itemsize == 0:
         raise ValueError(f"it holds {dtype}, not numbers")
     if any(side < 0 for side in shape):
         raise ValueError(f"its shape is {shape}")

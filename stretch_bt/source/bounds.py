@@ -5,11 +5,15 @@ Whoever reads something packed asks `hold` before it unpacks.
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 from pathlib import Path
+from typing import BinaryIO, cast
 
 from stretch_bt.errors import InvalidInput
 
-__all__ = ["MAX_ARRAYS", "MAX_CHUNK", "MAX_FORM", "MAX_IMAGE", "hold", "read_bytes"]
+__all__ = ["MAX_ARRAYS", "MAX_CHUNK", "MAX_FORM", "MAX_IMAGE", "hold", "open_file", "read_bytes"]
 
 #: bytes of the arrays that are read from one file: three minutes of 640 x 480 depth images at 30 a second
 MAX_ARRAYS = 4 << 30
@@ -32,12 +36,25 @@ def hold(what: str, size: int, most: int, remedy: str) -> None:
 def read_bytes(path: Path, most: int = MAX_FORM) -> bytes:
     """Return the bytes of a file that is no larger than `most`; raises OSError where it is missing, or InvalidInput.
 
-    A device such as /dev/zero never ends, so no more than the bound is taken from anything.
+    A file may grow while it is read, so no more than the bound is taken from anything.
     """
-    with path.open("rb") as stream:
+    with open_file(path) as stream:
         data = stream.read(most + 1)
     hold(str(path), len(data), most, "name another file")
     return data
+
+
+def open_file(path: Path) -> BinaryIO:
+    """Open a file for reading; raises OSError at once for a pipe or device, to which nobody may ever write."""
+    stream = cast(BinaryIO, open(path, "rb", opener=_without_waiting))  # noqa: SIM115
+    if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        return stream
+    stream.close()
+    raise OSError(errno.EINVAL, "it is a pipe or a device, not a file; save it as a file first", str(path))
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _said(size: int) -> str:

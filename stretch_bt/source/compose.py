@@ -15,8 +15,7 @@ __all__ = ["parse", "refuse"]
 
 MAX_NODES = 20_000
 MAX_DEPTH = 150
-
-_TOO_DEEP = f"nesting deeper than {MAX_DEPTH}", "use subtrees"
+_TOO_DEEP = f"nesting deeper than {MAX_DEPTH}, anchors expanded", "use subtrees"
 #: what libyaml says of brackets that are deeper than its own bound of 1000
 _DEPTH_OF_PARSER = "maximum nesting depth"
 
@@ -51,8 +50,10 @@ class _Composer:
     def __init__(self, text: str, file: str) -> None:
         self.file = file
         self.events = yaml.parse(text, Loader=_LOADER)
-        self.anchors: dict[str, tuple[Value, int]] = {}
+        #: by name: the value, how many values it holds, and how many levels
+        self.anchors: dict[str, tuple[Value, int, int]] = {}
         self.count = 0
+        self.deepest = 0
 
     def document(self) -> Value:
         found: Value | None = None
@@ -71,14 +72,13 @@ class _Composer:
 
     def value(self, event: yaml.Event, depth: int) -> Value:
         self.spend(event, 1)
-        if depth > MAX_DEPTH:
-            self.refuse(event, "yaml-depth", *_TOO_DEEP)
+        self.descend(event, depth)
         if isinstance(event, yaml.AliasEvent):
-            return self.alias(event)
+            return self.alias(event, depth)
         assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)
         if event.tag is not None:
             self.refuse(event, "yaml-tag", f"tags such as {event.tag!r} have no meaning here", "remove the tag")
-        before = self.count
+        before, above, self.deepest = self.count, self.deepest, depth
         if isinstance(event, yaml.ScalarEvent):
             made: Value = self.scalar(event)
         elif isinstance(event, yaml.SequenceStartEvent):
@@ -86,8 +86,15 @@ class _Composer:
         else:
             made = self.mapping(event, depth)
         if event.anchor is not None:
-            self.anchors[event.anchor] = (made, self.count - before + 1)
+            self.anchors[event.anchor] = (made, self.count - before + 1, self.deepest - depth)
+        self.deepest = max(above, self.deepest)
         return made
+
+    def descend(self, event: yaml.Event, depth: int) -> None:
+        """Note how deep the present value reaches."""
+        if depth > MAX_DEPTH:
+            self.refuse(event, "yaml-depth", *_TOO_DEEP)
+        self.deepest = max(self.deepest, depth)
 
     def spend(self, event: yaml.Event, nodes: int) -> None:
         self.count += nodes
@@ -99,11 +106,12 @@ class _Composer:
                 "remove anchors, or split the file",
             )
 
-    def alias(self, event: yaml.AliasEvent) -> Value:
+    def alias(self, event: yaml.AliasEvent, depth: int) -> Value:
         if event.anchor not in self.anchors:
             self.refuse(event, "yaml-anchor", f"no anchor &{event.anchor} stands before this", "define it first")
-        value, size = self.anchors[event.anchor]
+        value, size, levels = self.anchors[event.anchor]
         self.spend(event, size)
+        self.descend(event, depth + levels)
         return _copy(value)
 
     def items(self, depth: int) -> Iterator[Value]:

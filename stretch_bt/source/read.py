@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import stat
 from pathlib import Path
 
 from stretch_bt.errors import FileError
+from stretch_bt.source.bounds import open_file
 from stretch_bt.source.compose import parse, refuse
 from stretch_bt.source.suggest import did_you_mean
 from stretch_bt.source.values import Map
@@ -22,9 +21,9 @@ def read_text(path: Path, name: str | None = None) -> str:
     try:
         if path.is_dir():
             refuse(file, "file-folder", "this is a folder, not a file", "name the YAML file in it")
-        with open(path, "rb", opener=_without_waiting) as stream:
-            if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-                refuse(file, "file-special", "this is a pipe or a device, not a file", "save it as a file first")
+        if path.exists() and not path.is_file():
+            refuse(file, "file-special", "this is a pipe or a device, not a file", "save it as a file first")
+        with open_file(path) as stream:
             data = stream.read(MAX_BYTES + 1) or b""
         if len(data) > MAX_BYTES:
             refuse(file, "file-size", f"the file is over {MAX_BYTES // 1_000_000} MB", "split it, and use imports")
@@ -41,11 +40,6 @@ def read_text(path: Path, name: str | None = None) -> str:
         line = text.count("\n", 0, text.index("\0")) + 1
         refuse(file, "file-binary", "the file holds NUL bytes, so it is not text", "name a YAML file", line)
     return text
-
-
-def _without_waiting(path: str, flags: int) -> int:
-    """Open even a pipe at once: nobody may ever write to it."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def resolve(given: str | Path, shipped: Path, kind: str) -> Path:

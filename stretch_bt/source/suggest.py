@@ -9,10 +9,15 @@ from stretch_bt.source.values import Scalar, Value
 
 __all__ = ["closest", "did_you_mean", "unknown_key"]
 
+#: characters of a word that is compared with others, which takes the square of its length
+_LONGEST = 200
+
 
 def closest(word: str, known: Iterable[str], alike: float = 0.6) -> str | None:
     """Return the known word that is most like this one, at least so much, from 0 to 1, or None."""
-    known = list(known)
+    if len(word) > _LONGEST:
+        return None
+    known = [k for k in known if len(k) <= _LONGEST]
     folded = {k.lower(): k for k in known}
     match = difflib.get_close_matches(word.lower(), folded, n=1, cutoff=alike)
     return folded[match[0]] if match else None

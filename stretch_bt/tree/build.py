@@ -9,6 +9,7 @@ from typing import Any, Protocol, TypeVar
 import py_trees
 
 from stretch_bt.errors import NoAnswer, NodeError
+from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.explained import Explained
@@ -134,6 +135,10 @@ class _Tee(Cell):
             raise NodeError(writer, f"${self.target_sd.name} takes a standard deviation, and the node gave none")
         self.target_sd.write(self.sd, writer)
 
+    def reset(self, value: Any = MISSING) -> None:
+        for cell in (self.target, self.target_sd):
+            cell.reset(value)
+
 
 class Builder:
     """Builds one tree; parts call it back for their children, cells and inputs."""
@@ -252,7 +257,8 @@ class Builder:
 
     def leaf(self, part: Leaf, path: str) -> Behavior:
         """Build a node of the registry with its ports bound."""
-        node = part.info.cls(path)
+        with own_code(path, f"{part.info.cls.__name__}()"):
+            node = part.info.cls(path)
         node.path = path
         node.context = self.context
         node.device_names = dict(part.devices)

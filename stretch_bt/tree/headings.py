@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from importlib.resources import files
 from itertools import islice
@@ -18,7 +19,7 @@ from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Sign
 from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, example, literal
-from stretch_bt.units import KINDS
+from stretch_bt.units import KINDS, plain_number
 
 __all__ = ["FORMAT", "read_document"]
 
@@ -169,13 +170,13 @@ class _Headings:
 
     def good_name(self, key: Scalar, what: str) -> bool:
         reserved = ("params", "task", "true", "false", "and", "or", "not")
-        if key.text.isidentifier() and key.text not in reserved:
+        if re.fullmatch(r"[A-Za-z_]\w*", key.text, re.ASCII) and key.text not in reserved:
             return True
         self.error(
             key.mark,
             "name",
             f"{key.text!r} cannot be the name of a {what}",
-            "use letters, digits and _, no reserved word",
+            "use letters a to z, digits and _, no reserved word",
         )
         return False
 
@@ -319,6 +320,7 @@ def _given(text: Any, type_: Type, mark: Mark) -> Value:
 
 def _written(value: Any, type_: Type) -> str:
     """Return an override as a file would have it; numbers given from Python are SI."""
+    value = plain_number(value)
     if isinstance(value, str):
         return value
     if isinstance(value, list | tuple):

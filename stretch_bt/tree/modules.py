@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
@@ -17,6 +17,7 @@ from pathlib import Path
 from stretch_bt.errors import StretchError
 from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.tree import registry
+from stretch_bt.tree.blame import place_of
 
 __all__ = ["ModuleRefused", "Modules"]
 
@@ -64,10 +65,12 @@ class Modules:
         folders = self._folders(file.parent.resolve())
         self._check(name, folders)
         try:
-            with _path([*trusted_path(), *folders]):
+            with _path([*trusted_path(), *folders]), redirect_stdout(sys.stderr):  # output is the command's alone
                 registry.import_nodes(name)
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
-            message = f"module {name!r} cannot be imported: {type(error).__name__}: {error}"
+            kind = "" if isinstance(error, StretchError) else f"{type(error).__name__}: "
+            at = "" if isinstance(error, SyntaxError) else place_of(error)  # its text has the place
+            message = f"module {name!r} cannot be imported: {kind}{error}{at and f' ({at})'}"
             raise ModuleRefused(message, "mend the module, or install what it needs") from error
 
     def _folders(self, folder: Path) -> list[str]:

@@ -8,28 +8,52 @@ from __future__ import annotations
 
 import inspect
 import io
+import re
 import tokenize
 import types
 import typing
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
-from math import isfinite
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, overload
 
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, UnsetKey
+from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput, NoAnswer, NodeError, StretchError, UnsetKey
+from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
     from stretch_bt.tree.context import Context
 
-__all__ = ["MISSING", "Behavior", "Cell", "In", "Out", "Port", "Role", "Status", "Uses", "port"]
+__all__ = [
+    "MISSING",
+    "Behavior",
+    "Cell",
+    "In",
+    "Out",
+    "Port",
+    "PortError",
+    "RegistryError",
+    "Role",
+    "Status",
+    "Uses",
+    "port",
+]
 
 T = TypeVar("T")
+#: what a port may be called
+NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
+
+
+class RegistryError(StretchError):
+    """A node class cannot be registered; the text says why."""
+
+
+class PortError(RegistryError, TypeError):
+    """A port of a node class is declared wrongly; the text says why."""
 
 
 class Role(Enum):
@@ -114,6 +138,13 @@ class Port:
         """Whether a tree must give it."""
         return self.role is Role.INPUT and self.default is MISSING
 
+    def check(self, beside: Mapping[str, Port]) -> PortCheck:
+        """Return what its values must be; a deviation `x_sd` beside a port `x` is not negative."""
+        low = self.min
+        if self.name.endswith("_sd") and self.name.removesuffix("_sd") in beside and low is None:
+            low = 0.0
+        return PortCheck(self.annotation, low, self.max)
+
 
 class Cell:
     """Where a key's value lives during a run, with its standard deviation."""
@@ -176,12 +207,15 @@ class _InputSlot:
 
 
 class _OutputSlot:
-    """Writes to the key that the tree wired to the port, if any."""
+    """Checks what a node writes, and hands it to the key that the tree wired to the port, if any."""
 
-    __slots__ = ("name",)
+    __slots__ = ("bit", "check", "exact", "name")
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, check: PortCheck, bit: int) -> None:
         self.name = name
+        self.bit = bit
+        self.check = check
+        self.exact = check.exact
 
     def __get__(self, node: Behavior | None, owner: type) -> Any:
         if node is None:
@@ -189,9 +223,40 @@ class _OutputSlot:
         return node.sinks[self.name].value
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if isinstance(value, float) and not (isfinite(value) and isfinite(getattr(value, "sd", 0.0))):
-            raise NodeError(node.path, f"wrote {value!r} to {self.name!r}; a node without an answer raises NoAnswer")
-        node.sinks[self.name].write(value, node.path)
+        if value.__class__ is not self.exact:
+            self.judge(node, value)
+        else:
+            node.written |= self.bit
+            node.sinks[self.name].write(value, node.path)
+
+    def judge(self, node: Behavior, value: Any) -> None:
+        """Write what is not plainly right: as it is to be kept, or raise NodeError; None leaves the key without a value."""
+        try:
+            kept = self.check.judge(value)
+        except InvalidInput as error:
+            raise NodeError(node.path, f"wrote {self.name!r} wrongly: {error}") from None
+        node.written |= self.bit
+        if kept is None:
+            node.sinks[self.name].reset()
+        else:
+            node.sinks[self.name].write(kept, node.path)
+
+
+class _NumberSlot(_OutputSlot):
+    """An output of a number: a plain one within its bounds needs no call. NaN and infinity lie in no bounds."""
+
+    __slots__ = ("high", "low")
+
+    def __init__(self, name: str, check: PortCheck, bit: int) -> None:
+        super().__init__(name, check, bit)
+        self.low, self.high = check.low, check.high
+
+    def __set__(self, node: Behavior, value: Any) -> None:
+        if value.__class__ is not self.exact or not self.low <= value <= self.high:  # type: ignore[operator]
+            self.judge(node, value)
+        else:
+            node.written |= self.bit
+            node.sinks[self.name].write(value, node.path)
 
 
 class _DeviceSlot:
@@ -209,7 +274,21 @@ class _DeviceSlot:
         return None if device is None else node.context.device(device)
 
 
-_SLOTS = {Role.INPUT: _InputSlot, Role.OUTPUT: _OutputSlot, Role.DEVICE: _DeviceSlot}
+_Slot = _InputSlot | _OutputSlot | _DeviceSlot
+
+
+def _bit(name: str, ports: Mapping[str, Port]) -> int:
+    """Return the bit of an output in `written`; each port has one, in the order of the class."""
+    return 1 << list(ports).index(name)
+
+
+def _slot(declared: Port, ports: Mapping[str, Port]) -> _Slot:
+    if declared.role is Role.INPUT:
+        return _InputSlot(declared.name)
+    if declared.role is Role.DEVICE:
+        return _DeviceSlot(declared.name)
+    check = declared.check(ports)
+    return (_NumberSlot if check.type.is_number else _OutputSlot)(declared.name, check, _bit(declared.name, ports))
 
 
 class Behavior(py_trees.behaviour.Behaviour):
@@ -221,14 +300,19 @@ class Behavior(py_trees.behaviour.Behaviour):
     """
 
     ports: ClassVar[dict[str, Port]] = {}
+    #: bits of the outputs that each SUCCESS must have written; bits cost a tick less than a set
+    owed: ClassVar[int] = 0
     kind: ClassVar[str] = "action"
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        cls.ports = {**cls.ports, **_declared_ports(cls)}
+        own = _declared_ports(cls)
+        cls.ports = {**cls.ports, **own}
         for name, declared in cls.ports.items():
-            if not isinstance(inspect.getattr_static(cls, name, None), tuple(_SLOTS.values())):
-                setattr(cls, name, _SLOTS[declared.role](name))
+            if name in own or not isinstance(inspect.getattr_static(cls, name, None), _Slot):
+                setattr(cls, name, _slot(declared, cls.ports))
+        outputs = [p for p in cls.ports.values() if p.role is Role.OUTPUT]
+        cls.owed = sum(_bit(p.name, cls.ports) for p in outputs if not p.check(cls.ports).optional)
 
     def __init__(self, path: str = "") -> None:
         super().__init__(name=path.rpartition("/")[2] or type(self).__name__)
@@ -236,6 +320,7 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.runs = 0
         self.active = False
         self.ticking = False
+        self.written = 0
         self.context: Context = cast("Context", None)
         self.wiring: dict[str, Callable[[], Any]] = {}
         self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.role is Role.OUTPUT}
@@ -265,6 +350,7 @@ class Behavior(py_trees.behaviour.Behaviour):
                 self.feedback_message = ""
                 self.runs += 1
                 self.active = True
+                self.written = 0
                 self.initialise()
             status = self.update()
         except NoAnswer as refusal:
@@ -276,6 +362,8 @@ class Behavior(py_trees.behaviour.Behaviour):
             raise NodeError(self.path, f"{type(error).__name__}: {error}") from error
         if status.__class__ is not Status or status is Status.INVALID:
             raise NodeError(self.path, f"update() returned {status!r}; return SUCCESS, FAILURE or RUNNING")
+        if status is Status.SUCCESS and self.owed & ~self.written:
+            raise NodeError(self.path, _unwritten(self))
         if status is not Status.RUNNING:
             self.stop(status)
         self.status = status
@@ -303,6 +391,19 @@ class Behavior(py_trees.behaviour.Behaviour):
             self.status = new_status
 
 
+def _unwritten(node: Behavior) -> str:
+    """Return what is said of outputs that a SUCCESS lacks."""
+    names = [name for name in node.ports if _bit(name, node.ports) & node.owed & ~node.written]
+    hint = f"write it before, fail, or declare it as {names[0]}: Out[... | None] if it may be absent"
+    return f"ended with SUCCESS without writing {', '.join(map(repr, names))}; {hint}"
+
+
+@cache
+def _taken_names() -> frozenset[str]:
+    """Return the attributes of every node, which a port of that name would break."""
+    return frozenset({*dir(Behavior), *vars(Behavior()), "instant"})
+
+
 def _declared_ports(cls: type) -> dict[str, Port]:
     annotations = inspect.get_annotations(cls)
     if not annotations:
@@ -312,15 +413,25 @@ def _declared_ports(cls: type) -> dict[str, Port]:
     for name in annotations:
         role, annotation, optional = _split(hints[name])
         if role is not None:
+            _check_name(cls, name)
             ports[name] = _make_port(cls, name, role, annotation, optional)
     return ports
+
+
+def _check_name(cls: type, name: str) -> None:
+    if name in _taken_names():
+        raise PortError(
+            f"{cls.__name__}: a port cannot be called {name!r}; the word is reserved: every node has it; write {name}_"
+        )
+    if not NAME.fullmatch(name):
+        raise PortError(f"{cls.__name__}: a port cannot be called {name!r}; use letters a to z, digits and _ inside")
 
 
 def _make_port(cls: type, name: str, role: Role, annotation: Any, optional: bool) -> Port:
     given = cls.__dict__.get(name, MISSING)
     options = given if isinstance(given, _Options) else _Options(given, None, None, "")
     if role is not Role.INPUT and options.default is not MISSING:
-        raise TypeError(f"{cls.__name__}.{name}: only an input port can have a default")
+        raise PortError(f"{cls.__name__}.{name}: only an input port can have a default")
     return Port(
         name, role, annotation, options.default, options.min, options.max, options.doc, optional, cls, options.limit
     )

@@ -151,8 +151,8 @@ class _Checker:
             return  # a file without a main whose trees have borders is a library
         meant = closest("main", trees)
         if meant is not None:
-            message = "no tree is called 'main'"
-            self.found.append(trees[meant].mark.error("main-missing", message, "did you mean 'main'?"))
+            message = f"tree {meant!r} looks like 'main', which is the one that runs and is missing"
+            self.found.append(trees[meant].mark.error("main-missing", message, "write 'main'"))
         else:
             message = "no tree is called 'main', so this file can be imported but not run"
             mark = next(iter(trees.values())).mark

@@ -5,12 +5,17 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import importlib.metadata
+import inspect
+import math
 import re
+import sys
+from collections.abc import Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from stretch_bt.errors import StretchError
-from stretch_bt.tree.ports import MISSING, Behavior, Port, Role
+from stretch_bt.errors import InvalidInput
+from stretch_bt.tree.ports import MISSING, Behavior, Port, RegistryError, Role
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
 from stretch_bt.units import Estimate
 
@@ -24,10 +29,6 @@ BUILTIN = "stretch_bt.behaviors"
 RESERVED = ("name", "doc", "timeout", "retry", "while", "guard", "skip_if", "finally", "log")
 
 B = TypeVar("B", bound=type[Behavior])
-
-
-class RegistryError(StretchError):
-    """A node class cannot be registered; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +89,38 @@ def node(cls: B) -> B:
     for declared in cls.ports.values():
         if declared.name in RESERVED:
             raise RegistryError(f"node {name!r}: a port cannot be called {declared.name!r}; the word is reserved")
+        _check_bounds(name, declared)
+        _check_default(name, declared, cls.ports)
+    try:
+        inspect.signature(cls).bind("main/path")
+    except TypeError as error:
+        raise RegistryError(
+            f"node {name!r}: its __init__ does not take a path alone ({error}); write __init__(self, path='')"
+        ) from None
     present = _nodes.get(name)
     if present is not None and (present.cls.__module__, present.cls.__qualname__) != (cls.__module__, cls.__qualname__):
         raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
     _nodes[name] = info
     return cls
+
+
+def _check_bounds(name: str, declared: Port) -> None:
+    ends = [end for end in (declared.min, declared.max) if end is not None]
+    numbers = all(isinstance(end, int | float) and math.isfinite(end) for end in ends)
+    if not numbers or ends != sorted(ends):
+        raise RegistryError(
+            f"node {name!r}, port {declared.name!r}: its bounds are {declared.min!r} and {declared.max!r}; "
+            "write SI numbers, the smaller as 'min'"
+        )
+
+
+def _check_default(name: str, declared: Port, ports: Mapping[str, Port]) -> None:
+    if declared.role is not Role.INPUT or declared.default is MISSING:
+        return
+    try:
+        declared.check(ports).judge(declared.default)
+    except InvalidInput as error:
+        raise RegistryError(f"node {name!r}, port {declared.name!r}: its default is wrong: {error}") from None
 
 
 def _port_types(cls: type[Behavior]) -> dict[str, Type]:
@@ -112,7 +140,8 @@ def load_all() -> dict[str, NodeInfo]:
         importlib.import_module(BUILTIN)
         for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
             try:
-                entry.load()
+                with redirect_stdout(sys.stderr):  # output is the command's alone
+                    entry.load()
             except RegistryError:
                 raise
             except Exception as error:

@@ -25,7 +25,7 @@ __all__ = ["Wiring"]
 
 #: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
 _LITERAL = re.compile(
-    rf"\s*(?:{NUMBER}|[-+]?\d[\d.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
+    rf"\s*(?:{NUMBER}|[-+]?[0-9][0-9.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
     re.IGNORECASE,
 )
 
@@ -108,7 +108,10 @@ class Wiring:
         """Return the key that an output writes."""
         text = value.text if isinstance(value, Scalar) else ""
         name = text.removeprefix("$")
-        if not re.fullmatch(r"\$[A-Za-z_]\w*", text):
+        if not text.isascii() and text[:1] == "$":
+            self.error(value.mark, "name", f"{text!r} cannot be a key", "use letters a to z, digits and _")
+            return None
+        if not re.fullmatch(r"\$[A-Za-z_]\w*", text, re.ASCII):
             message = f"{what} is an output, so it takes a $key, not {text or 'this'!r}"
             self.error(value.mark, "output-literal", message, braces(value) or self.as_key(name, type_))
             return None
@@ -130,7 +133,7 @@ class Wiring:
         """Return how an output names the key that was written without its dollar."""
         if self.signature.declared(name):
             return f"write '${name}'"
-        if name.isidentifier():
+        if name.isidentifier() and name.isascii():
             return f"write '${name}', and declare it: 'keys: {{{name}: {type_ or 'Length'}}}'"
         return "write '$key', with a key of this tree"
 

@@ -1,6 +1,7 @@
 """`calibrate` and `predict`."""
 
 import json
+import os
 
 import pytest
 
@@ -122,3 +123,21 @@ def test_a_picture_is_drawn(cli, record, tmp_path):
     pytest.importorskip("matplotlib", reason="pictures need the extra 'plot'")
     assert cli("calibrate", record, "--out", tmp_path / "hand.json", "--plot", tmp_path / "hand.svg")[0] == 0
     assert "<svg" in (tmp_path / "hand.svg").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", ["paper", "membrane"])
+def test_a_shipped_model_predicts_by_its_name(cli, name):
+    code, printed, _ = cli(
+        "predict", "--calibration", name, "--radius", "12mm", "--stretch", "20mm", "--depth", "8mm", "--json"
+    )
+    assert code == 0
+    assert json.loads(printed)["force_N"] == shipped(name).predict(0.012, 0.02, 0.008)[0]
+
+
+@pytest.mark.parametrize("content", [None, "[" * 200_000, '{"format": 1}', "{", "\xff"])
+def test_what_is_no_calibration_is_refused_at_once(cli, tmp_path, content):
+    place = tmp_path / "hand.json"
+    os.mkfifo(place) if content is None else place.write_text(content)
+    code, _, told = cli("predict", "--calibration", place, "--radius", "12mm", "--stretch", "20mm", "--depth", "8mm")
+    assert code == 2
+    assert f"error: {place}: " in told

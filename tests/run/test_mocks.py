@@ -1,10 +1,20 @@
 """What mocks do to a run of an unedited tree: time, outputs, statuses, conditions, readings and expectations."""
 
+import re
+from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from stretch_bt.run.mock_node import pattern_fits
+from stretch_bt.errors import MocksError
+from stretch_bt.perception import Sphere
+from stretch_bt.run.check import check
+from stretch_bt.run.mock_node import mock_value, pattern_fits
+from stretch_bt.source import parse
+from stretch_bt.tree.port_check import PortCheck
+from stretch_bt.tree.types import from_annotation
 
 TREE = """
 format: stretch-tree/1
@@ -185,3 +195,74 @@ FITS = [
 @pytest.mark.parametrize(("pattern", "path", "fits"), FITS)
 def test_patterns(pattern: str, path: str, fits: bool) -> None:
     assert pattern_fits(pattern, path) is fits
+
+
+PATTERNS = st.lists(st.sampled_from(["**", "*", "a", "ab", "a*", "*b", "a[1]", "*a*b*", "b"]), min_size=1, max_size=5)
+PATHS = st.lists(st.sampled_from(["a", "ab", "b", "a[1]", "ab[2]", "aab", "bb[10]"]), min_size=1, max_size=5)
+
+
+def by_regex(pattern: str, path: str) -> bool:
+    """Return what a pattern means, as a regular expression says it, whose time has no bound."""
+    regex = ""
+    for segment in pattern.split("/"):
+        index = "" if segment.endswith("]") else r"(?:\[[0-9]+\])?"
+        inner = re.escape(segment).replace(r"\*", "[^/]*") + index + "/"
+        regex += r"(?:[^/]+/)*" if segment == "**" else inner
+    return re.fullmatch(regex, path + "/") is not None
+
+
+@given(PATTERNS.map("/".join), PATHS.map("/".join))
+def test_a_pattern_means_the_paths_of_its_regular_expression(pattern: str, path: str) -> None:
+    assert pattern_fits(pattern, path) == by_regex(pattern, path)
+
+
+@pytest.mark.parametrize("pattern", ["**/" * 300 + "b", "a*" * 400 + "b", "/".join(["**", "*a*"] * 150)])
+def test_no_pattern_takes_long(pattern: str) -> None:
+    assert not pattern_fits(pattern, "/".join(["a" * 200] * 100))  # the regular expression hangs
+
+
+#: a rule or expectation, the code of its error, and what is said
+ODD = {
+    "match: ''": ("value", "this one is empty"),
+    "match: [main/press]": ("type-mismatch", "'match' takes one pattern"),
+    "match: {press: 1}": ("type-mismatch", "'match' takes one pattern"),
+    f"match: '{'**/' * 400}press'": ("value", "at most 1000 characters"),
+    "match: main/until/look, outputs: {height: {value: 1 mm, sd: -1 mm}}": ("out-of-bounds", "not below 0"),
+}
+
+
+@pytest.mark.parametrize("rule", ODD)
+def test_an_odd_rule_is_refused_in_its_place(rule: str, mocked: Any) -> None:
+    code, told = ODD[rule]
+    with pytest.raises(MocksError, match=told) as refused:
+        mocked(rule)
+    assert code in {d.code for d in refused.value.diagnostics}
+
+
+def test_a_file_has_some_hundred_mocks_and_a_few_suggestions(mocked: Any) -> None:
+    with pytest.raises(MocksError, match="has 602 entries; 500 are read"):
+        mocked(*["match: main/presss"] * 600)
+    with pytest.raises(MocksError) as refused:
+        mocked(*(f"match: main/until/loook{k}" for k in range(400)))
+    assert sum("did you mean" in d.hint for d in refused.value.diagnostics) <= 20
+
+
+def test_a_library_has_nothing_to_mock(tmp_path: Path) -> None:
+    (tmp_path / "lib.yaml").write_text(
+        "format: stretch-tree/1\ntrees:\n  feel:\n    in: {a: Length}\n    check: a > 0 mm\n"
+    )
+    (tmp_path / "mocks.yaml").write_text("format: stretch-mocks/1\ntree: lib.yaml\nmocks: [{match: '**/press'}]\n")
+    [found] = check(tmp_path / "mocks.yaml")
+    assert (found.code, found.line) == ("tree-wrong", 2)
+    assert "library" in found.message
+
+
+def test_mocks_that_never_end_are_ended(mocked: Any) -> None:
+    found = mocked("match: main/until/look, status: running", expect="ticks_max: 20")
+    assert found.status == "FAILURE"
+    assert "no end after 200 ticks" in found.reason
+
+
+def test_what_a_mock_writes_passes_a_node_that_hands_it_on() -> None:
+    value = mock_value(parse("{radius: 5 mm}", "mocks.yaml"), from_annotation(Sphere), "sphere")
+    assert PortCheck(Sphere, None, None).judge(value) is value

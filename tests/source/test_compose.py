@@ -110,3 +110,14 @@ def test_columns_count_characters(text: str) -> None:
         if isinstance(node, Scalar):
             row = text.split("\n")[node.mark.line - 1]
             assert row[node.mark.column - 1 :].startswith(node.text)
+
+
+@pytest.mark.parametrize("levels", [100, 149, 150, 200, 5000])
+def test_a_chain_of_anchors_is_no_deeper_than_brackets_may_be(levels: int) -> None:
+    text = "- &a0 [x]\n" + "".join(f"- &a{k} [*a{k - 1}]\n" for k in range(1, 100))
+    text += f"- {'[' * (levels - 100)}*a99{']' * (levels - 100)}\n"  # values stay under their bound, levels do not
+    if levels <= 149:
+        assert isinstance(parse(text, "f.yaml"), Seq)
+    else:
+        with pytest.raises(FileError, match="nesting deeper than 150"):
+            parse(text, "f.yaml")

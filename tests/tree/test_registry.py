@@ -102,7 +102,7 @@ def test_the_promised_ports_are_there(name: str, ports: str) -> None:
         assert info.ports[port_name].role is (Role.OUTPUT if out else Role.INPUT)
 
 
-def behavior(ports: dict[str, Any] | None = None, doc: str | None = "A probe.") -> type[Behavior]:
+def behavior(ports: dict[str, Any] | None = None, doc: str | None = "A probe.", **members_: Any) -> type[Behavior]:
     def update(self: Behavior) -> Status:
         return Status.SUCCESS
 
@@ -112,6 +112,7 @@ def behavior(ports: dict[str, Any] | None = None, doc: str | None = "A probe.") 
         "__qualname__": "Probe",
         "__annotations__": ports or {},
         "update": update,
+        **members_,
     }
     return type("Probe", (Behavior,), members)
 
@@ -120,6 +121,44 @@ def behavior(ports: dict[str, Any] | None = None, doc: str | None = "A probe.") 
 def test_reserved_words_cannot_be_ports(word: str, fresh: None) -> None:
     with pytest.raises(RegistryError, match=rf"'{word}'; the word is reserved"):
         node(behavior({word: In[Length]}))
+
+
+TAKEN = sorted(name for name in {*dir(Behavior), *vars(Behavior())} if not name.startswith("_"))
+
+
+@pytest.mark.parametrize("word", [*TAKEN, "status", "parent", "children", "instant", "_hidden", "größe", "__class__"])
+@pytest.mark.parametrize("kind", [In[Length], Out[Length]])
+def test_a_port_has_no_name_that_every_node_has(word: str, kind: Any, fresh: None) -> None:
+    with pytest.raises(RegistryError, match=rf"Probe: a port cannot be called '{word}'; "):
+        node(behavior({word: kind}))
+
+
+#: annotation, options, what is said of them
+WRONG_PORTS = [
+    (In[Length], "5 mm", "its default is wrong: it takes a Length .*, not '5 mm'; write 0.005"),
+    (In[Length], None, "not None"),
+    (In[Length], float("nan"), "not nan"),
+    (In[Length], float("inf"), "not inf"),
+    (In[Length], port(0.5, max=0.1), "500 mm is outside ... to 100 mm"),
+    (In[int], 1.5, "an int, not 1.5"),
+    (In[Literal["a", "b"]], "c", "one of a, b, not 'c'"),
+    (In[Length], port(min=0.2, max=0.1), "its bounds are 0.2 and 0.1"),
+    (In[Length], port(min="1 mm"), "its bounds are '1 mm' and None"),  # type: ignore[arg-type]
+    (Out[Length], port(max=float("nan")), "its bounds are None and nan"),
+]
+
+
+@pytest.mark.parametrize(("kind", "given", "told"), WRONG_PORTS)
+def test_a_default_or_bound_that_does_not_fit_is_refused(kind: Any, given: Any, told: str, fresh: None) -> None:
+    with pytest.raises(RegistryError, match=f"node 'probe', port 'size': .*{told}"):
+        node(behavior({"size": kind}, size=given))
+
+
+def test_a_node_is_made_from_its_path_alone(fresh: None) -> None:
+    def init(self: Behavior, path: str, more: int) -> None: ...
+
+    with pytest.raises(RegistryError, match="node 'probe': its __init__ does not take a path alone"):
+        node(behavior(__init__=init))
 
 
 def test_a_name_is_taken_once(fresh: None) -> None:

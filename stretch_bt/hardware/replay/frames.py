@@ -76,6 +76,6 @@ def png_files(folder: Path) -> list[Path]:
     """Return the PNG files of a folder, numbers in their names in the order of counting."""
 
     def order(path: Path) -> list[tuple[int, int | str]]:
-        return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", path.stem) if part]
+        return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", path.stem) if part]
 
     return sorted(folder.glob("*.png"), key=order)

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.model.checks import is_number
 from stretch_bt.source.bounds import read_bytes
-from stretch_bt.units import KINDS, Estimate, format_quantity
+from stretch_bt.source.strict_json import read_json
+from stretch_bt.units import KINDS, Estimate, format_quantity, is_number
 
 __all__ = [
     "FITTED",
@@ -150,13 +150,15 @@ class ForceModel(ABC):
 
     @staticmethod
     def load(path: str | Path) -> ForceModel:
-        """Read a model that `save` wrote, of whatever kind.
+        """Read a model that `save` wrote, of whatever kind, or a shipped one by its name.
 
         Raises
         ------
         InvalidInput
             The file is missing or is not a calibration.
         """
+        if str(path) in SHIPPED:
+            return shipped(str(path))
         try:
             return _decode(read_bytes(Path(path)).decode())
         except OSError as error:
@@ -191,7 +193,7 @@ def shipped(name: str) -> ForceModel:
 
 def _decode(text: str, kind: str | None = None) -> ForceModel:
     """Return the model of a text, as the kind that is named or that it names itself."""
-    fields = json.loads(text)
+    fields = read_json(text)
     if not isinstance(fields, dict) or fields.get("format") != FORMAT:
         raise ValueError(f"its format is not {FORMAT!r}")
     if fields.get("kind") not in _KINDS:

@@ -31,7 +31,9 @@ def claim(folder: Path | None) -> Path:
         return _next_free(Path("runs").absolute()) if folder is None else _empty(Path(folder).absolute())
     except OSError as error:
         place = Path(error.filename or folder or "runs")
-        raise refuse(place, "record-folder", f"cannot make a record here: {error.strerror}") from error
+        raise refuse(
+            place, "record-folder", f"cannot make a record here: {error.strerror}", "name another folder with --out"
+        ) from error
 
 
 def _empty(folder: Path) -> Path:

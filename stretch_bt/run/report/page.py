@@ -53,6 +53,7 @@ def _page(record: RecordReader) -> str:
             section("Depth frames", _grid(pictures(history.frames)), "bright is near; grey is invalid"),
             section("Device commands", commands(record)),
             section("Faults and notes", faults(record)),
+            section("Tracebacks", _tracebacks(record.result or {}), "of nodes whose own code broke"),
             section("Run", facts(record)),
         )
     )
@@ -61,6 +62,15 @@ def _page(record: RecordReader) -> str:
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style></head>'
         f"<body><main>{body}<footer>stretch-bt</footer></main></body></html>\n"
     )
+
+
+def _tracebacks(result: dict[str, Any]) -> str:
+    rows = [row for row in _listed(result.get("broken")) if isinstance(row, dict)]
+    return "".join(f"<p>{escape(row.get('at', ''))}</p><pre>{escape(row.get('traceback', ''))}</pre>" for row in rows)
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []
 
 
 def _tree_name(header: dict[str, Any]) -> str:

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.axisymmetric import AxisymmetricPress, CircularMembrane
 from stretch_bt.simulation.membrane.indenters.base import Indenter, Solid
@@ -22,6 +20,7 @@ from stretch_bt.simulation.membrane.materials import Material, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.units import is_number
 
 if TYPE_CHECKING:  # numba comes along with it
     from stretch_bt.simulation.membrane.sheet.result import SheetPress
@@ -154,6 +153,10 @@ def press(
     body = parse_indenter(indenter) if isinstance(indenter, str) else indenter
     if not isinstance(body, Solid | Several) and not isinstance(body, Indenter):
         raise InvalidInput(f"an indenter is a shape or text such as 'sphere:20mm', not {indenter!r}")
+    if not (material is None or isinstance(material, Material)):
+        raise InvalidInput(f"a material is one of stretch_bt.simulation, such as NeoHookean(47.4e3), not {material!r}")
+    if not (settings is None or isinstance(settings, Settings)):
+        raise InvalidInput(f"settings are Settings(...), not {settings!r}")
     chosen = effects if isinstance(effects, Effects) else Effects.named(effects)
     sheet = Sheet(gauge, width, thickness, material or NeoHookean(shear_modulus), mount_prestretch, chosen)
     if settings is None:
@@ -268,12 +271,7 @@ def _plain(solver: str, request: _Request) -> None:
 
 
 def _finite(name: str, value: float, least: float, unit: str) -> None:
-    if not (
-        isinstance(value, int | float | np.number)
-        and not isinstance(value, bool)
-        and math.isfinite(value)
-        and value >= least
-    ):
+    if not (is_number(value) and value >= least):
         raise InvalidInput(f"{name} must be a finite number of at least {least:g} {unit}, not {value!r}")
 
 

@@ -33,9 +33,10 @@ class Fraction:
         """Read `5 %` or `0.05`."""
         from pydantic_core import core_schema
 
-        from stretch_bt.units import DIMENSIONLESS, parse_quantity
+        from stretch_bt.units import DIMENSIONLESS, parse_quantity, plain_number
 
         def read(given: object) -> float:
+            given = plain_number(given)
             if isinstance(given, bool) or not isinstance(given, int | float | str):
                 raise InvalidInput(f"{given!r} is no part of a whole; write '5 %'")
             value, dimension = parse_quantity(str(given))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import operator
+import sys
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from stretch_bt.errors import UnsetKey
+from stretch_bt.errors import InvalidInput, UnsetKey
 from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, Name, Unary
 
 __all__ = ["Environment", "bind"]
@@ -26,6 +27,8 @@ _BINARY: dict[str, Callable[[Any, Any], Any]] = {
     "==": operator.eq,
     "!=": operator.ne,
 }
+_ARITHMETIC = ("+", "-", "*", "/")
+_LARGEST = sys.float_info.max
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max, "sqrt": math.sqrt}
 
 
@@ -51,7 +54,7 @@ def bind(expression: Expression, environment: Environment) -> Thunk:
     assert isinstance(expression, Call)
     function = _FUNCTIONS[expression.function]
     arguments = [bind(a, environment) for a in expression.arguments]
-    return lambda: function(*(a() for a in arguments))
+    return lambda: _finite(expression.function, function, *(a() for a in arguments))
 
 
 def _bind_name(name: Name, environment: Environment) -> Thunk:
@@ -89,4 +92,18 @@ def _bind_binary(expression: Binary, left: Thunk, right: Thunk) -> Thunk:
     if expression.operator == "or":
         return lambda: left() or right()
     function = _BINARY[expression.operator]
+    if expression.operator in _ARITHMETIC:
+        return lambda: _finite(expression.operator, function, left(), right())
     return lambda: function(left(), right())
+
+
+def _finite(name: str, function: Callable[..., Any], *values: Any) -> Any:
+    """Return a number; raises InvalidInput, with what was worked out, where there is none that a key could hold."""
+    try:
+        result = function(*values)
+        if -_LARGEST <= result <= _LARGEST:
+            return result
+    except (ArithmeticError, ValueError):
+        pass
+    given = f" {name} ".join(map(str, values)) if name in _ARITHMETIC else f"{name}({', '.join(map(str, values))})"
+    raise InvalidInput(f"{given} is no finite number; guard it with a comparison") from None

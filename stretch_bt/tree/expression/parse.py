@@ -82,13 +82,13 @@ class _Token(NamedTuple):
     offset: int
 
 
-_UNIT = r"(?:[a-zA-Zµ%]+(?:\^-?\d+)?(?:[*/][a-zA-Zµ]+(?:\^-?\d+)?)*|1/[a-zA-Zµ]+(?:\^\d+)?)"
+_UNIT = r"(?:[a-zA-Zµ%]+(?:\^-?[0-9]+)?(?:[*/][a-zA-Zµ]+(?:\^-?[0-9]+)?)*|1/[a-zA-Zµ]+(?:\^[0-9]+)?)"
 _WORD_AFTER_NUMBER = r"(?!(?:and|or|not|in)\b)"
 _TOKEN = re.compile(
     rf"(?P<space>\s+)"
     rf"|(?P<number>{NUMBER.removeprefix('[-+]?')}(?:[ ]?{_WORD_AFTER_NUMBER}{_UNIT}(?![\w.$(]))?)"
     r"|(?P<text>'[^']*'|\"[^\"]*\")"
-    r"|(?P<name>\$?[A-Za-z_]\w*(?:\.\w+)*)"
+    r"|(?P<name>\$?[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z0-9_]+)*)"
     r"|(?P<operator><=|>=|==|!=|[-+*/<>(),])"
 )
 _BINDING = {
@@ -240,6 +240,8 @@ def _unexpected(text: str, position: int) -> ExpressionError:
         "^": "write 'x * x'",
     }
     sign = next((s for s in hints if text.startswith(s, position)), text[position])
+    if not sign.isascii() and sign.isalnum():
+        hints[sign] = "names have letters a to z, digits and _, numbers the digits 0 to 9"
     hint = hints.get(sign, "expressions know names, numbers with units, + - * /, comparisons, and, or, not")
     return ExpressionError(position, len(sign), "expression", f"{sign!r} has no meaning in an expression", hint)
 

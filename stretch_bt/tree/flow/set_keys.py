@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import py_trees
 from py_trees.common import Status
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
 from stretch_bt.tree.fragments import Schema, ref
@@ -104,7 +105,13 @@ class SetKeysNode(FlowNode):
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Read all, then write all."""
         yield from ()
-        read = [(cell, value() if sd is None else Estimate(value(), sd())) for cell, value, sd in self.rows]
+        read = [(cell, value() if sd is None else _estimate(cell, value(), sd())) for cell, value, sd in self.rows]
         for cell, value in read:
             cell.write(value, self.path)
         return Status.SUCCESS
+
+
+def _estimate(cell: Cell, value: float, sd: float) -> Estimate:
+    if sd < 0:
+        raise InvalidInput(f"the standard deviation of ${cell.name.rpartition('/')[2]} is {sd:g}; it is not below 0")
+    return Estimate(value, sd)

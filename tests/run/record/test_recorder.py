@@ -16,6 +16,7 @@ from stretch_bt.errors import DeviceLost, InvalidInput, RecordError
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.run.record import RecordReader, RunRecord
+from stretch_bt.run.record.folder import claim
 from stretch_bt.units import Estimate
 
 
@@ -210,3 +211,11 @@ def test_a_disk_full_at_the_end_is_said_by_close(tmp_path: Path, sample: Any) ->
 def test_a_note_cannot_hide_its_moment(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="not named tick"):
         RunRecord(tmp_path / "r").note("stop", time=1.0)
+
+
+def test_a_folder_that_cannot_be_made_has_a_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "runs").write_text("a file")
+    monkeypatch.chdir(tmp_path)
+    for folder in (None, tmp_path / "runs" / "one", Path("/proc/one")):
+        with pytest.raises(RecordError, match=r"cannot make a record here: .*; name another folder with --out"):
+            claim(folder)

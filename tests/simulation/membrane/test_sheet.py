@@ -260,3 +260,37 @@ def test_numba_is_imported_when_a_sheet_is_solved_and_not_before():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+#: options of a press, and what is said of them
+ODD = [
+    ({"width": "90mm"}, "width of a sheet .*, not '90mm'"),
+    ({"gauge": None}, "gauge of a sheet .*, not None"),
+    ({"thickness": [0.002]}, "thickness of a sheet"),
+    ({"mount_prestretch": "0mm"}, "mount pre-stretch .*, not '0mm'"),
+    ({"shear_modulus": "47kPa"}, "shear modulus .*, not '47kPa'"),
+    ({"material": "rubber"}, "a material is one of .*, not 'rubber'"),
+    ({"settings": {"mesh": 0.002}}, "settings are Settings"),
+    ({"mesh": "2mm"}, "mesh must be a length .*, not '2mm'"),
+    ({"stretch": "30mm"}, "stretch must be a finite number"),
+]
+
+
+@pytest.mark.parametrize(("options", "told"), ODD)
+def test_an_option_of_the_wrong_kind_is_told(options, told):
+    with pytest.raises(InvalidInput, match=told):
+        press(**{"indenter": "sphere:20mm", "stretch": 0.03, "depth": 0.005, **options})
+
+
+@pytest.mark.parametrize("name", ["budget", "growth", "coarsen", "mesh"])
+@pytest.mark.parametrize("value", [math.nan, -1, "1", 0])
+def test_settings_are_numbers(name, value):
+    with pytest.raises(InvalidInput, match="must"):
+        Settings(**{name: value})
+
+
+def test_numbers_of_numpy_press_as_plain_ones_do():
+    plain = press("sphere:20mm", 0.03, 0.005, solver="hertz")
+    other = press("sphere:20mm", np.float32(0.03), np.float32(0.005), solver="hertz", thickness=np.float64(0.002))
+    assert other.force == pytest.approx(plain.force, rel=1e-6)
+    assert Sphere(np.float32(0.02)).diameter == pytest.approx(0.02)

@@ -1,5 +1,6 @@
 """What every construct does in a run, tick by tick, on a virtual clock."""
 
+import re
 from typing import Any
 
 import pytest
@@ -532,3 +533,26 @@ def test_a_value_out_of_the_bounds_of_its_port_fails_the_node(task: Any) -> None
     outcome = task.run(body, "keys: {f: Force}")
     assert outcome.status == "FAILURE"
     assert "main/predict_force: stretch: 1000 mm is outside 0 mm to 80 mm" in outcome.reason
+
+
+#: what is set, and what is told of it
+NO_NUMBER = [
+    ("{y: y * 10}", r"1e\+308 \* 10 is no finite number"),
+    ("{y: y + y}", r"1e\+308 \+ 1e\+308 is no finite number"),
+    ("{y: 1 / z}", r"1 / 0.0 is no finite number"),
+    ("{y: sqrt(z - 1)}", r"sqrt\(-1.0\) is no finite number"),
+    ("{z: 1, z_sd: z - 1}", r"the standard deviation of \$z is -1; it is not below 0"),
+]
+
+
+@pytest.mark.parametrize(("given", "told"), NO_NUMBER)
+def test_nothing_sets_a_number_that_is_none(task: Any, given: str, told: str) -> None:
+    head = "keys: {y: {type: float, default: 1e308}, z: {type: float, default: 0}}"
+    outcome = task.run(f"set: {given}", head)
+    assert outcome.status == "ERROR"
+    assert re.search(told, outcome.reason)
+
+
+def test_a_whole_number_does_not_grow_without_end(task: Any) -> None:
+    outcome = task.run("repeat: {times: 60, do: {set: {n: n * n}}}", "keys: {n: {type: int, default: 10}}")
+    assert "is no finite number" in outcome.reason

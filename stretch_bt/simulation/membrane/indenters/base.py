@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.units import is_number
 
 __all__ = ["Gap", "Indenter", "Solid", "Zone", "empty_gap", "positive", "spacing"]
 
@@ -132,5 +133,5 @@ def spacing(radius: float, gauge: float) -> float:
 
 def positive(name: str, value: float, unit: str = "m") -> None:
     """Raise InvalidInput unless the value is a finite number above 0."""
-    if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
+    if not (is_number(value) and value > 0):
         raise InvalidInput(f"{name} must be a finite number above 0 {unit}, not {value!r}")

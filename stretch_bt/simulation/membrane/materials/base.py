@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, Protocol, runtime_checkable
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.units import is_number
 
 __all__ = ["Material", "energy", "positive_modulus", "tensions"]
 
@@ -45,5 +45,5 @@ def tensions(material: Material, l1: Any, l2: Any) -> tuple[Any, Any, Any, Any]:
 
 def positive_modulus(value: float) -> None:
     """Raise InvalidInput unless the value is a finite modulus above 0."""
-    if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
+    if not (is_number(value) and value > 0):
         raise InvalidInput(f"the shear modulus must be a finite number above 0 Pa, not {value!r}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +11,7 @@ from stretch_bt.simulation.membrane.materials import Material, NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.outline import Outline, Rectangle
 from stretch_bt.simulation.membrane.sheet.spline import Array
+from stretch_bt.units import is_number
 
 __all__ = ["Sheet"]
 
@@ -41,11 +41,11 @@ class Sheet:
     def __post_init__(self) -> None:
         for name in ("gauge", "width", "thickness"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
+            if not (is_number(value) and value > 0):
                 raise InvalidInput(f"the {name} of a sheet must be a finite length above 0 m, not {value!r}")
         if not 0.05 <= self.width / self.gauge <= 20:
             raise InvalidInput("a sheet must be at most 20 times as long as wide, or as wide as long")
-        if not math.isfinite(self.mount_prestretch) or self.mount_prestretch < 0:
+        if not is_number(self.mount_prestretch) or self.mount_prestretch < 0:
             raise InvalidInput(f"the mount pre-stretch must be a length of at least 0 m, not {self.mount_prestretch!r}")
 
     @property

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.units import is_number
 
 __all__ = ["Settings"]
 
@@ -32,14 +32,14 @@ class Settings:
     budget: int = 1000
 
     def __post_init__(self) -> None:
-        if self.mesh is not None and not (self.mesh > 0 and math.isfinite(self.mesh)):
+        if self.mesh is not None and not (is_number(self.mesh) and self.mesh > 0):
             raise InvalidInput(f"the mesh must be a length above 0 m, not {self.mesh!r}")
-        if not 1 <= self.growth <= 3:
+        if not (is_number(self.growth) and 1 <= self.growth <= 3):
             raise InvalidInput(f"the growth of elements must lie from 1 to 3, not {self.growth!r}")
-        if not 0.05 <= self.coarsen <= 20:
+        if not (is_number(self.coarsen) and 0.05 <= self.coarsen <= 20):
             raise InvalidInput(f"coarsen must lie from 0.05 to 20, not {self.coarsen!r}")
-        if self.budget < 1:
-            raise InvalidInput(f"the budget must be at least 1 iteration, not {self.budget!r}")
+        if not (is_number(self.budget) and self.budget >= 1 and self.budget == int(self.budget)):
+            raise InvalidInput(f"the budget must be a whole number of at least 1 iteration, not {self.budget!r}")
 
     @property
     def elements(self) -> tuple[float | None, float, float]:

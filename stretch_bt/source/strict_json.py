@@ -1,0 +1,20 @@
+"""JSON of files from anybody: what is nested too deeply is refused like any other mistake."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from stretch_bt.errors import InvalidInput
+
+__all__ = ["read_json"]
+
+
+def read_json(text: str | bytes) -> Any:
+    """Return the value of a JSON text; raises InvalidInput where it is none, or is nested too deeply."""
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise InvalidInput("it is JSON nested too deeply to be read") from None
+    except ValueError as error:
+        raise InvalidInput(f"it is no JSON: {error}") from None

@@ -1,0 +1,71 @@
+"""Where the code of a node or module broke: its last own line, and the whole traceback."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from traceback import FrameSummary
+
+from stretch_bt.errors import NodeError, StretchError
+
+__all__ = ["Broken", "blame", "own_code", "place_of"]
+
+_HERE = Path(__file__).parent
+#: code that ticks, imports or checks a node, and is not the node
+_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli")
+_AROUND_TOO = ("py_trees", "importlib")
+
+
+class Broken(dict[str, str]):
+    """One error of own code as JSON: `at`, file:line of the last own frame, and the `traceback`."""
+
+
+def blame(error: BaseException) -> Broken | None:
+    """Return where an error of own code came up; None where the error is told in full by its words."""
+    cause = error.__cause__ if isinstance(error, NodeError) and error.__cause__ is not None else error
+    if isinstance(cause, StretchError) and not isinstance(cause, NodeError):
+        return None
+    at = place_of(cause)
+    text = "".join(traceback.format_exception(cause))
+    return Broken(at=at, traceback=text) if at else None
+
+
+def place_of(error: BaseException) -> str:
+    """Return `file:line in function` of the last frame in the folder of the node or module that broke, or nothing."""
+    frames = list(_frames(error))
+    if not frames:
+        return ""
+    home = Path(frames[0].filename).parent
+    last = [frame for frame in frames if Path(frame.filename).is_relative_to(home)][-1]
+    return f"{_from_here(Path(last.filename))}:{last.lineno} in {last.name}"
+
+
+@contextmanager
+def own_code(path: str, what: str) -> Iterator[None]:
+    """Turn what own code raises before the first tick into NodeError, which names the node at `path` and the line."""
+    try:
+        yield
+    except StretchError:
+        raise
+    except (Exception, SystemExit) as error:
+        at = place_of(error)
+        reason = f"{what} broke ({type(error).__name__}: {error}){at and f' at {at}'}"
+        raise NodeError(path, reason) from error
+
+
+def _frames(error: BaseException) -> Iterator[FrameSummary]:
+    """Yield the frames from the first that is neither ours around a node nor of the import machinery."""
+    inside = False
+    for frame in traceback.extract_tb(error.__traceback__):
+        path = Path(frame.filename)
+        around = any(path.is_relative_to(folder) for folder in _AROUND) or path.parent.name in _AROUND_TOO
+        inside = inside or not (around or frame.filename.startswith("<"))
+        if inside:
+            yield frame
+
+
+def _from_here(path: Path) -> Path:
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path

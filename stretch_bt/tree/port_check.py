@@ -1,0 +1,147 @@
+"""What a value must be to be written to a port: its type, finite, within the bounds, its deviation not negative."""
+
+from __future__ import annotations
+
+import sys
+import types
+import typing
+from numbers import Integral, Real
+from typing import Annotated, Any
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.tree.types import ANY, Family, Type, from_annotation
+from stretch_bt.tree.values import outside, within
+from stretch_bt.units import Estimate, is_number, parse_quantity
+
+__all__ = ["PortCheck"]
+
+_LARGEST = sys.float_info.max
+_PLAIN = {Family.BOOL: bool, Family.INT: int, Family.FLOAT: float, Family.QUANTITY: float, Family.STR: str}
+_SAID = {
+    Family.BOOL: "True or False",
+    Family.INT: "an int",
+    Family.FLOAT: "a finite number",
+    Family.STR: "a str",
+}
+
+
+class PortCheck:
+    """Judges the values of one port; `optional` allows None.
+
+    `exact`, `low` and `high` let a caller pass a plain number within its bounds without a call.
+    """
+
+    __slots__ = ("bounds", "exact", "high", "low", "optional", "type")
+
+    def __init__(self, annotation: Any, low: float | None, high: float | None) -> None:
+        self.type = _type_of(annotation)
+        self.optional = _allows_none(annotation)
+        self.bounds = (low, high)
+        self.exact = _PLAIN.get(self.type.family, self.type.cls)
+        self.low: float = -_LARGEST if low is None else low
+        self.high: float = _LARGEST if high is None else high
+
+    def judge(self, value: Any) -> Any:
+        """Return the value with numpy's numbers made plain; raises InvalidInput, which says what was expected."""
+        return None if value is None and self.optional else self._fit(value, self.type)
+
+    def expected(self) -> str:
+        """Return what the port takes, in words."""
+        return _expected(self.type) + (" or None" if self.optional else "")
+
+    def _fit(self, value: Any, type_: Type) -> Any:
+        if type_.family is Family.ANY:
+            return value
+        if type_.family is Family.LIST:
+            return self._list(value, type_)
+        if type_.is_number:
+            return self._number(value, type_)
+        if type_.family is Family.BOOL and _is_truth(value):
+            return bool(value)
+        plain_text = isinstance(value, str) and type_.family in (Family.STR, Family.ENUM)
+        if plain_text and (not type_.options or value in type_.options):
+            return value
+        if type_.cls is not None and _is_one(value, type_.cls):
+            return value
+        raise InvalidInput(self._refusal(value))
+
+    def _list(self, value: Any, type_: Type) -> Any:
+        if not isinstance(value, list | tuple) or type_.item is None:
+            raise InvalidInput(self._refusal(value))
+        return value.__class__(self._fit(item, type_.item) for item in value)
+
+    def _number(self, value: Any, type_: Type) -> Any:
+        wanted = Integral if type_.family is Family.INT else Real
+        if isinstance(value, bool) or not isinstance(value, wanted):
+            raise InvalidInput(self._refusal(value))
+        if not is_number(value):
+            raise InvalidInput(f"{self._refusal(value)}; raise NoAnswer where there is none")
+        number: Any = value if isinstance(value, Estimate) else _PLAIN[type_.family](value)
+        if isinstance(number, Estimate) and not 0.0 <= number.sd <= _LARGEST:
+            raise InvalidInput(f"its standard deviation is {number.sd!r}; it takes a finite one that is not negative")
+        if not within(number, *self.bounds):
+            raise InvalidInput(outside(number, type_, *self.bounds))
+        return number
+
+    def _refusal(self, value: Any) -> str:
+        hint = _as_si(value, self.type)
+        return f"it takes {self.expected()}, not {_short(value)}{hint and '; ' + hint}"
+
+
+def _type_of(annotation: Any) -> Type:
+    try:
+        return from_annotation(annotation)
+    except TypeError:  # such a node is not registered
+        return ANY
+
+
+def _allows_none(annotation: Any) -> bool:
+    if typing.get_origin(annotation) is Annotated:
+        return _allows_none(typing.get_args(annotation)[0])
+    union = typing.get_origin(annotation) in (typing.Union, types.UnionType)
+    return annotation is Any or (union and type(None) in typing.get_args(annotation))
+
+
+def _is_truth(value: Any) -> bool:
+    if isinstance(value, bool):
+        return True
+    import numpy as np
+
+    return isinstance(value, np.bool_)
+
+
+def _is_one(value: Any, cls: type) -> bool:
+    try:
+        return isinstance(value, cls)
+    except TypeError:  # a protocol that cannot be asked
+        return True
+
+
+def _expected(type_: Type) -> str:
+    if type_.family is Family.QUANTITY:
+        unit = type_.kind.si_unit if type_.kind else "SI"
+        return f"a {type_.name} (a finite number, {unit})"
+    if type_.family is Family.ENUM:
+        return f"one of {', '.join(type_.options)}"
+    if type_.item is not None:
+        return f"a list, each {_expected(type_.item)}"
+    return _SAID.get(type_.family, f"a {type_.name}")
+
+
+def _as_si(value: Any, type_: Type) -> str:
+    """Return what to write for text such as `5 mm`."""
+    if not isinstance(value, str) or not type_.is_number:
+        return ""
+    try:
+        number, dimension = parse_quantity(value)
+    except InvalidInput:
+        return ""
+    return f"write {number:g}" if dimension == type_.dimension else ""
+
+
+def _short(value: Any) -> str:
+    try:
+        text = repr(value)
+    except Exception:  # a broken repr must not hide the mistake
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= 60 else f"{text[:57]}..."

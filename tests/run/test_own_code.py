@@ -1,0 +1,126 @@
+"""Where own code breaks is told: its last own line, and every frame in the result, the record's report and, if asked, the terminal."""
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stretch_bt.cli.app import main
+
+MODULE = '''
+import json
+from stretch_bt import Behavior, In, Out, Status, node
+from stretch_bt.units import Length
+
+def read(text):
+    return json.loads(text)
+%s
+@node
+class BreaksOnce(Behavior):
+    """Breaks."""
+    y: Out[Length]
+%s
+'''
+#: what a node does, its line in `own`, and what is told of it
+BREAKS = {
+    "    def update(self): return read('{')": ("7 in read", "JSONDecodeError: Expecting"),
+    "    def update(self): raise ValueError('boom')": ("13 in update", "ValueError: boom"),
+    "    def update(self): raise SystemExit(3)": ("13 in update", "SystemExit: 3"),
+    "    def update(self): self.y = 'two'": ("13 in update", "wrote 'y' wrongly: it takes a Length"),
+    "    def initialise(self): return 1 / 0": ("13 in initialise", "ZeroDivisionError"),
+    "    def update(self): return Status.FAILURE\n    def terminate(self, new): raise ValueError('end')": (
+        "14 in terminate",
+        "terminate() broke (ValueError: end)",
+    ),
+}
+TREE = """
+format: stretch-tree/1
+imports: {{own: {module}}}
+keys: {{y: Length}}
+trees:
+  main:
+    sequence: [breaks_once: {{y: $y}}]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own_nodes: None, request: pytest.FixtureRequest) -> Any:
+    monkeypatch.chdir(tmp_path)
+    module = "own_" + re.sub(r"\W+", "_", request.node.name)[-60:]
+
+    def write(body: str, head: str = "") -> str:
+        (tmp_path / f"{module}.py").write_text(MODULE % (head, body))
+        (tmp_path / "tree.yaml").write_text(TREE.format(module=module))
+        return f"{module}.py"
+
+    yield write
+    sys.modules.pop(module, None)
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Any:
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["stretch-bt", *arguments])
+        with pytest.raises(SystemExit) as exited:
+            main()
+        return int(exited.value.code or 0), *capfd.readouterr()
+
+    return call
+
+
+@pytest.mark.parametrize("body", BREAKS)
+def test_the_last_own_line_is_told_and_every_frame_is_kept(
+    body: str, folder: Any, command: Any, tmp_path: Path
+) -> None:
+    name = folder(body)
+    place, told = BREAKS[body]
+    code, printed, _ = command("run", "tree.yaml", "-q", "--out", "record")
+    assert code == 1
+    assert f"at {name}:{place}" in printed
+    assert told in " ".join(printed.split())
+    assert "Traceback" not in printed
+    [broken] = json.loads((tmp_path / "record/result.json").read_text())["broken"]
+    assert broken["at"] == f"{name}:{place}"
+    assert broken["traceback"].startswith("Traceback")
+    report = (tmp_path / "record/report.html").read_text()
+    assert f"{name}:{place}" in report
+    assert "Traceback" in report
+    assert str(tmp_path) not in (tmp_path / "record/events.jsonl").read_text()
+
+
+def test_every_frame_is_printed_when_asked(folder: Any, command: Any) -> None:
+    folder("    def update(self): return read('{')")
+    _, printed, _ = command("run", "tree.yaml", "-q", "--traceback")
+    printed = printed[printed.index("Traceback") :]
+    assert printed.index("in update") < printed.index("in read") < printed.index("raw_decode")
+
+
+#: what breaks before the first tick
+EARLY = {
+    "    def prepare(self): raise ValueError('boom')": "prepare() broke (ValueError: boom) at",
+    "    def __init__(self, path=''): raise SystemExit(3)": "BreaksOnce() broke (SystemExit: 3) at",
+}
+
+
+@pytest.mark.parametrize("body", EARLY)
+def test_what_breaks_before_the_first_tick_names_node_and_line(body: str, folder: Any, command: Any) -> None:
+    name = folder(body)
+    code, _, told = command("run", "tree.yaml", "-q")
+    assert code == 1
+    assert f"main/breaks_once: {EARLY[body]} {name}:13" in told
+    assert "Traceback" not in told
+    assert "Traceback" in command("run", "tree.yaml", "-q", "--traceback")[2]
+
+
+def test_a_module_that_breaks_names_its_line_and_one_that_prints_leaves_the_json_alone(
+    folder: Any, command: Any
+) -> None:
+    name = folder("    def update(self): return Status.FAILURE", head="print('hello')\nread('{')")
+    code, printed, told = command("check", "tree.yaml", "--json")
+    found = json.loads(printed)[0]
+    assert code == 2
+    assert f"({name}:7 in read)" in found["message"]
+    assert "hello" in told
