@@ -132,7 +132,7 @@ def execute(
     clock: Clock = RealClock() if real else VirtualClock()
     record = RunRecord(Path(out) if out is not None else None)
     task.context.folder = record.folder
-    record.start(task.context.about, task.run_info(spec))
+    record.start(task.context.about, task.run_info(spec, scene))
     run = _Run(task, clock, record, view, watch)
     with one_thread(), signals(run.interrupted):
         return run.whole(spec, scene, devices)

@@ -103,6 +103,11 @@ class RecordReader:
         if self.damage is not None and not changed_log:
             raise self.damage
 
+    @property
+    def until(self) -> float:
+        """Run time, s, of the last tick that is whole; 0 where none is."""
+        return self.ticks[-1][1] if self.ticks else 0.0
+
     def handed(self, tick: int) -> list[Handed]:
         """Return everything that nodes were handed in a tick, in order; tick -1 is what came before the first."""
         return [self._object(message) for message in self._handed.get(tick, [])]

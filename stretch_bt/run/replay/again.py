@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,10 @@ from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.run.clock import ReplayClock
 from stretch_bt.run.mocks import read_mocks
+from stretch_bt.run.prepare import VERSIONS, versions
+from stretch_bt.run.provenance import others
 from stretch_bt.run.record import RecordReader, RunRecord
+from stretch_bt.run.replay.compare import compare
 from stretch_bt.run.replay.devices import ReplayedCell
 from stretch_bt.run.replay.log import Log
 from stretch_bt.run.runner import Runner
@@ -32,38 +35,64 @@ LATE = "overrun"
 
 @dataclass(frozen=True, slots=True)
 class ReplayResult:
-    """Whether a replay decided alike; the fields of `replay --json`."""
+    """Whether a replay decided alike; the fields of `replay --json`.
+
+    Attributes
+    ----------
+    identical : bool
+        Every event is as recorded, to the last digit.
+    same : bool
+        Every status, command and motion is as recorded, and every number within 1e-6 of itself or 1e-3 of its deviation.
+    decisions : int
+        How many status changes, commands and writes the record holds.
+    largest_difference : float
+        The largest difference of a number, relative to the number or to 1000 of its standard deviations.
+    first_difference : dict or None
+        The first event that is not the same, or else the first that is not identical: tick, node, recorded, replayed.
+    until : float or None
+        Run time, s, up to which a record is whole that was not closed.
+    damage : str or None
+        Where the recorded log is not as it was written, if it differs.
+    others : list of str
+        What the replay ran that is not what was recorded: modules of nodes, versions.
+    """
 
     identical: bool
+    same: bool
     decisions: int
+    largest_difference: float
     first_difference: dict[str, Any] | None
+    until: float | None = None
+    damage: str | None = None
+    others: list[str] = field(default_factory=list)
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `replay --json` prints."""
         return asdict(self)
 
 
-def replay(record: str | Path, *, trust: bool = False) -> ReplayResult:
+def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None] | None = None) -> ReplayResult:
     """Tick the recorded tree again on the recorded readings.
 
     A record says where its tree stood. Python modules that stood beside it are executed only with `trust`; those
-    that are installed always.
+    that are installed always. `say` is told the path of each file beside the tree before it is executed.
 
     Raises
     ------
     RecordError
         The folder holds no record that can be replayed.
     """
-    reader = RecordReader(Path(record))
+    reader = RecordReader(Path(record), changed_log=True)
     if not reader.run_info.get("sources"):
         raise _damaged(record, "run.json is missing or incomplete")
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder:
         again = Path(folder).resolve()
         try:
-            task = _prepare(reader.run_info, again, trust)
+            task = _prepare(reader.run_info, again, trust, say)
             with one_thread():  # as it was run: the last digits depend on it
                 _run_again(reader, task, again)
-            return _compare(reader, RecordReader(again / "record"))
+            changed = others(reader.run_info, task.program, versions(*VERSIONS))
+            return _compare(reader, RecordReader(again / "record"), changed)
         except (LookupError, TypeError, AttributeError, ValueError) as error:
             if isinstance(error, StretchError):
                 raise
@@ -101,7 +130,7 @@ def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
     written.close(asdict(outcome))
 
 
-def _prepare(info: Mapping[str, Any], folder: Path, trust: bool) -> Task:
+def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
     """Write the recorded files out again and build the tree from them; writes nothing outside `folder`."""
     home = folder / "a" / "b" / "c"  # deep enough for imports that go up
     home.mkdir(parents=True)
@@ -112,15 +141,15 @@ def _prepare(info: Mapping[str, Any], folder: Path, trust: bool) -> Task:
     if info.get("mocks"):
         (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
         mocks = read_mocks(home / "mocks.yaml")
-    program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust)).require()
+    program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust, say)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
 
 
-def _modules(info: Mapping[str, Any], home: Path, trust: bool) -> Modules:
+def _modules(info: Mapping[str, Any], home: Path, trust: bool, say: Callable[[str], None] | None) -> Modules:
     """Return where modules may stand: never in `home`, which the record fills."""
     origin = Path(info["tree"]).parent
     hint = f"add --trust to execute the modules in {origin}, if you know what they do; or install the package"
-    return Modules(home, origin if trust else None, hint)
+    return Modules(home, origin if trust else None, hint, say)
 
 
 def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
@@ -142,19 +171,24 @@ def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
     return found
 
 
-def _compare(recorded: RecordReader, replayed: RecordReader) -> ReplayResult:
+def _compare(recorded: RecordReader, replayed: RecordReader, others: list[str]) -> ReplayResult:
     decisions = sum(event["type"] in DECISIONS for event in recorded.events)
     before, after = ([e for e in r.events if e["type"] != LATE] for r in (recorded, replayed))
     if not recorded.complete:
         after = after[: len(before)]
-    for old, new in zip(before, after, strict=False):
-        if old != new:
-            return ReplayResult(False, decisions, _difference(old, new))
-    if len(before) != len(after):
-        longer = before if len(before) > len(after) else after
-        extra = longer[min(len(before), len(after))]
-        return ReplayResult(False, decisions, _difference(*((extra, None) if longer is before else (None, extra))))
-    return ReplayResult(True, decisions, None)
+    found = compare(before, after)
+    if recorded.damage is not None and found.same:
+        raise recorded.damage
+    return ReplayResult(
+        identical=found.identical,
+        same=found.same,
+        decisions=decisions,
+        largest_difference=found.largest,
+        first_difference=None if found.first is None else _difference(*found.first),
+        until=None if recorded.complete else recorded.until,
+        damage=None if recorded.damage is None else str(recorded.damage),
+        others=others,
+    )
 
 
 def _difference(old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) -> dict[str, Any]:

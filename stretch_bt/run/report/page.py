@@ -71,7 +71,9 @@ def _tree_name(header: dict[str, Any]) -> str:
 def _head(record: RecordReader, title: str) -> str:
     result = record.result or {}
     status = str(result.get("status", "UNFINISHED"))
-    reason = result.get("reason") or ("" if record.complete else "the record ends early: its process was killed")
+    reason = result.get("reason") or (
+        "" if record.complete else f"the record ends early, at {number(record.until)} s: its process was killed"
+    )
     facts = "".join(f"<li>{name} <b>{escape(value)}</b></li>" for name, value in _headline(record, result))
     return (
         f'<header class="{escape(status.lower())}"><h1>{title} <span class="badge">{escape(status)}</span></h1>'
