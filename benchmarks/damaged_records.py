@@ -17,11 +17,13 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import random
 import re
 import shutil
 import signal
 import sys
+import time
 from argparse import ArgumentParser
 from collections import Counter
 from collections.abc import Iterator
@@ -37,7 +39,7 @@ from stretch_bt.run.record import RecordReader
 from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN
 from stretch_bt.run.task import run
 
-COUNT, HANG, KILLED_AT = 2000, 20, 12
+COUNT, KILLED, HANG, KILLED_AT, LATEST = 2000, 60, 20, 12, 1.0
 FILES = (RUN, EVENTS, MCAP, RESULT)
 MOCKS = """\
 format: stretch-mocks/1
@@ -203,6 +205,27 @@ def command(*arguments: str) -> tuple[int | str, str, str]:
     return code, out.getvalue(), err.getvalue()
 
 
+def killed_at_random(draw: random.Random) -> str:
+    """Return what `replay` says of a run whose process was killed at a random moment."""
+    with TemporaryDirectory(prefix="killed-") as place:
+        record = Path(place) / "record"
+        (Path(place) / "twin.yaml").write_text(TWIN)
+        child = os.fork()
+        if child == 0:
+            run(Path(place) / "twin.yaml", out=record)
+            os._exit(0)
+        while not (record / EVENTS).exists():
+            time.sleep(0.001)
+        time.sleep(draw.uniform(0.0, LATEST))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        code, out, err = command("replay", str(record), "--json")
+        if code != 0:
+            return f"BAD {code} {out} {err}"
+        until = json.loads(out)["until"]
+        return "ended before" if until is None else "are the same, up to a stated instant"
+
+
 PLACE = re.compile(r"(run\.json|events\.jsonl|record\.mcap|result\.json):\d+:\d+ error\[record-[a-z]+\]")
 
 
@@ -227,6 +250,7 @@ def main() -> int:
     given = ArgumentParser(description=__doc__)
     given.add_argument("count", type=int, nargs="?", default=COUNT)
     given.add_argument("--seed", type=int, default=0)
+    given.add_argument("--killed", type=int, default=KILLED)
     given.add_argument("--show", action="store_true", help="print each bad answer")
     options = given.parse_args()
     draw = random.Random(options.seed)
@@ -258,6 +282,9 @@ def main() -> int:
             shutil.rmtree(folder)
     show(counts)
     print(f"{options.count} damaged records, {bad} bad answers")
+    ends = Counter(killed_at_random(draw) for _ in range(options.killed))
+    print(f"{options.killed} runs that were killed: " + ", ".join(f"{n} {end}" for end, n in sorted(ends.items())))
+    bad += sum(n for end, n in ends.items() if end.startswith("BAD"))
     return 1 if bad else 0
 
 

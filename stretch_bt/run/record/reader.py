@@ -16,11 +16,11 @@ from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.run.record.channels import FAULT, FILE, MARK, MOTION, TICK
-from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN, refuse
+from stretch_bt.run.record.folder import DAMAGED, EVENTS, MCAP, REMEDY, RESULT, RUN, refuse
 from stretch_bt.run.record.messages import intrinsics_of, raw_of
 from stretch_bt.run.record.readings import FRAME, SCHEMAS, read_fault, read_frame, read_reading
 from stretch_bt.run.record.scan import ChunkFile
-from stretch_bt.run.record.written import DAMAGED, REMEDY, Mark, Written
+from stretch_bt.run.record.written import Mark, Written
 
 __all__ = ["Handed", "RecordReader"]
 

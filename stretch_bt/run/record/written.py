@@ -12,12 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import RecordError
-from stretch_bt.run.record.folder import FORMAT, refuse
+from stretch_bt.run.record.folder import DAMAGED, FORMAT, REMEDY, refuse
 
-__all__ = ["DAMAGED", "REMEDY", "Mark", "Written"]
+__all__ = ["Mark", "Written"]
 
-DAMAGED = "record-damaged"
-REMEDY = "take the record from where it was made, or record the run again"
 _TEXT, _OBJECT, _LIST = (str,), (dict,), (list,)
 _ANY = (str, int, float, bool, list, dict, type(None))
 #: the fields that readers of an event rely on

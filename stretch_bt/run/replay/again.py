@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import Diagnostic, RecordError, StretchError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.run.clock import ReplayClock
@@ -16,10 +15,11 @@ from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import VERSIONS, versions
 from stretch_bt.run.provenance import others
 from stretch_bt.run.record import RecordReader, RunRecord
+from stretch_bt.run.record.folder import DAMAGED, REMEDY, RUN, readable, refuse
 from stretch_bt.run.replay.compare import compare
 from stretch_bt.run.replay.devices import ReplayedCell
 from stretch_bt.run.replay.log import Log
-from stretch_bt.run.runner import Runner
+from stretch_bt.run.runner import Outcome, Runner
 from stretch_bt.run.task import Task
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.modules import Modules
@@ -84,50 +84,51 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
     """
     reader = RecordReader(Path(record), changed_log=True)
     if not reader.run_info.get("sources"):
-        raise _damaged(record, "run.json is missing or incomplete")
-    with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder:
+        raise refuse(reader.folder / RUN, DAMAGED, "it holds no text of a tree", REMEDY)
+    with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
-        try:
-            task = _prepare(reader.run_info, again, trust, say)
-            with one_thread():  # as it was run: the last digits depend on it
-                _run_again(reader, task, again)
-            changed = others(reader.run_info, task.program, versions(*VERSIONS))
-            return _compare(reader, RecordReader(again / "record"), changed)
-        except (LookupError, TypeError, AttributeError, ValueError) as error:
-            if isinstance(error, StretchError):
-                raise
-            raise _damaged(record, f"it cannot be read: {type(error).__name__}: {error}") from error
-
-
-def _damaged(record: str | Path, message: str) -> RecordError:
-    return RecordError([Diagnostic(str(record), 1, 1, "error", "record-damaged", message, "record the run again")])
+        task = _prepare(reader.run_info, again, trust, say)
+        with one_thread():  # as it was run: the last digits depend on it
+            _run_again(reader, task, again)
+        changed = others(reader.run_info, task.program, versions(*VERSIONS))
+        return _compare(reader, RecordReader(again / "record"), changed)
 
 
 def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
-    info = reader.run_info
-    log = Log(reader)
+    """Tick the task on what the record hands out, into a record of its own."""
     written = RunRecord(folder / "record")
-    written.start(reader.header, {"sources": {}})
-    declared = task.program.document.devices
-    cell = ReplayedCell({name: declared[name].interface.__name__ for name in task.devices()}, log, written)
-    task.context.devices = cell.devices
     task.context.about, task.context.folder, task.context.repeated = reader.header, written.folder, reader.folder
+    _know_cell(task, reader.run_info)
+    written.start(reader.header, {})
+    try:
+        written.close(asdict(_tick_again(reader, task, written)))
+    finally:
+        written.close({})
+
+
+def _know_cell(task: Task, info: Mapping[str, Any]) -> None:
+    """Let nodes know the hand and the limits of the recorded cell."""
     if info.get("hand"):
         task.context.hand = Hand(HandGeometry(**info["hand"]))
     if info.get("limits"):  # nodes that go no further than the cell allows
         task.context.limits = Limits.from_plain(info["limits"])
-    clock = ReplayClock([time for _, time in reader.ticks])
+
+
+def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome:
+    log, document = Log(reader), task.program.document
+    kinds = {name: document.devices[name].interface.__name__ for name in task.devices()}
+    cell = ReplayedCell(kinds, log, written)
+    task.context.devices = cell.devices
     runner = Runner(
         task.built,
         task.context,
-        clock,
-        period=task.program.document.tick_period,
+        ReplayClock([time for _, time in reader.ticks]),
+        period=document.tick_period,
         cell=cell,
         watchers=[log, written],
         interrupts=_interrupts(reader.events),
     )
-    outcome = runner.run()
-    written.close(asdict(outcome))
+    return runner.run()
 
 
 def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
@@ -159,7 +160,7 @@ def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     elif not path.is_file() or path.read_text("utf-8") != text:
-        raise _damaged(path, "the file was imported from here and is gone, or has changed since")
+        raise refuse(path, DAMAGED, "the file was imported from here and is gone, or has changed since", "put it back")
 
 
 def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
