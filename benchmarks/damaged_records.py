@@ -190,12 +190,12 @@ def limit() -> Iterator[None]:
 
 def command(*arguments: str) -> tuple[int | str, str, str]:
     """Return the exit code of a command, or what is bad, with both of its outputs."""
-    out, err, code = io.StringIO(), io.StringIO(), None
+    out, err = io.StringIO(), io.StringIO()
+    code: int | str = 0
     sys.argv = ["stretch-bt", *arguments]
     try:
         with limit(), redirect_stdout(out), redirect_stderr(err):
             command_line()
-        code = 0
     except SystemExit as ended:
         code = ended.code if isinstance(ended.code, int) else 0
     except Hang:

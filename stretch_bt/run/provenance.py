@@ -11,6 +11,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from stretch_bt.source import Map, Scalar
 from stretch_bt.threads import kernels
 from stretch_bt.tree.document import Document
@@ -23,9 +25,9 @@ __all__ = ["effects_on", "machine", "others", "own_modules", "processor"]
 
 
 def own_modules(program: Program) -> dict[str, dict[str, str | None]]:
-    """Return file, digest and commit of each Python module of nodes that a tree brings, with what it is a package of.
+    """Return file, digest and commit of each Python module of nodes that a tree brings.
 
-    A module that one of these imports from the tree's folder counts too.
+    The other modules of their packages and of the tree's folder that were imported count too.
     """
     tops = {name.partition(".")[0] for name in _named(program.document)}
     home = program.document.path.resolve().parent if program.document.path and tops else None
@@ -68,14 +70,16 @@ def _commit(folder: Path) -> str | None:
 
 def others(recorded: Mapping[str, Any], program: Program, installed: Mapping[str, str]) -> list[str]:
     """Return what a replay runs that is not what run.json says: versions of packages, and modules of nodes."""
-    before = recorded.get("versions") or {}
+    before: Mapping[str, str] = recorded.get("versions") or {}
     found = [
         f"{name} {installed[name]} (recorded with {before[name]})"
         for name in before
         if name in installed and installed[name] != before[name]
     ]
     present, modules = own_modules(program), recorded.get("modules")
-    for name in sorted(present.keys() | modules.keys()) if isinstance(modules, dict) else ():
+    if not isinstance(modules, dict):
+        return found
+    for name in sorted(present.keys() | modules.keys()):
         old, new = modules.get(name), present.get(name)
         if old is None or new is None:
             found.append(f"module {name} ({'recorded without it' if old is None else 'not imported now'})")
@@ -99,14 +103,13 @@ def effects_on(scene: Scene | None) -> list[str]:
 
 def machine(compiled: bool) -> dict[str, Any]:
     """Return the processor and what computes on it, which the last digits depend on; of numba only where code is compiled."""
-    from numpy._core._multiarray_umath import __cpu_features__ as features  # type: ignore[attr-defined]
-
+    extensions = np.show_config(mode="dicts")["SIMD Extensions"]
     return {
         "processor": processor(),
         "architecture": platform.machine(),
         "cores": os.cpu_count(),
         "blas": kernels(),
-        "numpy_features": [name for name, on in features.items() if on],
+        "numpy_features": [*extensions["baseline"], *extensions["found"]],
         "numba_cpu": _numba_cpu() if compiled else None,
     }
 

@@ -139,11 +139,11 @@ def _told(folders: list[str], say: Callable[[str], None] | None) -> Iterator[Non
         yield
         return
     teller = _Teller(folders, say)
-    sys.meta_path.insert(0, teller)  # type: ignore[arg-type]
+    sys.meta_path.insert(0, teller)
     try:
         yield
     finally:
-        sys.meta_path.remove(teller)  # type: ignore[arg-type]
+        sys.meta_path.remove(teller)
 
 
 @contextmanager
