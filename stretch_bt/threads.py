@@ -41,7 +41,7 @@ def one_thread() -> Iterator[None]:
 
 def kernels() -> list[str]:
     """Return each BLAS library in use, with the processor that its kernels are for."""
-    return [_kernel(library.info()) for library in _libraries()]
+    return sorted(_kernel(library.info()) for library in _libraries())
 
 
 def _kernel(about: dict[str, Any]) -> str:
