@@ -109,7 +109,7 @@ def machine(compiled: bool) -> dict[str, Any]:
         "architecture": platform.machine(),
         "cores": os.cpu_count(),
         "blas": kernels(),
-        "numpy_features": [*extensions.get("baseline", []), *extensions.get("found", [])]  # an empty list is left out,
+        "numpy_features": [*extensions.get("baseline", []), *extensions.get("found", [])],  # an empty one is left out
         "numba_cpu": _numba_cpu() if compiled else None,
     }
 
