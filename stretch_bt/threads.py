@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
-__all__ = ["ONE_THREAD", "one_thread"]
+__all__ = ["ONE_THREAD", "kernels", "one_thread"]
 
 #: of the environment of another process
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -37,6 +37,15 @@ def one_thread() -> Iterator[None]:
         for library, count in before:
             if count != 1:
                 library.set_num_threads(count)
+
+
+def kernels() -> list[str]:
+    """Return each BLAS library in use, with the processor that its kernels are for."""
+    return sorted(_kernel(library.info()) for library in _libraries())
+
+
+def _kernel(about: dict[str, Any]) -> str:
+    return f"{about['internal_api']} {about['version']} {about.get('architecture') or 'of unknown architecture'}"
 
 
 @lru_cache(maxsize=1)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import platform
 from collections.abc import Iterable, Iterator
 from importlib import import_module
-from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
 
 from stretch_bt import accuracy
 from stretch_bt.accuracy.points import Row
 from stretch_bt.errors import InvalidInput
+from stretch_bt.run.provenance import processor
 from stretch_bt.source import closest
 
 __all__ = ["domains", "measure"]
@@ -44,7 +44,7 @@ def measure(names: Iterable[str] = (), *, quick: bool = False) -> Iterator[Row]:
 
 
 def _rows(name: str, domain: ModuleType, quick: bool) -> Iterator[Row]:
-    versions, cpu = _versions(), _processor()
+    versions, cpu = _versions(), processor()
     for p in domain.points(quick):
         told = p.case, p.setting, p.seed, p.error, p.error_kind, p.cpu_seconds, p.status
         yield Row(name, *told, versions, cpu, p.robot_seconds)
@@ -54,13 +54,3 @@ def _versions() -> dict[str, str]:
     from stretch_bt.run.prepare import versions
 
     return versions("stretch-bt", "numpy", "scipy", "numba") | {"python": platform.python_version()}
-
-
-def _processor() -> str:
-    """Return the model name of the processor."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()

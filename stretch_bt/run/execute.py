@@ -17,7 +17,7 @@ from stretch_bt.run.context import Seen
 from stretch_bt.run.load_ahead import load_ahead, load_first
 from stretch_bt.run.onlooker import Onlooker, Visits
 from stretch_bt.run.prepare import Task
-from stretch_bt.run.record import RunRecord, rewrite_result
+from stretch_bt.run.record import RunRecord
 from stretch_bt.run.record.plain import plain
 from stretch_bt.run.report import write_report
 from stretch_bt.run.runner import Outcome, Runner, Watcher
@@ -170,7 +170,7 @@ class _Run:
         self.seen = Seen(self.record)
         self.task.context.folder = self.record.folder
         try:
-            self.record.start(self.task.context.about, self.task.run_info(spec))
+            self.record.start(self.task.context.about, self.task.run_info(spec, scene))
             self.open(spec, scene, devices)
             return self.drive(self.cell)
         except BaseException as error:
@@ -264,7 +264,7 @@ class _Run:
     def write_down(self, result: RunResult) -> None:
         """Close the record and write the report; what fails of it is told and changes nothing."""
         if self.came:
-            interrupt_result(result, self.came[0], written=False)
+            interrupt_result(result, self.came[0])
         with _told_in(result):
             self.record.close(result.to_json())
         with _told_in(result, "no report"):
@@ -284,20 +284,14 @@ def _told_in(result: RunResult, what: str = "") -> Iterator[None]:
         result.errors.append(f"{what or 'no result.json'} ({type(error).__name__}: {error})")
 
 
-def interrupt_result(result: RunResult, why: str, *, written: bool = True) -> None:
-    """Say in a result, and where it is `written` in its record, that a signal came after the task had ended.
+def interrupt_result(result: RunResult, why: str) -> None:
+    """Say in a result that a signal came after the task had ended; a record that is closed keeps how the task ended.
 
     A device fault and an error stay what they are.
     """
-    if result.status not in ("SUCCESS", "FAILURE"):
-        return
-    ended = f"{why} came after the task had ended with {result.status}"
-    result.status, result.reason = "INTERRUPTED", f"{ended}: {result.reason}" if result.reason else ended
-    if written:
-        with _told_in(result):
-            rewrite_result(Path(result.record), result.to_json())
-        with _told_in(result, "no report"):
-            write_report(Path(result.record))
+    if result.status in ("SUCCESS", "FAILURE"):
+        ended = f"{why} came after the task had ended with {result.status}"
+        result.status, result.reason = "INTERRUPTED", f"{ended}: {result.reason}" if result.reason else ended
 
 
 class Given:

@@ -16,6 +16,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.mocks import Mocks
+from stretch_bt.run.provenance import effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.build import BuiltTree, build
@@ -26,12 +27,15 @@ from stretch_bt.units import plain_number
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
+    from stretch_bt.simulation.scene import Scene
 
-__all__ = ["Task"]
+__all__ = ["VERSIONS", "Task", "versions"]
 
 #: ticks of a run on mocks that does not say how many it expects: half an hour of the task at 50 Hz
 MOCKED_TICKS = 100_000
 DEFAULT_CELL = "simulated"
+#: packages that results depend on
+VERSIONS = ("stretch-bt", "py_trees", "numpy", "scipy", "numba", "opencv-contrib-python-headless", "pydantic")
 
 
 @dataclass(slots=True)
@@ -110,7 +114,7 @@ class Task:
             "versions": versions("stretch-bt", "py_trees", "numpy"),
         }
 
-    def run_info(self, spec: CellSpec | None) -> dict[str, Any]:
+    def run_info(self, spec: CellSpec | None, scene: Scene | None = None) -> dict[str, Any]:
         """Return what a replay needs and what a person may want to know."""
         document = self.program.document
         return {
@@ -119,7 +123,11 @@ class Task:
             "set": {k: _plain_param(v) for k, v in self.params.items()},
             "seed": self.seed,
             "scene": self.scene,
+            "scene_text": _scene_text(self.scene) if scene is not None and self.scene else None,
+            "effects": effects_on(scene),
             "cell": self.cell,
+            "cell_text": spec.path.read_text("utf-8") if spec is not None else None,
+            "modules": own_modules(self.program),
             "hand": asdict(spec.hand) if spec is not None else None,
             "limits": spec.limits.model_dump() if spec is not None else None,
             "mocks": self.mocks.path.read_text("utf-8") if self.mocks else None,
@@ -127,10 +135,15 @@ class Task:
             "host": platform.node(),
             "command": sys.argv,
             "python": platform.python_version(),
-            "versions": versions(
-                "stretch-bt", "py_trees", "numpy", "scipy", "opencv-contrib-python-headless", "pydantic"
-            ),
+            "versions": versions(*VERSIONS),
+            "machine": machine(compiled=spec is not None),
         }
+
+
+def _scene_text(scene: str) -> str:
+    from stretch_bt.simulation.scene import scene_text
+
+    return scene_text(scene)
 
 
 def _plain_param(value: Any) -> Any:

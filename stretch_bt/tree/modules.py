@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
+from typing import Any
 
 from stretch_bt.errors import StretchError
 from stretch_bt.hardware.isolated import trusted_path
@@ -42,11 +43,14 @@ class Modules:
         Folder that takes the place of `root` for modules, or None where only installed ones may be imported.
     hint
         What a user can do about a module that is not found.
+    say
+        Told of each file in these folders before it is executed.
     """
 
     root: Path
     home: Path | None
     hint: str = "install the package, or put the module beside the tree"
+    say: Callable[[str], None] | None = None
 
     @staticmethod
     def beside(tree: Path) -> Modules:
@@ -65,7 +69,8 @@ class Modules:
         folders = self._folders(file.parent.resolve())
         self._check(name, folders)
         try:
-            with _path([*trusted_path(), *folders]), redirect_stdout(sys.stderr):  # output is the command's alone
+            # standard output is the command's alone
+            with _path([*trusted_path(), *folders]), _told(folders, self.say), redirect_stdout(sys.stderr):
                 registry.import_nodes(name)
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             kind = "" if isinstance(error, StretchError) else f"{type(error).__name__}: "
@@ -116,6 +121,33 @@ def _installed(top: str) -> ModuleSpec | None:
 def _place(spec: ModuleSpec) -> str:
     """Return where a module is: its file, or the first folder of a package without one."""
     return spec.origin or next(iter(spec.submodule_search_locations or ()), spec.name)
+
+
+class _Teller:
+    """A finder that finds nothing, and tells of each file in some folders that the next one will find."""
+
+    def __init__(self, folders: list[str], say: Callable[[str], None]) -> None:
+        self.folders, self.say = folders, say
+
+    def find_spec(self, name: str, path: Sequence[str] | None = None, target: Any = None) -> None:
+        """Tell of a module."""
+        found = PathFinder.find_spec(name, path)
+        origin = Path(found.origin) if found is not None and found.origin is not None else None
+        if origin is not None and any(origin.is_relative_to(folder) for folder in self.folders):
+            self.say(str(origin))
+
+
+@contextmanager
+def _told(folders: list[str], say: Callable[[str], None] | None) -> Iterator[None]:
+    if say is None:
+        yield
+        return
+    teller = _Teller(folders, say)
+    sys.meta_path.insert(0, teller)
+    try:
+        yield
+    finally:
+        sys.meta_path.remove(teller)
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """A tree executes no Python module but those that are installed or stand beside the tree that the user named."""
 
+import hashlib
 import json
 import os
 import subprocess
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from stretch_bt.run.record import RunRecord
 from stretch_bt.tree.modules import Modules
 
 COMMAND = str(Path(sys.executable).with_name("stretch-bt"))
@@ -36,6 +38,7 @@ def folders(tmp_path):
 def put(folder, name, text=LEAVE):
     (folder / name).parent.mkdir(parents=True, exist_ok=True)
     (folder / name).write_text(text)
+    return folder / name
 
 
 def command(cwd, *args, python=(COMMAND,), **env):
@@ -156,20 +159,61 @@ def test_what_is_no_name_of_a_module_is_said(folders, name):
 
 def test_a_record_executes_no_module_unless_it_is_trusted(folders):
     trees, elsewhere = folders
-    put(trees, "own_nodes.py", LEAVE + NODE)
+    put(trees, "own_nodes.py", "import own_helper\n" + LEAVE + NODE)
+    put(trees, "own_helper.py", LEAVE)
     put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
     assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
-    (trees / "own_nodes.py.ran").unlink()
-    info = json.loads((elsewhere / "record" / "run.json").read_text())
-    info["sources"]["own_nodes.py"] = LEAVE  # a record may carry a module as if it were a tree
-    (elsewhere / "record" / "run.json").write_text(json.dumps(info))
+    for left in executed(trees):
+        (trees / left).unlink()
     refused = command(elsewhere, "replay", "record", "--json")
     assert refused.returncode == 2
     assert "--trust" in refused.stderr
     assert executed(trees) == []
     trusted = command(elsewhere, "replay", "record", "--trust", "--json")
     assert json.loads(trusted.stdout)["identical"]
-    assert executed(trees) == ["own_nodes.py.ran"]
+    assert executed(trees) == ["own_helper.py.ran", "own_nodes.py.ran"]
+    said = [line for line in trusted.stderr.splitlines() if line.startswith("executing")]
+    assert said == [f"executing {trees.resolve() / name}.py" for name in ("own_nodes", "own_helper")]
+
+
+@pytest.mark.parametrize("carried", ["own_nodes.py", "../own_nodes.py", "own_nodes/__init__.py", "a/b/own_nodes.py"])
+def test_a_record_that_carries_a_module_executes_none(folders, carried):
+    """Written as by an attacker, with digests that hold: the module as if it were a tree that the tree imports."""
+    trees, elsewhere = folders
+    tree = put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
+    record = RunRecord(elsewhere / "record")
+    sources = {
+        "tree.yaml": tree.read_text(),
+        carried: LEAVE.replace("__file__", repr(str(trees / "own_nodes.py"))) + NODE,
+    }
+    record.start({}, {"tree": str(elsewhere / "tree.yaml"), "sources": sources, "mocks": None})
+    record.close({})
+    for flags in ((), ("--trust",)):
+        done = command(elsewhere, "replay", "record", "--json", *flags)
+        assert done.returncode == 2
+        assert "no Python module 'own_nodes' is installed" in done.stderr
+        assert executed(trees) == executed(elsewhere) == []
+
+
+def test_a_replay_says_when_its_nodes_are_others(folders):
+    trees, elsewhere = folders
+    for name in ("init", "commit"):
+        options = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
+        git = ["git", *options, name, "-q", *(["--allow-empty", "-m", "one"] if name == "commit" else [])]
+        subprocess.run(git, cwd=trees, check=True, timeout=60)
+    module = put(trees, "own_nodes.py", NODE)
+    put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
+    assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
+    about = json.loads((elsewhere / "record" / "run.json").read_text())["modules"]["own_nodes"]
+    assert about["sha256"] == hashlib.sha256(module.read_bytes()).hexdigest()
+    assert len(about["commit"]) == 40
+    again = json.loads(command(elsewhere, "replay", "record", "--trust", "--json").stdout)
+    assert (again["identical"], again["others"]) == (True, [])
+    module.write_text(NODE + "# changed\n")
+    done = command(elsewhere, "replay", "record", "--trust", "--json")
+    [other] = json.loads(done.stdout)["others"]
+    assert str(module.resolve()) in other
+    assert other in done.stderr
 
 
 def test_reading_a_tree_leaves_the_path_as_it_was(folders):

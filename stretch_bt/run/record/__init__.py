@@ -10,6 +10,6 @@
 """
 
 from stretch_bt.run.record.reader import Handed, RecordReader
-from stretch_bt.run.record.recorder import RunRecord, rewrite_result
+from stretch_bt.run.record.recorder import RunRecord
 
-__all__ = ["Handed", "RecordReader", "RunRecord", "rewrite_result"]
+__all__ = ["Handed", "RecordReader", "RunRecord"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any, cast
@@ -10,9 +11,11 @@ from stretch_bt.run.record.plain import dumps
 from stretch_bt.run.record.readings import SCHEMAS
 from stretch_bt.run.record.spool import Spool
 
-__all__ = ["FAULT", "MOTION", "TICK", "Channels", "nanoseconds"]
+__all__ = ["FAULT", "FILE", "MARK", "MOTION", "TICK", "Channels", "nanoseconds"]
 
-TICK, MOTION, FAULT, WRITE = "stretch.Tick", "stretch.Motion", "stretch.Fault", "stretch.Write"
+TICK, MOTION, FAULT, WRITE, MARK, FILE = (
+    f"stretch.{name}" for name in ("Tick", "Motion", "Fault", "Write", "Mark", "File")
+)
 
 
 def _schema(title: str, **properties: str) -> dict[str, Any]:
@@ -25,6 +28,11 @@ _JSON_SCHEMAS: dict[str, dict[str, Any]] = {
     TICK: _schema("A tick begins; time in s", tick="integer", time="number"),
     MOTION: _schema("A motion as a node polled it", device="string", owner="string", state="string"),
     FAULT: _schema("A fault as it reached a node", device="string", kind="string", reason="string"),
+    MARK: _schema(
+        "What is whole so far: bytes of events.jsonl, their CRC-32, and messages before this one",
+        **dict.fromkeys(("events", "crc32", "messages"), "integer"),
+    ),
+    FILE: _schema("Another file of the record, complete", name="string", sha256="string"),
     WRITE: {
         "title": "A value written to a key, SI",
         "type": "object",
@@ -51,6 +59,7 @@ class Channels:
         self._writer.add_metadata("header", {"json": dumps(header).decode()})
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, str], int] = {}
+        self._messages = 0
         self.now = 0
 
     def json(self, topic: str, schema: str, fields: Mapping[str, Any], **about: str) -> None:
@@ -58,6 +67,7 @@ class Channels:
         channel = self._channels.get((topic, schema))
         if channel is None:
             channel = self._new_json(topic, schema, about)
+        self._messages += 1
         self._writer.add_message(channel, self.now, dumps(fields), self.now)
 
     def proto(self, topic: str, message: Any, sequence: int = 0) -> None:
@@ -66,6 +76,7 @@ class Channels:
         channel = self._channels.get((topic, schema))
         if channel is None:
             channel = self._new_proto(topic, schema, message)
+        self._messages += 1
         self._writer.add_message(channel, self.now, message.SerializeToString(), self.now, sequence)
 
     def _new_json(self, topic: str, schema: str, about: dict[str, str]) -> int:
@@ -86,8 +97,13 @@ class Channels:
         self._channels[topic, schema] = channel
         return channel
 
-    def commit(self) -> None:
-        """End the chunk and hand everything to the operating system."""
+    def file(self, name: str, content: bytes) -> None:
+        """Note the digest of another file of the record."""
+        self.json("/files", FILE, {"name": name, "sha256": hashlib.sha256(content).hexdigest()})
+
+    def commit(self, events: int, crc32: int) -> None:
+        """Mark how far events.jsonl reaches by now, end the chunk, and hand everything to the operating system."""
+        self.json("/marks", MARK, {"events": events, "crc32": crc32, "messages": self._messages})
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._spool.commit()
 

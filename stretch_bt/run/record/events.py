@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,16 +15,25 @@ __all__ = ["EventLog"]
 
 
 class EventLog:
-    """Writes a header, plain already, and events; lines reach the disk at `commit`."""
+    """Writes a header, plain already, and events; lines reach the disk at `commit`.
+
+    Attributes
+    ----------
+    size, crc32 : int
+        Bytes of all lines so far and their CRC-32, committed or not.
+    """
 
     def __init__(self, path: Path, header: Mapping[str, Any]) -> None:
         self._spool = Spool(path)
-        self.event({**header, "type": "header", "format": FORMAT})
-        self._spool.commit()
+        self.size = self.crc32 = 0
+        self.event({**header, "type": "header", "format": FORMAT, "marks": True})
 
     def event(self, fields: Mapping[str, Any]) -> None:
         """Append an event; its fields are plain already."""
-        self._spool.write(dumps(fields) + b"\n")
+        line = dumps(fields) + b"\n"
+        self.size += len(line)
+        self.crc32 = zlib.crc32(line, self.crc32)
+        self._spool.write(line)
 
     def commit(self) -> None:
         """Hand the lines so far to the operating system."""

@@ -2,21 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from itertools import count
 from pathlib import Path
 
-from stretch_bt.errors import Diagnostic, RecordError
+from stretch_bt.errors import Diagnostic, RecordError, StretchError
 
-__all__ = ["EVENTS", "FORMAT", "MCAP", "REPORT", "RESULT", "RUN", "claim", "refuse"]
+__all__ = [
+    "DAMAGED",
+    "EVENTS",
+    "FORMAT",
+    "MCAP",
+    "REMEDY",
+    "REPORT",
+    "RESULT",
+    "RUN",
+    "claim",
+    "readable",
+    "refuse",
+]
 
 FORMAT = "stretch-record/1"
 RUN, EVENTS, MCAP, RESULT, REPORT = "run.json", "events.jsonl", "record.mcap", "result.json", "report.html"
+DAMAGED = "record-damaged"
+REMEDY = "take the record from where it was made, or record the run again"
 
 
 def refuse(path: Path, code: str, message: str, hint: str = "", line: int = 1) -> RecordError:
     """Return the error that says what is wrong with a record."""
     return RecordError([Diagnostic(str(path), line, 1, "error", code, message, hint)])
+
+
+@contextmanager
+def readable(folder: Path) -> Iterator[None]:
+    """Turn whatever the content of a record leads its reader into, into a RecordError.
+
+    What a recorder wrote is held against its digests; this is for what somebody else put together.
+    """
+    try:
+        yield
+    except (LookupError, TypeError, AttributeError, ValueError, OverflowError, RecursionError) as error:
+        if isinstance(error, StretchError):
+            raise
+        raise refuse(folder, DAMAGED, f"it cannot be read: {type(error).__name__}: {error}", REMEDY) from error
 
 
 def claim(folder: Path | None) -> Path:

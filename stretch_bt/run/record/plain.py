@@ -17,6 +17,11 @@ from stretch_bt.units import Estimate
 __all__ = ["dumps", "plain"]
 
 MAX_DEPTH = 12
+#: at most so many numbers of an array are looked at
+_SAMPLED = 8192
+#: into how many parts the largest number of an array is divided for their sum
+_PARTS = 2.0**30
+_SMALLEST = 1e-300
 
 _ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
 
@@ -30,8 +35,9 @@ def dumps(value: Any) -> bytes:
 def plain(value: Any, depth: int = MAX_DEPTH) -> Any:
     """Return a value as JSON's own types.
 
-    Dataclasses become their fields, enums their values, arrays `{"shape", "dtype", "sha256"}` with 16 hex digits, and
-    numbers that JSON lacks the strings "NaN", "Infinity" and "-Infinity". Anything else becomes `{"type": its name}`.
+    Dataclasses become their fields, enums their values, arrays `{"shape", "dtype", "sha256"}` with 16 hex digits, those of
+    floats with `{"finite", "largest", "mean"}` too, and numbers that JSON lacks the strings "NaN", "Infinity" and
+    "-Infinity". Anything else becomes `{"type": its name}`.
     """
     kind = value.__class__
     if kind is str or kind is int or kind is bool or value is None:
@@ -82,7 +88,23 @@ def _number_or_text(value: Any) -> Any:
 
 
 def _array(array: np.ndarray[Any, Any]) -> Any:
-    summary = {"shape": list(array.shape), "dtype": str(array.dtype)}
+    summary: dict[str, Any] = {"shape": list(array.shape), "dtype": str(array.dtype)}
     if not array.dtype.hasobject:  # the bytes of an object array are addresses
         summary["sha256"] = hashlib.sha256(array.tobytes()).hexdigest()[:16]
+    if array.dtype.kind == "f":
+        summary.update(_sizes(array))
     return summary
+
+
+def _sizes(array: np.ndarray[Any, Any]) -> dict[str, float]:
+    """Return how many of some numbers of an array are finite, the largest magnitude of those and the mean one.
+
+    Two arrays that differ in last digits agree in these. Whole numbers are summed, so that no processor changes the sum.
+    """
+    some = array.reshape(-1)[:: array.size // _SAMPLED + 1].astype(float)
+    sizes = np.abs(some[np.isfinite(some)])
+    largest = float(sizes.max(initial=0.0))
+    if largest < _SMALLEST:
+        return {"finite": sizes.size, "largest": largest, "mean": 0.0}
+    total = int(np.rint(sizes / largest * _PARTS).astype(np.int64).sum())
+    return {"finite": sizes.size, "largest": largest, "mean": largest * (total / sizes.size / _PARTS)}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -10,14 +12,15 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import DeviceFault, InvalidInput
+from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.run.record.channels import FAULT, MOTION, TICK
-from stretch_bt.run.record.folder import EVENTS, FORMAT, MCAP, RESULT, RUN, refuse
+from stretch_bt.run.record.channels import FAULT, FILE, MARK, MOTION, TICK
+from stretch_bt.run.record.folder import DAMAGED, EVENTS, MCAP, REMEDY, RESULT, RUN, refuse
 from stretch_bt.run.record.messages import intrinsics_of, raw_of
 from stretch_bt.run.record.readings import FRAME, SCHEMAS, read_fault, read_frame, read_reading
 from stretch_bt.run.record.scan import ChunkFile
+from stretch_bt.run.record.written import Mark, Written
 
 __all__ = ["Handed", "RecordReader"]
 
@@ -47,8 +50,15 @@ class _Message:
 class RecordReader:
     """Reads a record folder.
 
-    Of a record whose process was killed it reads as far as it goes; `complete` is then False, and the last tick may
-    lack what came after its last committed chunk. Frames are read from the disk when they are asked for.
+    Of a record whose process was killed it reads the ticks that were committed; `complete` is then False. Anything that is
+    not as it was written is an error. Frames are read from the disk when they are asked for.
+
+    Parameters
+    ----------
+    folder
+        The folder of the record.
+    changed_log
+        Whether events.jsonl may be another than was written, as long as it can be read; `damage` then says where.
 
     Attributes
     ----------
@@ -62,31 +72,41 @@ class RecordReader:
         Number and time, s, of each tick.
     complete : bool
         Whether the record was closed.
+    damage : RecordError or None
+        Where events.jsonl is not as it was written.
 
     Raises
     ------
     RecordError
-        The folder is missing, or holds no record, or one that would take too much memory.
+        The folder is missing, holds no record, one that is damaged, or one that would take too much memory.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, changed_log: bool = False) -> None:
         self.folder = Path(folder).absolute()
         if not self.folder.is_dir():
             raise refuse(self.folder, "record-missing", "there is no such folder", "name the folder of a record")
-        self.header, self.events, events_whole = _read_events(self.folder / EVENTS)
-        self.run_info: dict[str, Any] = _read_json(self.folder / RUN) or {}
-        self.result = _read_json(self.folder / RESULT)
+        written = Written(self.folder / EVENTS)
+        self.header = written.header
         self.ticks: list[tuple[int, float]] = []
         self._handed: dict[int, list[_Message]] = {}
         self._stored: dict[tuple[str, int], tuple[int, int]] = {}
         self._decoded: dict[str, tuple[int, npt.NDArray[np.uint16]]] = {}
         self._calibrations: dict[tuple[str, int], Intrinsics] = {}
         self._chunks = ChunkFile(self.folder / MCAP)
-        try:
-            self._index()
-        except InvalidInput as error:
-            raise refuse(self._chunks.path, "record-damaged", str(error)) from error
-        self.complete = events_whole and self._chunks.whole and self.result is not None
+        self._marks: list[Mark] = []
+        self._files: dict[str, str] = {}
+        self._index(written)
+        self.complete = RESULT in self._files if written.marked else self._chunks.whole
+        self.events, self.damage = self._events(written)
+        self.run_info: dict[str, Any] = self._other(RUN) or {}
+        self.result = self._other(RESULT)
+        if self.damage is not None and not changed_log:
+            raise self.damage
+
+    @property
+    def until(self) -> float:
+        """Run time, s, of the last tick that is whole; 0 where none is."""
+        return self.ticks[-1][1] if self.ticks else 0.0
 
     def handed(self, tick: int) -> list[Handed]:
         """Return everything that nodes were handed in a tick, in order; tick -1 is what came before the first."""
@@ -113,17 +133,72 @@ class RecordReader:
         """Return the device and fault of each fault in a tick, in order."""
         return [(h.device, h.value) for h in self.handed(tick) if h.kind == "fault"]
 
-    def _index(self) -> None:
+    def _events(self, written: Written) -> tuple[list[dict[str, Any]], RecordError | None]:
+        """Return the events, and where they are not as they were written."""
+        if not written.marked:
+            return written.unmarked(), None
+        chunks = self._chunks
+        if not self._marks or (not self.complete and self._marks[-1].events < written.size):
+            raise self._damaged(f"it is cut off at byte {chunks.end}, and events.jsonl goes on")
+        return written.events(self._marks, self.complete)
+
+    def _other(self, name: str) -> dict[str, Any] | None:
+        """Return the content of one of the small files, held against the digest of what was written."""
+        path, stated = self.folder / name, self._files.get(name)
+        content = _read_json(path)
+        if stated is not None and (content is None or hashlib.sha256(path.read_bytes()).hexdigest() != stated):
+            found = "is not as it was written" if path.is_file() else "is missing"
+            raise refuse(path, DAMAGED, f"this file {found}", REMEDY)
+        return content
+
+    def _index(self, written: Written) -> None:
+        """Take up the messages of all ticks that both files hold as a whole."""
         if not self._chunks.path.is_file():
-            return
+            raise self._damaged("this file is missing")
         names = _Names()
-        tick = -1
-        for offset, records in self._chunks:
-            for position, record in enumerate(records):
-                try:
-                    tick = self._take(tick, *names.of(record), record, (offset, position))
-                except KeyError:  # what the message refers to was in a chunk that is lost
-                    return
+        tick, count, offset = -1, 0, 0
+        waiting: list[tuple[str, Any, Any, tuple[int, int]]] = []
+        try:
+            for offset, records in self._chunks:
+                for position, record in enumerate(records):
+                    schema, channel = names.of(record)
+                    if not schema:
+                        continue
+                    if schema == MARK:
+                        mark = self._mark(record, count)
+                        if mark.events <= written.size:
+                            tick = self._take_all(tick, waiting)
+                        waiting = []
+                    elif schema == FILE:
+                        fields = json.loads(record.data)
+                        self._files[fields["name"]] = fields["sha256"]
+                    else:
+                        waiting.append((schema, channel, record, (offset, position)))
+                    count += 1
+            if not written.marked:
+                self._take_all(tick, waiting)
+        except InvalidInput as error:
+            raise self._damaged(str(error)) from error
+        except (LookupError, TypeError, ValueError) as error:
+            raise self._damaged(f"its chunk at byte {offset} does not belong here: {error!r}") from error
+
+    def _mark(self, message: Any, count: int) -> Mark:
+        """Take note of a mark, before which there were so many messages."""
+        fields = json.loads(message.data)
+        if fields["messages"] != count:
+            raise ValueError(f"{count} messages come before it, and {fields['messages']} were written")
+        mark = Mark(fields["events"], fields["crc32"])
+        self._marks.append(mark)
+        return mark
+
+    def _damaged(self, message: str) -> RecordError:
+        return refuse(self._chunks.path, DAMAGED, message, REMEDY)
+
+    def _take_all(self, tick: int, messages: Sequence[tuple[str, Any, Any, tuple[int, int]]]) -> int:
+        """Index messages; return the tick that the last belongs to."""
+        for message in messages:
+            tick = self._take(tick, *message)
+        return tick
 
     def _take(self, tick: int, schema: str, channel: Any, message: Any, place: tuple[int, int]) -> int:
         """Index one message; return the tick that it belongs to."""
@@ -198,33 +273,6 @@ def _stored_with(device: str, fields: dict[str, Any]) -> tuple[tuple[str, int], 
     """Return the topic and number of a frame's image and of its calibration."""
     value = fields["value"]
     return (f"/{device}/depth", value["image"]), (f"/{device}/calibration", value["calibration"])
-
-
-def _read_events(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]], bool]:
-    """Return the header, the events, and whether the last line is whole."""
-    if not path.is_file():
-        raise refuse(path, "record-missing", "there is no such file; this folder is not a record", "name a record")
-    events = []
-    whole = True
-    with path.open("rb") as file:
-        for line in file:
-            event = _read_line(line)
-            if event is None:
-                whole = False
-                break
-            events.append(event)
-    header = events.pop(0) if events else {}
-    if header.get("type") != "header" or header.get("format") != FORMAT:
-        raise refuse(path, "record-format", f"the first line is not the header of a {FORMAT}", "name a record")
-    return header, events, whole
-
-
-def _read_line(line: bytes) -> dict[str, Any] | None:
-    try:
-        event = json.loads(line)
-    except (ValueError, RecursionError):
-        return None
-    return event if isinstance(event, dict) and line.endswith(b"\n") else None
 
 
 def _read_json(path: Path) -> dict[str, Any] | None:

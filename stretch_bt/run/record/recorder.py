@@ -20,7 +20,7 @@ from stretch_bt.run.record.messages import log_line, point_cloud
 from stretch_bt.run.record.plain import plain
 from stretch_bt.run.record.readings import FRAME, frame_fields, reading_fields
 
-__all__ = ["RunRecord", "rewrite_result"]
+__all__ = ["RunRecord"]
 
 _LEVELS = {"fault": "ERROR", "error": "ERROR", "stop_error": "ERROR", "finally": "WARNING", "overrun": "WARNING"}
 
@@ -28,14 +28,28 @@ _LEVELS = {"fault": "ERROR", "error": "ERROR", "stop_error": "ERROR", "finally":
 class _Streams:
     """The two files that grow during a run."""
 
-    def __init__(self, folder: Path, header: Any) -> None:
+    def __init__(self, folder: Path, header: Any, run_info: bytes) -> None:
         self.events = EventLog(folder / EVENTS, header)
         self.channels = Channels(folder / MCAP, header)
         self.images = Images(self.channels)
+        self.channels.file(RUN, run_info)
+        self.commit()
 
     def commit(self) -> None:
+        # events come last: no event may be on the disk whose readings are not
+        self.channels.commit(self.events.size, self.events.crc32)
         self.events.commit()
-        self.channels.commit()
+
+    def close(self, result: bytes) -> None:
+        """End both; that the result is noted says that the record was closed."""
+        self.channels.file(RESULT, result)
+        self.commit()
+        self.events.close()
+        self.channels.close()
+
+    def abandon(self) -> None:
+        _try(self.events.abandon)
+        _try(self.channels.abandon)
 
 
 class RunRecord:
@@ -60,8 +74,8 @@ class RunRecord:
         The header's `keys` (name to type name), where it has them, give the plots of the report their units.
         """
         try:
-            self._json_file(RUN, run_info)
-            self._streams = _Streams(self.folder, plain(header))
+            content = self._json_file(RUN, run_info)
+            self._streams = _Streams(self.folder, plain(header), content)
         except OSError as error:
             raise self._break(error) from error
 
@@ -148,43 +162,43 @@ class RunRecord:
         self._streams.channels.proto("/log", line)
 
     def close(self, result: Mapping[str, Any]) -> None:
-        """Write the result and close every file, each in spite of the others; a second call does nothing."""
+        """Write the result and close every file; a second call does nothing.
+
+        The result is written also where the other files cannot be.
+        """
         if self._closed:
             return
         self._closed = True
         streams, self._streams = self._streams, None
-        steps: list[Callable[[], None]] = [lambda: self._json_file(RESULT, result)]
+        error = _try(streams.commit) if streams is not None else None
+        try:
+            content = self._json_file(RESULT, result)
+            if streams is not None and error is None:
+                streams.close(content)
+        except OSError as refused:
+            error = error or refused
         if streams is not None:
-            steps = [streams.events.close, streams.channels.close, *steps]
-        errors = [error for step in steps if (error := _try(step))]
-        if errors and not self._broken:
-            raise self._break(errors[0]) from errors[0]
+            streams.abandon()
+        if error is not None and not self._broken:
+            raise self._break(error) from error
 
-    def _json_file(self, name: str, content: Mapping[str, Any]) -> None:
-        _write_json(self.folder / name, content)
+    def _json_file(self, name: str, content: Mapping[str, Any]) -> bytes:
+        return _write_json(self.folder / name, content)
 
     def _break(self, error: OSError) -> RecordError:
         """Leave the files as they are, take nothing more, and say why."""
         self._broken = True
         if self._streams is not None:
-            _try(self._streams.events.abandon)
-            _try(self._streams.channels.abandon)
+            self._streams.abandon()
         self._streams = None
         return refuse(self.folder, "record-write", f"cannot write the record: {error.strerror or error}")
 
 
-def rewrite_result(folder: Path, result: Mapping[str, Any]) -> None:
-    """Put another result in the place of the one that closed a record."""
-    new = folder / f"{RESULT}.new"
-    try:
-        _write_json(new, result)
-        new.replace(folder / RESULT)
-    except OSError as error:
-        raise refuse(folder, "record-write", f"cannot write the record: {error.strerror or error}") from error
-
-
-def _write_json(path: Path, content: Mapping[str, Any]) -> None:
-    path.write_text(json.dumps(plain(content), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+def _write_json(path: Path, content: Mapping[str, Any]) -> bytes:
+    """Write a file, and return what it holds."""
+    text = (json.dumps(plain(content), indent=2, allow_nan=False) + "\n").encode()
+    path.write_bytes(text)
+    return text
 
 
 def _try(step: Callable[[], None]) -> OSError | None:

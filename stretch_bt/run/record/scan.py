@@ -17,54 +17,77 @@ __all__ = ["ChunkFile"]
 
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = 9  # opcode and length
+CRC = 4
 _REMEDY = "no recorder writes one as large: record the run again"
 
 
 class ChunkFile:
-    """The chunks of an MCAP file; after an iteration `whole` says whether it came to the end and found no damage."""
+    """The chunks of an MCAP file.
+
+    Attributes
+    ----------
+    end : int
+        After an iteration, the byte up to which the file could be read.
+    whole : bool
+        After an iteration, whether it came to the end of the file that a writer puts there.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.end = 0
         self.whole = False
 
     def __iter__(self) -> Iterator[tuple[int, list[Any]]]:
-        """Yield the offset and the records of each chunk, up to the first that is cut off or damaged.
+        """Yield the offset and the records of each chunk, up to where the file is cut off.
 
         Raises
         ------
         InvalidInput
-            A chunk would take more than `MAX_CHUNK`; the text names the file.
+            A byte of what was read is not as it was written, or a chunk would take more than `MAX_CHUNK`; the text says
+            where.
         """
-        from mcap.exceptions import McapError
         from mcap.opcode import Opcode
-        from zstandard import ZstdError
 
-        # RuntimeError is what lz4 raises
-        broken = (McapError, ZstdError, RuntimeError, MemoryError, ValueError, OverflowError, struct.error)
         with self.path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 return
-            check, sound = zlib.crc32(MAGIC), False
+            check = zlib.crc32(MAGIC)
             for offset, head, content in _parts(file, self.path.stat().st_size):
                 if head[0] == Opcode.CHUNK:
-                    try:
-                        records = _records(content, str(self.path))
-                    except InvalidInput:
-                        raise
-                    except broken:
-                        return
-                    yield offset, records
+                    yield offset, self._records(offset, content)
                 elif head[0] == Opcode.DATA_END:
-                    sound = content == check.to_bytes(4, "little")
+                    _hold_sum(content, check, offset)
+                    check = 0  # a second sum begins here
                 elif head[0] == Opcode.FOOTER:
-                    self.whole = sound and file.read() == MAGIC
-                check = zlib.crc32(content, zlib.crc32(head, check))
+                    _hold_sum(content[-CRC:], zlib.crc32(content[:-CRC], zlib.crc32(head, check)), offset)
+                    self.whole = file.read() == MAGIC
+                if head[0] != Opcode.DATA_END:
+                    check = zlib.crc32(content, zlib.crc32(head, check))
+                self.end = offset + HEAD + len(content)
 
     def at(self, offset: int) -> list[Any]:
         """Return the records of the chunk at an offset."""
         with self.path.open("rb") as file:
             file.seek(offset)
-            return _records(file.read(_length(file.read(HEAD))), str(self.path))
+            return self._records(offset, file.read(_length(file.read(HEAD))))
+
+    def _records(self, offset: int, content: bytes) -> list[Any]:
+        from mcap.exceptions import McapError
+        from zstandard import ZstdError
+
+        # RuntimeError is what lz4 raises
+        broken = (McapError, ZstdError, RuntimeError, MemoryError, ValueError, OverflowError, struct.error)
+        try:
+            return _records(content, f"its chunk at byte {offset}")
+        except InvalidInput:
+            raise
+        except broken as error:
+            raise InvalidInput(f"its chunk at byte {offset} is not as it was written: {error}") from error
+
+
+def _hold_sum(stated: bytes, found: int, offset: int) -> None:
+    if stated not in (found.to_bytes(CRC, "little"), bytes(CRC)):  # zero says that there is none
+        raise InvalidInput(f"its checksum at byte {offset} does not hold: a byte before that is not as it was written")
 
 
 def _length(head: bytes) -> int:
@@ -78,7 +101,7 @@ def _parts(file: BinaryIO, size: int) -> Iterator[tuple[int, bytes, bytes]]:
         end = offset + HEAD + _length(head)
         if end > size:
             return
-        hold(f"{file.name}: its part at byte {offset}", _length(head), MAX_CHUNK, _REMEDY)
+        hold(f"its part at byte {offset}", _length(head), MAX_CHUNK, _REMEDY)
         yield offset, head, file.read(_length(head))
         offset = end
 
@@ -101,7 +124,7 @@ def _unpacked(chunk: Any, name: str) -> bytes:
     size = chunk.uncompressed_size
     if chunk.compression == "zstd":
         size = max(size, frame_content_size(chunk.data))
-    hold(f"{name}: one of its chunks", size, MAX_CHUNK, _REMEDY)
+    hold(name, size, MAX_CHUNK, _REMEDY)
     data = chunk.data
     if chunk.compression == "lz4":
         data = LZ4FrameDecompressor().decompress(data, max_length=size)

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import Diagnostic, RecordError, StretchError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.run.clock import ReplayClock
 from stretch_bt.run.mocks import read_mocks
+from stretch_bt.run.prepare import VERSIONS, versions
+from stretch_bt.run.provenance import others
 from stretch_bt.run.record import RecordReader, RunRecord
+from stretch_bt.run.record.folder import DAMAGED, REMEDY, RUN, readable, refuse
+from stretch_bt.run.replay.compare import compare
 from stretch_bt.run.replay.devices import ReplayedCell
 from stretch_bt.run.replay.log import Log
-from stretch_bt.run.runner import Runner
+from stretch_bt.run.runner import Outcome, Runner
 from stretch_bt.run.task import Task
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.modules import Modules
@@ -32,76 +35,103 @@ LATE = "overrun"
 
 @dataclass(frozen=True, slots=True)
 class ReplayResult:
-    """Whether a replay decided alike; the fields of `replay --json`."""
+    """Whether a replay decided alike; the fields of `replay --json`.
+
+    Attributes
+    ----------
+    identical : bool
+        Every event is as recorded, to the last digit.
+    same : bool
+        Every status, command and motion is as recorded, and every number within 1e-6 of itself or 1e-3 of its deviation.
+    decisions : int
+        How many status changes, commands and writes the record holds.
+    largest_difference : float
+        The largest difference of a number, relative to the number or to 1000 of its standard deviations.
+    first_difference : dict or None
+        The first event that is not the same, or else the first that is not identical: tick, node, recorded, replayed.
+    until : float or None
+        Run time, s, up to which a record is whole that was not closed.
+    damage : str or None
+        Where the recorded log is not as it was written, if it differs.
+    others : list of str
+        What the replay ran that is not what was recorded: modules of nodes, versions.
+    """
 
     identical: bool
+    same: bool
     decisions: int
+    largest_difference: float
     first_difference: dict[str, Any] | None
+    until: float | None = None
+    damage: str | None = None
+    others: list[str] = field(default_factory=list)
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `replay --json` prints."""
         return asdict(self)
 
 
-def replay(record: str | Path, *, trust: bool = False) -> ReplayResult:
+def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None] | None = None) -> ReplayResult:
     """Tick the recorded tree again on the recorded readings.
 
     A record says where its tree stood. Python modules that stood beside it are executed only with `trust`; those
-    that are installed always.
+    that are installed always. `say` is told the path of each file beside the tree before it is executed.
 
     Raises
     ------
     RecordError
         The folder holds no record that can be replayed.
     """
-    reader = RecordReader(Path(record))
+    reader = RecordReader(Path(record), changed_log=True)
     if not reader.run_info.get("sources"):
-        raise _damaged(record, "run.json is missing or incomplete")
-    with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder:
+        raise refuse(reader.folder / RUN, DAMAGED, "it holds no text of a tree", REMEDY)
+    with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
-        try:
-            task = _prepare(reader.run_info, again, trust)
-            with one_thread():  # as it was run: the last digits depend on it
-                _run_again(reader, task, again)
-            return _compare(reader, RecordReader(again / "record"))
-        except (LookupError, TypeError, AttributeError, ValueError) as error:
-            if isinstance(error, StretchError):
-                raise
-            raise _damaged(record, f"it cannot be read: {type(error).__name__}: {error}") from error
-
-
-def _damaged(record: str | Path, message: str) -> RecordError:
-    return RecordError([Diagnostic(str(record), 1, 1, "error", "record-damaged", message, "record the run again")])
+        task = _prepare(reader.run_info, again, trust, say)
+        with one_thread():  # as it was run: the last digits depend on it
+            _run_again(reader, task, again)
+        changed = others(reader.run_info, task.program, versions(*VERSIONS))
+        return _compare(reader, RecordReader(again / "record"), changed)
 
 
 def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
-    info = reader.run_info
-    log = Log(reader)
+    """Tick the task on what the record hands out, into a record of its own."""
     written = RunRecord(folder / "record")
-    written.start(reader.header, {"sources": {}})
-    declared = task.program.document.devices
-    cell = ReplayedCell({name: declared[name].interface.__name__ for name in task.devices()}, log, written)
-    task.context.devices = cell.devices
     task.context.about, task.context.folder, task.context.repeated = reader.header, written.folder, reader.folder
+    _know_cell(task, reader.run_info)
+    written.start(reader.header, {})
+    try:
+        written.close(asdict(_tick_again(reader, task, written)))
+    finally:
+        written.close({})
+
+
+def _know_cell(task: Task, info: Mapping[str, Any]) -> None:
+    """Let nodes know the hand and the limits of the recorded cell."""
     if info.get("hand"):
         task.context.hand = Hand(HandGeometry(**info["hand"]))
     if info.get("limits"):  # nodes that go no further than the cell allows
         task.context.limits = Limits.from_plain(info["limits"])
-    clock = ReplayClock([time for _, time in reader.ticks])
+
+
+def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome:
+    log, document = Log(reader), task.program.document
+    kinds = {name: document.devices[name].interface.__name__ for name in task.devices()}
+    cell = ReplayedCell(kinds, log, written)
+    task.context.devices = cell.devices
     runner = Runner(
         task.built,
         task.context,
-        clock,
-        period=task.program.document.tick_period,
+        ReplayClock([time for _, time in reader.ticks]),
+        period=document.tick_period,
         cell=cell,
         watchers=[log, written],
         interrupts=_interrupts(reader.events),
     )
-    outcome = runner.run()
-    written.close(asdict(outcome))
+    return runner.run()
 
 
-def _prepare(info: Mapping[str, Any], folder: Path, trust: bool) -> Task:
+def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
     """Write the recorded files out again and build the tree from them; writes nothing outside `folder`."""
     home = folder / "a" / "b" / "c"  # deep enough for imports that go up
     home.mkdir(parents=True)
@@ -112,15 +142,15 @@ def _prepare(info: Mapping[str, Any], folder: Path, trust: bool) -> Task:
     if info.get("mocks"):
         (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
         mocks = read_mocks(home / "mocks.yaml")
-    program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust)).require()
+    program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust, say)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
 
 
-def _modules(info: Mapping[str, Any], home: Path, trust: bool) -> Modules:
+def _modules(info: Mapping[str, Any], home: Path, trust: bool, say: Callable[[str], None] | None) -> Modules:
     """Return where modules may stand: never in `home`, which the record fills."""
     origin = Path(info["tree"]).parent
     hint = f"add --trust to execute the modules in {origin}, if you know what they do; or install the package"
-    return Modules(home, origin if trust else None, hint)
+    return Modules(home, origin if trust else None, hint, say)
 
 
 def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
@@ -130,7 +160,7 @@ def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     elif not path.is_file() or path.read_text("utf-8") != text:
-        raise _damaged(path, "the file was imported from here and is gone, or has changed since")
+        raise refuse(path, DAMAGED, "the file was imported from here and is gone, or has changed since", "put it back")
 
 
 def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
@@ -142,19 +172,24 @@ def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
     return found
 
 
-def _compare(recorded: RecordReader, replayed: RecordReader) -> ReplayResult:
+def _compare(recorded: RecordReader, replayed: RecordReader, others: list[str]) -> ReplayResult:
     decisions = sum(event["type"] in DECISIONS for event in recorded.events)
     before, after = ([e for e in r.events if e["type"] != LATE] for r in (recorded, replayed))
     if not recorded.complete:
         after = after[: len(before)]
-    for old, new in zip(before, after, strict=False):
-        if old != new:
-            return ReplayResult(False, decisions, _difference(old, new))
-    if len(before) != len(after):
-        longer = before if len(before) > len(after) else after
-        extra = longer[min(len(before), len(after))]
-        return ReplayResult(False, decisions, _difference(*((extra, None) if longer is before else (None, extra))))
-    return ReplayResult(True, decisions, None)
+    found = compare(before, after)
+    if recorded.damage is not None and found.same:
+        raise recorded.damage
+    return ReplayResult(
+        identical=found.identical,
+        same=found.same,
+        decisions=decisions,
+        largest_difference=found.largest,
+        first_difference=None if found.first is None else _difference(*found.first),
+        until=None if recorded.complete else recorded.until,
+        damage=None if recorded.damage is None else str(recorded.damage),
+        others=others,
+    )
 
 
 def _difference(old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.run.record import RecordReader
-from stretch_bt.run.record.folder import REPORT, refuse
+from stretch_bt.run.record.folder import REPORT, readable, refuse
 from stretch_bt.run.report.details import commands, facts, faults, last_readings
 from stretch_bt.run.report.history import History, gather
 from stretch_bt.run.report.outputs import outputs
@@ -32,7 +32,9 @@ def write_report(folder: Path, out: Path | None = None) -> Path:
     record = RecordReader(folder)
     path = record.folder / REPORT if out is None else Path(out).absolute()
     try:
-        path.write_text(_page(record), encoding="utf-8", errors="replace")
+        with readable(record.folder):
+            page = _page(record)
+        path.write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
         raise refuse(path, "report-write", f"cannot write the report: {error.strerror}") from error
     return path
@@ -81,7 +83,9 @@ def _tree_name(header: dict[str, Any]) -> str:
 def _head(record: RecordReader, title: str) -> str:
     result = record.result or {}
     status = str(result.get("status", "UNFINISHED"))
-    reason = result.get("reason") or ("" if record.complete else "the record ends early: its process was killed")
+    reason = result.get("reason") or (
+        "" if record.complete else f"the record ends early, at {number(record.until)} s: its process was killed"
+    )
     facts = "".join(f"<li>{name} <b>{escape(value)}</b></li>" for name, value in _headline(record, result))
     return (
         f'<header class="{escape(status.lower())}"><h1>{title} <span class="badge">{escape(status)}</span></h1>'

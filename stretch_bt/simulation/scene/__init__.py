@@ -1,5 +1,13 @@
 """Scene files: what the twin simulates."""
 
-from stretch_bt.simulation.scene.file import Scene, load_scene, parse_scene, scene_names, scene_params, scene_schema
+from stretch_bt.simulation.scene.file import (
+    Scene,
+    load_scene,
+    parse_scene,
+    scene_names,
+    scene_params,
+    scene_schema,
+    scene_text,
+)
 
-__all__ = ["Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema"]
+__all__ = ["Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema", "scene_text"]

@@ -19,7 +19,7 @@ from stretch_bt.simulation.objects.registry import kinds
 from stretch_bt.simulation.scene.sections import USUAL, Conditions, Cup, Dimension, Hand, Table, Tolerance
 from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, resolve, validate
 
-__all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema"]
+__all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema", "scene_text"]
 
 FIDELITIES = ("hertz", "axisymmetric", "sheet")
 _WORDS = ("auto", "none", "all")
@@ -161,6 +161,11 @@ def scene_params(scene: str | Path) -> dict[Scalar, Scalar]:
     given = source.get("params")
     pairs = given if isinstance(given, Map) else ()
     return {key: value for key, value in pairs if isinstance(value, Scalar)}
+
+
+def scene_text(scene: str | Path) -> str:
+    """Return the text of a scene file, or of a shipped scene by its name."""
+    return resolve(scene, _shipped(), "scene").read_text("utf-8")
 
 
 def parse_scene(text: str, name: str = "scene.yaml") -> Scene:

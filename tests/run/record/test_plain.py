@@ -62,7 +62,7 @@ def test_order_of_keys_does_not_matter(value: dict[str, int]) -> None:
         (np.int16(-3), -3),
         (np.bool_(True), True),
         (np.str_("a"), "a"),
-        (np.array(2.5), {"shape": [], "dtype": "float64"}),
+        (np.array(-2.5), {"shape": [], "dtype": "float64", "finite": 1, "largest": 2.5, "mean": 2.5}),
         (MotionState.DONE, "done"),
         ({Rule.MEAN: (1, 2)}, {"mean": [1, 2]}),
         ({3, 1, 2}, [1, 2, 3]),
@@ -81,7 +81,8 @@ def test_dataclass_gives_fields_and_arrays_give_digests() -> None:
     points = np.arange(12.0).reshape(4, 3)
     got = plain(Ball(0.02, Rule.MEAN, points))
     digest = got["points"].pop("sha256")
-    assert got == {"radius": 0.02, "rule": "mean", "points": {"shape": [4, 3], "dtype": "float64"}}
+    sizes = {"finite": 12, "largest": 11.0, "mean": pytest.approx(5.5, rel=1e-9)}
+    assert got == {"radius": 0.02, "rule": "mean", "points": {"shape": [4, 3], "dtype": "float64", **sizes}}
     assert len(digest) == 16
     changed = points.copy()
     changed[3, 2] += 1e-15 * changed[3, 2]

@@ -1,3 +1,5 @@
+import re
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -98,39 +100,139 @@ def test_how_it_began_and_ended(tmp_path: Path, sample: Any) -> None:
         "tree": {"name": "press"},
         "seed": 0,
         "keys": {"depth": "Length"},
+        "marks": True,
     }
     assert reader.run_info == {"host": "lab", "wall": 1.5}
     assert reader.result is not None
     assert reader.result["outputs"]["depth"]["value"] == 0.005
 
 
-def test_a_cut_mcap_is_read_as_far_as_it_goes(tmp_path: Path, sample: Any) -> None:
+def stages(folder: Path, ticks: int, sample: Any) -> list[tuple[int, int]]:
+    """Return how large events.jsonl and record.mcap were after each commit of a run."""
+    found = []
+
+    class Spy(RunRecord):
+        def begin_tick(self, tick: int, time: float) -> None:
+            super().begin_tick(tick, time)
+            found.append(tuple((folder / name).stat().st_size for name in ("events.jsonl", "record.mcap")))
+
+    record = Spy(folder)
+    sample.run(record, ticks)
+    record.close({})
+    return found
+
+
+def cut(folder: Path, events: int, mcap: int) -> None:
+    """Leave of a record what a process that was killed had written."""
+    for name, size in (("events.jsonl", events), ("record.mcap", mcap)):
+        (folder / name).write_bytes((folder / name).read_bytes()[:size])
+    (folder / "result.json").unlink(missing_ok=True)
+
+
+def refusal(folder: Path) -> Any:
+    """Return what the reader says is wrong."""
+    with pytest.raises(RecordError) as caught:
+        RecordReader(folder)
+    [found] = caught.value.diagnostics
+    return found
+
+
+def test_a_run_killed_at_any_moment_is_read_to_its_last_whole_tick(tmp_path: Path, sample: Any) -> None:
+    """Readings come first, then the events that rest on them, each perhaps in part."""
+    sizes, folder = stages(tmp_path / "spied", 8, sample), sample.closed(tmp_path / "r", 8)
+    whole = RecordReader(folder)
+    handed = [[sample.shown(h) for h in whole.handed(tick)] for tick in range(8)]
+    kept = {name: (folder / name).read_bytes() for name in ("events.jsonl", "record.mcap")}
+    for tick, ((events, mcap), (next_events, next_mcap)) in enumerate(pairwise(sizes)):
+        moments = [(events, size) for size in range(mcap, next_mcap, 211)]
+        moments += [(size, next_mcap) for size in range(events, next_events, 37)]
+        for moment in moments:
+            for name, content in kept.items():
+                (folder / name).write_bytes(content)
+            cut(folder, *moment)
+            reader = RecordReader(folder)
+            assert (reader.complete, reader.result) == (False, None)
+            assert reader.ticks == whole.ticks[:tick]
+            assert reader.events == [event for event in whole.events if event["tick"] < tick]
+            assert [[sample.shown(h) for h in reader.handed(k)] for k in range(8)] == handed[:tick] + [[]] * (8 - tick)
+
+
+@pytest.mark.parametrize("name", ["record.mcap", "events.jsonl"])
+def test_a_file_cut_without_the_other_is_damaged(tmp_path: Path, sample: Any, name: str) -> None:
     folder = sample.closed(tmp_path / "r", 12)
     whole = RecordReader(folder)
-    expected = [[sample.shown(h) for h in whole.handed(tick)] for tick in range(12)]
-    content = (folder / "record.mcap").read_bytes()
-    seen = set()
-    for length in range(0, len(content), 997):
-        (folder / "record.mcap").write_bytes(content[:length])
-        reader = RecordReader(folder)
-        assert not reader.complete
-        assert reader.ticks == whole.ticks[: len(reader.ticks)]
-        assert [[sample.shown(h) for h in reader.handed(tick)] for tick, _ in reader.ticks] == expected[
-            : len(reader.ticks)
-        ]
-        seen.add(len(reader.ticks))
-    assert seen >= {0, 11}
+    content = (folder / name).read_bytes()
+    ends = content.index(b"/ticks") if name == "record.mcap" else content.index(b"\n") + 1
+    for length in range(ends, len(content) - 1, 97):
+        (folder / name).write_bytes(content[:length])
+        try:
+            reader = RecordReader(folder)
+        except RecordError as error:
+            [found] = error.diagnostics
+            assert (found.code, found.file) == ("record-damaged", str(folder / name))
+            if name == "record.mcap":
+                byte = int(re.findall(r"cut off at byte (\d+)", found.message)[0])
+                assert 0 <= byte <= length
+            else:
+                assert found.line == content[:length].count(b"\n") + 1
+        else:  # only the index was lost, which viewers use
+            assert name == "record.mcap"
+            assert (reader.ticks, reader.events) == (whole.ticks, whole.events)
 
 
-def test_cut_events_are_read_as_far_as_they_go(tmp_path: Path, sample: Any) -> None:
+@pytest.mark.parametrize("name", ["record.mcap", "run.json", "result.json"])
+@pytest.mark.parametrize("content", [None, b"", b"{}"])
+def test_a_file_gone_or_empty_is_damaged(tmp_path: Path, sample: Any, name: str, content: bytes | None) -> None:
+    path = sample.closed(tmp_path / "r") / name
+    path.unlink() if content is None else path.write_bytes(content)
+    found = refusal(path.parent)
+    assert (found.code, found.file) == ("record-damaged", str(path))
+    assert found.hint
+
+
+def test_a_changed_line_is_named(tmp_path: Path, sample: Any) -> None:
+    folder = sample.closed(tmp_path / "r")
+    path = folder / "events.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True)
+    for number in range(2, len(lines)):
+        own = lines[number - 1]
+        changes = {
+            "flipped": [own.replace(b"a", b"b", 1)],
+            "broken": [own[:-9] + b"\n"],
+            "deleted": [],
+            "doubled": [own, own],
+            "empty": [b"\n"],
+            "of another kind": [b"[1]\n"],
+            "without a time": [own.replace(b'"time"', b'"thyme"')],
+        }
+        for change in changes.values():
+            path.write_bytes(b"".join([*lines[: number - 1], *change, *lines[number:]]))
+            found = refusal(folder)
+            assert (found.code, found.file) == ("record-damaged", str(path))
+            assert 2 <= found.line <= number + 1, "where its tick begins at the earliest, and after the first of two"
+
+
+def test_a_log_that_was_changed_can_be_asked_for(tmp_path: Path, sample: Any) -> None:
     folder = sample.closed(tmp_path / "r")
     whole = RecordReader(folder).events
-    content = (folder / "events.jsonl").read_bytes()
-    for length in range(content.index(b"\n") + 1, len(content), 53):
-        (folder / "events.jsonl").write_bytes(content[:length])
-        reader = RecordReader(folder)
-        assert reader.events == whole[: len(reader.events)]
-        assert reader.complete == content[:length].endswith(b"\n")
+    path = folder / "events.jsonl"
+    path.write_bytes(path.read_bytes().replace(b'"value":0.003', b'"value":0.00311'))
+    reader = RecordReader(folder, changed_log=True)
+    assert reader.damage is not None
+    assert [new for old, new in zip(whole, reader.events, strict=True) if old != new] == [
+        {"key": "depth", "path": "main/press", "sd": 1e-5, "tick": 3, "time": 0.15, "type": "write", "value": 0.00311}
+    ]
+
+
+def test_a_record_without_marks_is_read_as_far_as_it_goes(tmp_path: Path, sample: Any) -> None:
+    """The first recorders wrote none: each line is then held against what its readers need."""
+    folder = sample.closed(tmp_path / "r")
+    path = folder / "events.jsonl"
+    content = path.read_bytes().replace(b'"marks":true,', b"")
+    path.write_bytes(content[:-5])
+    assert len(RecordReader(folder).events) == 18
+    path.write_bytes(content.replace(b'"owner":', b'"owned":', 1))
+    assert refusal(folder).line == content[: content.index(b'"owner":')].count(b"\n") + 1
 
 
 @settings(max_examples=150, deadline=None)
@@ -140,12 +242,12 @@ def test_damage_never_gives_other_readings(data: st.DataObject, pristine: Path, 
     content = bytearray((pristine / "record.mcap").read_bytes())
     content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
     with TemporaryDirectory() as place:
-        for name in ("events.jsonl", "result.json"):
+        for name in ("events.jsonl", "run.json", "result.json"):
             (Path(place) / name).write_bytes((pristine / name).read_bytes())
         (Path(place) / "record.mcap").write_bytes(content)
         try:
             reader = RecordReader(Path(place))
-        except RecordError as error:  # the damage is in the size of a chunk
+        except RecordError as error:
             assert [d.code for d in error.diagnostics] == ["record-damaged"]
             return
         for tick, time in reader.ticks:
@@ -159,15 +261,6 @@ def test_damage_never_gives_other_readings(data: st.DataObject, pristine: Path, 
 @pytest.fixture(scope="module")
 def pristine(tmp_path_factory: pytest.TempPathFactory, sample: Any) -> Path:
     return sample.closed(tmp_path_factory.mktemp("record") / "r", 3)
-
-
-def test_files_missing_from_a_record(tmp_path: Path, sample: Any) -> None:
-    folder = sample.closed(tmp_path / "r")
-    for name in ("record.mcap", "run.json", "result.json"):
-        (folder / name).unlink()
-    reader = RecordReader(folder)
-    assert (reader.ticks, reader.run_info, reader.result, reader.complete) == ([], {}, None, False)
-    assert len(reader.events) == 19
 
 
 @pytest.mark.parametrize(

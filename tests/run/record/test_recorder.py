@@ -84,6 +84,8 @@ def test_mcap_opens_with_the_public_reader_and_schemas(tmp_path: Path, sample: A
         ("/keys/contact", "stretch.Write"): 1,
         ("/keys/contact", "foxglove.PointCloud"): 1,
         ("/log", "foxglove.Log"): 11,
+        ("/files", "stretch.File"): 2,
+        ("/marks", "stretch.Mark"): 9,
     }
     message, image = found["/camera/depth", "foxglove.RawImage"][1]
     assert (message.log_time, image.encoding, image.width, image.height, image.step) == (

@@ -143,12 +143,16 @@ def test_every_scalar_is_plotted_in_its_unit(tmp_path: Path) -> None:
     assert "ball.radius_sd" not in page.text
 
 
-def test_a_record_that_was_cut_off(tmp_path: Path) -> None:
-    folder = recorded(tmp_path / "r")
-    (folder / "result.json").unlink()
-    page = Page(write_report(folder, tmp_path / "elsewhere.html"))
+def test_a_record_that_was_not_closed(tmp_path: Path) -> None:
+    record = RunRecord(tmp_path / "r")
+    record.start(HEADER, {})
+    for tick in range(3):
+        record.begin_tick(tick, tick / 20)
+        record.status("main", "RUNNING", f"{tick}")
+    page = Page(write_report(tmp_path / "r", tmp_path / "elsewhere.html"))
+    record.close({})
     assert "UNFINISHED" in page.text
-    assert "the record ends early" in page.text
+    assert "the record ends early, at 0.05 s" in page.text
 
 
 def test_an_empty_run_still_has_a_page(tmp_path: Path) -> None:

@@ -1,0 +1,131 @@
+"""What a run was made from and on: own modules of nodes, scene and cell, processor and kernels."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stretch_bt.source import Map, Scalar
+from stretch_bt.threads import kernels
+from stretch_bt.tree.document import Document
+from stretch_bt.tree.program import Program
+
+if TYPE_CHECKING:
+    from stretch_bt.simulation.scene import Scene
+
+__all__ = ["effects_on", "machine", "others", "own_modules", "processor"]
+
+
+def own_modules(program: Program) -> dict[str, dict[str, str | None]]:
+    """Return file, digest and commit of each Python module of nodes that a tree brings.
+
+    The other modules of their packages and of the tree's folder that were imported count too.
+    """
+    tops = {name.partition(".")[0] for name in _named(program.document)}
+    home = program.document.path.resolve().parent if program.document.path and tops else None
+    found = {}
+    for name, module in sorted(sys.modules.items()):
+        file = Path(getattr(module, "__file__", None) or "")
+        if file.suffix == ".py" and (name.partition(".")[0] in tops or file.parent == home):
+            found[name] = _about(file)
+    return found
+
+
+def _named(document: Document) -> Iterator[str]:
+    """Yield the Python modules that a tree file and those that it imports name."""
+    table = document.root.get("imports")
+    for key in document.modules:
+        target = table.get(key) if isinstance(table, Map) else None
+        if isinstance(target, Scalar):
+            yield target.text
+    for imported in document.imports.values():
+        yield from _named(imported)
+
+
+def _about(file: Path) -> dict[str, str | None]:
+    try:
+        digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError:
+        digest = None
+    return {"file": str(file), "sha256": digest, "commit": _commit(file.parent)}
+
+
+def _commit(folder: Path) -> str | None:
+    """Return the commit that is checked out where a folder lies, or None where git knows none."""
+    command = ["git", "-C", str(folder), "rev-parse", "HEAD"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=2, check=False)  # noqa: S603
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def others(recorded: Mapping[str, Any], program: Program, installed: Mapping[str, str]) -> list[str]:
+    """Return what a replay runs that is not what run.json says: versions of packages, and modules of nodes."""
+    before: Mapping[str, str] = recorded.get("versions") or {}
+    found = [
+        f"{name} {installed[name]} (recorded with {before[name]})"
+        for name in before
+        if name in installed and installed[name] != before[name]
+    ]
+    present, modules = own_modules(program), recorded.get("modules")
+    if not isinstance(modules, dict):
+        return found
+    for name in sorted(present.keys() | modules.keys()):
+        old, new = modules.get(name), present.get(name)
+        if old is None or new is None:
+            found.append(f"module {name} ({'recorded without it' if old is None else 'not imported now'})")
+        elif old["sha256"] != new["sha256"]:
+            found.append(f"module {name}, {new['file']}{_commits(old['commit'], new['commit'])}")
+    return found
+
+
+def _commits(old: str | None, new: str | None) -> str:
+    return f" (recorded at commit {old}, now at {new})" if old != new else " (its text is another than recorded)"
+
+
+def effects_on(scene: Scene | None) -> list[str]:
+    """Return the effects that the twin of a scene has on."""
+    if scene is None:
+        return []
+    from stretch_bt.simulation.advisor.advise import advise
+
+    return [verdict.name for verdict in advise(scene) if verdict.on]
+
+
+def machine(compiled: bool) -> dict[str, Any]:
+    """Return the processor and what computes on it, which the last digits depend on; of numba only where code is compiled."""
+    extensions = np.show_config(mode="dicts")["SIMD Extensions"]
+    return {
+        "processor": processor(),
+        "architecture": platform.machine(),
+        "cores": os.cpu_count(),
+        "blas": kernels(),
+        "numpy_features": [*extensions.get("baseline", []), *extensions.get("found", [])],  # an empty one is left out
+        "numba_cpu": _numba_cpu() if compiled else None,
+    }
+
+
+def processor() -> str:
+    """Return the model name of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _numba_cpu() -> str:
+    """Return the processor that numba compiles for."""
+    from llvmlite.binding import get_host_cpu_name  # type: ignore[import-untyped]
+
+    return os.environ.get("NUMBA_CPU_NAME") or str(get_host_cpu_name())

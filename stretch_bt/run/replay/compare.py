@@ -1,0 +1,112 @@
+"""Comparing two logs: what was decided, and the last digits, which another processor changes."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+__all__ = ["RELATIVE", "Comparison", "compare"]
+
+#: how far a number may be from the recorded one: of itself, and of its standard deviation
+RELATIVE, OF_SD = 1e-6, 1e-3
+#: fields of text for people: numbers in them are shown with few digits, and may be rounded either way
+_TOLD = ("reason", "why")
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+Event = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """How far two logs agree.
+
+    Attributes
+    ----------
+    identical : bool
+        They are the same to the last digit.
+    same : bool
+        Every status, command and motion is the same, and every number as good as the same.
+    largest : float
+        The largest difference of a number, as a part of the number or of 1000 standard deviations; of what was compared.
+    first : pair of events or None
+        The first that are not the same, or else the first that are not identical; None in place of one that is not there.
+    """
+
+    identical: bool
+    same: bool
+    largest: float
+    first: tuple[Event | None, Event | None] | None
+
+
+def compare(recorded: Sequence[Event], replayed: Sequence[Event]) -> Comparison:
+    """Compare two logs event by event, up to the first that decides otherwise."""
+    largest, first = 0.0, None
+    for old, new in zip_longest(recorded, replayed):
+        if old == new:
+            continue
+        first = first or (old, new)
+        difference = math.inf if old is None or new is None else max(_differences(old, new), default=0.0)
+        if difference < math.inf:
+            largest = max(largest, difference)
+        if difference > RELATIVE:
+            return Comparison(False, False, largest, (old, new))
+    return Comparison(first is None, True, largest, first)
+
+
+def _differences(old: Any, new: Any, sd: Any = None, scale: float = 0.0) -> Iterator[float]:
+    """Yield the differences of all numbers; an infinite one where anything else differs.
+
+    `sd` is the standard deviation, `scale` the size of the vector that a number is a component of.
+    """
+    if _is_number(old) and _is_number(new) and not (isinstance(old, int) and isinstance(new, int)):
+        yield _difference(old, new, sd, scale)
+    elif isinstance(old, Mapping) and isinstance(new, Mapping):
+        yield from _of_mappings(old, new)
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        size = max((abs(v) for v in old if _is_number(v)), default=0.0)
+        sds = sd if isinstance(sd, list) and len(sd) == len(old) else [sd] * len(old)
+        for a, b, s in zip(old, new, sds, strict=True):
+            yield from _differences(a, b, s, size)
+    elif old != new:
+        yield math.inf
+
+
+def _of_mappings(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[float]:
+    if old.keys() != new.keys():
+        yield math.inf
+        return
+    if "sha256" in old:
+        yield from _of_arrays(old, new)
+        return
+    for name, value in old.items():
+        if name in _TOLD and _words(value) == _words(new[name]):
+            continue
+        yield from _differences(value, new[name], old.get(f"{name}_sd", old.get("sd") if name == "value" else None))
+
+
+def _of_arrays(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[float]:
+    """Yield how far the sums that stand for two arrays differ, measured against the largest number in them."""
+    if any(old.get(name) != new.get(name) for name in ("shape", "dtype", "finite")) or "largest" not in old:
+        yield math.inf if old != new else 0.0
+        return
+    for name in ("largest", "mean"):
+        yield from _differences(old[name], new[name], None, abs(old["largest"]))
+
+
+def _difference(old: float, new: float, sd: Any, scale: float) -> float:
+    if old == new:
+        return 0.0
+    spread = abs(sd) * RELATIVE**-1 * OF_SD if _is_number(sd) else 0.0
+    size = max(abs(old), scale, spread)
+    return abs(old - new) / size if size > 0 else math.inf
+
+
+def _words(told: Any) -> Any:
+    return _NUMBER.sub("#", str(told))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
