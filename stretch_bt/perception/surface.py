@@ -162,7 +162,8 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
         raise InvalidInput(f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit")
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
-    rows = np.require(points, np.promote_types(points.dtype, np.float32), ["C", "W"]).reshape(len(points), -1)
+    precision = np.float32 if points.dtype.itemsize <= 4 else np.float64
+    rows = np.require(points, precision, ["C", "W"]).reshape(len(points), -1)
     height = np.empty(seen.shape, dtype=np.float32)
     fill_height(rows, seen, box[0].start, box[1].start, level, towards, height)
     seen &= np.abs(height) < pitch * max(seen.shape)  # saturated pixels, or what is far behind the membrane

@@ -32,7 +32,10 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     """
     sphere = _fitted(contact)
     if sphere.curvature < 0.0:
-        raise IllConditioned("the surface is concave where the contact should be: nothing round is pressed into it")
+        raise IllConditioned(
+            "the surface is concave where the contact should be: nothing round is pressed into it; look whether the hand stands over"
+            " the object, and press deeper"
+        )
     return sphere
 
 
