@@ -24,6 +24,7 @@ from stretch_bt import perception
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception.types import INVALID
+from stretch_bt.threads import one_thread
 
 Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.uint16]
@@ -244,6 +245,11 @@ def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
     rng = np.random.default_rng(int(sys.argv[2]) if len(sys.argv) > 2 else 0)
     warnings.simplefilter("error")
+    with one_thread():  # as runs hold it
+        _run(count, rng)
+
+
+def _run(count: int, rng: np.random.Generator) -> None:
     warm(Fuzz())
     fuzz, kinds, last = Fuzz(), [*KINDS, "pressed", "pressed", "lens", "array", "scale"], []
     for number in range(count):

@@ -41,14 +41,16 @@ def flat_or_round(
     # What the part holds or meets mostly lies near it, and the rest of the frame costs time.
     shape, corner = raised.shape, (box[0].start, box[1].start)
     everything = slice(0, shape[0]), slice(0, shape[1])
-    for window in (bounds(part, math.ceil(4.0 * surface.sigma), AROUND, corner), everything):
-        near, bent = surface.part(window), placed(part, box, window, shape)
-        inside = inner_half(hull(bent))
-        if curvature_of(near, inside) >= threshold:
-            return Patch(near, filled(bent), curvature[window] - np.float32(threshold), sd)
+    window = bounds(part, math.ceil(4.0 * surface.sigma), AROUND, corner)
+    near, bent = surface.part(window), placed(part, box, window, shape)
+    inside = inner_half(hull(bent))
+    if curvature_of(near, inside) >= threshold:
+        return Patch(near, filled(bent), curvature[window] - np.float32(threshold), sd)
+    whole = touching(bent | (_above(near, bent) > 0.0), bent)
+    if whole[[0, -1]].any() or whole[:, [0, -1]].any():
+        inside, window = placed(inside, window, everything, shape), everything
+        near, bent = surface, placed(part, box, everything, shape)
         whole = touching(bent | (_above(near, bent) > 0.0), bent)
-        if not (whole[[0, -1]].any() or whole[:, [0, -1]].any()):
-            break
     return _flat_face(near, whole, inside, raised[window])
 
 

@@ -31,7 +31,7 @@ Image = npt.NDArray[np.float32]
 KERNELS = (1.9e-3, 2.7e-3, 3.8e-3)  # m; the finest in which the contact stands out is used
 COARSE = 3.8e-3  # m; tells how much there is to see, at a quarter of the cost
 HIGHEST = 2.7e-3  # m; for the rule that goes by height
-MOST_PARTS = 16  # places that stand out, each at 6 standard deviations: presses of one object show at most a few
+MOST_PARTS = 10  # places that stand out, each at 6 standard deviations; a press of one object shows one or two
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
 
 
@@ -210,8 +210,8 @@ def _convex(signal: Signal, raised: MaskArray) -> list[tuple[Box, MaskArray, flo
     blobs = list(islice(parts(raised & (signal.curvature > signal.least), strong), MOST_PARTS + 1))
     if len(blobs) > MOST_PARTS:
         raise IllConditioned(
-            f"more than {MOST_PARTS} separate places of the membrane look curved, and an object makes a few: depths jump from pixel"
-            " to pixel, so most of these places are errors of the camera; keep reflections and direct light off the membrane"
+            f"more than {MOST_PARTS} separate places look curved, and an object makes a few: most are errors of the camera, or it sees no"
+            " membrane; keep reflections and direct light off the membrane, and look where the camera points"
         )
     for box, blob in blobs:
         curvature = signal.curvature[box]
@@ -256,5 +256,5 @@ def _above_either(scale: Scale) -> list[Patch]:
             sd = signal.sd / threshold
     everything, shape = np.s_[:, :], either.shape
     whole = (placed(part, box, everything, shape) for box, part in parts(either, either))
-    score /= np.float32(sd)
+    score /= np.float32(max(sd, 1e-9))
     return [with_above_plane(scale.ground.surface, part, score) for part in whole]
