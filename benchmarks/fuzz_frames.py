@@ -68,9 +68,9 @@ def sparse(image: Counts, rng: np.random.Generator) -> Counts:
 
 def salt(image: Counts, rng: np.random.Generator) -> Counts:
     low, high = ((0, 65535), (1000, 1800), (1500, 1700))[rng.integers(3)]
-    return np.where(
-        rng.random(image.shape) < rng.uniform(0, 0.6), rng.integers(low, high, image.shape), image
-    ).astype(np.uint16)
+    return np.where(rng.random(image.shape) < rng.uniform(0, 0.6), rng.integers(low, high, image.shape), image).astype(
+        np.uint16
+    )
 
 
 def blocks(image: Counts, rng: np.random.Generator) -> Counts:
@@ -214,7 +214,10 @@ class Fuzz:
 
     def series(self, frames: list[DepthFrame]) -> None:
         """Run what follows frames in time."""
-        for name, follower in (("HeightTracker", perception.HeightTracker()), ("ContactDetector", perception.ContactDetector())):
+        for name, follower in (
+            ("HeightTracker", perception.HeightTracker()),
+            ("ContactDetector", perception.ContactDetector()),
+        ):
             for frame in frames:
                 self.call(name, lambda f=frame, to=follower: to.update(f))  # type: ignore[attr-defined, misc]
 
@@ -267,7 +270,9 @@ def _run(count: int, rng: np.random.Generator) -> None:
             fuzz.cloud(odd_array(raw * UNIT, rng), known)
         frame = None
         if known is not None:
-            frame = fuzz.call("DepthFrame", lambda: DepthFrame(raw, unit, known, 0.0, number, plane, 0.1, 0.02), lambda f: "")  # noqa: B023
+            frame = fuzz.call(
+                "DepthFrame", lambda: DepthFrame(raw, unit, known, 0.0, number, plane, 0.1, 0.02), lambda f: ""
+            )  # noqa: B023
         if frame is None:
             continue
         if fuzz.kind != "array":

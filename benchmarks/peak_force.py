@@ -152,7 +152,10 @@ def main(rounds: int, stand_in: str) -> None:
                     flush=True,
                 )
             print()
-        print(f"\n| readings held back by {HELD_BACK:g} s, 20 N/mm, at mm/s |" + "".join(f" {speed} |" for speed in SPEEDS))
+        print(
+            f"\n| readings held back by {HELD_BACK:g} s, 20 N/mm, at mm/s |"
+            + "".join(f" {speed} |" for speed in SPEEDS)
+        )
         print("|---" * (1 + len(SPEEDS)) + "|\n| measured / computed, N |", end="")
         for speed, stiffness in itertools.product(SPEEDS, (20,)):
             measured = max(robot.press(speed / 1e3, stiffness * 1e3, HELD_BACK) for _ in range(rounds))

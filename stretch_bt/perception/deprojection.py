@@ -103,6 +103,13 @@ def ray_planes(intrinsics: Intrinsics, dtype: str = "d") -> tuple[FloatArray, Fl
     return np.array(table[..., 0], order="C"), np.array(table[..., 1], order="C")
 
 
+def _too_wide(intrinsics: Intrinsics) -> InvalidInput:
+    return InvalidInput(
+        f"by {intrinsics} a pixel looks more than {WIDEST:g} m aside for each metre ahead: compare focal lengths, in pixels, and"
+        " distortion with the camera's calibration"
+    )
+
+
 @lru_cache(maxsize=16)
 def ray_table(intrinsics: Intrinsics, dtype: str = "d") -> FloatArray:
     """Return (h, w, 3): the point on each pixel's ray at unit depth.
@@ -113,16 +120,16 @@ def ray_table(intrinsics: Intrinsics, dtype: str = "d") -> FloatArray:
     k1, k2, p1, p2, k3 = intrinsics.distortion
     x = (np.arange(intrinsics.width) - intrinsics.cx)[None, :] / intrinsics.fx
     y = (np.arange(intrinsics.height) - intrinsics.cy)[:, None] / intrinsics.fy
+    if not max(np.abs(x).max(initial=0.0), np.abs(y).max(initial=0.0)) <= WIDEST:
+        raise _too_wide(intrinsics)
     r2 = x * x + y * y
-    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    table = np.ones((intrinsics.height, intrinsics.width, 3), dtype=dtype)
-    table[..., 0] = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
-    table[..., 1] = y * radial + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y)
-    if not np.abs(table).max(initial=0.0) <= WIDEST:
-        raise InvalidInput(
-            f"by {intrinsics} a pixel looks more than {WIDEST:g} m aside for each metre ahead: compare focal lengths, in pixels, and"
-            " distortion with the camera's calibration"
-        )
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        across = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+        down = y * radial + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y)
+    if not max(np.abs(across).max(initial=0.0), np.abs(down).max(initial=0.0)) <= WIDEST:
+        raise _too_wide(intrinsics)
+    table = np.stack([across, down, np.ones_like(across)], axis=2).astype(dtype)
     table.flags.writeable = False
     return table
 

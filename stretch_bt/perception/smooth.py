@@ -144,7 +144,9 @@ def covered(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:
 @lru_cache(maxsize=256)
 def gain(sigma: float, *orders: tuple[int, int, float]) -> float:
     """Return the standard deviation, for unit white noise, of a sum of derivatives (along u, along v, weight)."""
-    if sigma > WIDE:  # the same by sums of products along each axis, where the filter itself would be an image of millions
+    if (
+        sigma > WIDE
+    ):  # the same by sums of products along each axis, where the filter itself would be an image of millions
         terms = [(weight, gaussian(sigma, u), gaussian(sigma, v)) for u, v, weight in orders]
         power = sum(w1 * w2 * float(a1 @ a2) * float(b1 @ b2) for w1, a1, b1 in terms for w2, a2, b2 in terms)
         return math.sqrt(max(power, 0.0))

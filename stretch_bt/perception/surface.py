@@ -22,6 +22,7 @@ Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
 
 LARGEST_KERNEL = 0.05  # m
+SMALLEST_PITCH = 2e-6  # m; a camera 1 mm away has more
 LARGEST_PITCH = 0.02  # m from pixel to pixel
 CAMERA_RATIO = 0.4  # distance over width: a camera frame is above it up to a field of view of 100 degrees
 COVER = 0.5  # share of the kernel that must see valid pixels
@@ -158,8 +159,10 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
     pitch = pitch_of(near, seen)
     if pitch == 0.0:
         return None
-    if pitch > LARGEST_PITCH:
-        raise InvalidInput(f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit")
+    if not SMALLEST_PITCH <= pitch <= LARGEST_PITCH:
+        raise InvalidInput(
+            f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit, a wrong focal length, or noise alone"
+        )
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
     precision = np.float32 if points.dtype.itemsize <= 4 else np.float64
