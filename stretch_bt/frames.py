@@ -97,6 +97,15 @@ class Intrinsics:
     height: int
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(v) for v in (self.fx, self.fy, self.cx, self.cy, *self.distortion)):
+            raise InvalidInput(f"intrinsics are finite numbers, got {self}; read them from the camera's calibration")
+        if not (self.fx > 0 and self.fy > 0):
+            raise InvalidInput(
+                f"focal lengths are above 0, in pixels, got fx {self.fx:g} and fy {self.fy:g}; a depth camera has about as many"
+                " as its image is wide"
+            )
+
     def cropped(self, v0: int, v1: int, u0: int, u1: int) -> Intrinsics:
         """Return the intrinsics of rows v0 to v1 and columns u0 to u1 (ends excluded)."""
         return Intrinsics(self.fx, self.fy, self.cx - u0, self.cy - v0, u1 - u0, v1 - v0, self.distortion)
@@ -128,6 +137,9 @@ class DepthFrame:
             raise InvalidInput(f"a depth image of shape {expected} fits these intrinsics, got {self.raw.shape}")
         if self.raw.dtype != np.uint16:
             raise InvalidInput(f"a depth image holds uint16 counts, got {self.raw.dtype}")
+        for name, length in (("unit", self.unit), ("plane_distance", self.plane_distance)):
+            if length is not None and not (math.isfinite(length) and length > 0):
+                raise InvalidInput(f"the {name} of a depth frame is a length above 0 m, got {length}")
 
     @property
     def depth(self) -> npt.NDArray[np.float32]:

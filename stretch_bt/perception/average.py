@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 
 __all__ = ["average_frames"]
 
+ONE_STRETCH = 2e-3  # m, within which the fingers of a hand that stands still are read
+ONE_HEIGHT = 5e-3  # m, within which a hand that has just been stopped stands
 FINER = 16  # the mean is kept in sixteenths of a count, so that averaging gains what quantisation lost
 
 
@@ -24,12 +26,16 @@ def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
     ------
     InvalidInput
         There are no frames, or they differ in unit or intrinsics.
+    IllConditioned
+        The hand moved, or stretched the membrane, between the frames.
     """
     if not frames:
         raise InvalidInput("an average needs at least one frame")
     last = frames[-1]
     if any(f.unit != last.unit or f.intrinsics != last.intrinsics for f in frames):
         raise InvalidInput("an average needs frames of one camera: their unit or intrinsics differ")
+    _check_still("stretch of the membrane", [f.stretch for f in frames], ONE_STRETCH)
+    _check_still("height of the hand", [f.hand_height for f in frames], ONE_HEIGHT)
     stack = np.stack([f.raw for f in frames])
     seen = np.count_nonzero(stack, axis=0)
     total = stack.sum(axis=0, dtype=np.uint64)
@@ -37,3 +43,12 @@ def average_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
     finer = FINER if mean.max() <= np.iinfo(np.uint16).max else 1
     raw = np.rint(mean * (finer / FINER)).astype(np.uint16)
     return replace(last, raw=raw, unit=last.unit / finer)
+
+
+def _check_still(what: str, values: Sequence[float | None], most: float) -> None:
+    known = [value for value in values if value is not None]
+    if known and not max(known) - min(known) <= most:
+        raise IllConditioned(
+            f"the {what} goes from {1e3 * min(known):.1f} to {1e3 * max(known):.1f} mm over the {len(values)} frames, so that their mean"
+            " shows neither; wait until the hand stands still, then take the frames"
+        )

@@ -58,7 +58,9 @@ def cap_of(contact: Contact, radius: float) -> Cap:
     away = (surface[..., :2] - middle) / radius
     near = valid & (np.hypot(away[..., 0], away[..., 1]) < REACH)
     if near.sum() < LEAST_PIXELS * LEAST_CELLS:
-        raise IllConditioned(f"only {int(near.sum())} pixels of the top of the lump are seen")
+        raise IllConditioned(
+            f"only {int(near.sum())} pixels of the top of the lump are seen, too few to compare; press deeper, or keep reflections off the membrane"
+        )
     return _binned(away[near], surface[near][:, 2], contact)
 
 
@@ -76,7 +78,9 @@ def _binned(places: Array, heights: Array, contact: Contact) -> Cap:
     sums = np.bincount(which, level[inside], minlength=side**2)
     full = counts >= LEAST_PIXELS
     if full.sum() < LEAST_CELLS:
-        raise IllConditioned(f"the top of the lump is seen in {int(full.sum())} cells; it takes {LEAST_CELLS}")
+        raise IllConditioned(
+            f"the top of the lump is seen in {int(full.sum())} cells; it takes {LEAST_CELLS}; press deeper, or keep reflections off the membrane"
+        )
     cells = np.where(full, sums / np.maximum(counts, 1), np.nan).reshape(side, side)
     alike = min(max(contact.noise_area, 1.0) / float(counts[full].mean()), 1.0)
     return Cap(cells, float(contact.noise) * math.sqrt(alike))
@@ -94,12 +98,12 @@ def cap_residual(caps: Sequence[Cap]) -> Estimate:
         There are fewer than two caps, or they have fewer than 16 cells in common.
     """
     if len(caps) < 2:
-        raise IllConditioned(f"to differ it takes two caps, not {len(caps)}")
+        raise IllConditioned(f"to differ it takes two caps, not {len(caps)}; press at one more place")
     cells = np.array([cap.heights for cap in caps])
     shared = cells[:, np.isfinite(cells).all(axis=0)]
     count, places = shared.shape
     if places < LEAST_CELLS:
-        raise IllConditioned(f"the caps have {places} cells in common; it takes {LEAST_CELLS}")
+        raise IllConditioned(f"the caps have {places} cells in common; it takes {LEAST_CELLS}; press deeper")
     variance = float(((shared - shared.mean(axis=0)) ** 2).sum() / ((count - 1) * places))
     hidden = float(np.mean([cap.noise**2 for cap in caps]))
     left = max(variance - hidden, 0.0)

@@ -29,12 +29,18 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
         )
     points, valid = points_of(frame, None, -1.0, frame.plane_distance)
     if not valid.any():
-        raise NoContact("the frame has no valid pixel")
+        raise NoContact(
+            "no pixel of the frame has depth, so that nothing is seen; look at the camera, and at `plane_distance` and the size of the"
+            " membrane in the cell, by which other pixels are left out"
+        )
     found = classify(points, valid, rule=rule, stretch=frame.stretch, towards=1)
     pixels, labels = points.reshape(-1, 3), found.labels.reshape(-1)
     touching = pixels[np.flatnonzero(labels == CONTACT)]
     if not len(touching):
-        raise NoContact("no part of the membrane is curved and raised enough to be in contact")
+        raise NoContact(
+            "no part of the membrane is curved and raised enough to be in contact, beyond the noise of this frame; press deeper, or"
+            " average more frames"
+        )
     pixels[np.flatnonzero(valid.reshape(-1) & (labels == INVALID))] = np.nan
     return Contact(
         points=touching,

@@ -15,6 +15,7 @@ from stretch_bt.perception.types import FloatArray, MaskArray
 
 __all__ = ["deproject", "depth_of", "points_of", "to_membrane", "to_world", "view_rays", "world_turn"]
 
+WIDEST = 100.0  # m aside for each metre ahead; no camera sees farther than 89 degrees from its axis
 PLAUSIBLE = (1e-3, 20.0)  # metres; a median depth outside it is in another unit
 
 
@@ -72,15 +73,15 @@ def points_of(
 
 def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
     """Return the depth image (h, w), m, of an array or frame, and where it is valid; raises InvalidInput."""
-    image: npt.NDArray[Any] = depth.depth if isinstance(depth, DepthFrame) else np.asarray(depth)
+    image: npt.NDArray[Any] = depth.depth if isinstance(depth, DepthFrame) else _array(depth)
     if image.ndim != 2:
         raise InvalidInput(f"a depth image has shape (h, w), got {image.shape}")
     if image.dtype.kind != "f":
         raise InvalidInput(
             f"a depth image holds floating-point metres, got {image.dtype}; multiply counts by their unit"
         )
-    if image.dtype.itemsize < 4:
-        image = image.astype(np.float32)
+    # The kernels take these two: other precisions and byte orders become the nearest of them.
+    image = image.astype(np.float32 if image.dtype.itemsize <= 4 else np.float64, copy=False)
     valid: MaskArray = np.ascontiguousarray((image > 0) & (image < np.inf))
     some = sample(image, valid)
     if some.size and not PLAUSIBLE[0] <= quantile(some) <= PLAUSIBLE[1]:
@@ -88,11 +89,25 @@ def depth_of(depth: FloatArray | DepthFrame) -> tuple[FloatArray, MaskArray]:
     return image, valid
 
 
+def _array(values: FloatArray) -> npt.NDArray[Any]:
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise InvalidInput(f"a depth image has rows of one length: {error}") from error
+
+
 @lru_cache(maxsize=16)
 def ray_planes(intrinsics: Intrinsics, dtype: str = "d") -> tuple[FloatArray, FloatArray]:
     """Return x and y (h, w) of the ray table, each in one piece of memory."""
     table = ray_table(intrinsics, dtype)
     return np.array(table[..., 0], order="C"), np.array(table[..., 1], order="C")
+
+
+def _too_wide(intrinsics: Intrinsics) -> InvalidInput:
+    return InvalidInput(
+        f"by {intrinsics} a pixel looks more than {WIDEST:g} m aside for each metre ahead: compare focal lengths, in pixels, and"
+        " distortion with the camera's calibration"
+    )
 
 
 @lru_cache(maxsize=16)
@@ -105,11 +120,16 @@ def ray_table(intrinsics: Intrinsics, dtype: str = "d") -> FloatArray:
     k1, k2, p1, p2, k3 = intrinsics.distortion
     x = (np.arange(intrinsics.width) - intrinsics.cx)[None, :] / intrinsics.fx
     y = (np.arange(intrinsics.height) - intrinsics.cy)[:, None] / intrinsics.fy
+    if not max(np.abs(x).max(initial=0.0), np.abs(y).max(initial=0.0)) <= WIDEST:
+        raise _too_wide(intrinsics)
     r2 = x * x + y * y
-    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    table = np.ones((intrinsics.height, intrinsics.width, 3), dtype=dtype)
-    table[..., 0] = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
-    table[..., 1] = y * radial + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y)
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        across = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+        down = y * radial + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y)
+    if not max(np.abs(across).max(initial=0.0), np.abs(down).max(initial=0.0)) <= WIDEST:
+        raise _too_wide(intrinsics)
+    table = np.stack([across, down, np.ones_like(across)], axis=2).astype(dtype)
     table.flags.writeable = False
     return table
 

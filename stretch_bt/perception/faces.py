@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.regions import border, bounds, filled, hull, inner_half, touching, widened
+from stretch_bt.perception.regions import Box, border, bounds, filled, hull, inner_half, placed, touching, widened
 from stretch_bt.perception.smooth import laplacian
 from stretch_bt.perception.surface import Surface
 from stretch_bt.perception.types import MaskArray
@@ -35,19 +35,22 @@ class Patch:
 
 
 def flat_or_round(
-    surface: Surface, part: MaskArray, score: Image, threshold: float, sd: float, raised: MaskArray
+    surface: Surface, box: Box, part: MaskArray, curvature: Image, threshold: float, sd: float, raised: MaskArray
 ) -> Patch:
-    """Return the contact that a convex part belongs to: the part, or where it is a rim, the flat face within."""
+    """Return the contact that a convex part, in a box of the surface, belongs to: the part, or where it is a rim, the flat face within."""
     # What the part holds or meets mostly lies near it, and the rest of the frame costs time.
-    everything = slice(0, part.shape[0]), slice(0, part.shape[1])
-    for window in (bounds(part, math.ceil(4.0 * surface.sigma), AROUND), everything):
-        near, bent = surface.part(window), part[window]
-        inside = inner_half(hull(bent))
-        if curvature_of(near, inside) >= threshold:
-            return Patch(near, filled(bent), score[window], sd)
-        whole = _above_plane(near, bent)
-        if not (whole[[0, -1]].any() or whole[:, [0, -1]].any()):
-            break
+    shape, corner = raised.shape, (box[0].start, box[1].start)
+    everything = slice(0, shape[0]), slice(0, shape[1])
+    window = bounds(part, math.ceil(4.0 * surface.sigma), AROUND, corner)
+    near, bent = surface.part(window), placed(part, box, window, shape)
+    inside = inner_half(hull(bent))
+    if curvature_of(near, inside) >= threshold:
+        return Patch(near, filled(bent), curvature[window] - np.float32(threshold), sd)
+    whole = touching(bent | (_above(near, bent) > 0.0), bent)
+    if whole[[0, -1]].any() or whole[:, [0, -1]].any():
+        inside, window = placed(inside, window, everything, shape), everything
+        near, bent = surface, placed(part, box, everything, shape)
+        whole = touching(bent | (_above(near, bent) > 0.0), bent)
     return _flat_face(near, whole, inside, raised[window])
 
 
@@ -61,19 +64,13 @@ def holds_summit(patch: Patch) -> bool:
     return bool(patch.surface.smooth[patch.mask].max() >= around.max(initial=-np.inf))
 
 
-def with_above_plane(surface: Surface, part: MaskArray, score: Image, sd: float) -> Patch:
-    """Add what lies above the plane of the part and touches it, and fill holes."""
+def with_above_plane(surface: Surface, part: MaskArray, score: Image) -> Patch:
+    """Add what lies above the plane of the part and touches it, and fill holes; `score` is in units of its noise."""
     above = _above(surface, part)
-    whole = _above_plane(surface, part)
+    whole = touching(part | (above > 0.0), part)
     # In units of the noise both scores weigh alike where the border is drawn between bins.
-    return Patch(
-        surface, whole, np.maximum(score / np.float32(sd), above / np.float32(max(surface.smooth_sd, 1e-9))), 1.0
-    )
-
-
-def _above_plane(surface: Surface, part: MaskArray) -> MaskArray:
-    """Return a part with what touches it above its plane, without holes."""
-    return touching(part | (_above(surface, part) > 0.0), part)
+    above /= np.float32(max(surface.smooth_sd, 1e-9))
+    return Patch(surface, whole, np.maximum(score, above, out=above), 1.0)
 
 
 def _some(part: MaskArray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:

@@ -165,7 +165,7 @@ def _edges(flat: Array, on: MaskArray, *, along: int, pitch: float) -> _Edges:
     covered = mask.sum(axis=0) > 0.5 * max(int(mask.sum(axis=0).max()), 1)
     lines = np.flatnonzero(covered)
     if len(lines) < _LEAST:
-        raise IllConditioned("the membrane is not in view")
+        raise IllConditioned("the membrane is not in view; look whether the hand is free, and where the camera points")
     spare = round(len(lines) * (1 - _MIDDLE) / 2)
     lines = lines[spare : len(lines) - spare]
     first, last = mask[:, lines].argmax(axis=0), mask.shape[0] - 1 - mask[::-1, lines].argmax(axis=0)

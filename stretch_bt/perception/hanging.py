@@ -50,6 +50,9 @@ def pulled_down(frame: DepthFrame, pattern: Pattern) -> Estimate:
     first, middle, last = (np.s_[k * APART : max(len(mean) - (2 - k) * APART, 0)] for k in range(3))
     bends = (mean[first] - 2 * mean[middle] + mean[last])[trusted[first] & trusted[middle] & trusted[last]]
     if not bends.size:
-        raise IllConditioned("too little of the membrane is seen to tell how much of it is noise")
+        raise IllConditioned(
+            "too little of the membrane is seen to tell how much of its height is noise; keep the whole of it in view, free of"
+            " reflections"
+        )
     noise = MAD_TO_SD * float(np.median(np.abs(bends - np.median(bends)))) / math.sqrt(6)
     return Estimate(float(mean[trusted].max()), math.hypot(noise, pattern.left))

@@ -82,9 +82,13 @@ def _cloud(points: FloatArray, places: Places | None) -> tuple[Array, Places]:
     if not finite.all():
         cloud, apart = cloud[:, finite], apart[finite]
     if not apart.size:
-        raise NoContact("there is no valid point in contact")
+        raise NoContact(
+            "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
+        )
     if apart.size < 12:
-        raise IllConditioned(f"a height with its error needs at least twelve points in contact, there are {apart.size}")
+        raise IllConditioned(
+            f"a height with its error needs at least twelve points in contact, there are {apart.size}; press deeper, or average frames"
+        )
     return cloud, apart
 
 

@@ -31,8 +31,10 @@ def mask_membrane(frame: DepthFrame, *, gauge: float, width: float, stretch: flo
     """
     if frame.plane_distance is None:
         raise InvalidInput("a box mask needs a frame with plane_distance, the distance to the flat membrane")
-    if not (gauge > 0 and width > 0 and gauge + stretch > 0):
-        raise InvalidInput(f"gauge, width and length must be positive, got {gauge}, {width} and {gauge + stretch} m")
+    if not (0 < gauge < math.inf and 0 < width < math.inf and 0 < gauge + stretch < math.inf):
+        raise InvalidInput(
+            f"gauge, width and length must be positive and finite, got {gauge}, {width} and {gauge + stretch} m"
+        )
     half_length = 0.5 * (gauge + stretch) - MARGIN
     half_width = 0.5 * width / math.sqrt((gauge + stretch) / gauge) - MARGIN
     inside = _box(frame.intrinsics, half_length / frame.plane_distance, half_width / frame.plane_distance)

@@ -71,7 +71,10 @@ def pixel_noise(depth: FloatArray | DepthFrame, *, width: int = 15, lags: int = 
         raise InvalidInput(f"a patch is at least 5 pixels and twice the lags wide, got {width} and {lags} lags")
     patches, whole = _tiles(image.astype(np.float64), width), _tiles(valid, width).all(axis=(1, 2))
     if not whole.any():
-        raise IllConditioned(f"no patch of {width} x {width} pixels is valid throughout")
+        raise IllConditioned(
+            f"no patch of {width} x {width} pixels is valid throughout, so that no noise can be told apart;"
+            " choose narrower patches, or keep reflections off what is seen"
+        )
     flat = patches[whole].reshape(-1, width * width)
     v, u = (np.mgrid[0:width, 0:width].reshape(2, -1) - (width - 1) / 2) / width
     basis = np.linalg.qr(np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1))[0]
@@ -117,7 +120,10 @@ def frame_noise(frames: Sequence[FloatArray | DepthFrame], *, lags: int = 5) -> 
         raise InvalidInput("frames of one scene have one shape")
     always = np.logical_and.reduce([valid for _, valid in images])
     if not always.any():
-        raise IllConditioned("no pixel is valid in all frames")
+        raise IllConditioned(
+            "no pixel is valid in all frames, so that none shows how it changes; look whether the scene stood"
+            " still, and leave frames without depth out"
+        )
     stack = np.stack([image[always] for image, _ in images]).astype(np.float64)
     stack -= stack.mean(axis=0)
     count = len(stack)

@@ -84,7 +84,10 @@ class Reference:
             self._known = self._seen >= SEEN * max(self.learned, 1)
         known = valid & self._known[window]
         if not known.any():
-            raise NoContact("the frame shares no valid pixel with the reference")
+            raise NoContact(
+                "no pixel has depth in this frame and in the reference, so that nothing can be compared; look whether the camera still"
+                " sees the membrane"
+            )
         rise = np.where(known, self._mean[window] - image, 0.0).astype(np.float32)
         return np.where(known, median(rise, known), np.float32(0)), known
 
@@ -118,5 +121,8 @@ def _trusted(rise: Image, weight: Image, kernel: float) -> tuple[Image, MaskArra
     mean, cover = smooth(rise, weight, kernel)
     trusted = cover > COVER
     if not trusted.any():
-        raise NoContact("too few neighbouring pixels are valid in the frame and its reference")
+        raise NoContact(
+            "too few neighbouring pixels have depth in the frame and its reference to average their noise; look whether something hides"
+            " the membrane, or dazzles the camera"
+        )
     return mean, trusted

@@ -18,21 +18,34 @@ __all__ = [
     "hull",
     "inner_half",
     "parts",
+    "placed",
     "touching",
     "valid_box",
     "widened",
 ]
 
 Image = npt.NDArray[np.float32]
+Box = tuple[slice, slice]
 
 
-def parts(mask: MaskArray, seeds: MaskArray) -> Iterator[MaskArray]:
-    """Yield each 8-connected part of a mask that holds a seed."""
+def parts(mask: MaskArray, seeds: MaskArray) -> Iterator[tuple[Box, MaskArray]]:
+    """Yield each 8-connected part of a mask that holds a seed: its box of rows and columns, and the part there."""
     import cv2
 
-    _, labels = cv2.connectedComponents(mask.view(np.uint8))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8))
     for k in set(labels[seeds & mask].tolist()):
-        yield labels == k
+        u, v, w, h = stats[k, :4].tolist()
+        box = slice(v, v + h), slice(u, u + w)
+        yield box, labels[box] == k
+
+
+def placed(part: MaskArray, box: Box, window: Box, shape: tuple[int, int]) -> MaskArray:
+    """Return a part, given in a box of an image of some shape, in a window of that image that holds the box."""
+    (top, bottom, _), (left, right, _) = (s.indices(n) for s, n in zip(window, shape, strict=True))
+    mask = np.zeros((bottom - top, right - left), dtype=bool)
+    v, u = box[0].start - top, box[1].start - left
+    mask[v : v + part.shape[0], u : u + part.shape[1]] = part
+    return mask
 
 
 def touching(mask: MaskArray, part: MaskArray) -> MaskArray:
@@ -103,16 +116,20 @@ def enlarge_mask(mask: MaskArray, step: int) -> MaskArray:
     return mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
 
 
-def bounds(mask: MaskArray, margin: int, share: float = 0.0) -> tuple[slice, slice]:
-    """Return the rows and columns of the box around a mask with a margin and a share of its width, within the image."""
+def bounds(mask: MaskArray, margin: int, share: float = 0.0, corner: tuple[int, int] = (0, 0)) -> Box:
+    """Return the rows and columns of the box around a mask with a margin and a share of its width, within the image.
+
+    `corner` is the row and column of the mask's first pixel in the image.
+    """
     import cv2
 
     u, v, w, h = cv2.boundingRect(mask.view(np.uint8))
     margin += int(share * max(w, h))
+    v, u = v + corner[0], u + corner[1]
     return slice(max(v - margin, 0), v + h + margin), slice(max(u - margin, 0), u + w + margin)
 
 
-def valid_box(valid: MaskArray) -> tuple[slice, slice]:
+def valid_box(valid: MaskArray) -> Box:
     """Return the rows and columns that hold the valid pixels; empty where there are none."""
     rows, columns = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
     if not rows.size:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.correlation import area_of
 from stretch_bt.perception.faces import Patch, flat_or_round, highest, holds_summit, with_above_plane
 from stretch_bt.perception.lateral import lateral
-from stretch_bt.perception.regions import border, bounds, enlarge_mask, parts
+from stretch_bt.perception.regions import Box, border, bounds, enlarge_mask, parts, placed
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge, grown
@@ -30,6 +31,7 @@ Image = npt.NDArray[np.float32]
 KERNELS = (1.9e-3, 2.7e-3, 3.8e-3)  # m; the finest in which the contact stands out is used
 COARSE = 3.8e-3  # m; tells how much there is to see, at a quarter of the cost
 HIGHEST = 2.7e-3  # m; for the rule that goes by height
+MOST_PARTS = 10  # places that stand out, each at 6 standard deviations; a press of one object shows one or two
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
 
 
@@ -73,6 +75,11 @@ def segment(points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretc
     labels : (h, w) uint8
         0 undeformed, 1 deformed but not in contact, 2 in contact, 255 invalid. All thresholds come from the noise that
         the frame itself shows.
+
+    Raises
+    ------
+    IllConditioned
+        Noise of the camera is taken for more places in contact than an object makes.
     """
     return classify(points, valid, rule=rule, stretch=stretch).labels
 
@@ -105,17 +112,24 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
         place = ground(kernel)
         return mean_scale(place, moves, expected, ratio) if rule == "mean" else either_scale(place, moves)
 
-    coarse = at(COARSE, None)
+    coarse, crowded = at(COARSE, None), None
     best: tuple[Scale, list[Patch]] | None = None
     for kernel in _kernels(coarse.clearness):
         scale = coarse if kernel == COARSE else at(kernel, coarse.ratio)
-        patches = _patches(scale)
+        try:
+            patches, crowded = _patches(scale), None
+        except IllConditioned as error:
+            patches, crowded = [], error
+            if kernel != COARSE:
+                _patches(coarse)  # what is crowded there is so at every finer kernel
         if _holds_top(scale.ground, patches) and (best is None or best[0].clearness <= scale.clearness):
             best = scale, patches
         if best and best[0].clearness >= CLEAR:
             return best
     if best is not None:
         return best
+    if crowded is not None:
+        raise crowded
     place = ground(HIGHEST)
     return Scale(place, (), coarse.ratio), highest(place.surface, place.plane) if rule == "mean" else []
 
@@ -146,9 +160,14 @@ def _held(ground: Ground, patches: list[Patch]) -> MaskArray:
     """Return which bins of the raised part are in contact."""
     held = np.zeros(ground.raised.shape, dtype=bool)
     for patch in patches:
-        v, u = (a - b for a, b in zip(patch.surface.origin, ground.surface.origin, strict=True))
-        held[v : v + patch.mask.shape[0], u : u + patch.mask.shape[1]] |= patch.mask
+        _hold(held, ground, patch)
     return held
+
+
+def _hold(held: MaskArray, ground: Ground, patch: Patch) -> None:
+    """Add a contact to the bins of the raised part that are in contact."""
+    v, u = (a - b for a, b in zip(patch.surface.origin, ground.surface.origin, strict=True))
+    held[v : v + patch.mask.shape[0], u : u + patch.mask.shape[1]] |= patch.mask
 
 
 def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentation:
@@ -181,17 +200,30 @@ def _draw(touching: MaskArray, patch: Patch) -> None:
     place |= near[: place.shape[0], : place.shape[1]]
 
 
-def _convex(signal: Signal, raised: MaskArray) -> list[tuple[MaskArray, float]]:
-    """Return each connected part with more than half its own typical curvature, and that threshold, 1/m."""
+def _convex(signal: Signal, raised: MaskArray) -> list[tuple[Box, MaskArray, float]]:
+    """Return each connected part with more than half its own typical curvature: a box, the part there, the threshold, 1/m.
+
+    Raises IllConditioned where there are more than an object makes.
+    """
     found = []
     strong = raised & (signal.curvature > SEED * signal.sd)
-    for blob in parts(raised & (signal.curvature > signal.least), strong):
-        values = signal.curvature[blob]
+    blobs = list(islice(parts(raised & (signal.curvature > signal.least), strong), MOST_PARTS + 1))
+    if len(blobs) > MOST_PARTS:
+        raise IllConditioned(
+            f"more than {MOST_PARTS} separate places look curved, and an object makes a few: most are errors of the camera, or it sees no"
+            " membrane; keep reflections and direct light off the membrane, and look where the camera points"
+        )
+    for box, blob in blobs:
+        curvature = signal.curvature[box]
+        values = curvature[blob]
         level = quantile(values, 0.9)
         for _ in range(4):
             level = quantile(values[values > 0.5 * level])
         threshold = max(signal.least, 0.5 * level)
-        found.append((blob & (signal.curvature > threshold), threshold))
+        kept = blob & (curvature > threshold)
+        inner = bounds(kept, 0)
+        whole = bounds(kept, 0, corner=(box[0].start, box[1].start))
+        found.append((whole, kept[inner], threshold))
     return found
 
 
@@ -203,11 +235,13 @@ def _patches(scale: Scale) -> list[Patch]:
 
 def _round_and_flat(scale: Scale) -> list[Patch]:
     ground, signal, found = scale.ground, scale.signals[0], list[Patch]()
-    for part, threshold in _convex(signal, ground.raised):
+    held = np.zeros(ground.raised.shape, dtype=bool)
+    for box, part, threshold in _convex(signal, ground.raised):
         # Two sides of one rim need one face only.
-        if 3 * np.count_nonzero(part & _held(ground, found)) < np.count_nonzero(part):
-            score = signal.curvature - np.float32(threshold)
-            found.append(flat_or_round(ground.surface, part, score, threshold, signal.sd, ground.raised))
+        if 3 * np.count_nonzero(part & held[box]) < np.count_nonzero(part):
+            patch = flat_or_round(ground.surface, box, part, signal.curvature, threshold, signal.sd, ground.raised)
+            _hold(held, ground, patch)
+            found.append(patch)
     return found
 
 
@@ -216,8 +250,11 @@ def _above_either(scale: Scale) -> list[Patch]:
     score = np.full(scale.ground.raised.shape, -1.0, dtype=np.float32)
     sd = 1.0
     for signal in scale.signals:
-        for part, threshold in _convex(signal, scale.ground.raised):
-            either |= part
+        for box, part, threshold in _convex(signal, scale.ground.raised):
+            either[box] |= part
             np.maximum(score, signal.curvature / np.float32(threshold) - 1.0, out=score)
             sd = signal.sd / threshold
-    return [with_above_plane(scale.ground.surface, part, score, sd) for part in parts(either, either)]
+    everything, shape = np.s_[:, :], either.shape
+    whole = (placed(part, box, everything, shape) for box, part in parts(either, either))
+    score /= np.float32(max(sd, 1e-9))
+    return [with_above_plane(scale.ground.surface, part, score) for part in whole]

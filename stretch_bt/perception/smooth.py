@@ -27,6 +27,7 @@ __all__ = [
 
 Image = npt.NDArray[np.float32]
 
+WIDE = 40.0  # pixels
 DIFFERENCES = {1: (-0.5, 0.0, 0.5), 2: (1.0, -2.0, 1.0)}
 
 
@@ -143,6 +144,12 @@ def covered(image: Image, weight: Image, sigma: float) -> tuple[Image, Image]:
 @lru_cache(maxsize=256)
 def gain(sigma: float, *orders: tuple[int, int, float]) -> float:
     """Return the standard deviation, for unit white noise, of a sum of derivatives (along u, along v, weight)."""
+    if (
+        sigma > WIDE
+    ):  # the same by sums of products along each axis, where the filter itself would be an image of millions
+        terms = [(weight, gaussian(sigma, u), gaussian(sigma, v)) for u, v, weight in orders]
+        power = sum(w1 * w2 * float(a1 @ a2) * float(b1 @ b2) for w1, a1, b1 in terms for w2, a2, b2 in terms)
+        return math.sqrt(max(power, 0.0))
     total: Any = 0.0
     for along_u, along_v, weight in orders:
         total = total + weight * np.outer(gaussian(sigma, along_v), gaussian(sigma, along_u))

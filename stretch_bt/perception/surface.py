@@ -22,6 +22,7 @@ Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
 
 LARGEST_KERNEL = 0.05  # m
+SMALLEST_PITCH = 2e-6  # m; a camera 1 mm away has more
 LARGEST_PITCH = 0.02  # m from pixel to pixel
 CAMERA_RATIO = 0.4  # distance over width: a camera frame is above it up to a field of view of 100 degrees
 COVER = 0.5  # share of the kernel that must see valid pixels
@@ -158,11 +159,14 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
     pitch = pitch_of(near, seen)
     if pitch == 0.0:
         return None
-    if pitch > LARGEST_PITCH:
-        raise InvalidInput(f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit")
+    if not SMALLEST_PITCH <= pitch <= LARGEST_PITCH:
+        raise InvalidInput(
+            f"points are in metres; {pitch:.3g} m from pixel to pixel is another unit, a wrong focal length, or noise alone"
+        )
     towards = towards or camera_side(near, seen)
     level = quantile(sample(near[..., 2], seen))
-    rows = np.require(points, np.promote_types(points.dtype, np.float32), ["C", "W"]).reshape(len(points), -1)
+    precision = np.float32 if points.dtype.itemsize <= 4 else np.float64
+    rows = np.require(points, precision, ["C", "W"]).reshape(len(points), -1)
     height = np.empty(seen.shape, dtype=np.float32)
     fill_height(rows, seen, box[0].start, box[1].start, level, towards, height)
     seen &= np.abs(height) < pitch * max(seen.shape)  # saturated pixels, or what is far behind the membrane

@@ -111,20 +111,32 @@ def fill_surface(
 def fill_moves(points: Any, valid: Any, v0: Any, u0: Any, every: Any, pitch: Any, x: Any, y: Any) -> None:
     """Fill x and y (h, w) of every so many points, less even steps of `pitch`; holes take the mean of what is near."""
     h, w = x.shape
+    counts = np.zeros((h + 1, w + 1), dtype=np.int64)
+    xs, ys = np.zeros((h + 1, w + 1)), np.zeros((h + 1, w + 1))
+    for n in range(h):
+        count, along, down = 0, 0.0, 0.0
+        for m in range(w):
+            x[n, m], y[n, m] = 0.0, 0.0
+            if valid[n * every, m * every]:
+                row, at = v0 + n * every, 3 * (u0 + m * every)
+                own_x, own_y = points[row, at] - m * pitch, points[row, at + 1] - n * pitch
+                x[n, m], y[n, m] = own_x, own_y
+                count, along, down = count + 1, along + own_x, down + own_y
+            counts[n + 1, m + 1] = counts[n, m + 1] + count
+            xs[n + 1, m + 1], ys[n + 1, m + 1] = xs[n, m + 1] + along, ys[n, m + 1] + down
+    # A sum over any square is that of four corners, so that a hole costs no more the larger it is.
     for v in range(h):
         for u in range(w):
-            count, along, down = 0, 0.0, 0.0
-            reach = 0 if valid[v * every, u * every] else 2
-            while count == 0 and reach < max(h, w):
-                for n in range(max(v - reach, 0), min(v + reach + 1, h)):
-                    for m in range(max(u - reach, 0), min(u + reach + 1, w)):
-                        if valid[n * every, m * every]:
-                            row, at = v0 + n * every, 3 * (u0 + m * every)
-                            along += points[row, at] - m * pitch
-                            down += points[row, at + 1] - n * pitch
-                            count += 1
+            reach = max(h, w) if valid[v * every, u * every] else 2
+            while reach < max(h, w):
+                a, b = max(v - reach, 0), min(v + reach + 1, h)
+                c, d = max(u - reach, 0), min(u + reach + 1, w)
+                count = counts[b, d] - counts[a, d] - counts[b, c] + counts[a, c]
+                if count > 0:
+                    x[v, u] = (xs[b, d] - xs[a, d] - xs[b, c] + xs[a, c]) / count
+                    y[v, u] = (ys[b, d] - ys[a, d] - ys[b, c] + ys[a, c]) / count
+                    break
                 reach = 2 * reach + 1
-            x[v, u], y[v, u] = along / max(count, 1), down / max(count, 1)
 
 
 @kernel(

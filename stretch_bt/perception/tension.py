@@ -55,7 +55,9 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     every = max(1, len(along_i) // ENOUGH)
     pairs = np.stack([along_i[::every], along_j[::every]]).astype(np.float64)
     if pairs.shape[1] < 30:
-        raise IllConditioned(f"a tension ratio needs thirty places off contact, there are {pairs.shape[1]}")
+        raise IllConditioned(
+            f"a tension ratio needs thirty places off contact, there are {pairs.shape[1]}; keep more of the membrane in view"
+        )
     # Sum and difference are independent in noise; scaled by it, noise is a circle.
     scale = np.array([[1.0 / math.sqrt(1.0 + share)], [1.0 / math.sqrt(1.0 - share)]])
     turned = np.stack([pairs[0] + pairs[1], pairs[0] - pairs[1]]) * scale
@@ -65,7 +67,10 @@ def tension_ratio(along_i: Array, along_j: Array, *, share: float = 1.0 / 3.0) -
     along = -math.sin(angle) * turned[0] + math.cos(angle) * turned[1]
     signal = float(weights @ (along * along)) - sd * sd * float(weights.sum())
     if not signal > SIGNIFICANT * sd * sd * math.sqrt(2.0 * float(weights.sum())):
-        raise IllConditioned("off contact the membrane is not bent enough to show the ratio of its tensions")
+        raise IllConditioned(
+            "off contact the membrane is not bent beyond the noise, so that it does not show the ratio of its tensions; press deeper, or"
+            " average more frames"
+        )
     return _ratio_of(angle, sd / math.sqrt(signal), scale)
 
 
@@ -79,7 +84,10 @@ def _ratio_of(angle: float, error: float, scale: Array) -> Estimate:
 
     found = ratio(angle)
     if not LEAST <= found <= MOST:
-        raise IllConditioned(f"off contact the membrane is bent as no membrane in tension is (ratio {found:.3g})")
+        raise IllConditioned(
+            f"off contact the membrane is bent as no membrane in tension is (ratio {found:.3g}, not {LEAST:g} to {MOST:g}); look whether"
+            " it is slack, or touches something else"
+        )
     step = 1e-4
     return Estimate(found, abs(ratio(angle + step) - ratio(angle - step)) / (2.0 * step) * error)
 

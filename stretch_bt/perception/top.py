@@ -40,7 +40,9 @@ def settled(design: Array, z: Array, places: Places) -> tuple[Array, float]:
     q, cut, close = np.zeros(free), np.inf, np.inf
     for turn in range(SCALES + 1):
         if not settle(design, z, q, cut, close, ROUNDS):
-            raise IllConditioned("the points in contact lie on one line")
+            raise IllConditioned(
+                "the points in contact lie on one line, which shows no top across it; press deeper, so that an area touches"
+            )
         residuals = z - q @ design
         if turn < SCALES:
             scale = max(scale_of(residuals, free), 1e-12)

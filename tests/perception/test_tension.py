@@ -33,7 +33,7 @@ def test_the_ratio_is_found_within_its_deviation_though_part_is_in_contact(ratio
     ("pairs", "said"),
     [
         (lambda rng: (np.zeros(10), np.zeros(10)), "thirty places"),
-        (lambda rng: skirt(0.0, 1.0, rng, bent=0.0, touching=0.0), "not bent enough"),
+        (lambda rng: skirt(0.0, 1.0, rng, bent=0.0, touching=0.0), "not bent beyond"),
         (lambda rng: (rng.normal(size=500) * 1e-3 + np.linspace(-9, 9, 500), np.linspace(-9, 9, 500)), "no membrane"),
     ],
 )

@@ -96,7 +96,7 @@ def test_reference_refuses_other_sizes_and_frames_without_overlap():
     reference.learn(depth)
     with pytest.raises(InvalidInput, match="shape"):
         reference.rise(np.full((20, 21), 0.2))
-    with pytest.raises(NoContact, match="no valid pixel"):
+    with pytest.raises(NoContact, match="no pixel has depth"):
         reference.rise(depth[:, ::-1])
 
 

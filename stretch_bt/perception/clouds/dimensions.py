@@ -84,12 +84,16 @@ def measure_object(cloud: Cloud) -> Dimensions:
         It has too few points, or they lie on one line.
     """
     if not len(cloud):
-        raise NoContact("the cloud has no point")
+        raise NoContact("the cloud has no point: nothing was felt; press the object first")
     if len(cloud) < FEWEST:
-        raise IllConditioned(f"the cloud has {len(cloud)} points; dimensions take at least {FEWEST}")
+        raise IllConditioned(
+            f"the cloud has {len(cloud)} points; dimensions take at least {FEWEST}; press at more places"
+        )
     spread = np.linalg.eigvalsh(np.cov(cloud.points.T))
     if spread[1] <= 1e-6 * spread[2] or spread[2] <= 0:
-        raise IllConditioned("the points of the cloud lie on one line")
+        raise IllConditioned(
+            "the points of the cloud lie on one line, which shows one dimension only; press at more places"
+        )
     surface, normals = settled(cloud.points, NEAREST)
     normals = np.where(np.einsum("ij,ij->i", normals, cloud.rays)[:, None] > 0, -normals, normals)
     faces = find_faces(cloud, normals)

@@ -77,9 +77,11 @@ def placed(contact: Contact) -> tuple[Array, Array, Array, Frame]:
     kept = np.isfinite(points).all(axis=1) & np.isfinite(rays).all(axis=1)
     points, rays = points[kept], rays[kept]
     if not len(points):
-        raise NoContact("there is no valid point in contact")
+        raise NoContact("there is no valid point in contact: nothing can be added; press deeper")
     if len(points) <= NEIGHBOURS:
-        raise IllConditioned(f"a contact of {len(points)} points is too small to fuse; it takes {NEIGHBOURS + 1}")
+        raise IllConditioned(
+            f"a contact of {len(points)} points is too small to fuse; it takes {NEIGHBOURS + 1}; press deeper"
+        )
     pose = contact.pose or Pose((0.0, 0.0, contact.hand_height or 0.0))
     along = max(contact.noise, LEAST_NOISE) / np.maximum(np.abs(rays[:, 2]), 0.1)
     frame: Frame = "hand" if contact.pose is None else "world"

@@ -79,7 +79,7 @@ class Relief:
         """
         felt = self.felt
         if not felt.any():
-            raise NoContact("nothing was felt yet")
+            raise NoContact("nothing was felt yet: no height is known; press the object first")
         return float(np.percentile(self.height[felt], 99))
 
     @property

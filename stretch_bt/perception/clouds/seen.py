@@ -78,7 +78,8 @@ def view_of(
     rise = shallow_pose.height - deep_pose.height
     if rise < LEAST_RISE:
         raise IllConditioned(
-            f"the hand rose by {rise * 1e3:.2f} mm between the frames; to tell contact it takes {LEAST_RISE * 1e3:g} mm"
+            f"the hand rose by {rise * 1e3:.2f} mm between the frames; to tell contact it takes"
+            f" {LEAST_RISE * 1e3:g} mm; raise the hand further between them"
         )
     low, clear = _placed(deep, deep_pose, half_length)
     high, _ = _placed(shallow, shallow_pose, half_length)
@@ -126,7 +127,7 @@ def _placed(surface: FloatArray, pose: Pose, half_length: float) -> tuple[Array,
     points = np.asarray(surface, np.float64).reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1) & (np.nan_to_num(points[:, 2]) > -HANGS)]
     if not len(points):
-        raise NoContact("the frame has no valid pixel")
+        raise NoContact("the frame has no valid pixel: nothing is seen; look at the camera")
     clear = half_length - np.abs(points[:, 1]) > CLAMP
     return to_world(points, pose), clear.astype(np.float64)
 

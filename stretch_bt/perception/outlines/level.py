@@ -30,10 +30,12 @@ def highest_of(surface: FloatArray) -> Length:
     """
     heights, valid = blurred(surface)
     if not valid.any():
-        raise NoContact("the frame has no valid pixel")
+        raise NoContact("the frame has no valid pixel: nothing is seen; look at the camera")
     top = float(np.percentile(heights[valid], 100 - TOP))
     if top < LEAST:
-        raise NoContact(f"nothing stands in the membrane: its highest place is {top * 1e3:.1f} mm over its plane")
+        raise NoContact(
+            f"nothing stands in the membrane: its highest place is {top * 1e3:.1f} mm over its plane; press deeper"
+        )
     return top
 
 
@@ -67,7 +69,8 @@ def outline_at(surface: FloatArray, below: float) -> Outline:
     heights, valid = blurred(surface)
     if below > top - LEAST:
         raise NoContact(
-            f"the membrane is raised by {top * 1e3:.1f} mm, too little for an outline {below * 1e3:g} mm below its top"
+            f"the membrane is raised by {top * 1e3:.1f} mm, too little for an outline {below * 1e3:g} mm below"
+            " its top; press deeper, or ask for an outline nearer to the top"
         )
     over = ((heights > top - below) & valid).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(over)

@@ -100,7 +100,9 @@ def _check_seen(line: Array, inside: MaskArray, valid: MaskArray, pitch: float) 
     away = cv2.distanceTransform((1 - hole).astype(np.uint8), cv2.DIST_L2, 3)
     u, v = np.clip(np.rint(line).astype(np.intp).T, 0, np.array(inside.shape)[::-1, None] - 1)
     if np.mean(away[v, u] * pitch < UNLABELLED) > BESIDE_HOLE:
-        raise IllConditioned("an area without depth is beside the region and may hide a part of it")
+        raise IllConditioned(
+            "an area without depth is beside the region and may hide a part of it; keep reflections off the membrane, or average more frames"
+        )
 
 
 def _region(region: npt.NDArray[Any], label: int) -> tuple[MaskArray, MaskArray]:
@@ -125,7 +127,9 @@ def _in_plane(line: Array, points: FloatArray, inside: MaskArray) -> Array:
     known = points[inside][:, :2].astype(np.float64)
     fit, _, rank, _ = np.linalg.lstsq(design, known, rcond=None)
     if rank < design.shape[1]:
-        raise IllConditioned("too few pixels of the region have depth to place its outline")
+        raise IllConditioned(
+            "too few pixels of the region have depth to place its outline; keep reflections off the membrane, or move the camera nearer"
+        )
     return np.asarray(_quadratic((line - middle) / size) @ fit)
 
 
@@ -139,7 +143,9 @@ def _outline(vertices: Array, pitch: float) -> Outline:
     curve = contour_of(vertices)
     area = area_of(curve)
     if len(curve) < CORNERS:
-        raise IllConditioned(f"an outline of {len(curve)} vertices is too coarse")
+        raise IllConditioned(
+            f"an outline of {len(curve)} vertices is too coarse to tell its noise from its shape; move the camera nearer"
+        )
     curve = even(curve)
     noise = max(noise_of(curve)[0], LEAST_PIXEL_NOISE * pitch)
     perimeter = perimeter_of(smoothed(curve))

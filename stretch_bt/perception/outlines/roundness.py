@@ -87,14 +87,16 @@ def contour_of(outline: npt.NDArray[Any]) -> Curve:
     if not np.isfinite(vertices).all():
         raise InvalidInput("an outline has finite vertices; leave out those that are not known")
     if len(vertices) < 3:
-        raise IllConditioned(f"an outline has at least three vertices, got {len(vertices)}")
+        raise IllConditioned(f"an outline has at least three vertices, got {len(vertices)}; give the whole outline")
     known = vertices.astype(np.float64)
     centred = known - known.min(axis=0) - np.ptp(known, axis=0) / 2
     curve: Curve = centred[:, 0] + 1j * centred[:, 1]
     curve = curve[curve != np.roll(curve, 1)]
     scale = float(np.abs(curve).max(initial=0.0))
     if len(curve) < 3 or area_of(curve) <= 1e-9 * scale * scale:
-        raise IllConditioned("the outline encloses no area: its vertices lie on one line")
+        raise IllConditioned(
+            "the outline encloses no area: its vertices lie on one line; press deeper, so that an area touches"
+        )
     return curve
 
 

@@ -36,14 +36,19 @@ def largest_piece(region: MaskArray) -> MaskArray:
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(region.astype(np.uint8))
     sizes = stats[1:, cv2.CC_STAT_AREA]
     if sizes.max(initial=0) < FEWEST:
-        raise IllConditioned(f"the region has {sizes.max(initial=0)} pixels; an outline needs at least {FEWEST}")
+        raise IllConditioned(
+            f"the region has {sizes.max(initial=0)} pixels; an outline needs at least {FEWEST}; move the camera nearer, or press deeper"
+        )
     if sizes.max() < (1.0 - SPECK) * sizes.sum():
         raise IllConditioned(
-            f"the region is in {count - 1} pieces, the largest with {sizes.max()} of {sizes.sum()} pixels"
+            f"the region is in {count - 1} pieces, the largest with {sizes.max()} of {sizes.sum()} pixels, and an"
+            " outline goes around one; label one object at a time"
         )
     piece: MaskArray = np.asarray(pieces == 1 + int(sizes.argmax()))
     if piece[0].any() or piece[-1].any() or piece[:, 0].any() or piece[:, -1].any():
-        raise IllConditioned("the edge of the image cuts the region")
+        raise IllConditioned(
+            "the edge of the image cuts the region, so that its outline is not closed; move the hand over the middle of the object"
+        )
     return piece
 
 
@@ -57,14 +62,16 @@ def trace(region: MaskArray, valid: MaskArray) -> Array:
     import cv2
 
     if not (region & valid).any():
-        raise NoContact("the region has no pixel")
+        raise NoContact("the region has no pixel: nothing is in contact; press deeper")
     cover, soft = _blurred(valid), _blurred(region & valid)
     level = np.where(cover > FAINT, soft / np.maximum(cover, FAINT), np.float32(0.0)).astype(np.float32)
     piece = largest_piece(level >= 0.5)
     found, _ = cv2.findContours(piece.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     line = max(found, key=len)[:, 0].astype(np.float32)
     if float((_at(cover, line) < SEEN).mean()) > UNSEEN:
-        raise IllConditioned("the region ends where the image has no depth, so its border is not seen")
+        raise IllConditioned(
+            "the region ends where the image has no depth, so its border is not seen; keep the whole object on the membrane, in view"
+        )
     return np.asarray(_on_level(level, line), dtype=np.float64)
 
 

@@ -37,7 +37,7 @@ LEAST_POINTS, LEAST_BLOCKS = 200, 20
 LEAST_BEND = 0.3  # of the pull of residuals over their weight; noise of a camera has 0.83
 LEAST = 2e-5  # m; what splines through the table leave
 STEP = 0.02  # of depth and radius, over which the shape's derivatives are taken
-UNSETTLED = "the shape of the membrane does not settle"
+UNSETTLED = "the shape of the membrane does not settle on what is seen; measure the height by the contact alone"
 WRONG = 3e-4  # m rms of what is left in blocks: no sphere in the middle of such a membrane
 
 
@@ -96,15 +96,20 @@ def membrane_height(
     if not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
         raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
     if curvature.value <= 0:
-        raise IllConditioned("the top is not convex: it is no sphere's")
+        raise IllConditioned(
+            "the top is not convex: it is no sphere's; press deeper, or measure the height without a sphere"
+        )
     table = read_shapes()
     scale = membrane.gauge / table.gauge
     if not SIZES[0] <= scale <= SIZES[1]:
         raise IllConditioned(
-            f"the shapes known are of a membrane {table.gauge * 1e3:g} mm long, not {membrane.gauge * 1e3:g} mm"
+            f"the shapes known are of a membrane {table.gauge * 1e3:g} mm long, not {membrane.gauge * 1e3:g} mm;"
+            " measure the height by the contact alone"
         )
     if abs(membrane.width / membrane.gauge / (table.width / table.gauge) - 1) > PROPORTION:
-        raise IllConditioned(f"the shapes known are of membranes with sides as {table.width:g} to {table.gauge:g}")
+        raise IllConditioned(
+            f"the shapes known are of membranes with sides as {table.width:g} to {table.gauge:g}; measure the height by the contact alone"
+        )
     seen = _seen(points, valid, membrane) / scale
     try:
         return _Fit(_forms(membrane.span / scale, membrane.thickness / scale), seen, membrane, scale, curvature).solve(
@@ -129,7 +134,9 @@ def _seen(points: FloatArray, valid: MaskArray, membrane: MountedMembrane) -> Ar
     along = END * (membrane.gauge + membrane.span) / 2
     near = good & (np.abs(some[:, 0]) < across) & (np.abs(some[:, 1]) < along) & np.isfinite(some[:, 2])
     if np.count_nonzero(near) < LEAST_POINTS:
-        raise IllConditioned("too little of the membrane is seen")
+        raise IllConditioned(
+            "too little of the membrane is seen to tell its shape; keep the whole of it in view, free of reflections"
+        )
     return np.ascontiguousarray(some[near].T, dtype=np.float64)
 
 
@@ -144,7 +151,9 @@ class _Fit:
         lengths = OFFSET / scale, BESIDE / scale, BESIDE / scale, max(hang.sd, 1e-6)
         self.prior_sd = np.array([np.inf, curvature.sd / curvature.value, *lengths])
         if self._blocks < LEAST_BLOCKS:
-            raise IllConditioned("too little of the membrane is seen")
+            raise IllConditioned(
+                "too little of the membrane is seen to tell its shape; keep the whole of it in view, free of reflections"
+            )
 
     def solve(self, depth: float) -> Estimate:
         """Return the depth with its standard deviation."""
@@ -162,7 +171,10 @@ class _Fit:
         else:
             raise IllConditioned(UNSETTLED)
         if self._misfit(left) * self.scale > WRONG or math.hypot(q[3], q[4]) * self.scale > BESIDE:
-            raise IllConditioned("what is seen is no press of a sphere in the middle of the membrane")
+            raise IllConditioned(
+                "what is seen is no press of a sphere in the middle of the membrane; move the hand over the object's"
+                " top, or measure the height by the contact alone"
+            )
         own = self._sd(design, left, weight, normal, sd) * self.scale
         return Estimate(float(q[0]) * self.scale, math.hypot(own, self._form_off(q) * self.scale))
 

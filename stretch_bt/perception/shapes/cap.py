@@ -16,6 +16,7 @@ from stretch_bt.perception.types import Contact, FloatArray, Sphere, SurfaceNois
 __all__ = ["fit_contact_sphere"]
 
 INSIDE = 0.9  # share of the rim's size within which the membrane touches, whatever its skirt is like
+MOST = 15000  # points as segmented, whose errors a fit cannot tell from those of more
 CELLS = 800  # that the cap is averaged in
 LOST = 0.75  # of the radius of a disc that spreads as the contact does: a rim within, on whose cap no radius shows, is noise
 
@@ -32,7 +33,10 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     """
     sphere = _fitted(contact)
     if sphere.curvature < 0.0:
-        raise IllConditioned("the surface is concave where the contact should be: nothing round is pressed into it")
+        raise IllConditioned(
+            "the surface is concave where the contact should be: nothing round is pressed into it; look whether the hand stands over"
+            " the object, and press deeper"
+        )
     return sphere
 
 
@@ -52,7 +56,9 @@ def _fitted(contact: Contact) -> Sphere:
 
 
 def _as_segmented(contact: Contact) -> Sphere:
-    return fit_sphere(contact.points, rays=contact.rays, noise=contact.surface_noise)
+    every = max(1, len(contact.points) // MOST)
+    noise = SurfaceNoise(contact.noise, max(contact.noise_area / every, 1.0))
+    return fit_sphere(contact.points[::every], rays=contact.rays[::every], noise=noise)
 
 
 def _touching(contact: Contact, rim: Rim) -> tuple[FloatArray, FloatArray, SurfaceNoise]:

@@ -59,7 +59,9 @@ def settle_cone(sight: Sight) -> Settled[ConeSurface]:
     design = np.stack([np.ones_like(x), x - at[0], y - at[1], -np.hypot(x - at[0], y - at[1])])
     c, p1, p2, steepness = robust_linear(design, z, sight.floor, "cone")[0]
     if abs(steepness) < FLAT:
-        raise IllConditioned("the points lie on a plane")
+        raise IllConditioned(
+            "the points lie on a plane, which is no cone; press deeper, or measure a flat face (`measure_contact`)"
+        )
     axes = standing(np.array([-p1, -p2, 1.0]), np.array([1.0, 0.0, 0.0]))
     sine = np.sin(np.arctan(steepness))
     limit = STEEPEST * axes[2, 2]
@@ -131,14 +133,19 @@ def cone_of(settled: Settled[ConeSurface], sight: Sight) -> Cone:
     surface = settled.surface
     s, sd = surface.s, settled.sd(5)
     if abs(s) < FLAT or abs(s) < SIGNIFICANCE * sd:
-        raise IllConditioned(f"the points carry no cone: its angle is {np.degrees(s):.2g} deg +- {np.degrees(sd):.2g}")
+        raise IllConditioned(
+            f"the points carry no cone: its angle is {np.degrees(s):.2g} deg +- {np.degrees(sd):.2g}, not clearly apart from a plane's;"
+            " press deeper, or average more frames"
+        )
     a, b, d = surface.axes
     by_apex = np.eye(3, PARAMETERS)
     by_axis = np.column_stack([np.zeros((3, 3)), -b, a, np.zeros(3)])
     apex_sd = sight.spread(by_apex, settled.covariance)
     reach = float(np.sqrt((sight.x**2 + sight.y**2).max()))
     if float(apex_sd.max()) > reach:
-        raise IllConditioned("the points carry no apex: a cone that ends anywhere explains them")
+        raise IllConditioned(
+            "the points show no apex, so that a cone that ends anywhere explains them; press until the tip touches, or fit a cylinder"
+        )
     return Cone(
         angle=float(np.arcsin(s)),
         angle_sd=float(sd / np.sqrt(1.0 - s * s)),

@@ -65,7 +65,10 @@ def find_rim(contact: Contact) -> Rim:
             break
     away = math.hypot((rim.x - first.x) / rim.a, (rim.y - first.y) / rim.b)
     if away > 1.0 or rim.a > LARGEST * first.a or rim.b > LARGEST * first.b:
-        raise IllConditioned("the rim that the surface shows is not that of the contact")
+        raise IllConditioned(
+            "the surface bends around another place than the contact, so that its rim is not that of the contact; press one object at a"
+            " time, away from the edges of the membrane"
+        )
     return rim
 
 
@@ -78,7 +81,10 @@ def _refined(surface: FloatArray, rim: Rim, origin: Array, size: float, cap: Cap
     """Return the cap after a fit to the surface within SKIRT of a rim, which may grow up to there."""
     cells = rim.blocks(surface, SKIRT, CELLS)[:, :3]
     if len(cells) <= PARAMETERS:
-        raise IllConditioned("there is hardly any surface around the contact")
+        raise IllConditioned(
+            "hardly any pixel around the contact has depth, so that its rim is not seen; keep the membrane in view and free of"
+            " reflections"
+        )
     sight = sight_along_z(cells, origin, size)
     axes = np.array([rim.a, rim.b]) / size
     q = np.concatenate([_paraboloid(sight, CORE * axes), np.log(axes), np.zeros(2)]) if cap is None else cap.q
@@ -90,7 +96,9 @@ def _paraboloid(sight: Sight, axes: Array) -> Array:
     core = (sight.x / axes[0]) ** 2 + (sight.y / axes[1]) ** 2 < 1.0
     x, y = sight.x[core], sight.y[core]
     if x.size <= PARAMETERS:
-        raise IllConditioned("the contact is smaller than what its skirt can be told from")
+        raise IllConditioned(
+            "the contact covers fewer cells than a sphere with its skirt has parameters; press deeper, or move the camera nearer"
+        )
     design = np.stack([np.ones_like(x), x, y, -0.5 * (x * x + y * y)])
     q, _ = robust_linear(design, sight.z[core], sight.floor, "sphere")
     q[3] = np.clip(q[3], 0.05, 0.9 / float(np.hypot(sight.x, sight.y).max()))

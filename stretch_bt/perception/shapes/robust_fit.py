@@ -67,10 +67,11 @@ class Settled(Generic[S]):
     def check(self, name: str) -> None:
         """Refuse a fit whose errors are too alike to tell from the residuals how large they are."""
         if not self.explained and self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
-            alike = f"{self.area:.0f} points" if self.area < self.agreeing else "most points"
+            alike = f"about {self.area:.0f}" if self.area < self.agreeing else "most"
             raise IllConditioned(
-                f"what is left of the depth after the {name} is alike over {alike}: among {self.agreeing:.0f} points that"
-                " is too few independent errors to tell how large they are"
+                f"the contact differs from a {name} by the same amount over {alike} of {self.agreeing:.0f}: it is no {name}, or the"
+                f" camera's errors are as wide as the contact, so that no error of the {name} can be given; fit another shape"
+                " (`fit_shape`), press deeper, or average more frames"
             )
 
     def sd(self, parameter: int) -> float:
@@ -84,7 +85,8 @@ def solve(matrix: Array, right: Array, name: str) -> Array:
     values, vectors = np.linalg.eigh(matrix / (diagonal[:, None] * diagonal))
     if values[0] < SINGULAR:
         raise IllConditioned(
-            f"the points leave the {name} free: they lie on too few distinct lines of sight or on a ring"
+            f"the points lie on a ring or on few lines of sight, so that many a {name} passes through them; press deeper, so that a"
+            " whole area touches"
         )
     scaled = vectors / diagonal[:, None]
     return np.asarray(scaled @ ((scaled.T @ right).T / values).T)
@@ -167,7 +169,10 @@ def _with_error(sight: Sight, name: str, surface: S, inliers: Inliers, residuals
     total = float(weights.sum())
     inside = weights > 0.5
     if inside.sum() <= p or total <= p + 0.5:
-        raise IllConditioned(f"no {name} agrees with more than {p} of the points")
+        raise IllConditioned(
+            f"at most {p} of the {len(residuals)} points lie on one {name}, too few to tell it from chance; the object is no {name}, or"
+            " the noise is large: fit another shape (`fit_shape`), or average more frames"
+        )
     area = _area(sight, residuals, inside, p)
     inverse = solve((jacobian * weights) @ jacobian.T, np.eye(p), name)
     spread = inliers.spread(residuals, weights, p)

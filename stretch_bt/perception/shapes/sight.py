@@ -77,7 +77,10 @@ def sighted(points: FloatArray, rays: FloatArray | None, noise: Noise, *, name: 
     known = _known(noise)
     kept, directions = _checked(points, rays, name)
     if len(kept) < least:
-        raise IllConditioned(f"a {name} with its error needs at least {least} distinct points, there are {len(kept)}")
+        raise IllConditioned(
+            f"a {name} with its error needs at least {least} distinct points, there are {len(kept)}; press deeper, so that more of the"
+            " membrane touches"
+        )
     axes = _axes(directions)
     local = axes @ kept.T
     origin = np.array([quantile(row) for row in local])
@@ -187,7 +190,11 @@ def _lateral_size(x: Array, y: Array, magnitude: float) -> float:
     """Return the rms distance from the origin across the rays, or refuse points on a line or at one place."""
     narrow, wide = extent(x, y)
     if wide <= 1e-13 * magnitude or wide == 0.0:
-        raise IllConditioned("the points coincide as the camera sees them")
+        raise IllConditioned(
+            "all points lie on one line of sight, which shows no shape; give points from more than one pixel"
+        )
     if narrow < THIN * wide:
-        raise IllConditioned("the points lie on one line as the camera sees them")
+        raise IllConditioned(
+            "the points lie on one line as the camera sees them, which shows no shape across it; press deeper, so that an area touches"
+        )
     return float(np.hypot(narrow, wide))

@@ -104,11 +104,15 @@ def check_curvature(k: float, sd: float, *, alike: bool) -> None:
     """
     needed = ALIKE_SIGNIFICANCE if alike else SIGNIFICANCE
     if abs(k) < FLAT:
-        raise IllConditioned("the points lie on a plane")
+        raise IllConditioned(
+            "the points lie on a plane, which has no radius; press deeper, or measure a flat face (`measure_contact`)"
+        )
     if abs(k) < needed * sd:
         raise IllConditioned(
             f"the cap carries no radius: its curvature is only {abs(k) / sd:.1f} standard deviations from a plane, and"
-            f" {needed:.0f} are needed" + (" where neighbouring points share their errors" if alike else "")
+            f" {needed:.0f} are needed"
+            + (" where neighbouring points share their errors" if alike else "")
+            + "; press deeper, or average more frames"
         )
 
 
@@ -130,7 +134,10 @@ def _check_silhouette(settled: Settled[SphereSurface], sight: Sight) -> None:
     away = np.hypot(k * sight.x - p1 * d0, k * sight.y - p2 * d0)
     agreeing = np.abs(settled.residuals) < SIGNIFICANCE * settled.scale
     if np.quantile(away[agreeing], 0.95) > SILHOUETTE:
-        raise IllConditioned("the points reach beyond the silhouette of any sphere that they agree with")
+        raise IllConditioned(
+            "the points spread wider than the one sphere that they agree with, so that its radius is that of noise; press deeper, or"
+            " average more frames"
+        )
 
 
 def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:

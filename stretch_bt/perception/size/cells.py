@@ -64,7 +64,7 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     part, classes = points[rows, columns], labels[rows, columns]
     mask = (classes != INVALID) & np.isfinite(part[..., 0] + part[..., 1] + part[..., 2])
     if not mask.any():
-        raise NoContact("no pixel around the contact is valid")
+        raise NoContact("no pixel around the contact is valid: its rim is not seen; keep reflections off the membrane")
     origin = part[np.unravel_index(int(np.argmax(mask)), mask.shape)]  # single precision is enough near it
     count = _blocks(mask.astype(np.float32))
     kept = count >= COVER
@@ -89,7 +89,9 @@ def _side(points: FloatArray, labels: LabelArray) -> tuple[int, float]:
     some, classes = points[::step, ::step], labels[::step, ::step]
     valid: MaskArray = (classes != INVALID) & np.isfinite(some).all(axis=2)
     if not valid.any():
-        raise NoContact("the frame has no valid pixel, or hardly any")
+        raise NoContact(
+            "the frame has no valid pixel, or hardly any: nothing is seen; look at the camera, and at `plane_distance` of the cell"
+        )
     wide = float(np.ptp(some[valid][:, :2], axis=0).max())
     if wide > WIDEST:
         raise InvalidInput(f"points are in metres; a view {wide:.3g} m wide is in another unit")
@@ -105,7 +107,7 @@ def _window(points: FloatArray, labels: LabelArray) -> tuple[slice, slice]:
     touching = labels == CONTACT
     lines = [np.nonzero(touching.any(axis=axis))[0] for axis in (1, 0)]
     if not lines[0].size:
-        raise NoContact("no pixel is labelled as in contact")
+        raise NoContact("no pixel is labelled as in contact: there is nothing to measure; press deeper")
     row = points[int(np.median(lines[0])), :, 0]
     steps = np.abs(np.diff(np.where(np.isfinite(row), row, np.nan)))
     near = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.inf
@@ -115,7 +117,9 @@ def _window(points: FloatArray, labels: LabelArray) -> tuple[slice, slice]:
         first, last = max(int(at[0]) - margin, 0), min(int(at[-1]) + 1 + margin, length)
         found.append(slice(first, first + (last - first) // SIDE * SIDE))
     if min(part.stop - part.start for part in found) < 4 * SIDE:
-        raise NoContact("too few pixels are valid to see a shape")
+        raise NoContact(
+            "too few pixels are valid to see a shape; keep reflections off the membrane, or average more frames"
+        )
     return found[0], found[1]
 
 
@@ -131,5 +135,7 @@ def _pitch(x: Array, kept: MaskArray) -> float:
     """Return the median distance between neighbouring cells, m."""
     steps: Any = np.abs(np.diff(x, axis=1))[kept[:, 1:] & kept[:, :-1]]
     if not steps.size:
-        raise NoContact("too few pixels are valid to see a shape")
+        raise NoContact(
+            "too few pixels are valid to see a shape; keep reflections off the membrane, or average more frames"
+        )
     return float(np.median(steps))

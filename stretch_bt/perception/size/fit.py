@@ -55,7 +55,10 @@ def window_of(shape: Hypothesis, q: Array, cells: Cells) -> MaskArray:
     radius = math.sqrt(np.count_nonzero(outside < 0.0) / math.pi) * cells.pitch
     window: MaskArray = cells.valid & (outside > -INSIDE) & (outside < max(OUTSIDE, REACH - radius))
     if np.count_nonzero(window) < FEWEST:
-        raise IllConditioned("too few valid pixels around the rim of the contact")
+        raise IllConditioned(
+            "too few valid pixels around the rim of the contact: where it ends is not seen; move the object to"
+            " the middle of the membrane, and keep reflections off it"
+        )
     return window
 
 
@@ -144,12 +147,16 @@ def _solve(information: Array, gradient: Array, damping: float) -> Array:
     try:
         return np.asarray(np.linalg.solve(matrix, gradient * scale) * scale)
     except np.linalg.LinAlgError:
-        raise IllConditioned("the cells around the contact leave its shape free") from None
+        raise IllConditioned(
+            "the cells around the contact leave its shape free: more than one shape explains them; press deeper, or name the shape (`hypothesis`)"
+        ) from None
 
 
 def _inverse(information: Array) -> Array:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
     if not values[0] > 1e-12:
-        raise IllConditioned("the cells around the contact leave its shape free")
+        raise IllConditioned(
+            "the cells around the contact leave its shape free: more than one shape explains them; press deeper, or name the shape (`hypothesis`)"
+        )
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))

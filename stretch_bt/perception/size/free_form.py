@@ -149,7 +149,9 @@ class FreeForm:
         """Return the sizes; raises IllConditioned where the outline is folded, or none."""
         angle = np.unwrap(np.arctan2(*_places(q)[::-1]))
         if q[HEIGHT] <= 0.0 or q[2] <= 2.0 * SMALLEST or (np.diff(angle) <= 0.0).mean() > FOLDED:
-            raise IllConditioned("no single outline fits the contact: it is too shallow or too small for the noise")
+            raise IllConditioned(
+                "no single outline fits the contact: it is too shallow or too small for the noise; press deeper, or average more frames"
+            )
         chosen = [*range(2, SHAPE), RATIO]
         inner = covariance[np.ix_(chosen, chosen)]
         sizes = []

@@ -104,7 +104,8 @@ def measure_contact(
     check_whole(shape, fit, cells, size.depth[0])
     if seen_share(shape, fit.q, cells, size) < SEEN:
         raise IllConditioned(
-            "too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane"
+            "too little of the contact's rim is seen: it is cut by the edge of the frame or of the membrane;"
+            " move the hand over the middle of the object"
         )
     (x, x_sd), (y, y_sd) = size.center
     return ContactSize(
@@ -152,7 +153,8 @@ def check_whole(shape: Hypothesis, fit: Fit, cells: Cells, depth: float) -> None
         raise IllConditioned("the face in contact is round, not flat: fit a sphere to it")
     if bow < -ROUND * sd and bow < -LEAST_BOW:
         raise IllConditioned(
-            "the middle of the contact lies lower than its rim: there are several contacts, or a hollow one"
+            "the middle of the contact lies lower than its rim: there are several contacts, or a hollow one;"
+            " measure one contact at a time, or press less deep"
         )
 
 

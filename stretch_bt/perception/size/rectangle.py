@@ -129,7 +129,9 @@ class Rectangle:
     def measure(self, q: Array, covariance: Array) -> Measured:
         """Return the sizes; raises IllConditioned where the fit shrank to a line or turned into a hollow."""
         if q[HEIGHT] <= 0.0 or not SMALLEST < min(q[2:4]) <= max(q[2:4]) < LARGEST:
-            raise IllConditioned("no rectangle fits the contact: it is too shallow or too small for the noise")
+            raise IllConditioned(
+                "no rectangle fits the contact: it is too shallow or too small for the noise; press deeper, or average more frames"
+            )
         shape = covariance[:5, :5] + self._beyond_noise(q)
         q = self._corrected(q)
         sd = np.sqrt(np.diag(shape))

@@ -137,7 +137,9 @@ class RoundShape:
         """Return the sizes; raises IllConditioned where the fit shrank to a point or turned into a hollow."""
         radii = self.radii_of(q)
         if min(radii) <= SMALLEST or q[self.height] <= 0.0:
-            raise IllConditioned(f"no {self.name} fits the contact: it is too shallow or too small for the noise")
+            raise IllConditioned(
+                f"no {self.name} fits the contact: it is too shallow or too small for the noise; press deeper, or average more frames"
+            )
         sd = np.sqrt(np.diag(covariance))
         sizes = [self._size(2 + min(axis, self.radii - 1), q, covariance) for axis in (0, 1)]
         return Measured(

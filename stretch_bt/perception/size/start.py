@@ -56,12 +56,17 @@ def start_of(cells: Cells) -> Start:
     )
     top = _top(height, cells, peak)
     if not top > 0.0:
-        raise NoContact("the pixels labelled as in contact do not rise above the undeformed membrane")
+        raise NoContact(
+            "the pixels labelled as in contact do not rise above the undeformed membrane: they touch nothing;"
+            " press deeper, or look at `plane_distance` of the cell"
+        )
     _refuse_two(height, cells, top)
     part = _part(cells.valid & (height > LEVEL * top), peak)
     x, y = cells.x[part], cells.y[part]
     if not x.size:
-        raise IllConditioned("nothing in the frame stands above the undeformed membrane")
+        raise IllConditioned(
+            "nothing in the frame stands above the undeformed membrane: there is nothing to measure; press deeper"
+        )
     middle = float(x.mean()), float(y.mean())
     spread = np.cov(x, y, bias=True) if x.size > 2 else np.zeros((2, 2))
     values, vectors = np.linalg.eigh(spread + 1e-8 * np.eye(2))

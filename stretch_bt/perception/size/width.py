@@ -36,7 +36,7 @@ def contact_width(points: FloatArray, labels: LabelArray) -> Diameters:
     """
     touching = (labels == CONTACT) & np.isfinite(points[..., 2])
     if not touching.any():
-        raise NoContact("no pixel is in contact")
+        raise NoContact("no pixel is in contact: there is nothing to measure; press deeper")
     x, y = (np.where(touching, points[..., axis], np.nan) for axis in (0, 1))
     i, i_sd = _reach(x, y, touching)
     j, j_sd = _reach(y.T, x.T, touching.T)

@@ -51,7 +51,7 @@ def fit_arc(profile: Profile, start: float, *, reach: float, layer: tuple[float,
 
     part = profile.between(start - reach, start + reach)
     if len(part.at) < FEWEST or part.at[0] > start - reach / 2 or part.at[-1] < start + reach / 2:
-        raise IllConditioned("too little of the membrane is seen beside the crest")
+        raise IllConditioned("too little of the membrane is seen beside the crest; press nearer to it")
     scale = max(MODEL, profile.noise / 3)
 
     def left(q: Array) -> Array:

@@ -73,7 +73,7 @@ def search_bend(profile: Profile, low: float, high: float, *, reach: float = 12e
         except IllConditioned:
             continue
     if not found:
-        raise IllConditioned("the profile shows no bend")
+        raise IllConditioned("the profile shows no bend: no edge is seen; press nearer to an edge")
     begin = min(found)[1]
     return fit_bend(profile, begin, reach=reach)
 
@@ -113,7 +113,7 @@ def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3) -> Bend:
     fit, residual = _linear(part, place, length)
     change = float(fit[2])
     if not LEAST < change < STEEPEST:
-        raise IllConditioned("the profile does not bend down there")
+        raise IllConditioned("the profile does not bend down there: no edge is seen; press nearer to an edge")
     rms = math.sqrt(float(np.mean(residual**2)))
     # A place errs by what neighbours share: the residuals of a profile are smooth.
     noise = max(rms * math.sqrt(ALIKE), MODEL, part.noise / math.sqrt(float(part.count.mean())) * math.sqrt(ALIKE))
@@ -134,7 +134,9 @@ def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3) -> Bend:
 
 def _check(part: Profile, place: float) -> None:
     if len(part.at) < FEWEST or part.at[0] > place - BESIDE or part.at[-1] < place + BESIDE:
-        raise IllConditioned("too little of the membrane is seen on one side of the bend")
+        raise IllConditioned(
+            "too little of the membrane is seen on one side of the bend; press so that the edge lies nearer to the middle of the membrane"
+        )
 
 
 def _linear(part: Profile, place: float, length: float) -> tuple[Array, Array]:

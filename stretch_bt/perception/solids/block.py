@@ -103,7 +103,7 @@ def flat_height(views: list[View], inside: list[npt.NDArray[np.bool_]], floor: f
             spread = float(np.std(z)) / math.sqrt(len(z) / 100)
             found.append(Dimension(float(np.median(z)), max(view.shared, spread, 1e-6), {}))
     if not found:
-        raise IllConditioned("no view shows the top")
+        raise IllConditioned("no view shows the top; press over the middle of the object")
     return pooled(found, floor)
 
 

@@ -66,7 +66,7 @@ def crest_of(views: list[View], top: Top) -> Crest:
         except IllConditioned:
             continue
     if not arcs:
-        raise IllConditioned("no view shows the membrane on both sides of the crest")
+        raise IllConditioned("no view shows the membrane on both sides of the crest; press nearer to it")
     return Crest(top, bends, arcs, _radius(arcs), float(np.median([b.length for b in bends])))
 
 

@@ -58,7 +58,7 @@ def domes_of(views: list[View], peaks: list[Array]) -> list[Dome]:
             if all(np.hypot(*(dome.middle - other.middle)) > ONE * other.height.value for other in found):
                 found.append(dome)
     if not found:
-        raise IllConditioned("no view shows a peak")
+        raise IllConditioned("no view shows a peak; press over the top of the object")
     return found
 
 
@@ -104,7 +104,7 @@ def _lying(views: list[View], peak: Array) -> tuple[Dimension, list[float], Arra
         radii.append(1 / max(float(np.mean(curvatures)), 1.0))
         ways.append(way)
     if not tops:
-        raise IllConditioned("no view shows the peak")
+        raise IllConditioned("no view shows the peak; press over the top of the object")
     lowest = min(top.value for top in tops)
     lies = [top.value < lowest + ABOVE for top in tops]
     known = pooled([top for top, on in zip(tops, lies, strict=True) if on])
@@ -117,7 +117,7 @@ def _vertex(view: View, peak: Array) -> tuple[float, tuple[float, float], Array]
     away = view.points[:, :2] - peak
     near = np.hypot(*away.T) < PATCH
     if near.sum() < 30:
-        raise IllConditioned("the view does not show the peak")
+        raise IllConditioned("the view does not show the peak; press over the top of the object")
     (x, y), z = away[near].T, view.points[near, 2]
     design = np.column_stack([np.ones_like(x), x, y, x * x / 2, x * y, y * y / 2])
     fit = np.linalg.lstsq(design, z, rcond=None)[0]

@@ -116,7 +116,7 @@ def fit_object(
     if cloud.frame != "world":
         raise InvalidInput("a shape on the table takes a cloud in the world; this one is in the frame of the hand")
     if not len(cloud):
-        raise NoContact("the cloud has no point")
+        raise NoContact("the cloud has no point: nothing was felt; press the object first")
     views = views_of(contacts)
     try:
         case = _Case(views, cloud, (fillet, fillet_sd), relief)
@@ -227,7 +227,9 @@ def _best(case: _Case, shape: str) -> Solid:
     if chosen is None:
         reasons = "; ".join(f"{w.kind}: {w.refused}" for w in ranking if w.refused and shape in ("auto", w.kind))
         if shape not in ("auto", "extents"):
-            raise IllConditioned(f"no {shape} fits what was felt: {reasons or 'the top is of another kind'}")
+            raise IllConditioned(
+                f"no {shape} fits what was felt: {reasons or 'the top is of another kind'}; press at more places, or leave the shape open"
+            )
         return _extents(case.cloud, ranking, reasons)
     kind, dimensions = chosen
     again = 2 * math.pi / 3 if kind == "wire_triangle" else math.pi

@@ -66,7 +66,9 @@ def rays_of(views: list[View], middle: Array, reach: float, most_views: int = 3)
             directions.append(along)
             bends.append(bend)
     if len(places) < FEWEST:
-        raise IllConditioned(f"the outline of the top shows along {len(places)} of {RAYS} directions only")
+        raise IllConditioned(
+            f"the outline of the top shows along {len(places)} of {RAYS} directions only; press at the sides that no view shows"
+        )
     return Rays(np.array(places), np.array(directions), bends)
 
 

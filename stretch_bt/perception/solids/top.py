@@ -106,7 +106,9 @@ def top_of(heights: Height) -> Top:
 
     known = np.isfinite(heights.z)
     if known.sum() < FEWEST:
-        raise IllConditioned("the surface is too small to tell its top")
+        raise IllConditioned(
+            "the surface is too small to tell its top; press deeper, or nearer to the middle of the object"
+        )
     smooth = gaussian_filter(np.where(known, heights.z, np.nanmin(heights.z)), 1.0)
     peak = np.unravel_index(int(np.argmax(np.where(known, smooth, -np.inf))), smooth.shape)
     # A hump of noise on a flat top is no top of its own: what counts is the level of all that is nearly as high.
@@ -120,7 +122,7 @@ def top_of(heights: Height) -> Top:
     every = heights.place(np.argwhere(known))
     near = np.hypot(*(every - middle).T) < PATCH
     if near.sum() < FEWEST:
-        raise IllConditioned("too little of the top of the object is seen")
+        raise IllConditioned("too little of the top of the object is seen; press over its middle")
     z = heights.z[known][near]
     evidence, curvatures, height = _judged(every[near] - middle, z)
     half = (float(reach[0]), float(reach[1]))

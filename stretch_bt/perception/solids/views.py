@@ -55,7 +55,9 @@ def view_of(contact: Contact) -> View:
     labels = np.asarray(contact.labels).reshape(-1)
     kept = np.isfinite(points).all(axis=1) & (labels != INVALID) & (points[:, 2] > -BELOW)
     if np.count_nonzero(kept) < FEWEST or not (labels[kept] == CONTACT).any():
-        raise NoContact(f"the surface of a contact has {np.count_nonzero(kept)} points; a shape takes {FEWEST}")
+        raise NoContact(
+            f"the surface of a contact has {np.count_nonzero(kept)} points; a shape takes {FEWEST}; press deeper"
+        )
     world = to_world(points[kept], contact.pose)
     area = max(contact.noise_area, 1.0)
     shared = contact.noise * float(np.sqrt(area / max(len(contact.points), 1)))
@@ -72,5 +74,5 @@ def views_of(contacts: Iterable[Contact]) -> list[View]:
     """
     views = [view_of(contact) for contact in contacts]
     if not views:
-        raise NoContact("there is no contact to fit a shape to")
+        raise NoContact("there is no contact to fit a shape to; press the object first")
     return views

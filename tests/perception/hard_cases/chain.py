@@ -237,7 +237,7 @@ CASES = {
     "normals, all invalid": (lambda: estimate_normals(*cloud(0 * FLAT)), nothing_trusted),
     "curvatures, all invalid": (lambda: curvatures(*cloud(0 * FLAT)), no_curvature),
     # find_contact
-    "contact, all invalid": (lambda: find_contact(frame(0 * FLAT)), (NoContact, "no valid pixel")),
+    "contact, all invalid": (lambda: find_contact(frame(0 * FLAT)), (NoContact, "no pixel of the frame has depth")),
     "contact, one valid pixel": (lambda: find_contact(frame(one_pixel())), (NoContact, "no part of the membrane")),
     "contact, constant depth": (lambda: find_contact(frame(FLAT)), (NoContact, "no part of the membrane")),
     "contact, no plane": (
@@ -247,8 +247,8 @@ CASES = {
     "contact, concave": (lambda: find_contact(frame(2 * FLAT - press())), (NoContact, "no part of the membrane")),
     "contact, half dropped out": (lambda: find_contact(frame(half_gone())).labels, covers((0.0, 0.0, EDGE), least=0.3)),
     # heights
-    "height, all invalid": (lambda: height(0 * FLAT), (NoContact, "no valid point")),
-    "height, no contact": (lambda: height(FLAT), (NoContact, "no valid point")),
+    "height, all invalid": (lambda: height(0 * FLAT), (NoContact, "no pixel in contact has depth")),
+    "height, no contact": (lambda: height(FLAT), (NoContact, "no pixel in contact has depth")),
     "height, half dropped out": (lambda: height(half_gone()), close_to(TOP, 0.1e-3)),
     "height, saturated pixels": (
         lambda: height(with_pixels(press(), {(80, 90): 65535 * 0.125e-3, (79, 99): 65535 * 0.125e-3})),
@@ -264,7 +264,7 @@ CASES = {
     ),
     "tracker, all invalid": (
         lambda: followed(HeightTracker, FLAT, 0 * FLAT),
-        (NoContact, "no valid pixel with the reference"),
+        (NoContact, "no pixel has depth in this frame"),
     ),
     "tracker, constant depth": (lambda: [e.value for e in followed(HeightTracker, FLAT, FLAT)], [0.0, 0.0]),
     "tracker, millimetres": (lambda: followed(HeightTracker, FLAT, 1e3 * FLAT), (InvalidInput, "another unit")),
@@ -276,7 +276,7 @@ CASES = {
     "detector, constant depth": (lambda: any(followed(ContactDetector, *[FLAT] * 20)), False),
     "detector, all invalid": (
         lambda: followed(ContactDetector, *[FLAT] * 12, 0 * FLAT),
-        (NoContact, "no valid pixel with the reference"),
+        (NoContact, "no pixel has depth in this frame"),
     ),
     "detector, one valid pixel": (
         lambda: followed(ContactDetector, *[FLAT] * 12, one_pixel()),

@@ -51,7 +51,7 @@ NO_ANSWER = {
     "three points": (SURFACES["sphere"][[0, 5, 310]], "there are 3"),
     "all NaN": (np.full((50, 3), np.nan), "there are 0"),
     "one point many times": (np.tile(SURFACES["sphere"][:1], (50, 1)), "there are 1"),
-    "one place, many heights": (np.column_stack([0 * LINE, 0 * LINE, LINE]), "coincide"),
+    "one place, many heights": (np.column_stack([0 * LINE, 0 * LINE, LINE]), "one line of sight"),
     "collinear": (np.column_stack([LINE, 2 * LINE, 3 * LINE]), "one line"),
     "on a line as seen": (np.column_stack([LINE, 2 * LINE, LINE**2]), "one line"),
 }

@@ -93,7 +93,7 @@ def test_a_shape_that_is_asked_for_is_the_only_one():
 
 @pytest.mark.parametrize("wrong", ["plane", "cylinder", "cone"])
 def test_a_wrong_shape_is_refused_for_what_it_leaves(wrong):
-    with pytest.raises(IllConditioned, match="alike"):
+    with pytest.raises(IllConditioned, match="by the same amount"):
         FITS[wrong](seen("sphere", 3))
 
 

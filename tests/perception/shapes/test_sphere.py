@@ -130,7 +130,7 @@ REFUSED = {
     "all NaN": (np.full((50, 3), np.nan), "there are 0"),
     "all one point": (np.tile(ROUND[:1], (50, 1)), "there are 1"),
     "four points many times": (np.tile(ROUND[[0, 5, 210, 380]], (50, 1)), "there are 4"),
-    "one place, many heights": (np.column_stack([np.zeros((50, 2)), np.arange(50)]), "coincide"),
+    "one place, many heights": (np.column_stack([np.zeros((50, 2)), np.arange(50)]), "one line of sight"),
     "collinear": (np.column_stack([np.arange(50), 2 * np.arange(50), np.arange(50) ** 2]) * 1e-3, "one line"),
     "collinear in space": (np.outer(np.arange(50), [1e-3, 2e-3, 3e-3]), "one line"),
     "ring": (RING, "ring"),
@@ -208,3 +208,30 @@ def test_any_points_give_finite_numbers_or_a_refusal(points):
     assert fit.radius > 0
     assert abs(fit.curvature) >= 3 * fit.curvature_sd
     assert np.isfinite([fit.radius, fit.radius_sd, fit.curvature_sd, *fit.center, *fit.center_sd]).all()
+
+
+@given(k=st.floats(-3.0, 3.0), step=st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4))
+def test_a_step_changes_a_curvature_by_half_at_most(k, step):
+    before = SphereSurface(np.array([0.0, 0.1, -0.1, k]))
+    after, taken = before.moved(np.array(step))
+    assert abs(after.q[3] - k) <= 0.5 * max(abs(k), 0.05) * (1 + 1e-12)
+    np.testing.assert_allclose(after.q, before.q + taken)
+    assert np.linalg.norm(np.cross(taken[:3], step[:3])) <= 1e-9 * np.linalg.norm(taken) * np.linalg.norm(step)
+
+
+def test_noise_on_half_a_ball_makes_no_smaller_ball():
+    """A sphere that its points do not fit on, seen from the camera, is one of their noise."""
+    refused = 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        n, radius = rng.integers(12, 60), rng.choice([1e-3, 2e-3])
+        x, y = rng.uniform(-radius, radius, (2, n))
+        z = np.sqrt(np.maximum(radius**2 - x * x - y * y, 0.0)) + rng.normal(0.0, rng.choice([2e-4, 5e-4]), n)
+        try:
+            sphere = fit_sphere(np.column_stack([x, y, z]))
+        except IllConditioned as error:
+            refused += "spread wider than" in error.reason
+            continue
+        away = np.hypot(x - sphere.center[0], y - sphere.center[1])
+        assert np.quantile(away, 0.9) <= 1.05 * sphere.radius
+    assert refused > 3

@@ -1,0 +1,304 @@
+"""Frames that no camera should send, through all that looks at a frame: each must give finite numbers or a refusal with its reason.
+
+    python benchmarks/fuzz_frames.py [FRAMES] [SEED]
+
+Prints the outcomes by kind of frame and function, what broke the rule (exit 1), and CPU milliseconds of one core, with warm kernels,
+by function and size: median, 99 in 100, most. Times are of what answers as of what refuses.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+import time
+import warnings
+from collections import Counter, defaultdict
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt import perception
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.perception.types import INVALID
+from stretch_bt.threads import one_thread
+
+Array = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.uint16]
+
+SIZES = ((240, 320), (480, 640))
+UNIT, PLANE = 0.125e-3, 0.2
+REFUSALS = (NoContact, IllConditioned, InvalidInput)
+
+
+def lens(size: tuple[int, int]) -> Intrinsics:
+    """Return the intrinsics of a camera that sees 0.27 m of a membrane at PLANE."""
+    (h, w), focal = size, 0.74 * size[1]
+    return Intrinsics(focal, focal, (w - 1) / 2, (h - 1) / 2, w, h)
+
+
+def pressed(size: tuple[int, int], rng: np.random.Generator) -> Counts:
+    """Return a cap or a disc pressed into a membrane, with its skirt, noise, quantisation and some dropped pixels."""
+    (h, w), focal = size, 0.74 * size[1]
+    x = ((np.arange(w) - w / 2) / focal * PLANE - rng.normal(0, 5e-3))[None, :]
+    y = ((np.arange(h) - h / 2) / focal * PLANE - rng.normal(0, 5e-3))[:, None]
+    r, depth = np.hypot(x, y / rng.uniform(1, 1.6)), rng.uniform(0, 15e-3)
+    edge = rng.uniform(3e-3, 2e-2)
+    skirt = depth * np.clip(np.log(45e-3 / np.maximum(r, 1e-9)) / np.log(45e-3 / edge), 0, 1)
+    bow = rng.choice([0.0, 1.0]) * (edge**2 - np.minimum(r, edge) ** 2) / rng.uniform(2 * edge, 0.08)
+    image = PLANE - skirt - bow + rng.normal(0, rng.choice([1e-4, 3e-4, 1e-3]), size)
+    image[rng.random(size) < 0.01] = 0
+    return np.rint(image / UNIT).clip(0, 65535).astype(np.uint16)
+
+
+def few(image: Counts, rng: np.random.Generator) -> Counts:
+    kept, places = np.zeros_like(image), rng.integers(0, image.size, rng.integers(0, 40))
+    kept.flat[places] = rng.choice([1600, 5600, 800]) + rng.integers(0, 50, places.size)
+    v, u = rng.integers(0, image.shape[0]), rng.integers(0, image.shape[1] - 1)
+    kept[v, u : u + 2] = 5600
+    return kept
+
+
+def sparse(image: Counts, rng: np.random.Generator) -> Counts:
+    return np.where(rng.random(image.shape) < rng.uniform(0, 0.3), image, 0).astype(np.uint16)
+
+
+def salt(image: Counts, rng: np.random.Generator) -> Counts:
+    low, high = ((0, 65535), (1000, 1800), (1500, 1700))[rng.integers(3)]
+    return np.where(rng.random(image.shape) < rng.uniform(0, 0.6), rng.integers(low, high, image.shape), image).astype(
+        np.uint16
+    )
+
+
+def blocks(image: Counts, rng: np.random.Generator) -> Counts:
+    holed, (h, w) = image.copy(), image.shape
+    for _ in range(rng.integers(1, 40)):
+        v, u, n, m = rng.integers(0, h), rng.integers(0, w), rng.integers(1, h // 2), rng.integers(1, w // 2)
+        holed[v : v + n, u : u + m] = rng.choice([0, 0, 0, 65535, 1])
+    return holed
+
+
+def constant(image: Counts, rng: np.random.Generator) -> Counts:
+    return np.full_like(image, rng.choice([0, 1, 8, 800, 1500, 1600, 1700, 5600, 30000, 65535]))
+
+
+def steps(image: Counts, rng: np.random.Generator) -> Counts:
+    wide, high = rng.integers(1, 80), rng.choice([1, 10, 100, 1000])
+    ramp = np.arange(image.shape[1]) // wide * high
+    return (1400 + ramp[None, :] + 0 * image).clip(0, 65535).astype(np.uint16)
+
+
+def stripes(image: Counts, rng: np.random.Generator) -> Counts:
+    a, b = rng.integers(1, 40, 2)
+    u, v = np.arange(image.shape[1]) // a % 2, np.arange(image.shape[0]) // b % 2
+    pattern = (u[None, :] ^ v[:, None], u[None, :] | 0 * v[:, None], u[None, :] & v[:, None])[rng.integers(3)]
+    return (1600 - rng.choice([5, 20, 100, 1600]) * pattern).astype(np.uint16)
+
+
+def dots(image: Counts, rng: np.random.Generator) -> Counts:
+    """Return a bed of bumps: many places that are truly curved."""
+    period = rng.integers(6, 60)
+    u, v = (np.cos(2 * np.pi * np.arange(n) / period) for n in image.shape[::-1])
+    rough = rng.normal(0, rng.choice([0, 2]), image.shape)
+    return np.rint(1560 - rng.choice([3, 10, 40]) * v[:, None] * u[None, :] + rough).astype(np.uint16)
+
+
+def noise(image: Counts, rng: np.random.Generator) -> Counts:
+    low, high = ((0, 65535), (1, 3000), (1400, 1700), (1550, 1650))[rng.integers(4)]
+    return rng.integers(low, high, image.shape).astype(np.uint16)
+
+
+KINDS: dict[str, Callable[[Counts, np.random.Generator], Counts]] = {
+    "few": few, "sparse": sparse, "salt": salt, "blocks": blocks, "constant": constant, "steps": steps, "stripes": stripes,
+    "dots": dots, "noise": noise,
+}  # fmt: skip
+
+
+def odd_lens(whole: Intrinsics, rng: np.random.Generator) -> Intrinsics:
+    """Return intrinsics that are wrong in one or two numbers."""
+    wrong = [0.0, -1.0, 1e-9, 1e-3, 1.0, 30.0, 1e5, 1e12, math.nan, math.inf]
+    names = rng.choice(["fx", "fy", "cx", "cy"], rng.integers(1, 3), replace=False)
+    changed: dict[str, Any] = {name: float(rng.choice(wrong)) for name in names.tolist()}
+    if rng.random() < 0.3:
+        changed["distortion"] = tuple(rng.normal(0, rng.choice([0.1, 10, 1e6]), 5).tolist())
+    return dataclasses.replace(whole, **changed)
+
+
+def odd_array(depth: Array, rng: np.random.Generator) -> Any:
+    """Return a depth image, m, as an array of another kind, order, type or shape."""
+    makers: list[Callable[[], Any]] = [
+        lambda: depth.astype(">f4"),
+        lambda: depth.astype("g"),
+        lambda: depth.astype("f2"),
+        lambda: depth.astype(np.uint16),
+        lambda: depth.astype(complex),
+        lambda: depth[::-1, ::-1],
+        lambda: np.asfortranarray(depth),
+        lambda: depth[:40, :30].tolist(),
+        lambda: depth[None],
+        lambda: depth.ravel(),
+        lambda: [[0.2, 0.2], [0.2]],
+        lambda: depth * 1e30,
+        lambda: depth * 1e-30,
+        lambda: np.where(rng.random(depth.shape) < 0.3, rng.choice([np.nan, np.inf, -np.inf, -1.0, 1e38]), depth),
+        lambda: None,
+        lambda: "depth",
+    ]
+    return makers[rng.integers(len(makers))]()
+
+
+def faulty(found: Any, name: str = "") -> str:
+    """Return what in an answer is not finite or has a negative deviation, or nothing."""
+    if dataclasses.is_dataclass(found) and not isinstance(found, type):
+        values = ((f.name, getattr(found, f.name)) for f in dataclasses.fields(found))
+        return next((bad for n, v in values if (bad := faulty(v, n))), "")
+    if isinstance(found, tuple):
+        return next((bad for v in found if (bad := faulty(v, name))), "")
+    if isinstance(found, float | np.floating) or (isinstance(found, np.ndarray) and found.dtype.kind == "f"):
+        if not np.isfinite(found).all():
+            return f"{name} is not finite"
+        if name.endswith("sd") and np.any(np.asarray(found) < 0):
+            return f"{name} is negative"
+    return ""
+
+
+class Fuzz:
+    """Outcomes and times of all functions on all frames."""
+
+    def __init__(self) -> None:
+        self.outcomes: dict[str, Counter[str]] = defaultdict(Counter)
+        self.times: dict[tuple[str, int], list[tuple[float, str]]] = defaultdict(list)
+        self.broken: list[str] = []
+        self.kind, self.height = "", 0
+
+    def call(self, name: str, function: Callable[[], Any], check: Callable[[Any], str] = faulty) -> Any:
+        """Call a function, note its outcome and time, and return its answer or None."""
+        began, found = time.process_time(), None
+        try:
+            found = function()
+            bad = check(found)
+            outcome = "answer"
+        except REFUSALS as error:
+            outcome, bad = type(error).__name__, "" if len(str(error)) > 20 else f"hardly a reason: {error}"
+        except Exception as error:
+            outcome, bad = "BROKEN", f"{type(error).__name__}: {error}"
+        self.times[name, self.height].append((1e3 * (time.process_time() - began), self.kind))
+        self.outcomes[f"{name:20s}"][outcome] += 1
+        if bad:
+            self.broken.append(f"{self.kind}, {name}: {bad}")
+        return found
+
+    def cloud(self, depth: Any, intrinsics: Any) -> None:
+        """Deproject and segment an array."""
+        found = self.call("deproject", lambda: perception.deproject(depth, intrinsics), _cloud_faulty)
+        if found is not None:
+            self.call("segment", lambda: perception.segment(*found))
+
+    def frame(self, frame: DepthFrame, rule: Any) -> None:
+        """Run what nodes run on a frame."""
+        self.call("mask_membrane", lambda: perception.mask_membrane(frame, gauge=0.1, width=0.09, stretch=0.02))
+        self.call("average_frames", lambda: perception.average_frames([frame] * 4))
+        contact = self.call("find_contact", lambda: perception.find_contact(frame, rule=rule), _contact_faulty)
+        if contact is None:
+            return
+        self.call("fit_contact_sphere", lambda: perception.fit_contact_sphere(contact))
+        few = slice(None, None, max(1, len(contact.points) // 4000))
+        points, rays = contact.points[few], contact.rays[few]
+        self.call("fit_sphere", lambda: perception.fit_sphere(points, rays=rays, noise=contact.surface_noise))
+        valid = contact.labels != INVALID
+        self.call("track_height", lambda: perception.track_height(contact.surface, valid, contact.labels))
+        self.call("contact_width", lambda: perception.contact_width(contact.surface, contact.labels))
+
+    def series(self, frames: list[DepthFrame]) -> None:
+        """Run what follows frames in time."""
+        for name, follower in (
+            ("HeightTracker", perception.HeightTracker()),
+            ("ContactDetector", perception.ContactDetector()),
+        ):
+            for frame in frames:
+                self.call(name, lambda f=frame, to=follower: to.update(f))  # type: ignore[attr-defined, misc]
+
+
+def _cloud_faulty(found: Any) -> str:
+    points, valid = found
+    return "" if np.isfinite(points[valid]).all() else "a valid point is not finite"
+
+
+def _contact_faulty(contact: Any) -> str:
+    seen = contact.labels != INVALID
+    parts = contact.points, contact.rays, contact.confidence, contact.surface[seen], contact.noise, contact.noise_area
+    return faulty(parts, "a part of the contact")
+
+
+def warm(fuzz: Fuzz) -> None:
+    """Run all once, so that no time counts imports or compilation."""
+    for size in SIZES:
+        for seed in range(8):
+            raw = pressed(size, np.random.default_rng(seed))
+            frame = DepthFrame(raw, UNIT, lens(size), 0.0, 0, PLANE)
+            fuzz.cloud(frame.depth, frame.intrinsics)
+            fuzz.frame(frame, "mean")
+            fuzz.series([frame] * 8)
+
+
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
+    rng = np.random.default_rng(int(sys.argv[2]) if len(sys.argv) > 2 else 0)
+    warnings.simplefilter("error")
+    with one_thread():  # as runs hold it
+        _run(count, rng)
+
+
+def _run(count: int, rng: np.random.Generator) -> None:
+    warm(Fuzz())
+    fuzz, kinds, last = Fuzz(), [*KINDS, "pressed", "pressed", "lens", "array", "scale"], []
+    for number in range(count):
+        size = SIZES[number % 2]
+        fuzz.kind, fuzz.height = str(rng.choice(kinds)), size[0]
+        raw, intrinsics, unit, plane = pressed(size, rng), lens(size), UNIT, PLANE
+        if fuzz.kind in KINDS:
+            raw = KINDS[fuzz.kind](raw, rng)
+        if fuzz.kind == "scale":
+            unit = float(rng.choice([1e-30, 1e-6, 1e-5, 1e-4, 1e-3, 1.0, 1e30, 0.0, math.nan]))
+            plane = float(rng.choice([0.2, 0.0, -0.2, 1e-9, 5.0, 1e30, math.nan]))
+        wrong = fuzz.kind == "lens"
+        known = fuzz.call("Intrinsics", lambda: odd_lens(lens(size), rng)) if wrong else intrinsics  # noqa: B023
+        if fuzz.kind == "array":
+            fuzz.cloud(odd_array(raw * UNIT, rng), known)
+        frame = None
+        if known is not None:
+            frame = fuzz.call(
+                "DepthFrame", lambda: DepthFrame(raw, unit, known, 0.0, number, plane, 0.1, 0.02), lambda f: ""
+            )  # noqa: B023
+        if frame is None:
+            continue
+        if fuzz.kind != "array":
+            fuzz.cloud(frame.depth, frame.intrinsics)
+        fuzz.frame(frame, "either" if number % 8 > 5 else "mean")
+        last = [f for f in last[-7:] if f.raw.shape == raw.shape] + [frame]
+        if number % 25 < 2:
+            fuzz.series([frame] * 6 + last)
+    report(fuzz, count)
+
+
+def report(fuzz: Fuzz, count: int) -> None:
+    """Print outcomes, times and what broke the rule."""
+    print(f"{count} frames")
+    for name, outcomes in fuzz.outcomes.items():
+        print(name, dict(outcomes.most_common()))
+    print(f"\n{'CPU ms':20s} rows  calls  median     p99     max  the longest is of")
+    for (name, height), times in sorted(fuzz.times.items()):
+        ms = np.array([t for t, _ in times])
+        print(
+            f"{name:20s} {height:4d} {len(ms):6d} {np.median(ms):7.2f} {np.quantile(ms, 0.99):7.2f} {ms.max():7.2f}  {max(times)[1]}"
+        )
+    for line, n in Counter(fuzz.broken).most_common(40):
+        print(f"BROKEN {n} x {line}")
+    raise SystemExit(1 if fuzz.broken else 0)
+
+
+if __name__ == "__main__":
+    main()
