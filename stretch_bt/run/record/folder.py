@@ -11,28 +11,31 @@ from pathlib import Path
 from stretch_bt.errors import Diagnostic, RecordError, StretchError
 
 __all__ = [
-    "DAMAGED",
     "EVENTS",
     "FORMAT",
     "MCAP",
-    "REMEDY",
     "REPORT",
     "RESULT",
     "RUN",
     "claim",
+    "damaged",
     "readable",
     "refuse",
 ]
 
 FORMAT = "stretch-record/1"
 RUN, EVENTS, MCAP, RESULT, REPORT = "run.json", "events.jsonl", "record.mcap", "result.json", "report.html"
-DAMAGED = "record-damaged"
-REMEDY = "take the record from where it was made, or record the run again"
 
 
 def refuse(path: Path, code: str, message: str, hint: str = "", line: int = 1) -> RecordError:
     """Return the error that says what is wrong with a record."""
     return RecordError([Diagnostic(str(path), line, 1, "error", code, message, hint)])
+
+
+def damaged(path: Path, message: str, line: int = 1) -> RecordError:
+    """Return the error that says which part of a record is not as it was written."""
+    hint = "take the record from where it was made, or record the run again"
+    return refuse(path, "record-damaged", message, hint, line)
 
 
 @contextmanager
@@ -46,7 +49,7 @@ def readable(folder: Path) -> Iterator[None]:
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError, RecursionError) as error:
         if isinstance(error, StretchError):
             raise
-        raise refuse(folder, DAMAGED, f"it cannot be read: {type(error).__name__}: {error}", REMEDY) from error
+        raise damaged(folder, f"it cannot be read: {type(error).__name__}: {error}") from error
 
 
 def claim(folder: Path | None) -> Path:

@@ -16,7 +16,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.run.record.channels import FAULT, FILE, MARK, MOTION, TICK
-from stretch_bt.run.record.folder import DAMAGED, EVENTS, MCAP, REMEDY, RESULT, RUN, refuse
+from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN, damaged, refuse
 from stretch_bt.run.record.messages import intrinsics_of, raw_of
 from stretch_bt.run.record.readings import FRAME, SCHEMAS, read_fault, read_frame, read_reading
 from stretch_bt.run.record.scan import ChunkFile
@@ -148,7 +148,7 @@ class RecordReader:
         content = _read_json(path)
         if stated is not None and (content is None or hashlib.sha256(path.read_bytes()).hexdigest() != stated):
             found = "is not as it was written" if path.is_file() else "is missing"
-            raise refuse(path, DAMAGED, f"this file {found}", REMEDY)
+            raise damaged(path, f"this file {found}")
         return content
 
     def _index(self, written: Written) -> None:
@@ -192,7 +192,7 @@ class RecordReader:
         return mark
 
     def _damaged(self, message: str) -> RecordError:
-        return refuse(self._chunks.path, DAMAGED, message, REMEDY)
+        return damaged(self._chunks.path, message)
 
     def _take_all(self, tick: int, messages: Sequence[tuple[str, Any, Any, tuple[int, int]]]) -> int:
         """Index messages; return the tick that the last belongs to."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import RecordError
-from stretch_bt.run.record.folder import DAMAGED, FORMAT, REMEDY, refuse
+from stretch_bt.run.record.folder import FORMAT, damaged, refuse
 
 __all__ = ["Mark", "Written"]
 
@@ -83,11 +83,11 @@ class Written:
         last = reached[-1].events
         if closed and len(reached) < len(marks):
             self._parse(self.size)
-            raise self._refuse(
+            raise self._damaged(
                 self._line(last), f"from here on it is {marks[-1].events - self.size} bytes shorter than it was"
             )
         if len(reached) == len(marks) and self.size > last:
-            raise self._refuse(self._line(last), "lines follow here that record.mcap does not know")
+            raise self._damaged(self._line(last), "lines follow here that record.mcap does not know")
         return self._parse(last), None
 
     def unmarked(self) -> list[dict[str, Any]]:
@@ -102,7 +102,7 @@ class Written:
             if crc != mark.crc32:
                 first, last = self._line(before.events), self._line(mark.events - 1)
                 lines = f"a line from here to line {last}" if last > first else "this line"
-                return self._refuse(first, f"{lines} is not as it was written")
+                return self._damaged(first, f"{lines} is not as it was written")
         return None
 
     def _parse(self, end: int) -> list[dict[str, Any]]:
@@ -112,7 +112,7 @@ class Written:
             event, wrong = _parsed(line[:-1]) if line.endswith(b"\n") else ({}, "is cut off")
             wrong = wrong or _misses(event)
             if wrong:
-                raise self._refuse(number, f"this line {wrong}")
+                raise self._damaged(number, f"this line {wrong}")
             events.append(event)
         return events
 
@@ -120,8 +120,8 @@ class Written:
         """Return the number of the line that a byte is in, from 1."""
         return self._data.count(b"\n", 0, byte) + 1
 
-    def _refuse(self, line: int, message: str) -> RecordError:
-        return refuse(self.path, DAMAGED, message, REMEDY, line)
+    def _damaged(self, line: int, message: str) -> RecordError:
+        return damaged(self.path, message, line)
 
 
 def _parsed(line: bytes) -> tuple[dict[str, Any], str]:

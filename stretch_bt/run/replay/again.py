@@ -15,7 +15,7 @@ from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import VERSIONS, versions
 from stretch_bt.run.provenance import others
 from stretch_bt.run.record import RecordReader, RunRecord
-from stretch_bt.run.record.folder import DAMAGED, REMEDY, RUN, readable, refuse
+from stretch_bt.run.record.folder import RUN, damaged, readable
 from stretch_bt.run.replay.compare import compare
 from stretch_bt.run.replay.devices import ReplayedCell
 from stretch_bt.run.replay.log import Log
@@ -84,7 +84,7 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
     """
     reader = RecordReader(Path(record), changed_log=True)
     if not reader.run_info.get("sources"):
-        raise refuse(reader.folder / RUN, DAMAGED, "it holds no text of a tree", REMEDY)
+        raise damaged(reader.folder / RUN, "it holds no text of a tree")
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
         task = _prepare(reader.run_info, again, trust, say)
@@ -160,7 +160,7 @@ def _write_source(name: str, text: str, home: Path, folder: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     elif not path.is_file() or path.read_text("utf-8") != text:
-        raise refuse(path, DAMAGED, "the file was imported from here and is gone, or has changed since", "put it back")
+        raise damaged(path, "the file was imported from here and is gone, or has changed since")
 
 
 def _interrupts(events: Sequence[Mapping[str, Any]]) -> dict[int, list[str]]:
