@@ -217,7 +217,11 @@ def test_scenes_without_a_membrane_do_not_break_it(data):
     for path in sorted((data / "sr305").glob("*.png"))[::4]:
         frame = load_depth_png(path, unit=0.125e-3, intrinsics=lens)
         points, valid = deproject(frame)
-        labels = segment(points, valid)
+        try:
+            labels = segment(points, valid)
+        except IllConditioned as refused:
+            assert "sees no membrane" in refused.reason
+            continue
         assert (labels[~valid] == INVALID).all()
         assert (labels[valid] == INVALID).mean() < 0.2
 
@@ -227,7 +231,7 @@ def test_a_frame_without_contact_or_plane_is_refused(surfaces):
     raw = np.full((60, 80), 1600, dtype=np.uint16)
     with pytest.raises(NoContact, match="curved and raised"):
         find_contact(DepthFrame(raw, 0.125e-3, lens, 0.0, 0, 0.2))
-    with pytest.raises(NoContact, match="valid pixel"):
+    with pytest.raises(NoContact, match="no pixel of the frame has depth"):
         find_contact(DepthFrame(0 * raw, 0.125e-3, lens, 0.0, 0, 0.2))
     with pytest.raises(InvalidInput, match="plane_distance"):
         find_contact(DepthFrame(raw, 0.125e-3, lens, 0.0, 0))

@@ -69,7 +69,7 @@ class Settled(Generic[S]):
         if not self.explained and self.area > 1.0 and self.agreeing < PATCHES * self.surface.parameters * self.area:
             alike = f"about {self.area:.0f}" if self.area < self.agreeing else "most"
             raise IllConditioned(
-                f"the contact differs from a {name} by the same amount over {alike} of {self.agreeing:.0f}: it is no {name}, or the"
+                f"the contact differs from a {name} by the same amount over {alike} of its {self.agreeing:.0f} points: it is no {name}, or the"
                 f" camera's errors are as wide as the contact, so that no error of the {name} can be given; fit another shape"
                 " (`fit_shape`), press deeper, or average more frames"
             )
