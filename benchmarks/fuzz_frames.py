@@ -15,6 +15,7 @@ import time
 import warnings
 from collections import Counter, defaultdict
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,6 @@ from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception.types import INVALID
 from stretch_bt.threads import one_thread
 
-Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.uint16]
 
 SIZES = ((240, 320), (480, 640))
@@ -40,6 +40,10 @@ def lens(size: tuple[int, int]) -> Intrinsics:
     return Intrinsics(focal, focal, (w - 1) / 2, (h - 1) / 2, w, h)
 
 
+def _counts(values: Any) -> Counts:
+    return np.asarray(np.rint(values).clip(0, 65535), dtype=np.uint16)
+
+
 def pressed(size: tuple[int, int], rng: np.random.Generator) -> Counts:
     """Return a cap or a disc pressed into a membrane, with its skirt, noise, quantisation and some dropped pixels."""
     (h, w), focal = size, 0.74 * size[1]
@@ -51,7 +55,7 @@ def pressed(size: tuple[int, int], rng: np.random.Generator) -> Counts:
     bow = rng.choice([0.0, 1.0]) * (edge**2 - np.minimum(r, edge) ** 2) / rng.uniform(2 * edge, 0.08)
     image = PLANE - skirt - bow + rng.normal(0, rng.choice([1e-4, 3e-4, 1e-3]), size)
     image[rng.random(size) < 0.01] = 0
-    return np.rint(image / UNIT).clip(0, 65535).astype(np.uint16)
+    return _counts(image / UNIT)
 
 
 def few(image: Counts, rng: np.random.Generator) -> Counts:
@@ -88,14 +92,14 @@ def constant(image: Counts, rng: np.random.Generator) -> Counts:
 def steps(image: Counts, rng: np.random.Generator) -> Counts:
     wide, high = rng.integers(1, 80), rng.choice([1, 10, 100, 1000])
     ramp = np.arange(image.shape[1]) // wide * high
-    return (1400 + ramp[None, :] + 0 * image).clip(0, 65535).astype(np.uint16)
+    return _counts(1400 + ramp[None, :] + 0 * image)
 
 
 def stripes(image: Counts, rng: np.random.Generator) -> Counts:
     a, b = rng.integers(1, 40, 2)
     u, v = np.arange(image.shape[1]) // a % 2, np.arange(image.shape[0]) // b % 2
     pattern = (u[None, :] ^ v[:, None], u[None, :] | 0 * v[:, None], u[None, :] & v[:, None])[rng.integers(3)]
-    return (1600 - rng.choice([5, 20, 100, 1600]) * pattern).astype(np.uint16)
+    return _counts(1600 - rng.choice([5, 20, 100, 1600]) * pattern)
 
 
 def dots(image: Counts, rng: np.random.Generator) -> Counts:
@@ -103,7 +107,7 @@ def dots(image: Counts, rng: np.random.Generator) -> Counts:
     period = rng.integers(6, 60)
     u, v = (np.cos(2 * np.pi * np.arange(n) / period) for n in image.shape[::-1])
     rough = rng.normal(0, rng.choice([0, 2]), image.shape)
-    return np.rint(1560 - rng.choice([3, 10, 40]) * v[:, None] * u[None, :] + rough).astype(np.uint16)
+    return _counts(1560 - rng.choice([3, 10, 40]) * v[:, None] * u[None, :] + rough)
 
 
 def noise(image: Counts, rng: np.random.Generator) -> Counts:
@@ -127,7 +131,7 @@ def odd_lens(whole: Intrinsics, rng: np.random.Generator) -> Intrinsics:
     return dataclasses.replace(whole, **changed)
 
 
-def odd_array(depth: Array, rng: np.random.Generator) -> Any:
+def odd_array(depth: npt.NDArray[Any], rng: np.random.Generator) -> Any:
     """Return a depth image, m, as an array of another kind, order, type or shape."""
     makers: list[Callable[[], Any]] = [
         lambda: depth.astype(">f4"),
@@ -219,7 +223,7 @@ class Fuzz:
             ("ContactDetector", perception.ContactDetector()),
         ):
             for frame in frames:
-                self.call(name, lambda f=frame, to=follower: to.update(f))  # type: ignore[attr-defined, misc]
+                self.call(name, partial(follower.update, frame))
 
 
 def _cloud_faulty(found: Any) -> str:
@@ -254,7 +258,8 @@ def main() -> None:
 
 def _run(count: int, rng: np.random.Generator) -> None:
     warm(Fuzz())
-    fuzz, kinds, last = Fuzz(), [*KINDS, "pressed", "pressed", "lens", "array", "scale"], []
+    fuzz, kinds = Fuzz(), [*KINDS, "pressed", "pressed", "lens", "array", "scale"]
+    last: list[DepthFrame] = []
     for number in range(count):
         size = SIZES[number % 2]
         fuzz.kind, fuzz.height = str(rng.choice(kinds)), size[0]
@@ -265,14 +270,13 @@ def _run(count: int, rng: np.random.Generator) -> None:
             unit = float(rng.choice([1e-30, 1e-6, 1e-5, 1e-4, 1e-3, 1.0, 1e30, 0.0, math.nan]))
             plane = float(rng.choice([0.2, 0.0, -0.2, 1e-9, 5.0, 1e30, math.nan]))
         wrong = fuzz.kind == "lens"
-        known = fuzz.call("Intrinsics", lambda: odd_lens(lens(size), rng)) if wrong else intrinsics  # noqa: B023
+        known = fuzz.call("Intrinsics", partial(odd_lens, intrinsics, rng)) if wrong else intrinsics
         if fuzz.kind == "array":
             fuzz.cloud(odd_array(raw * UNIT, rng), known)
         frame = None
         if known is not None:
-            frame = fuzz.call(
-                "DepthFrame", lambda: DepthFrame(raw, unit, known, 0.0, number, plane, 0.1, 0.02), lambda f: ""
-            )  # noqa: B023
+            make = partial(DepthFrame, raw, unit, known, 0.0, number, plane, 0.1, 0.02)
+            frame = fuzz.call("DepthFrame", make, lambda _: "")
         if frame is None:
             continue
         if fuzz.kind != "array":

@@ -171,7 +171,9 @@ def _edges(flat: Array, on: MaskArray, *, along: int, pitch: float) -> _Edges:
     first, last = mask[:, lines].argmax(axis=0), mask.shape[0] - 1 - mask[::-1, lines].argmax(axis=0)
     if np.median(first) < 1 or np.median(last) > mask.shape[0] - 2:
         which = "an end of the membrane under the fingers" if along == 1 else "a free side of the membrane"
-        raise IllConditioned(f"{which} is out of view; the camera must see all of it")
+        raise IllConditioned(
+            f"{which} is out of view, so that its length is not known; move the camera so that it sees all of it"
+        )
     found = []
     for at, sign in ((first, -1), (last, 1)):
         place = where[at, lines]

@@ -254,7 +254,6 @@ def _above_either(scale: Scale) -> list[Patch]:
             either[box] |= part
             np.maximum(score, signal.curvature / np.float32(threshold) - 1.0, out=score)
             sd = signal.sd / threshold
-    everything, shape = np.s_[:, :], either.shape
-    whole = (placed(part, box, everything, shape) for box, part in parts(either, either))
+    whole = (placed(part, box, np.s_[:, :], scale.ground.raised.shape) for box, part in parts(either, either))
     score /= np.float32(max(sd, 1e-9))
     return [with_above_plane(scale.ground.surface, part, score) for part in whole]

@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+import re
 import time
 from pathlib import Path
 
@@ -54,11 +55,11 @@ COSTLY = {
 def test_no_frame_hangs(name, rule):
     made = frame(COSTLY[name]())
     began = time.process_time()
-    with pytest.raises((NoContact, IllConditioned, InvalidInput)) as refused:
+    try:
         find_contact(made, rule=rule)
-        raise NoContact("an answer is as good as a refusal here")
+    except (NoContact, IllConditioned, InvalidInput) as refused:
+        assert len(str(refused)) > 20
     assert time.process_time() - began < SECOND
-    assert len(str(refused.value)) > 20
 
 
 def test_hundreds_of_bulges_are_no_object():
@@ -135,7 +136,7 @@ def test_rays_that_are_all_one_are_refused():
 @pytest.mark.parametrize("name", ["unit", "plane_distance"])
 @pytest.mark.parametrize("value", [0.0, -0.1, np.nan, np.inf])
 def test_lengths_of_a_frame_are_above_zero(name, value):
-    with pytest.raises(InvalidInput, match=f"{name} of a depth frame"):
+    with pytest.raises(InvalidInput, match=name + " of a depth frame"):
         dataclasses.replace(frame(np.full((H, W), 1600)), **{name: value})
 
 
@@ -172,20 +173,24 @@ def test_frames_of_a_hand_that_moves_are_not_averaged(name):
         average_frames([still, beyond])
 
 
+REFUSALS = ("NoContact", "IllConditioned")
+CAUGHT = "no bend"  # where it is raised
+TRY = (
+    "ask", "average", "begin", "choose", "compare", "fit", "free", "give", "hold", "keep", "label", "leave", "look", "measure", "move",
+    "name", "press", "raise", "wait",
+)  # fmt: skip
+
+
 def refusals():
     for path in sorted(Path(stretch_bt.perception.__file__).parent.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name):
-                if node.exc.func.id in ("NoContact", "IllConditioned") and isinstance(
-                    node.exc.args[0], ast.Constant | ast.JoinedStr
-                ):
-                    yield f"{path.name}:{node.lineno}", ast.unparse(node.exc.args[0])
-
-
-INSIDE = {"bend.py": "no bend"}  # caught where it is raised
+            match node:
+                case ast.Raise(exc=ast.Call(func=ast.Name(id=name), args=[ast.Constant() | ast.JoinedStr() as text])):
+                    if name in REFUSALS:
+                        yield f"{path.name}:{node.lineno}", ast.unparse(text)
 
 
 @pytest.mark.parametrize(("place", "text"), list(refusals()))
 def test_a_refusal_says_what_to_try(place, text):
-    if INSIDE.get(place.split(":")[0], "-") not in text:
-        assert "; " in text or ": " in text, text
+    advice = re.split(r"[;:] ", text)[1:]
+    assert CAUGHT in text or any(part.lstrip("'\" ").startswith(TRY) for part in advice), (place, text)
