@@ -110,7 +110,7 @@ def test_the_gain_of_a_wide_filter_is_that_of_the_filter():
     ],
 )
 def test_intrinsics_that_no_camera_has_are_refused(changes):
-    with pytest.raises(InvalidInput, match="intrinsics are finite|focal lengths are above 0"):
+    with pytest.raises(InvalidInput, match=r"intrinsics are finite|focal lengths are above 0"):
         dataclasses.replace(LENS, **changes)
 
 
