@@ -39,7 +39,7 @@ from stretch_bt.run.record import RecordReader
 from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN
 from stretch_bt.run.task import run
 
-COUNT, KILLED, HANG, KILLED_AT, LATEST = 2000, 60, 20, 12, 1.0
+COUNT, KILLED, HANG, KILLED_AT, LATEST = 2000, 60, 20, 12, 0.3
 FILES = (RUN, EVENTS, MCAP, RESULT)
 MOCKS = """\
 format: stretch-mocks/1
