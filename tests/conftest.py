@@ -1,6 +1,12 @@
+import signal
 from pathlib import Path
 
 from hypothesis import settings
+
+# a shell that runs the tests in the background, or under nohup, has them ignored, and the processes of the tests would ignore them too
+signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 settings.register_profile("shared", deadline=None)  # how fast a machine is, is no property of the code
 settings.load_profile("shared")

@@ -29,8 +29,8 @@ class MapView(Behavior):
     deep: In[DepthFrame]  # with the hand lowered
     shallow: In[DepthFrame]  # with the hand raised a little, still in contact
     relief: Out[Relief]  # the map with this press in it
-    cloud: Out[Cloud]  # of the points in contact, without what later presses undercut
-    contacts: Out[list[Contact]]  # of the presses that touched, for a fit of the shape to all of them
+    cloud: Out[Cloud | None]  # of the points in contact, without what later presses undercut
+    contacts: Out[list[Contact] | None]  # of the presses that touched, for a fit of the shape to all of them
 
     def update(self) -> Status:
         """Add."""

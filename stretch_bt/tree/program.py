@@ -65,13 +65,20 @@ def find_tree(tree: str | Path) -> tuple[Path, str]:
         There is neither.
     """
     path = Path(tree)
-    if path.exists() or path.suffix in (".yaml", ".yml"):
+    if path.suffix in (".yaml", ".yml") or _exists(path):
         return path, str(tree)
     shipped = headings.shipped(f"{tree}.yaml")
     if shipped.exists():
         return shipped, f"{tree}.yaml"
     hint = did_you_mean(str(tree), shipped_trees())
     raise TreeError([Diagnostic(str(tree), 1, 1, "error", "file-missing", "no such file or shipped tree", hint)])
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # no file has such a name
+        return False
 
 
 def load_program(tree: str | Path, params: Mapping[str, Any] | None = None, modules: Modules | None = None) -> Program:

@@ -285,19 +285,19 @@ def test_G12_a_tree_is_run_once(bench: Any) -> None:
 
 
 class GiveItems(Behavior):
-    """Write a list in which an item is None."""
+    """Write a list in which an item counts as false."""
 
     instant: ClassVar[bool] = True
     items: Out[list[int]]
 
     def update(self) -> Status:
         """Write it."""
-        self.items = [1, None, 3]  # type: ignore[list-item]
+        self.items = [1, 0, 3]
         return Status.SUCCESS
 
 
-def test_G13_an_empty_list_ticks_nothing_and_none_does_not_end_a_loop(bench: Any) -> None:
-    """py_trees: `ForEach` ticks the child once for an empty list and stops at None; here neither."""
+def test_G13_an_empty_list_ticks_nothing_and_a_zero_does_not_end_a_loop(bench: Any) -> None:
+    """py_trees: `ForEach` ticks the child once for an empty list and stops at an item that counts as false; here neither."""
     registry.node(GiveItems)
     head = "keys: {n: int, items: 'list[int]'}\nparams: {none: {type: 'list[int]', default: []}}"
     loop = "for_each: {{items: {}, as: $n, do: {{probe: {{name: a}}}}}}"

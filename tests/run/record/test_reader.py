@@ -21,6 +21,7 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
 VECTOR = st.tuples(FINITE, FINITE, FINITE)
 TIMES = st.floats(0, 1e9)
 MAYBE = st.none() | FINITE
+LENGTHS = st.floats(1e-6, 10.0)
 
 
 def readings(values: st.SearchStrategy[Any]) -> st.SearchStrategy[Reading[Any]]:
@@ -33,10 +34,21 @@ def images(shape: tuple[int, int]) -> st.SearchStrategy[np.ndarray]:
 
 POSES = st.none() | st.builds(Pose, VECTOR, VECTOR)
 FRAMES = st.builds(
-    DepthFrame, images((20, 24)), FINITE, st.just(INTRINSICS), FINITE, st.integers(0), MAYBE, MAYBE, MAYBE, POSES
+    DepthFrame,
+    images((20, 24)),
+    LENGTHS,
+    st.just(INTRINSICS),
+    FINITE,
+    st.integers(0),
+    st.none() | LENGTHS,
+    MAYBE,
+    MAYBE,
+    POSES,
 )
 CROPPED = INTRINSICS.cropped(2, 10, 0, 5)
-CROPS = st.builds(DepthFrame, images((8, 5)), FINITE, st.just(CROPPED), FINITE, st.integers(0), MAYBE, MAYBE, MAYBE)
+CROPS = st.builds(
+    DepthFrame, images((8, 5)), LENGTHS, st.just(CROPPED), FINITE, st.integers(0), st.none() | LENGTHS, MAYBE, MAYBE
+)
 FAULTS = st.sampled_from([getattr(errors, n) for n in errors.__all__ if issubclass(getattr(errors, n), DeviceFault)])
 HANDED = st.one_of(
     st.builds(Handed, st.just("reading"), st.just("gripper"), st.just("opening"), readings(st.floats())),
