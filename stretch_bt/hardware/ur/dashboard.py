@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import Self
 
+from stretch_bt.hardware.device_text import device_text
+
 __all__ = ["PORT", "Dashboard", "ask_dashboard", "end_program"]
 
 PORT = 29999
@@ -71,7 +73,7 @@ class Dashboard:
                 raise OSError("the dashboard closed the connection" if not data else "the dashboard sends no lines")
             self._rest += data
         line, _, self._rest = self._rest.partition(b"\n")
-        return line.decode("utf-8", "replace").strip()
+        return device_text(line)
 
 
 def ask_dashboard(host: str, asked: Sequence[str], within: float, port: int = PORT) -> list[str]:
