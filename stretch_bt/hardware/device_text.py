@@ -9,10 +9,10 @@ _LONGEST = 200
 
 
 def device_text(data: bytes) -> str:
-    """Return text on one line, without spaces around it; what cannot be printed is written as its escape.
+    r"""Return text on one line, without spaces around it; what cannot be printed is written as its escape.
 
-    >>> device_text(b"ready\\x1b[2J ")
-    'ready\\\\x1b[2J'
+    >>> device_text(b"ready\x1b[2J ")
+    'ready\\x1b[2J'
     """
     text = data.decode("utf-8", "backslashreplace").strip()
     told = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
