@@ -49,7 +49,8 @@ class MapView(Behavior):
         if cloud is not None:
             self.cloud = carved(cloud, relief)
         if contact is not None:
-            self.contacts = [*([] if self.contacts is MISSING else self.contacts), contact]
+            touched = self.contacts
+            self.contacts = [*([] if touched is MISSING or touched is None else touched), contact]
         top = relief.height[relief.felt]
         if top.size and self.context.hand.contact_height is not None:
             self.context.hand.contact_height = max(self.context.hand.contact_height, float(np.percentile(top, 99)))
