@@ -338,9 +338,9 @@ def _load_scene(task: Task, spec: CellSpec | None) -> Any:
 
 
 def _result(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:
-    outputs, truth = output_values(task.built.outputs, truths.found)
-    unmet = task.mocks.expect.unmet(outcome.status, outcome.ticks, visits.seen) if task.mocks else []
     good = outcome.status == "SUCCESS"
+    outputs, truth = output_values(task.built.outputs, truths.found, succeeded=good)
+    unmet = task.mocks.expect.unmet(outcome.status, outcome.ticks, visits.seen) if task.mocks else []
     return RunResult(
         status=outcome.status,
         reason=outcome.reason,

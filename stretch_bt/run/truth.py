@@ -42,15 +42,18 @@ class Truths(Onlooker):
 
 
 def output_values(
-    outputs: Mapping[str, tuple[Declared, Cell]], truths: Mapping[str, float]
+    outputs: Mapping[str, tuple[Declared, Cell]], truths: Mapping[str, float], *, succeeded: bool
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return (outputs, truth) as {name: {value, unit, sd}}, in the unit that each is shown in."""
+    """Return (outputs, truth) as {name: {value, unit, sd}}, in the unit that each is shown in.
+
+    A default that nothing overwrote is an output of a task that `succeeded` alone.
+    """
     values, known = {}, {}
     for name, (declared, cell) in outputs.items():
         unit, scale = shown_in(declared)
         if declared.scene and name in truths:
             values[name] = {"value": _scaled(truths[name], scale), "unit": unit, "sd": None}
-        elif cell.value is not MISSING:
+        elif cell.value is not MISSING and (succeeded or cell.writer):
             values[name] = {"value": _scaled(cell.value, scale), "unit": unit, "sd": _scaled(cell.sd, scale)}
         if name in truths:
             known[name] = {"value": _scaled(truths[name], scale), "unit": unit, "sd": None}

@@ -119,3 +119,15 @@ def test_what_breaks_after_the_last_tick_changes_nothing(
     assert (result.status, len(result.errors)) == ("SUCCESS", 1)
     assert type(error).__name__ in result.errors[0]
     assert json.loads((tree.parent / "record/result.json").read_text())["status"] == "SUCCESS"
+
+
+@pytest.mark.parametrize(("end", "outputs"), [("wait: {duration: 0 s}", {"felt", "least"}), ("fail: lost it", {"felt"})])
+def test_a_failed_run_has_the_outputs_that_it_wrote_and_no_default(tmp_path: Path, end: str, outputs: set[str]) -> None:
+    (tmp_path / "tree.yaml").write_text(
+        "format: stretch-tree/1\n"
+        "trees:\n"
+        "  main:\n"
+        "    out: {felt: {type: Force, default: 9 N}, least: {type: Force, default: 1000 N}}\n"
+        f"    sequence: [set: {{felt: 2 N}}, {end}]\n"
+    )
+    assert run(tmp_path / "tree.yaml", out=tmp_path / "record").outputs.keys() == outputs
