@@ -1,7 +1,14 @@
+import os
 import signal
 from pathlib import Path
 
 from hypothesis import settings
+
+from stretch_bt.threads import ONE_THREAD
+
+os.environ.update(
+    ONE_THREAD
+)  # before numpy is loaded: more threads wait for each other, and take the cores from the other tests
 
 # a shell that runs the tests in the background, or under nohup, has them ignored, and the processes of the tests would ignore them too
 signal.signal(signal.SIGINT, signal.default_int_handler)

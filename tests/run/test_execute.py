@@ -121,7 +121,9 @@ def test_what_breaks_after_the_last_tick_changes_nothing(
     assert json.loads((tree.parent / "record/result.json").read_text())["status"] == "SUCCESS"
 
 
-@pytest.mark.parametrize(("end", "outputs"), [("wait: {duration: 0 s}", {"felt", "least"}), ("fail: lost it", {"felt"})])
+@pytest.mark.parametrize(
+    ("end", "outputs"), [("wait: {duration: 0 s}", {"felt", "least"}), ("fail: lost it", {"felt"})]
+)
 def test_a_failed_run_has_the_outputs_that_it_wrote_and_no_default(tmp_path: Path, end: str, outputs: set[str]) -> None:
     (tmp_path / "tree.yaml").write_text(
         "format: stretch-tree/1\n"
