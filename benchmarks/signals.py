@@ -161,7 +161,7 @@ def judge(end: End, reader: str) -> str:
         "hang": end.waited > PROMPT,
         "exit": end.code != 130 and not over,
         "json": reader != "stdout closed" and (given or {}).get("status") != "INTERRUPTED" and not over,
-        "record": end.record.exists() and (found is None or (given or found)["status"] != found["status"]),
+        "record": end.record.exists() and (found is None or not agrees(given or found, found)),
         "moving": bool(moving(end.record)),
     }
     end.wrong |= {name for name, is_so in wrong.items() if is_so}
@@ -175,6 +175,12 @@ def printed(end: End) -> dict[str, str] | None:
     except ValueError:
         return None
     return document if isinstance(document, dict) else None
+
+
+def agrees(given: dict[str, str], kept: dict[str, str]) -> bool:
+    """Whether what was printed is what the record says; one that is closed keeps how the task ended before the signal."""
+    after = f"came after the task had ended with {kept['status']}"
+    return given["status"] == kept["status"] or after in given["reason"]
 
 
 def result_of(end: End) -> dict[str, str] | None:
