@@ -120,10 +120,8 @@ class Runner:
             while True:
                 status = self._tick(self.tree.root)
                 if status is None:
-                    self._origin, self._slot = (
-                        self.clock.now(),
-                        0,
-                    )  # what follows a stop does not wait for the next tick
+                    # what follows a stop does not wait for the next tick
+                    self._origin, self._slot = self.clock.now(), 0
                     return self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
                 if status is not Status.RUNNING:
                     return self._end(status.name, self._explain(self.tree.root, status))
