@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NoReturn
 
 import yaml
@@ -22,6 +23,7 @@ _DEPTH_OF_PARSER = "maximum nesting depth"
 _LOADER = getattr(yaml, "CLoader", yaml.Loader)
 
 
+@lru_cache(maxsize=8)  # a check reads a file for its format, and again as what it is
 def parse(text: str, file: str) -> Value:
     """Read YAML text; raises FileError with the place of the mistake."""
     try:
