@@ -15,7 +15,9 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-settings.register_profile("shared", deadline=None)  # how fast a machine is, is no property of the code
+# how fast a machine is, is no property of the code; the same examples each time: `--hypothesis-profile search` looks for others
+settings.register_profile("shared", deadline=None, derandomize=True)
+settings.register_profile("search", deadline=None)
 settings.load_profile("shared")
 
 #: files that take longest, in this order: begun last, one of them would keep one process busy while the others have nothing left to do

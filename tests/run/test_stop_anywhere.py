@@ -191,20 +191,25 @@ def check_replay(trouble: Trouble, result: RunResult) -> None:
         assert again.first_difference["tick"] >= trouble.tick
 
 
-def test_every_tick_under_mocks(tmp_path: Path) -> None:
+@pytest.mark.parametrize("ways", [1, pytest.param(4, marks=pytest.mark.slow)])
+def test_every_tick_under_mocks(ways: int, tmp_path: Path) -> None:
+    """Each tick in one way, in turn; or each in all four."""
     (tmp_path / "mocks.yaml").write_text(MOCKS, encoding="utf-8")
     mocks = tmp_path / "mocks.yaml"
     whole = run(TREE, mocks=mocks, out=tmp_path / "whole")
     assert (whole.status, 60 <= whole.ticks <= 200) == ("SUCCESS", True)
     made: Counter[str] = Counter()
-    for tick, way in itertools.product(range(1, whole.ticks + 1), WAYS):
+    for tick, k in itertools.product(range(1, whole.ticks + 1), range(ways)):
+        way = WAYS[(tick + k) % 4]
         trouble, result = stopped(way, tick, tmp_path / f"{way}{tick}", mocks=mocks)
         check_end(trouble, result)
         made[way] += trouble.made
-        if tick % 8 == 0:
+        if tick % 8 == k:
             check_replay(trouble, result)
-    assert made["SIGINT"] == made["SIGTERM"] == whole.ticks
-    assert min(made.values()) > 0.9 * whole.ticks
+    asked = whole.ticks * ways // 4
+    assert made["SIGINT"] in (asked, asked + 1)
+    assert made["SIGTERM"] in (asked, asked + 1)
+    assert min(made.values()) > 0.85 * asked
 
 
 @pytest.fixture(scope="module")
@@ -215,15 +220,15 @@ def small_twin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return {"cell": path, "scene": "water_balloon", "params": {"frames": 2}}
 
 
-def test_forty_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any]) -> None:
+def test_twelve_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any]) -> None:
     whole = run(TREE, out=tmp_path / "whole", **small_twin)
     assert whole.status == "SUCCESS"
-    chosen = sorted(random.Random(7).sample(range(1, whole.ticks), 40))
+    chosen = sorted(random.Random(7).sample(range(1, whole.ticks), 12))
     for number, tick in enumerate(chosen):
         trouble, result = stopped(WAYS[number % 4], tick, tmp_path / str(tick), **small_twin)
         assert trouble.made
         check_end(trouble, result)
-        if number % 9 == 0:
+        if number % 5 == 0:
             check_replay(trouble, result)
 
 

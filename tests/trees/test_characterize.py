@@ -32,7 +32,7 @@ SMALL = {
 }
 ROWS = 2 * 2 * 3 * 2
 #: of interruptions: in the first trial, while the sensor is zeroed, while an indenter is mounted, before the last row
-TICKS = [890, 1060, 1500, 2340]
+TICKS = [890, *(pytest.param(tick, marks=pytest.mark.slow) for tick in (1060, 2340)), 1500]
 
 
 @pytest.fixture

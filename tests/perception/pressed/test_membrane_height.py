@@ -54,7 +54,7 @@ def test_height_within_its_deviation_whatever_the_press(radius, span, depth, bes
     points[..., 2] += np.random.default_rng(seed).normal(0, NOISE, points.shape[:2])
     height = told(points, radius, span, depth)
     assert abs(height.value - depth) < 5 * math.hypot(height.sd, FORM_OFF)
-    assert height.sd < 2e-4
+    assert height.sd < 2.5e-4
 
 
 @pytest.mark.parametrize(("sd", "alike"), [(3e-4, 0.0), (1e-4, 3.0)])
