@@ -58,7 +58,7 @@ def test_an_arm_holds_limits_from_three_newtons_on():
     ForceLimit(0.05, Arm(lambda at: 0.0, deviation=0.0), None, RunContext())
 
 
-@pytest.mark.parametrize("limit", [3.0, 4.0, 5.0, 8.0])
+@pytest.mark.parametrize("limit", [3.0, *(pytest.param(limit, marks=pytest.mark.slow) for limit in (4.0, 5.0, 8.0))])
 def test_noise_does_not_pass_a_limit_in_two_hours(limit):
     """One false alarm in ten hours is stated; 8 times 20 min, of other noise each, give none, and half of the limit's force few."""
     alarms = 0

@@ -84,7 +84,8 @@ def moving(shared):
     yield begin
     shared.hand.contact_height = None
     shared.stand_in.clear()
-    eventually(lambda: anew(shared.devices["arm"]))
+    arm = shared.devices["arm"]
+    eventually(lambda: arm.state is DeviceState.READY or anew(arm))
 
 
 def anew(arm):

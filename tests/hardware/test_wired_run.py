@@ -61,12 +61,12 @@ def cases_of_camera(phase):
 
 
 def chosen(kind):
-    """Return the cases of the default run: each fault in one phase."""
+    """Return the cases of the default run: every third fault of a device in one phase; with the device alone each is tested beside this."""
     found, every = {}, {phase: list(kind(phase)) for phase in PHASES}
     for phase, asked in every.items():
         for case in asked:
             found.setdefault((case["device"], case["fault"]), []).append((phase, case))
-    for k, (_, cases) in enumerate(sorted(found.items())):
+    for k, (_, cases) in enumerate(sorted(found.items())[::3]):
         yield cases[k % len(cases)][1]
 
 

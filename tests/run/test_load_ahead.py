@@ -28,7 +28,11 @@ print(json.dumps([result.status, sorted(name for name in late if not name.starts
 
 
 @pytest.mark.parametrize(
-    "tree", ["palpate_stiffness", "form_cookie_fast", pytest.param("reconstruct", marks=pytest.mark.slow)]
+    "tree",
+    [
+        "palpate_stiffness",
+        *(pytest.param(tree, marks=pytest.mark.slow) for tree in ("form_cookie_fast", "reconstruct")),
+    ],
 )
 def test_a_task_loads_nothing_while_it_runs(tmp_path, tree):
     asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record"]

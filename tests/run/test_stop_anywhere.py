@@ -220,10 +220,10 @@ def small_twin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return {"cell": path, "scene": "water_balloon", "params": {"frames": 2}}
 
 
-def test_twelve_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any]) -> None:
+def test_eight_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any]) -> None:
     whole = run(TREE, out=tmp_path / "whole", **small_twin)
     assert whole.status == "SUCCESS"
-    chosen = sorted(random.Random(7).sample(range(1, whole.ticks), 12))
+    chosen = sorted(random.Random(7).sample(range(1, whole.ticks), 8))
     for number, tick in enumerate(chosen):
         trouble, result = stopped(WAYS[number % 4], tick, tmp_path / str(tick), **small_twin)
         assert trouble.made

@@ -18,7 +18,9 @@ SHEET = (0.090, 0.100, 0.002, NeoHookean(SHEAR_MODULUS), MOUNT_PRESTRETCH)
 
 
 @pytest.mark.parametrize("body", [Sphere(0.020), Cone(0.7854, 0.0005)], ids=["sphere", "cone"])
-@pytest.mark.parametrize("effects", [(), (Friction(Friction.Parameters()),)], ids=["plain", "friction"])
+@pytest.mark.parametrize(
+    "effects", [(), pytest.param((Friction(Friction.Parameters()),), marks=pytest.mark.slow)], ids=["plain", "friction"]
+)
 def test_a_grazing_touch(body, effects):
     sheet = SheetFidelity(*SHEET, effects)
     place = Place(body, None, (0.0, 0.0), 0.0, (0.0, 0.0), 0.01, 0.0)

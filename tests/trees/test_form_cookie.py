@@ -102,7 +102,11 @@ GIVEN_UP = {
 }
 
 
-@pytest.mark.parametrize("why", GIVEN_UP)
+#: the longest of them
+LONG = ("too stiff to be pressed flat", "nothing is under the hand any more")
+
+
+@pytest.mark.parametrize("why", [pytest.param(why, marks=[pytest.mark.slow] * (why in LONG)) for why in GIVEN_UP])
 def test_what_cannot_be_shaped_is_given_up_with_the_reason(cookie, why):
     thing, more = GIVEN_UP[why]
     result = cookie("form_cookie_fast", thing, **{**BRIEF, **more})
@@ -115,7 +119,7 @@ def test_what_cannot_be_shaped_is_given_up_with_the_reason(cookie, why):
     ("why", "thing"),
     [
         *((why, GIVEN_UP[why][0]) for why in ("nothing was met", "too small", "too large")),
-        ("still does not hold after 3 passes", "edge: 25 mm"),
+        pytest.param("still does not hold after 3 passes", "edge: 25 mm", marks=pytest.mark.slow),
     ],
 )
 def test_the_tree_of_the_paper_tells_sizes_absence_and_what_never_settles(cookie, why, thing):
