@@ -142,3 +142,13 @@ def test_dough_that_stays_thick_is_no_cookie(cookie):
     assert result.status == "FAILURE"
     assert "too stiff to be pressed flat" in result.reason
     assert values(result)["thickness"] > 0.6 * values(result)["before"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tree", ["form_cookie", "form_cookie_fast"])
+def test_dough_that_is_too_hard_for_the_hand_is_given_up_with_the_hand_raised(run, tmp_path, tree):
+    path, runners = tmp_path / "scene.yaml", []
+    path.write_text(SCENE.format(thing="edge: 25 mm, yield_stress: 40 kPa, modulus: 800 kPa", effects=""))
+    result = run(tree, scene=path, watch=runners.append)
+    assert result.status == "FAILURE", result.reason
+    assert runners[0].cell.truth()["force"] == 0.0

@@ -116,3 +116,23 @@ def test_what_keeps_creeping_is_told_as_it_is_then_after_no_more_than_the_longes
     assert now > 1.1 * truth["stiffness"]["value"], "which is that of the settled object"
     assert abs(stiffness["value"] - now) < 3 * stiffness["sd"] < 0.5 * now
     assert 3.5 <= result.outputs["hold"]["value"] < 8.0
+
+
+STIFF = """format: stretch-scene/1
+object: {type: sphere, diameter: 60 mm, stiffness: 5 N/mm}
+fidelity: hertz
+tolerance: {stiffness: 5 %, height: 0.3 mm}
+"""
+
+
+@pytest.mark.parametrize("tree", ["palpate_stiffness", "palpate_active"])
+def test_a_stiff_object_ends_with_the_stiffness_that_it_showed(run, tmp_path, tree):
+    scene = tmp_path / "stiff.yaml"
+    scene.write_text(STIFF, encoding="utf-8")
+    result = run(tree, scene=scene, params={"max_force": 5.5})
+    shown, truth = result.outputs["stiffness"], result.truth["stiffness"]
+    assert abs(shown["value"] - truth["value"]) < 4 * shown["sd"] < truth["value"]
+    if tree == "palpate_stiffness":
+        assert result.status == "FAILURE"
+        assert "gave way by" in result.reason
+        assert f"which is {shown['value']:.3g}"[:9] in result.reason

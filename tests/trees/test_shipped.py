@@ -1,6 +1,7 @@
 """Every shipped tree: checked, and ticked to SUCCESS and to FAILURE under mocks, without a scene or a device."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -8,10 +9,15 @@ from pathlib import Path
 import pytest
 
 from stretch_bt.run.check import check
-from stretch_bt.tree.program import shipped_trees
+from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.tree.program import load_program, shipped_trees
 
 MOCKS = Path(__file__).parent / "mocks"
 TREES = shipped_trees()
+#: trees that move an arm
+MOVING = [tree for tree in TREES if "arm" in load_program(tree).document.devices]
+#: N, at which a run is interrupted
+PRESSED = 0.3
 
 #: run in a process of its own, so that what it imports is its own doing
 SCRIPT = """
@@ -58,3 +64,28 @@ def test_the_mocked_palpation_reports_force_over_drop(tmp_path, run):
     assert out["stiffness"]["sd"] > 0
     assert out["hold"]["value"] >= 2.0
     assert out["presses"] == {"value": 3, "unit": "", "sd": None}
+
+
+class Interrupts(Onlooker):
+    """Interrupts a run once, as the hand presses on the object."""
+
+    def __init__(self, runner):
+        self.runner, self.made = runner, False
+
+    def begin_tick(self, tick, time):
+        if not self.made and self.runner.cell.truth()["force"] > PRESSED:
+            self.made = True
+            signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize("tree", [pytest.param(t, marks=[pytest.mark.slow] * t.startswith("form")) for t in MOVING])
+def test_the_hand_is_raised_from_the_object_when_a_run_is_interrupted(run, tree):
+    onlookers = []
+
+    def watch(runner):
+        onlookers.append(Interrupts(runner))
+        runner.watchers.append(onlookers[0])
+
+    assert run(tree, watch=watch).status == "INTERRUPTED"
+    assert onlookers[0].made
+    assert onlookers[0].runner.cell.truth()["force"] == 0.0

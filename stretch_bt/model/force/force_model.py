@@ -51,6 +51,17 @@ MOST = {"radius": 1.0, "stretch": 0.2, "depth": 0.1}
 #: m, by which gripper and arm may stand off where they were sent
 STRETCH_OFF, DEPTH_OFF = 1e-3, 2e-4
 _SAME = 1e-6
+#: what to do where a value lies outside the range, by its name and whether it is too large
+_REMEDIES = {
+    ("radius", True): "a contact so nearly flat is of no sphere that the model knows; press where the object is round, or calibrate with "
+    "larger spheres",
+    ("radius", False): "a contact so sharp is of no sphere that the model knows; press where the object is rounder, or calibrate with "
+    "smaller spheres",
+    ("stretch", True): "stretch the membrane less, or calibrate at larger stretches",
+    ("stretch", False): "stretch the membrane further, or calibrate at smaller stretches",
+    ("depth", True): "press less deep, or calibrate deeper",
+    ("depth", False): "press deeper, or calibrate from first contact on",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +78,8 @@ class Range:
             low, high = getattr(self, name)
             if not low <= value <= high:
                 asked, least, most = (format_quantity(v, _LENGTH) for v in (value, low, high))
-                raise InvalidInput(f"{name} {asked} is outside the calibrated range; use {least} to {most}")
+                remedy = _REMEDIES[name, value > high]
+                raise InvalidInput(f"{name} {asked} is outside the calibrated range, {least} to {most}: {remedy}")
 
     def holds(self, radius: float, stretch: float, depth: float) -> bool:
         """Tell whether a place lies inside, as far as arm and gripper stand where they are sent."""

@@ -13,7 +13,7 @@ from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.model.force.local import Pressed
 from stretch_bt.model.palpation.indentation import next_indentation
 from stretch_bt.model.palpation.series import ROBOT, Series
-from stretch_bt.units import Estimate
+from stretch_bt.units import KINDS, Estimate, format_quantity
 
 __all__ = ["MARGIN", "Limits", "Plan", "hardest_trusted", "next_press", "off_by", "press_at", "stretches"]
 
@@ -80,7 +80,8 @@ def next_press(model: ForceModel, radius: float, fit: Series, last: Pressed, dro
         raise IllConditioned(
             f"no press within the limits of depth, force and stretch is harder than this one; {fit.too_little()}"
             if fit.drop.value <= MARGIN * fit.drop.sd
-            else f"the object gave way by {fit.drop.value * 1e3:.2f} mm of {drop * 1e3:.2f} mm under {fit.force.value:.2f} N, and "
+            else f"the object gave way by {fit.drop.value * 1e3:.2f} mm of {drop * 1e3:.2f} mm under {fit.force.value:.2f} N, which is "
+            f"{format_quantity(fit.force.value / fit.drop.value, KINDS['Stiffness'])}, and "
             "no press within the limits of depth, force and stretch is harder; raise one of them, or ask for a smaller drop"
         )
     return hardest
