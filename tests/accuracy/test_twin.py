@@ -49,6 +49,7 @@ def test_a_press_measures_what_the_scene_holds():
     assert found.cpu_seconds > 0
 
 
+@pytest.mark.slow
 def test_each_effect_that_a_scene_can_have_is_judged():
     few = dict.fromkeys(("friction", "mullins"), 1)
     found = judge("calibration_sphere", Ledger(None, workers=1), [0], few)

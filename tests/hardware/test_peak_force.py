@@ -171,7 +171,7 @@ def test_the_stand_ins_arm_comes_to_what_is_computed_and_not_beyond(pressed, spe
 
 
 @pytest.mark.parametrize("fails", FAILS)
-@pytest.mark.parametrize(("speed", "stiffness"), PRESSES[2:4])
+@pytest.mark.parametrize(("speed", "stiffness"), [PRESSES[2], pytest.param(*PRESSES[3], marks=pytest.mark.slow)])
 def test_over_a_connection_that_fails_it_comes_to_no_more_than_is_computed_for_that(pressed, speed, stiffness, fails):
     within(
         lambda: pressed(speed, stiffness, fails),

@@ -71,8 +71,18 @@ def silenced(folder, servers, host, phase, camera):
     return followed.over - frozen[0], found
 
 
-@pytest.mark.parametrize("phase", ["approach", "roll", "set_stretch"])
-@pytest.mark.parametrize("camera", [False, True])
+@pytest.mark.parametrize(
+    ("phase", "camera"),
+    [
+        ("approach", True),
+        ("roll", False),
+        ("set_stretch", False),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (("approach", False), ("roll", True), ("set_stretch", True))
+        ),
+    ],
+)
 def test_all_devices_fall_silent_and_the_run_ends_with_the_hand_at_rest(
     request, servers, own_hosts, tmp_path, phase, camera
 ):

@@ -31,8 +31,8 @@ SMALL = {
     "trials": 2,
 }
 ROWS = 2 * 2 * 3 * 2
-#: of interruptions: in the first trial, while the sensor is zeroed, while an indenter is mounted, before the last row
-TICKS = [890, *(pytest.param(tick, marks=pytest.mark.slow) for tick in (1060, 2340)), 1500]
+#: of interruptions: while an indenter is mounted; in the first trial, while the sensor is zeroed, before the last row
+TICKS = [1500, *(pytest.param(tick, marks=pytest.mark.slow) for tick in (890, 1060, 2340))]
 
 
 @pytest.fixture

@@ -137,6 +137,7 @@ def test_every_reason_that_is_documented_is_met():
     assert [reason for reason in said if reason.removeprefix("too ") not in ours] == []
 
 
+@pytest.mark.slow
 def test_dough_that_stays_thick_is_no_cookie(cookie):
     result = cookie("form_cookie", "edge: 25 mm", readings=3, settled=0.05, max_force=5.0)
     assert result.status == "FAILURE"
