@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.errors import StaleReading
+from stretch_bt.errors import NoEquilibrium, StaleReading
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.driver import ArmDriver, Bench
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import NoJournal
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored.arm import MonitoredArm
@@ -48,3 +48,32 @@ def test_a_reading_that_is_old_is_waited_for_a_moment_where_newer_ones_come_by_t
         with pytest.raises(StaleReading, match="the latest pose is 1 s old"):
             arm.pose(0.2)
     assert driver.left < asked - 5 or not streams
+
+
+class Unbalanced(ArmDriver):
+    """An arm in a simulation that has no force for where it is."""
+
+    Options = None
+
+    def follow(self, path, speed):
+        return lambda: MotionState.MOVING
+
+    def wrench(self):
+        raise NoEquilibrium("nothing is in balance here")
+
+    def pose(self):
+        return Reading(Pose((0, 0, 0.1)), time.monotonic(), time.monotonic(), 0)
+
+    def stop(self):
+        pass
+
+
+def test_where_there_is_no_force_a_motion_that_rises_goes_on_and_no_other():
+    limits, hand = Limits(), Hand()
+    driver = Unbalanced("arm", None, Bench(time.monotonic, 0, Path(), hand, limits))
+    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, NoJournal()))
+    arm.open()
+    assert arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="up").poll() is MotionState.MOVING
+    for height in (0.08, 0.0999):
+        with pytest.raises(NoEquilibrium):
+            arm.move(Pose((0, 0, height)), speed=0.02, owner="down").poll()

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from stretch_bt.errors import InvalidInput, LimitExceeded, StaleReading
+from stretch_bt.errors import InvalidInput, LimitExceeded, NoAnswer, StaleReading
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver
 from stretch_bt.hardware.interfaces import Arm, Motion, Reading
@@ -28,6 +28,8 @@ class MonitoredArm(Mover[ArmDriver]):
     readings: ClassVar[Mapping[str, Any]] = Arm.readings
     _was_moved = False
     _before: Reading[Pose] | None = None
+    #: whether the motion that goes on leads nowhere deeper than where it began
+    _rises = False
 
     def open(self) -> None:
         """Connect, free of an earlier fault; moves nothing."""
@@ -70,10 +72,20 @@ class MonitoredArm(Mover[ArmDriver]):
         return noise
 
     def guard(self) -> None:
-        """Stop the arm, with a fault that stays, when it is too fast, feels more force than the cell allows, or feels nothing."""
+        """Stop the arm, with a fault that stays, when it is too fast, feels more force than the cell allows, or feels nothing.
+
+        Where a simulation has no force for a place, a motion that rises goes on: it leads away from what cannot be.
+        """
         with self.faults():
-            place, reading = self.driver.pose(), self.driver.wrench()
+            place = self.driver.pose()
         self._check_speed(place)
+        try:
+            with self.faults():
+                reading = self.driver.wrench()
+        except NoAnswer:
+            if self._rises:
+                return
+            raise
         if self.watch.now() - reading.host_time > _FORCE_AGE:
             self.halt(StaleReading(self.name, f"the arm moved without a force reading for {_FORCE_AGE} s"))
         self._check_force(reading.value)
@@ -110,6 +122,7 @@ class MonitoredArm(Mover[ArmDriver]):
         self.take_over()
         self.command(name, arguments, owner)
         self._was_moved, self._before = True, here
+        self._rises = min(pose.height for pose in path) >= here.value.height
         with self.faults():
             poll = self.driver.follow(path, arguments["speed"])
         return self.own(poll, owner)

@@ -53,9 +53,15 @@ STRETCH_OFF, DEPTH_OFF = 1e-3, 2e-4
 _SAME = 1e-6
 #: what to do where a value lies outside the range, by its name and whether it is too large
 _REMEDIES = {
-    ("radius", True): "a contact so nearly flat is of no sphere that the model knows; press where the object is round, or calibrate with "
+    (
+        "radius",
+        True,
+    ): "a contact so nearly flat is of no sphere that the model knows; press where the object is round, or calibrate with "
     "larger spheres",
-    ("radius", False): "a contact so sharp is of no sphere that the model knows; press where the object is rounder, or calibrate with "
+    (
+        "radius",
+        False,
+    ): "a contact so sharp is of no sphere that the model knows; press where the object is rounder, or calibrate with "
     "smaller spheres",
     ("stretch", True): "stretch the membrane less, or calibrate at larger stretches",
     ("stretch", False): "stretch the membrane further, or calibrate at smaller stretches",

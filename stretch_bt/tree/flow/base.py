@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 import py_trees
 from py_trees.common import Status
 
+from stretch_bt.errors import NoAnswer
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.expression import Expression
 from stretch_bt.tree.fragments import Schema
@@ -179,7 +180,11 @@ class FlowNode(py_trees.behaviour.Behaviour):
         if self.status is not Status.RUNNING:
             self.feedback_message = ""
             self.begin()
-        status = yield from self.decide()
+        try:
+            status = yield from self.decide()
+        except NoAnswer as refusal:  # of what its own expression reads: each child keeps its own
+            self.feedback_message = refusal.reason
+            status = Status.FAILURE
         if status is not Status.RUNNING:
             self.end_children()
         self.status = status
