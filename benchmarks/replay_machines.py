@@ -1,8 +1,8 @@
 """What `replay` says of a record that another processor made: the same run under settings that change kernels and threads.
 
-Run with `python benchmarks/replay_machines.py [--tree T] [--scene S]`. Each setting runs the tree once in a process of its
-own, then each replays the records of all. A cell says `identical`, or the largest difference of a number with `same` or
-`DIFFERS`; the last column is the largest relative difference of an output from that of the first setting.
+Run with `python benchmarks/replay_machines.py [--tree T] [--scene S] [--settings A B ...]`, on the tree's own scene unless told. Each
+setting runs the tree once in a process of its own, then each replays the records of all. A cell says `identical`, or the largest
+difference of a number with `same` or `DIFFERS`; the last column is the largest relative difference of an output from the first setting.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from stretch_bt.simulation.scene import scene_text
-
 SETTINGS: dict[str, dict[str, str]] = {
     "no setting": {},
     **{f"{n} threads": {"OPENBLAS_NUM_THREADS": str(n)} for n in (1, 2, 4)},
@@ -26,7 +24,7 @@ SETTINGS: dict[str, dict[str, str]] = {
     "numba generic": {"NUMBA_CPU_NAME": "generic"},
     "numpy AVX2 off": {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL X86_V3"},
 }
-RUN = "import sys; from stretch_bt.run.task import run; run(sys.argv[1], scene=sys.argv[2], out=sys.argv[3])"
+RUN = "import sys; from stretch_bt.run.task import run; run(sys.argv[1], scene=sys.argv[2] or None, out=sys.argv[3])"
 REPLAY = """\
 import json, sys
 from stretch_bt.run.replay import replay
@@ -69,29 +67,27 @@ def main() -> int:
     given = ArgumentParser(description=__doc__)
     given.add_argument("--tree", default="palpate_stiffness")
     given.add_argument("--scene", default="")
+    given.add_argument("--settings", nargs="+", choices=SETTINGS, default=list(SETTINGS))
     options = given.parse_args()
     wrong = 0
     with TemporaryDirectory(prefix="machines-") as place:
-        cache, scene = Path(place) / "cache", options.scene
-        if not scene:
-            scene = f"{place}/scene.yaml"
-            Path(scene).write_text(scene_text("water_balloon") + "fidelity: axisymmetric\n")
-        records = {name: Path(place) / name.replace(" ", "_") for name in SETTINGS}
+        cache, names = Path(place) / "cache", list(options.settings)
+        records = {name: Path(place) / name.replace(" ", "_") for name in names}
         for name, record in records.items():
-            python(name, cache, RUN, options.tree, scene, str(record))
+            python(name, cache, RUN, options.tree, options.scene, str(record))
             print(name, json.loads((record / "run.json").read_text("utf-8"))["machine"]["blas"], flush=True)
-        print("".join(f"{text:>17}" for text in ("replayed under", *SETTINGS, "outputs")))
-        for name in SETTINGS:
+        print("".join(f"{text:>17}" for text in ("replayed under", *names, "outputs")))
+        for name in names:
             answers = json.loads(python(name, cache, REPLAY, *map(str, records.values())))
             wrong += sum(not answer["same"] for answer in answers)
-            change = deviation(outputs(records[name]), outputs(records["no setting"]))
+            change = deviation(outputs(records[name]), outputs(records[names[0]]))
             print("".join(f"{text:>17}" for text in (name, *map(said, answers), f"{change:.0e}")), flush=True)
-            for recorded, answer in zip(SETTINGS, answers, strict=True):
+            for recorded, answer in zip(names, answers, strict=True):
                 if not answer["same"]:
                     print(
                         f"recorded under {recorded}: {json.dumps(answer['first_difference'])[:2000]}", file=sys.stderr
                     )
-    print(f"{len(SETTINGS) ** 2} replays, {wrong} not the same")
+    print(f"{len(names) ** 2} replays, {wrong} not the same")
     return 1 if wrong else 0
 
 
