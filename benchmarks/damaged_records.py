@@ -10,7 +10,8 @@ the command line, in this process. An answer is good where it
   answer states; or
 - is a difference (exit 1) that says the damage too.
 
-Anything else is bad: a traceback, a difference alone, `same` of a record whose content is another, over 20 s.
+Anything else is bad: a traceback, a difference alone, `same` of a record whose content is another, over 1 s
+of CPU more than the whole record takes.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from stretch_bt.run.record import RecordReader
 from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN
 from stretch_bt.run.task import run
 
-COUNT, KILLED, HANG, KILLED_AT, LATEST = 2000, 60, 20, 12, 0.3
+COUNT, KILLED, HANG, KILLED_AT, LATEST = 2000, 60, 1.0, 12, 0.3
 FILES = (RUN, EVENTS, MCAP, RESULT)
 MOCKS = """\
 format: stretch-mocks/1
@@ -175,26 +176,28 @@ class Hang(BaseException):
 
 
 @contextmanager
-def limit() -> Iterator[None]:
+def limit(seconds: float) -> Iterator[None]:
+    """Raise Hang after some CPU time, s."""
+
     def late(*_: Any) -> None:
         raise Hang
 
-    before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(HANG)
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
-def command(*arguments: str) -> tuple[int | str, str, str]:
-    """Return the exit code of a command, or what is bad, with both of its outputs."""
+def command(*arguments: str, seconds: float = 60.0) -> tuple[int | str, str, str]:
+    """Return the exit code of a command, or what is bad, with both of its outputs; it may take some CPU time, s."""
     out, err = io.StringIO(), io.StringIO()
     code: int | str = 0
     sys.argv = ["stretch-bt", *arguments]
     try:
-        with limit(), redirect_stdout(out), redirect_stderr(err):
+        with limit(seconds), redirect_stdout(out), redirect_stderr(err):
             command_line()
     except SystemExit as ended:
         code = ended.code if isinstance(ended.code, int) else 0
@@ -203,6 +206,19 @@ def command(*arguments: str) -> tuple[int | str, str, str]:
     except BaseException as error:  # what a user would see as a traceback
         code = f"traceback {type(error).__name__}"
     return code, out.getvalue(), err.getvalue()
+
+
+def words(asked: str, folder: Path) -> list[str]:
+    """Return the words of a command about a record."""
+    return [asked, str(folder), *(["--json"] if asked == "replay" else ["--out", str(folder.parent / "report.html")])]
+
+
+def taken(asked: str, folder: Path) -> float:
+    """Return the CPU time, s, that a command takes of a whole record, once everything is loaded."""
+    command(*words(asked, folder))
+    began = time.process_time()
+    command(*words(asked, folder))
+    return time.process_time() - began
 
 
 def killed_at_random(draw: random.Random) -> str:
@@ -226,6 +242,7 @@ def killed_at_random(draw: random.Random) -> str:
         return "ended before" if until is None else "are the same, up to a stated instant"
 
 
+COMMANDS = ("replay", "report")
 PLACE = re.compile(r"(run\.json|events\.jsonl|record\.mcap|result\.json):\d+:\d+ error\[record-[a-z]+\]")
 
 
@@ -259,6 +276,7 @@ def main() -> int:
     with TemporaryDirectory(prefix="damaged-") as place:
         records = make(Path(place))
         whole = {name: content_of(RecordReader(folder)) for name, folder in records.items()}
+        usual = {(asked, name): taken(asked, folder) for name, folder in records.items() for asked in COMMANDS}
         for number in range(options.count):
             name = draw.choice(list(records))
             file = draw.choice([n for n in FILES if (records[name] / n).exists()])
@@ -271,10 +289,10 @@ def main() -> int:
                 good = unchanged(folder, whole[name])
             except RecordError:
                 good = False
-            for asked in (("replay", str(folder), "--json"), ("report", str(folder), "--out", f"{place}/report.html")):
-                answer = command(*asked)
-                found = verdict(*answer, asked[0] == "replay", good)
-                counts[asked[0], f"{file} {way.__name__}", found] += 1
+            for asked in COMMANDS:
+                answer = command(*words(asked, folder), seconds=usual[asked, name] + HANG)
+                found = verdict(*answer, asked == "replay", good)
+                counts[asked, f"{file} {way.__name__}", found] += 1
                 if found.startswith("BAD"):
                     bad += 1
                     if options.show:
