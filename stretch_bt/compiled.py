@@ -23,14 +23,15 @@ __all__ = ["cache_folder", "kernel"]
 _CONFIG: Any = numba.config
 F = TypeVar("F", bound=Callable[..., Any])
 
-# not a number and infinity keep their meaning: a collapsed element has infinite energy
-_FAST = {"contract", "reassoc", "arcp", "nsz"}
-
 
 def kernel(signature: str | list[str] | None = None) -> Callable[[F], F]:
-    """Return a decorator that compiles a function, at once where signatures are given, and keeps the code."""
+    """Return a decorator that compiles a function, at once where signatures are given, and keeps the code.
+
+    No product is fused with a sum, and no sum taken in another order, so that each processor gives the same digits; not a
+    number and infinity keep their meaning.
+    """
     folder = cache_folder()
-    options: dict[str, Any] = {"cache": folder is not None, "fastmath": _FAST, "error_model": "numpy"}
+    options: dict[str, Any] = {"cache": folder is not None, "fastmath": False, "error_model": "numpy"}
     compiled: Any = njit(**options) if signature is None else njit(signature, **options)
 
     def compile_kept(function: Any) -> Any:

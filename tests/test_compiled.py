@@ -39,3 +39,24 @@ def test_a_change_of_any_kernel_leaves_the_old_code_behind(tmp_path, monkeypatch
         (tmp_path / "part" / "some_kernel.py").write_text(text)
         prints.add(compiled._fingerprint())
     assert len(prints) == 2
+
+
+SETTLE = """\
+import hashlib, numpy as np
+from stretch_bt.perception.top_kernel import settle
+draw = np.random.default_rng(0)
+design, q = draw.normal(size=(6, 501)), np.zeros(6)
+assert settle(design, draw.normal(size=501), q, 3.0, 1e-9, 9)
+print(hashlib.sha256(q.tobytes()).hexdigest())
+"""
+
+
+def test_a_processor_with_fewer_instructions_gives_the_same_digits(tmp_path):
+    """It fuses no product with a sum, and adds up in another width."""
+    digits = set()
+    for own in ({}, {"NUMBA_CPU_NAME": "generic", "NUMBA_CACHE_DIR": str(tmp_path)}):
+        done = subprocess.run(
+            [sys.executable, "-c", SETTLE], env=os.environ | own, capture_output=True, text=True, check=True
+        )
+        digits.add(done.stdout)
+    assert len(digits) == 1
