@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.solids.bend import Bend, search_bend
+from stretch_bt.perception.solids.bend import CONVERGED, Bend, search_bend
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.views import View
 
@@ -23,8 +23,6 @@ BAND = 1.5e-3  # m to either side of a ray
 NEAREST, FARTHEST = 4e-3, 45e-3  # m from the middle
 OFF = 0.5e-3  # m by which bends lie off the outline of a shape that fits
 FEWEST = 10
-#: so near to the best fit that what is left says nothing of how a processor rounds
-CONVERGED = {"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-12}
 
 
 @dataclass(frozen=True, slots=True)
