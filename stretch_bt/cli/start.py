@@ -45,8 +45,8 @@ def _code() -> int:
         stops.note()
         lost = outlets.close(lambda: bool(stops.names))
     if lost is not None:
-        sys.stderr.write(f"error: cannot write to standard output: {lost.strerror}\n")
-        return code or 2
+        stops.say(f"error: cannot write to standard output: {lost.strerror}\n")
+        return code or 2  # an exit that says more than that comes first
     return code
 
 

@@ -84,6 +84,10 @@ class Stops:
         text = _RUN if sys.argv[1:2] == ["run"] else _OTHER
         return text.replace("NAME", self.names[0] if self.names else "SIGINT")
 
+    def say(self, text: str) -> None:
+        """Write a short text to standard error, unless that is closed or would wait for its reader."""
+        _give(2, text, 0.0)
+
     def _raise(self, name: str) -> None:
         raise KeyboardInterrupt(name)
 

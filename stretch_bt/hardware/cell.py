@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StretchError
@@ -81,6 +82,7 @@ def open_cell(
     scene: Scene | None = None,
     journal: Journal | None = None,
     only: Collection[str] | None = None,
+    closing: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> Cell:
     """Open the devices of a cell; moves nothing.
 
@@ -98,6 +100,8 @@ def open_cell(
         What takes note of readings, commands, motions and faults.
     only
         Names of the devices to open; all when None.
+    closing
+        Around the closing of those opened before one that does not open, so that no signal breaks it off.
 
     Raises
     ------
@@ -119,7 +123,8 @@ def open_cell(
         for device in devices.values():
             device.open()
     except BaseException:
-        cell.close()
+        with closing():
+            cell.close()
         raise
     return cell
 

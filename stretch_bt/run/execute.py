@@ -21,7 +21,7 @@ from stretch_bt.run.record import RunRecord
 from stretch_bt.run.record.plain import plain
 from stretch_bt.run.report import write_report
 from stretch_bt.run.runner import Outcome, Runner, Watcher
-from stretch_bt.run.signals import signals
+from stretch_bt.run.signals import signals, unbroken
 from stretch_bt.run.sketches import Sketches
 from stretch_bt.run.truth import Truths, output_values
 from stretch_bt.threads import one_thread
@@ -174,7 +174,7 @@ class _Run:
             self.open(spec, scene, devices)
             return self.drive(self.cell)
         except BaseException as error:
-            if self.came and self.runner is None:
+            if self.came and self.runner is None and isinstance(error, KeyboardInterrupt):
                 return self.unbegun()
             kinds = {DeviceFault: "FAULT", KeyboardInterrupt: "INTERRUPTED"}
             status = next((name for kind, name in kinds.items() if isinstance(error, kind)), "ERROR")
@@ -204,7 +204,13 @@ class _Run:
             from stretch_bt.hardware.cell import open_cell
 
             return open_cell(
-                spec, now=self.clock.now, seed=self.task.seed, scene=scene, journal=self.seen, only=self.task.devices()
+                spec,
+                now=self.clock.now,
+                seed=self.task.seed,
+                scene=scene,
+                journal=self.seen,
+                only=self.task.devices(),
+                closing=unbroken,
             )
         finally:
             self.opening = False
@@ -246,6 +252,7 @@ class _Run:
             if self.view is not None:
                 self.view.start(built.outline())
             outcome = runner.run()
+            self.came += runner.unheard
         finally:
             if self.view is not None:
                 with suppress(Exception, SystemExit):  # its terminal may be gone

@@ -96,6 +96,11 @@ class Runner:
         self._interrupts.append(why)
         self.clock.wake()
 
+    @property
+    def unheard(self) -> list[str]:
+        """Signals that came too late to end the task: in its last tick, or while the devices were stopped."""
+        return [] if self.outcome.status == "INTERRUPTED" else list(self._interrupts)
+
     def run(self) -> Outcome:
         """Tick to the end, stop safely, and return how it ended; raises only when it is called twice."""
         if not self._used.acquire(blocking=False):

@@ -10,6 +10,8 @@ __all__ = ["Countdown"]
 
 #: part of a period that is rounding, not time
 _ROUNDING = 1e-6
+#: ticks, more than any run has
+_MOST = 1e15
 
 
 class Countdown:
@@ -26,7 +28,7 @@ class Countdown:
     def __init__(self, context: Context, seconds: float) -> None:
         self._context = context
         period = context.period
-        self._last = context.slot + (math.ceil(seconds / period - _ROUNDING) if period > 0 else 0)
+        self._last = context.slot + (math.ceil(min(seconds / period, _MOST) - _ROUNDING) if period > 0 else 0)
         self._until = context.now + seconds
 
     @property

@@ -68,7 +68,8 @@ class PortCheck:
     def _list(self, value: Any, type_: Type) -> Any:
         if not isinstance(value, list | tuple) or type_.item is None:
             raise InvalidInput(self._refusal(value))
-        return value.__class__(self._fit(item, type_.item) for item in value)
+        items = [self._fit(item, type_.item) for item in value]
+        return items if isinstance(value, list) else tuple(items)
 
     def _number(self, value: Any, type_: Type) -> Any:
         wanted = Integral if type_.family is Family.INT else Real

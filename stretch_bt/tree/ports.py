@@ -383,7 +383,9 @@ class Behavior(py_trees.behaviour.Behaviour):
             if self.active:
                 self.active = False
                 self.terminate(new_status)
-        except DeviceFault:
+        except DeviceFault as fault:
+            if isinstance(fault, NoAnswer):  # what a motion may ask for is no question at its end
+                raise NodeError(self.path, f"terminate() broke ({type(fault).__name__}: {fault})") from fault
             raise
         except Exception as error:
             raise NodeError(self.path, f"terminate() broke ({type(error).__name__}: {error})") from error

@@ -134,6 +134,14 @@ def test_a_signal_in_a_tick_ends_the_run_with_its_record(own):
     assert json.loads((Path(found["record"]) / "result.json").read_text())["status"] == "INTERRUPTED"
 
 
+def test_a_signal_in_the_last_tick_is_in_the_result(own):
+    Path("tree.yaml").write_text(TREE.replace(", {retract: {clearance: 20 mm}}", ""))
+    ended = called("run", "tree.yaml", "--json", env={**os.environ, "STAGE": "tick"}, capture_output=True)
+    found = json.loads(ended.stdout)
+    assert (ended.returncode, found["status"]) == (130, "INTERRUPTED")
+    assert "after the task had ended with SUCCESS" in found["reason"]
+
+
 @pytest.mark.parametrize("nohup", [False, True])
 def test_a_signal_that_was_ignored_at_the_start_is_heard_all_the_same(own, nohup):
     def ignore():

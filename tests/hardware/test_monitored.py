@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.errors import NoEquilibrium, StaleReading
-from stretch_bt.frames import Pose
+from stretch_bt.errors import BeyondLimits, NoEquilibrium, StaleReading
+from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, Bench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
@@ -77,3 +77,35 @@ def test_where_there_is_no_force_a_motion_that_rises_goes_on_and_no_other():
     for height in (0.08, 0.0999):
         with pytest.raises(NoEquilibrium):
             arm.move(Pose((0, 0, height)), speed=0.02, owner="down").poll()
+
+
+class Choosy(Unbalanced):
+    """An arm that refuses its second way."""
+
+    ways = 0
+    stops = 0
+
+    def follow(self, path, speed):
+        self.ways += 1
+        if self.ways == 2:
+            raise BeyondLimits(self.name, "the arm cannot reach a pose on the way")
+        return super().follow(path, speed)
+
+    def wrench(self):
+        return Reading(Wrench((0, 0, 0), (0, 0, 0)), time.monotonic(), time.monotonic(), 0)
+
+    def stop(self):
+        self.stops += 1
+
+
+def test_a_way_that_is_refused_takes_nothing_from_the_motion_before():
+    limits, hand = Limits(), Hand()
+    driver = Choosy("arm", None, Bench(time.monotonic, 0, Path(), hand, limits))
+    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, NoJournal()))
+    arm.open()
+    first = arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="a")
+    with pytest.raises(BeyondLimits):
+        arm.move(Pose((0, 0, 0.2)), speed=0.02, owner="b")
+    assert first.poll() is MotionState.MOVING
+    first.stop()
+    assert (first.ended, driver.stops) == (MotionState.STOPPED, 1)

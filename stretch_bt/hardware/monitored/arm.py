@@ -28,7 +28,7 @@ class MonitoredArm(Mover[ArmDriver]):
     readings: ClassVar[Mapping[str, Any]] = Arm.readings
     _was_moved = False
     _before: Reading[Pose] | None = None
-    #: whether the motion that goes on leads nowhere deeper than where it began
+    #: whether the motion that goes on leads up from where it began
     _rises = False
 
     def open(self) -> None:
@@ -119,10 +119,10 @@ class MonitoredArm(Mover[ArmDriver]):
                 limits.check_pose(self.name, pose, self.watch.hand)
         except LimitExceeded as fault:
             raise self.refuse(fault) from None
-        self.take_over()
+        self.settle()
         self.command(name, arguments, owner)
         self._was_moved, self._before = True, here
-        self._rises = min(pose.height for pose in path) >= here.value.height
+        self._rises = min(pose.height for pose in path) > here.value.height
         with self.faults():
             poll = self.driver.follow(path, arguments["speed"])
         return self.own(poll, owner)

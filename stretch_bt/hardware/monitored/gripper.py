@@ -33,7 +33,7 @@ class MonitoredGripper(Mover[GripperDriver]):
             limits.check_opening(self.name, opening, self.watch.hand)
         except LimitExceeded as fault:
             raise self.refuse(fault) from None
-        self.take_over()
+        self.settle()
         self.command("move", {"opening": opening, "speed": speed}, owner)
         with self.faults():
             poll = self.driver.move(opening, speed)
@@ -60,7 +60,7 @@ class MonitoredGripper(Mover[GripperDriver]):
     def activate(self, *, owner: str) -> Motion:
         """Make the gripper ready to move, on a person's word: its fingers may travel all their way, whatever the limits say."""
         self.check_ready()
-        self.take_over()
+        self.settle()
         self.command("activate", {}, owner)
         with self.faults():
             poll = self.driver.activate()

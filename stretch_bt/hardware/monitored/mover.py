@@ -51,16 +51,16 @@ class Mover(Monitored[D]):
         super().__init__(name, driver, watch)
         self._current: OwnedMotion | None = None
 
-    def take_over(self) -> None:
-        """Give the device to a new command: the motion before it ends as preempted, unless it had ended already."""
+    def settle(self) -> None:
+        """Take note of a motion that has ended by now, before a new command makes its end unknown."""
         if self._current is not None:
             with self.faults():
                 self._current.refresh()
-            self._current.ended = self._current.ended or MotionState.PREEMPTED
-            self._current = None
 
     def own(self, poll: Poll, owner: str) -> OwnedMotion:
-        """Return the handle of the motion that was just commanded."""
+        """Return the handle of the motion that the driver has just accepted; the one before it ends as preempted, unless it had ended."""
+        if self._current is not None:
+            self._current.ended = self._current.ended or MotionState.PREEMPTED
         self._current = OwnedMotion(self, owner, poll)
         return self._current
 

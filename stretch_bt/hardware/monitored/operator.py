@@ -22,7 +22,7 @@ class MonitoredOperator(Mover[OperatorDriver]):
         """Mount an indenter; `size` is a diameter, m, and for a cone an angle, rad."""
         self.check_ready()
         check_indenter(geometry, size)
-        self.take_over()
+        self.settle()
         self.command("mount", {"geometry": geometry, "size": size}, owner)
         with self.faults():
             poll = self.driver.mount(geometry, size)
@@ -31,7 +31,7 @@ class MonitoredOperator(Mover[OperatorDriver]):
     def confirm(self, request: str, *, owner: str) -> Motion:
         """Wait until the operator lets the robot go on."""
         self.check_ready()
-        self.take_over()
+        self.settle()
         self.command("confirm", {"request": request}, owner)
         with self.faults():
             poll = self.driver.confirm(request)

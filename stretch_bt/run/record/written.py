@@ -80,7 +80,7 @@ class Written:
         changed = self._changed(reached)
         if changed is not None:
             return self._parse(self.size), changed
-        last = reached[-1].events
+        last = reached[-1].events if reached else 0
         if closed and len(reached) < len(marks):
             self._parse(self.size)
             raise self._damaged(

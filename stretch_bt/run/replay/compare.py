@@ -13,6 +13,8 @@ __all__ = ["RELATIVE", "Comparison", "compare"]
 
 #: how far a number may be from the recorded one: of itself, and of its standard deviation
 RELATIVE, OF_SD = 1e-6, 1e-3
+#: SI; a smaller number is compared as if it were so large: next to nothing has no last digits
+TINY = 1e-9
 #: fields of text for people: numbers in them are shown with few digits, and may be rounded either way
 _TOLD = ("reason", "why")
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -100,8 +102,7 @@ def _difference(old: float, new: float, sd: Any, scale: float) -> float:
     if old == new:
         return 0.0
     spread = abs(sd) * RELATIVE**-1 * OF_SD if _is_number(sd) else 0.0
-    size = max(abs(old), scale, spread)
-    return abs(old - new) / size if size > 0 else math.inf
+    return abs(old - new) / max(abs(old), scale, spread, TINY)
 
 
 def _words(told: Any) -> Any:

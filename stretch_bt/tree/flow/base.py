@@ -177,12 +177,12 @@ class FlowNode(py_trees.behaviour.Behaviour):
     def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
         """Tick once."""
         self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
-        if self.status is not Status.RUNNING:
-            self.feedback_message = ""
-            self.begin()
         try:
+            if self.status is not Status.RUNNING:
+                self.feedback_message = ""
+                self.begin()
             status = yield from self.decide()
-        except NoAnswer as refusal:  # of what its own expression reads: each child keeps its own
+        except NoAnswer as refusal:  # of what its own expression reads: a child tells its own as FAILURE
             self.feedback_message = refusal.reason
             status = Status.FAILURE
         if status is not Status.RUNNING:

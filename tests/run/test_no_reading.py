@@ -1,0 +1,44 @@
+"""An expression whose reading has no answer is FAILURE of its node, wherever it stands, and the tree goes on."""
+
+import pytest
+
+from stretch_bt import run
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.hardware.monitored.arm import MonitoredArm
+
+TREE = """\
+format: stretch-tree/1
+devices: {{arm: Arm}}
+scene: water_balloon
+trees:
+  main:
+    selector:
+      - {body}
+      - sequence: [called: {{}}]
+  called:
+    sequence: [wait: {{duration: 0 s}}]
+    finally: [wait: {{duration: 0 s}}]
+"""
+BODIES = {
+    "check": "{check: arm.force < 1 N}",
+    "guard": "{guard: {that: arm.force < 1 N, do: {wait: {duration: 1 s}}}}",
+    "until": "{until: {that: arm.force < 1 N, max: 3, do: {wait: {duration: 0 s}}}}",
+    "timeout": "{timeout: {after: arm.force / 1 N * 1 s, do: {wait: {duration: 1 s}}}}",
+    "port": "{wait: {duration: arm.force / 1 N * 1 s}}",
+}
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_what_has_no_answer_fails_and_the_next_branch_is_taken(tmp_path, monkeypatch, name):
+    def refuse(*_):
+        raise NoEquilibrium("nothing is in balance here")
+
+    monkeypatch.setattr(MonitoredArm, "wrench", refuse)
+    tree = tmp_path / "tree.yaml"
+    tree.write_text(TREE.format(body=BODIES[name]), "utf-8")
+    result = run(tree, out=tmp_path / "record")
+    assert result.status == "SUCCESS", result.reason
+    failures = [
+        line for line in (tmp_path / "record" / "events.jsonl").read_text("utf-8").splitlines() if '"FAILURE"' in line
+    ]
+    assert any("nothing is in balance here" in line for line in failures)
