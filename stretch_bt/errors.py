@@ -83,6 +83,11 @@ class Diagnostic:
         return fields
 
 
+def writable(text: object) -> str:
+    """Return a text that every file and terminal takes: what UTF-8 cannot hold is escaped."""
+    return str(text).encode("utf-8", "backslashreplace").decode("utf-8")
+
+
 class StretchError(Exception):
     """Base of every error raised on purpose."""
 
@@ -123,8 +128,8 @@ class NoAnswer(StretchError):
     """The numbers carry no answer; `.reason` says why in one sentence."""
 
     def __init__(self, reason: str) -> None:
-        self.reason = reason
-        super().__init__(reason)
+        self.reason = writable(reason)
+        super().__init__(self.reason)
 
 
 class NoContact(NoAnswer):
@@ -192,8 +197,8 @@ class NodeError(StretchError):
 
     def __init__(self, path: str, reason: str) -> None:
         self.path = path
-        self.reason = reason
-        super().__init__(f"{path}: {reason}")
+        self.reason = writable(reason)
+        super().__init__(f"{path}: {self.reason}")
 
 
 class MissingExtra(StretchError, ImportError):

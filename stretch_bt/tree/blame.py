@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary
 
-from stretch_bt.errors import NodeError, StretchError
+from stretch_bt.errors import NodeError, StretchError, writable
 
 __all__ = ["Broken", "blame", "own_code", "place_of"]
 
@@ -28,7 +28,7 @@ def blame(error: BaseException) -> Broken | None:
     if isinstance(cause, StretchError) and not isinstance(cause, NodeError):
         return None
     at = place_of(cause)
-    text = "".join(traceback.format_exception(cause))
+    text = writable("".join(traceback.format_exception(cause)))
     return Broken(at=at, traceback=text) if at else None
 
 

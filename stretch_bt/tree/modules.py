@@ -15,7 +15,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import StretchError
+from stretch_bt.errors import StretchError, writable
 from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.tree import registry
 from stretch_bt.tree.blame import place_of
@@ -75,7 +75,7 @@ class Modules:
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             kind = "" if isinstance(error, StretchError) else f"{type(error).__name__}: "
             at = "" if isinstance(error, SyntaxError) else place_of(error)  # its text has the place
-            message = f"module {name!r} cannot be imported: {kind}{error}{at and f' ({at})'}"
+            message = f"module {name!r} cannot be imported: {kind}{writable(error)}{at and f' ({at})'}"
             raise ModuleRefused(message, "mend the module, or install what it needs") from error
 
     def _folders(self, folder: Path) -> list[str]:

@@ -21,7 +21,16 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, overl
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput, NoAnswer, NodeError, StretchError, UnsetKey
+from stretch_bt.errors import (
+    BeyondLimits,
+    DeviceFault,
+    InvalidInput,
+    NoAnswer,
+    NodeError,
+    StretchError,
+    UnsetKey,
+    writable,
+)
 from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.units import Estimate
 
@@ -336,7 +345,9 @@ class Behavior(py_trees.behaviour.Behaviour):
 
     @reason.setter
     def reason(self, text: str) -> None:
-        self.feedback_message = text
+        if not isinstance(text, str):
+            raise NodeError(self.path, f"its reason is {text!r}; a reason is one sentence, a str")
+        self.feedback_message = writable(text)
 
     def update(self) -> Status:
         """Do one tick's work and return at once."""

@@ -29,6 +29,8 @@ BREAKS = {
     "    def update(self): return read('{')": ("7 in read", "JSONDecodeError: Expecting"),
     "    def update(self): raise ValueError('boom')": ("13 in update", "ValueError: boom"),
     "    def update(self): raise SystemExit(3)": ("13 in update", "SystemExit: 3"),
+    "    def update(self): raise ValueError(chr(0xD800))": ("13 in update", r"ValueError: \ud800"),
+    "    def update(self): self.reason = 5": ("13 in update", "its reason is 5; a reason is one sentence, a str"),
     "    def update(self): self.y = 'two'": ("13 in update", "wrote 'y' wrongly: it takes a Length"),
     "    def initialise(self): return 1 / 0": ("13 in initialise", "ZeroDivisionError"),
     "    def update(self): return Status.FAILURE\n    def terminate(self, new): raise ValueError('end')": (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +24,7 @@ ALIKE = 8.0  # neighbouring places of a profile that err as one
 STEEPEST, LEAST = 3.0, 0.04  # change of slope
 STARTS = 1.5e-3  # m between places at which the search begins
 #: so near to the best fit that what is left says nothing of how a processor rounds
-CONVERGED = {"ftol": 1e-14, "xtol": 1e-10, "gtol": 1e-10}
+CONVERGED: Any = {"ftol": 1e-14, "xtol": 1e-10, "gtol": 1e-10}
 
 
 @dataclass(frozen=True, slots=True)
