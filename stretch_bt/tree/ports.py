@@ -394,11 +394,10 @@ class Behavior(py_trees.behaviour.Behaviour):
             if self.active:
                 self.active = False
                 self.terminate(new_status)
-        except DeviceFault as fault:
-            if isinstance(fault, NoAnswer):  # what a motion may ask for is no question at its end
-                raise NodeError(self.path, f"terminate() broke ({type(fault).__name__}: {fault})") from fault
-            raise
         except Exception as error:
+            # a fault passes as it is; a plan beyond the limits is a mistake of the node here, where nothing may be asked for
+            if isinstance(error, DeviceFault) and not isinstance(error, NoAnswer):
+                raise
             raise NodeError(self.path, f"terminate() broke ({type(error).__name__}: {error})") from error
         finally:
             self.status = new_status

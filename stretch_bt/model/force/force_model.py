@@ -56,13 +56,11 @@ _REMEDIES = {
     (
         "radius",
         True,
-    ): "a contact so nearly flat is of no sphere that the model knows; press where the object is round, or calibrate with "
-    "larger spheres",
+    ): "no sphere that the model knows is so nearly flat; press where the object is round, or calibrate with larger spheres",
     (
         "radius",
         False,
-    ): "a contact so sharp is of no sphere that the model knows; press where the object is rounder, or calibrate with "
-    "smaller spheres",
+    ): "no sphere that the model knows is so sharp; press where the object is rounder, or calibrate with smaller spheres",
     ("stretch", True): "stretch the membrane less, or calibrate at larger stretches",
     ("stretch", False): "stretch the membrane further, or calibrate at smaller stretches",
     ("depth", True): "press less deep, or calibrate deeper",
