@@ -24,17 +24,21 @@ import numpy.typing as npt
 from stretch_bt import perception
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.perception.types import INVALID
 from stretch_bt.threads import one_thread
+from stretch_bt.units import Estimate
 
 Counts = npt.NDArray[np.uint16]
 
 SIZES = ((240, 320), (480, 640))
+REACH = HandGeometry().reach(0.02)
 UNIT, PLANE = 0.125e-3, 0.2
+PLANES = (0.01, 0.15, 0.19, 0.21, 0.3, 0.5, 1.0, 2.0)  # m, distances of the flat membrane that most frames do not fit
 REFUSALS = (NoContact, IllConditioned, InvalidInput)
 
 
-def lens(size: tuple[int, int]) -> Intrinsics:
+def lens(size: tuple[int, ...]) -> Intrinsics:
     """Return the intrinsics of a camera that sees 0.27 m of a membrane at PLANE."""
     (h, w), focal = size, 0.74 * size[1]
     return Intrinsics(focal, focal, (w - 1) / 2, (h - 1) / 2, w, h)
@@ -115,9 +119,53 @@ def noise(image: Counts, rng: np.random.Generator) -> Counts:
     return rng.integers(low, high, image.shape).astype(np.uint16)
 
 
+def corner(image: Counts, rng: np.random.Generator) -> Counts:
+    """Return a pressed membrane of which a corner is at another distance, or a box that meets two edges of the image."""
+    (h, w), found = image.shape, image.copy()
+    v, u = int(h * rng.uniform(0.1, 0.9)), int(w * rng.uniform(0.1, 0.9))
+    found[v:, u:] = rng.choice([800, 1300, 1500, 1550, 1590, 2400])
+    return np.asarray(found[:: rng.choice([-1, 1]), :: rng.choice([-1, 1])])
+
+
+def stairs(image: Counts, rng: np.random.Generator) -> Counts:
+    """Return steps along one or two axes or around the middle, with or without noise and holes."""
+    h, w = image.shape
+    u, v = np.arange(w)[None, :], np.arange(h)[:, None]
+    wide, high = rng.integers(8, 120), rng.choice([2, 5, 20, 60, 200])
+    shapes = (u + 0 * v, u + v, np.maximum(abs(u - w // 2), abs(v - h // 2)), np.hypot(u - w // 2, v - h // 2))
+    level = shapes[rng.integers(4)] // wide + (v // wide if rng.random() < 0.3 else 0)
+    made = (
+        1600
+        + rng.choice([-1, 1]) * high * (level - rng.integers(0, 4))
+        + rng.normal(0, rng.choice([0, 0, 1, 3]), image.shape)
+    )
+    made[rng.random(image.shape) < rng.choice([0, 0, 0.02])] = 0
+    return _counts(made)
+
+
+def fractal(image: Counts, rng: np.random.Generator) -> Counts:
+    """Return a pattern whose holes have holes, of all sizes."""
+    v, u = np.indices(image.shape)
+    both = u & v if rng.random() < 0.7 else u & v & ~7
+    shift = rng.integers(0, 5)
+    return np.where((both >> shift) == 0, rng.choice([1500, 1550, 1580]), rng.choice([1590, 1600, 1620])).astype(
+        np.uint16
+    )
+
+
+def mesas(image: Counts, rng: np.random.Generator) -> Counts:
+    """Return a few large raised places side by side, flat, round or rough, as many as still count as objects."""
+    (h, w), (rows, columns) = image.shape, ((1, 1), (1, 3), (2, 2), (2, 4), (3, 3), (2, 5))[rng.integers(6)]
+    u, v = (np.arange(n) * m / n % 1 - 0.5 for n, m in ((w, columns), (h, rows)))
+    share, high = rng.uniform(0.2, 0.49), rng.choice([10, 40, 120])
+    away = np.maximum(abs(u)[None, :], abs(v)[:, None]) if rng.random() < 0.5 else np.hypot(u[None, :], v[:, None])
+    lifted = np.where(away < share, 1.0, 0.0) if rng.random() < 0.6 else np.clip(1 - (away / share) ** 2, 0, 1)
+    return _counts(1600 - high * lifted + rng.normal(0, rng.choice([0, 1, 4]), image.shape))
+
+
 KINDS: dict[str, Callable[[Counts, np.random.Generator], Counts]] = {
     "few": few, "sparse": sparse, "salt": salt, "blocks": blocks, "constant": constant, "steps": steps, "stripes": stripes,
-    "dots": dots, "noise": noise,
+    "dots": dots, "noise": noise, "corner": corner, "stairs": stairs, "fractal": fractal, "mesas": mesas,
 }  # fmt: skip
 
 
@@ -155,17 +203,19 @@ def odd_array(depth: npt.NDArray[Any], rng: np.random.Generator) -> Any:
 
 
 def faulty(found: Any, name: str = "") -> str:
-    """Return what in an answer is not finite or has a negative deviation, or nothing."""
+    """Return what in an answer is not finite or has a deviation that is not above 0, or nothing."""
     if dataclasses.is_dataclass(found) and not isinstance(found, type):
         values = ((f.name, getattr(found, f.name)) for f in dataclasses.fields(found))
         return next((bad for n, v in values if (bad := faulty(v, n))), "")
+    if isinstance(found, Estimate) and (bad := faulty(found.sd, f"{name}.sd")):
+        return bad
     if isinstance(found, tuple):
         return next((bad for v in found if (bad := faulty(v, name))), "")
     if isinstance(found, float | np.floating) or (isinstance(found, np.ndarray) and found.dtype.kind == "f"):
         if not np.isfinite(found).all():
             return f"{name} is not finite"
-        if name.endswith("sd") and np.any(np.asarray(found) < 0):
-            return f"{name} is negative"
+        if name.endswith("sd") and np.any(np.asarray(found) <= 0):
+            return f"{name} is not above 0"
     return ""
 
 
@@ -213,7 +263,7 @@ class Fuzz:
         points, rays = contact.points[few], contact.rays[few]
         self.call("fit_sphere", lambda: perception.fit_sphere(points, rays=rays, noise=contact.surface_noise))
         valid = contact.labels != INVALID
-        self.call("track_height", lambda: perception.track_height(contact.surface, valid, contact.labels))
+        self.call("track_height", lambda: perception.track_height(contact.surface, valid, contact.labels, reach=REACH))
         self.call("contact_width", lambda: perception.contact_width(contact.surface, contact.labels))
 
     def series(self, frames: list[DepthFrame]) -> None:
@@ -250,36 +300,55 @@ def warm(fuzz: Fuzz) -> None:
 
 def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
-    rng = np.random.default_rng(int(sys.argv[2]) if len(sys.argv) > 2 else 0)
+    seed = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     warnings.simplefilter("error")
     with one_thread():  # as runs hold it
-        _run(count, rng)
+        _run(count, seed)
 
 
-def _run(count: int, rng: np.random.Generator) -> None:
+@dataclasses.dataclass
+class Drawn:
+    """What one frame is made of; a number and a seed give the same again."""
+
+    kind: str
+    raw: Counts
+    unit: float
+    plane: float
+    rng: np.random.Generator
+
+
+def drawn(number: int, seed: int) -> Drawn:
+    """Return the frame of a number."""
+    rng, size = np.random.default_rng((seed, number)), SIZES[number % 2]
+    kind = str(rng.choice([*KINDS, "pressed", "pressed", "lens", "array", "scale"]))
+    raw, unit, plane = pressed(size, rng), UNIT, PLANE
+    if kind in KINDS:
+        raw = KINDS[kind](raw, rng)
+        plane = float(rng.choice(PLANES)) if rng.random() < 0.4 else PLANE
+    if kind == "scale":
+        unit = float(rng.choice([1e-30, 1e-6, 1e-5, 1e-4, 1e-3, 1.0, 1e30, 0.0, math.nan]))
+        plane = float(rng.choice([0.2, 0.0, -0.2, 1e-9, 5.0, 1e30, math.nan]))
+    return Drawn(kind, raw, unit, plane, rng)
+
+
+def _run(count: int, seed: int) -> None:
     warm(Fuzz())
-    fuzz, kinds = Fuzz(), [*KINDS, "pressed", "pressed", "lens", "array", "scale"]
-    last: list[DepthFrame] = []
+    fuzz, last = Fuzz(), list[DepthFrame]()
     for number in range(count):
-        size = SIZES[number % 2]
-        fuzz.kind, fuzz.height = str(rng.choice(kinds)), size[0]
-        raw, intrinsics, unit, plane = pressed(size, rng), lens(size), UNIT, PLANE
-        if fuzz.kind in KINDS:
-            raw = KINDS[fuzz.kind](raw, rng)
-        if fuzz.kind == "scale":
-            unit = float(rng.choice([1e-30, 1e-6, 1e-5, 1e-4, 1e-3, 1.0, 1e30, 0.0, math.nan]))
-            plane = float(rng.choice([0.2, 0.0, -0.2, 1e-9, 5.0, 1e30, math.nan]))
-        wrong = fuzz.kind == "lens"
-        known = fuzz.call("Intrinsics", partial(odd_lens, intrinsics, rng)) if wrong else intrinsics
-        if fuzz.kind == "array":
-            fuzz.cloud(odd_array(raw * UNIT, rng), known)
+        made = drawn(number, seed)
+        raw, intrinsics = made.raw, lens(made.raw.shape)
+        fuzz.kind, fuzz.height = f"{made.kind}, frame {number}", len(raw)
+        wrong = made.kind == "lens"
+        known = fuzz.call("Intrinsics", partial(odd_lens, intrinsics, made.rng)) if wrong else intrinsics
+        if made.kind == "array":
+            fuzz.cloud(odd_array(raw * UNIT, made.rng), known)
         frame = None
         if known is not None:
-            make = partial(DepthFrame, raw, unit, known, 0.0, number, plane, 0.1, 0.02)
+            make = partial(DepthFrame, raw, made.unit, known, 0.0, number, made.plane, 0.1, 0.02)
             frame = fuzz.call("DepthFrame", make, lambda _: "")
         if frame is None:
             continue
-        if fuzz.kind != "array":
+        if made.kind != "array":
             fuzz.cloud(frame.depth, frame.intrinsics)
         fuzz.frame(frame, "either" if number % 8 > 5 else "mean")
         last = [f for f in last[-7:] if f.raw.shape == raw.shape] + [frame]

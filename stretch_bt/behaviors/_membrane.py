@@ -52,7 +52,8 @@ def height_of_top(
 
     By the whole membrane, where that may be and can tell it, else by the contact.
     """
-    top = perception.track_height(points, valid, labels, curvature=curvature)
+    reach = context.hand.geometry.reach(stretch)
+    top = perception.track_height(points, valid, labels, curvature=curvature, reach=reach)
     if curvature is not None and by_membrane:
         whole = _by_membrane(context, points, valid, stretch, curvature, top)
         if whole is not None:

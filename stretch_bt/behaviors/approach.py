@@ -229,7 +229,8 @@ class Approach(MotionBehavior):
             contact = perception.find_contact(frame)
             points, valid = perception.deproject(frame)
             points = perception.to_membrane(points, frame.plane_distance or 0.0)
-            return perception.track_height(points, valid, contact.labels), points, valid, contact.labels
+            reach = self.context.hand.geometry.reach(frame.stretch or 0.0)
+            return perception.track_height(points, valid, contact.labels, reach=reach), points, valid, contact.labels
         except NoAnswer:
             return None
 

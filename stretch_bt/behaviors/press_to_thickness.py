@@ -117,7 +117,8 @@ class PressToThickness(MotionBehavior):
         points, valid = perception.deproject(frame)
         seen = perception.to_membrane(points, frame.plane_distance or 0.0)
         try:
-            top = perception.track_height(seen, valid, perception.find_contact(frame).labels)
+            reach = self.context.hand.geometry.reach(frame.stretch or 0.0)
+            top = perception.track_height(seen, valid, perception.find_contact(frame).labels, reach=reach)
         except NoAnswer:  # a top that is pressed flat has no curvature to tell contact by
             top = Estimate(perception.highest_of(np.where(valid[..., None], seen, np.nan)), FLAT_SD)
         return Estimate(top.value + (frame.hand_height or 0.0), top.sd)

@@ -37,6 +37,13 @@ class HandGeometry:
         a, b, c = rotation_vector(turn @ Pose(rotation=(0.0, 0.0, -self.yaw)).matrix()).tolist()
         return Pose((x, y, z), (a, b, c))
 
+    def reach(self, stretch: float) -> float:
+        """Return how high the membrane can be lifted at a stretch, m: with flanks of 45 degrees from both clamps to the top.
+
+        It is stretched by two fifths more there; presses are known up to a third of that height.
+        """
+        return 0.5 * (self.gauge + stretch)
+
     def opening(self, stretch: float) -> float:
         """Return the gripper opening, m, that gives a stretch, m."""
         return self.rest_opening + stretch

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.regions import Box, border, bounds, filled, hull, inner_half, placed, touching, widened
+from stretch_bt.perception.scale import Signal
 from stretch_bt.perception.smooth import laplacian
 from stretch_bt.perception.surface import Surface
 from stretch_bt.perception.types import MaskArray
@@ -22,6 +24,7 @@ SHARE_SD = 0.045  # how much that share differs between contacts
 CERTAIN = 12.0  # standard deviations by which the top must rise
 AROUND = 0.5  # share of the width of a convex part that is looked at on all sides of it at first
 ENOUGH = 1500  # bins from which a plane or a quadratic is fitted
+MOST_BINS = 620_000  # of all windows that are searched for faces in one frame: a press takes a twentieth of that
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +37,24 @@ class Patch:
     sd: float
 
 
+class Effort:
+    """What one frame may still cost, so that each is answered or refused in time."""
+
+    def __init__(self) -> None:
+        self.left = MOST_BINS
+
+    def spend(self, bins: int) -> None:
+        """Count a search of some bins for a face; raises IllConditioned where a frame has taken too many."""
+        self.left -= bins
+        if self.left < 0:
+            raise IllConditioned(
+                "what looks curved is spread over the whole of the frame, as steps and edges of a room are, and not a membrane with an"
+                " object in it; look where the camera points, and leave out what is not the membrane (`mask_membrane`)"
+            )
+
+
 def flat_or_round(
-    surface: Surface, box: Box, part: MaskArray, curvature: Image, threshold: float, sd: float, raised: MaskArray
+    surface: Surface, box: Box, part: MaskArray, signal: Signal, threshold: float, raised: MaskArray, effort: Effort
 ) -> Patch:
     """Return the contact that a convex part, in a box of the surface, belongs to: the part, or where it is a rim, the flat face within."""
     # What the part holds or meets mostly lies near it, and the rest of the frame costs time.
@@ -45,10 +64,12 @@ def flat_or_round(
     near, bent = surface.part(window), placed(part, box, window, shape)
     inside = inner_half(hull(bent))
     if curvature_of(near, inside) >= threshold:
-        return Patch(near, filled(bent), curvature[window] - np.float32(threshold), sd)
+        return Patch(near, filled(bent), signal.curvature[window] - np.float32(threshold), signal.sd)
+    effort.spend(near.smooth.size)
     whole = touching(bent | (_above(near, bent) > 0.0), bent)
     if whole[[0, -1]].any() or whole[:, [0, -1]].any():
         inside, window = placed(inside, window, everything, shape), everything
+        effort.spend(surface.smooth.size)
         near, bent = surface, placed(part, box, everything, shape)
         whole = touching(bent | (_above(near, bent) > 0.0), bent)
     return _flat_face(near, whole, inside, raised[window])
@@ -64,8 +85,9 @@ def holds_summit(patch: Patch) -> bool:
     return bool(patch.surface.smooth[patch.mask].max() >= around.max(initial=-np.inf))
 
 
-def with_above_plane(surface: Surface, part: MaskArray, score: Image) -> Patch:
+def with_above_plane(surface: Surface, part: MaskArray, score: Image, effort: Effort) -> Patch:
     """Add what lies above the plane of the part and touches it, and fill holes; `score` is in units of its noise."""
+    effort.spend(surface.smooth.size // 2)
     above = _above(surface, part)
     whole = touching(part | (above > 0.0), part)
     # In units of the noise both scores weigh alike where the border is drawn between bins.

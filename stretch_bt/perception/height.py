@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
-from stretch_bt.perception.robust import quantile
+from stretch_bt.perception.robust import quantile, sample
+from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.surface import check_points
 from stretch_bt.perception.top import Places, Top, settled
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
@@ -21,11 +22,19 @@ Array = npt.NDArray[np.float64]
 RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim leaves alone
 HIGH = 0.1  # share of the points that are the highest
 AROUND = 1.5  # radii of those within which a top is sought
-REACH = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
+BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
+
+MOST = 40_000  # points, whose height is known to far less than a camera's count, and not better by more
+RUN = 64  # neighbours that are kept together, since they show how far noise is alike
 
 
 def track_height(
-    points: FloatArray, valid: MaskArray, labels: LabelArray, *, curvature: Estimate | None = None
+    points: FloatArray,
+    valid: MaskArray,
+    labels: LabelArray,
+    *,
+    curvature: Estimate | None = None,
+    reach: float | None = None,
 ) -> Estimate:
     """Return the height of the object's top, z of the membrane frame, m.
 
@@ -40,27 +49,32 @@ def track_height(
         Classes as `segment` gives them, of this frame or of an earlier one with the same contact.
     curvature
         Of the top, 1/m, where something else knows it; left aside where the points say otherwise by three standard deviations.
+    reach : float, m
+        How high or low the membrane can be (`HandGeometry.reach`), where that is known.
 
     Returns
     -------
     Estimate
-        Its standard deviation counts that neighbouring pixels share their noise, as far as the contact itself shows it.
+        Its standard deviation counts that neighbouring pixels share their noise, as far as the contact itself shows it, and that heights
+        come in steps, as far as the noise does not even them out.
 
     Raises
     ------
     NoContact
         No valid pixel is in contact.
     IllConditioned
-        Too few pixels for a height with its error.
+        Too few pixels for a height with its error, or the height is one that no membrane reaches.
     """
     check_points(points, valid)
     if labels.shape != valid.shape:
         raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
     places = np.flatnonzero(labels == CONTACT)
-    places = places[valid.reshape(-1)[places]]
+    places = _some(places[valid.reshape(-1)[places]])
     if curvature is not None and not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
         raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
-    return _best(*_cloud(points.reshape(-1, 3)[places], places), curvature)
+    cloud, places = _cloud(points.reshape(-1, 3)[places], places)
+    step = step_of(cloud[2], sample(points[..., 2], valid))
+    return _within(_best(cloud, places, step, curvature), reach)
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -68,7 +82,24 @@ def top_of_points(points: FloatArray) -> Estimate:
 
     Its standard deviation is that of noise independent from point to point.
     """
-    return _best(*_cloud(points, None))
+    cloud, places = _cloud(points[_some(np.arange(len(points)))], None)
+    return _best(cloud, places, step_of(cloud[2], cloud[2]))
+
+
+def _within(height: Estimate, reach: float | None) -> Estimate:
+    """Return a height that a membrane can have; others are refused."""
+    if reach is not None and abs(height.value) > reach:
+        raise IllConditioned(
+            f"the top would stand {height.value:.3g} m out of the plane of the flat membrane, which this hand's membrane cannot: at most"
+            f" {reach:.3g} m; look where the camera points, and at `plane_distance`, `gauge` and the size of the membrane in the cell"
+        )
+    return height
+
+
+def _some(places: Places) -> Places:
+    """Return at most MOST of numbers (n,), in runs spread evenly over them."""
+    every = -(-places.size // MOST)
+    return places if every <= 1 else places[np.arange(places.size) // RUN % every == 0]
 
 
 def _cloud(points: FloatArray, places: Places | None) -> tuple[Array, Places]:
@@ -92,7 +123,7 @@ def _cloud(points: FloatArray, places: Places | None) -> tuple[Array, Places]:
     return cloud, apart
 
 
-def _best(cloud: Array, places: Places, known: Estimate | None = None) -> Estimate:
+def _best(cloud: Array, places: Places, step: float, known: Estimate | None = None) -> Estimate:
     """Return the height from a disc that the membrane's bend at the rim leaves alone."""
     middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
     away = _away(cloud, middle)
@@ -103,14 +134,15 @@ def _best(cloud: Array, places: Places, known: Estimate | None = None) -> Estima
     if not top.is_curved:
         top, reach = _of_highest(cloud, places, top, reach, known)
     if top.is_curved:
-        within = min(reach, max(REACH / top.curvature, 0.3 * radius))
+        within = min(reach, max(BEND / top.curvature, 0.3 * radius))
         middle = top.vertex(radius)
         before, (near, kept) = kept, _disc(cloud, places, _away(cloud, middle), within)
         if not np.array_equal(before, kept):
             top = Top(near, kept, middle, even=False).bent(known)
     if top.is_curved:
-        return top.estimate(radius)
-    return _faint(Top(near, kept, middle, even=True), near[2], kept, radius)
+        found = top.estimate(radius)
+        return Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd)))
+    return _faint(Top(near, kept, middle, even=True), _flat(near[2], kept, step), radius)
 
 
 def _of_highest(cloud: Array, places: Places, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
@@ -130,14 +162,14 @@ def _of_highest(cloud: Array, places: Places, top: Top, reach: float, known: Est
     return (other, within) if other.is_curved else (top, reach)
 
 
-def _faint(top: Top, z: Array, places: Places, radius: float) -> Estimate:
+def _faint(top: Top, flat: Estimate, radius: float) -> Estimate:
     """Return the height of a top that is flat, or nearly so.
 
     Taken for flat, a faint cap comes out too low by half its sag; taken for curved, a flat face comes out twice as
     uncertain. The weight of the vertex grows with the curvature's significance t as 1 - 2 / t^2, in the manner of the shrinkage of
     James and Stein.
     """
-    flat, t = _flat(z, places), top.significance
+    t = top.significance
     if t * t <= 2.0:
         return flat
     weight, vertex = 1.0 - 2.0 / t**2, top.estimate(radius)
@@ -157,8 +189,8 @@ def _disc(cloud: Array, places: Places, away: Array, radius: float) -> tuple[Arr
     return (cloud.take(near, axis=1), places[near]) if near.size >= 12 else (cloud, places)
 
 
-def _flat(z: Array, places: Places) -> Estimate:
-    """Return Tukey's robust mean and its standard deviation."""
+def _flat(z: Array, places: Places, step: float) -> Estimate:
+    """Return Tukey's robust mean of heights that come in steps, m, and its standard deviation."""
     center = quantile(z)
     q, sd = settled(np.ones((1, len(z))), z - center, places)
-    return Estimate(center + float(q[0]), sd / math.sqrt(len(z)))
+    return Estimate(center + float(q[0]), math.hypot(sd / math.sqrt(len(z)), shared_step(step, sd)))

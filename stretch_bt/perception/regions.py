@@ -71,10 +71,10 @@ def hull(mask: MaskArray) -> MaskArray:
     """Return the convex hull of a mask."""
     import cv2
 
-    points = cv2.findNonZero(mask.view(np.uint8))
+    outlines, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     whole = np.zeros(mask.shape, dtype=np.uint8)
-    if points is not None:
-        cv2.fillConvexPoly(whole, cv2.convexHull(points), 1)
+    if outlines:
+        cv2.fillConvexPoly(whole, cv2.convexHull(np.concatenate(outlines)), 1)
     return whole.view(np.bool_)
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.correlation import area_of
-from stretch_bt.perception.faces import Patch, flat_or_round, highest, holds_summit, with_above_plane
+from stretch_bt.perception.faces import Effort, Patch, flat_or_round, highest, holds_summit, with_above_plane
 from stretch_bt.perception.lateral import lateral
 from stretch_bt.perception.regions import Box, border, bounds, enlarge_mask, parts, placed
 from stretch_bt.perception.robust import quantile
@@ -112,16 +112,16 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
         place = ground(kernel)
         return mean_scale(place, moves, expected, ratio) if rule == "mean" else either_scale(place, moves)
 
-    coarse, crowded = at(COARSE, None), None
+    coarse, crowded, effort = at(COARSE, None), None, Effort()
     best: tuple[Scale, list[Patch]] | None = None
     for kernel in _kernels(coarse.clearness):
         scale = coarse if kernel == COARSE else at(kernel, coarse.ratio)
         try:
-            patches, crowded = _patches(scale), None
+            patches, crowded = _patches(scale, effort), None
         except IllConditioned as error:
             patches, crowded = [], error
             if kernel != COARSE:
-                _patches(coarse)  # what is crowded there is so at every finer kernel
+                _patches(coarse, effort)  # what is crowded there is so at every finer kernel
         if _holds_top(scale.ground, patches) and (best is None or best[0].clearness <= scale.clearness):
             best = scale, patches
         if best and best[0].clearness >= CLEAR:
@@ -227,25 +227,25 @@ def _convex(signal: Signal, raised: MaskArray) -> list[tuple[Box, MaskArray, flo
     return found
 
 
-def _patches(scale: Scale) -> list[Patch]:
+def _patches(scale: Scale, effort: Effort) -> list[Patch]:
     """Return the contacts that the signals of a scale show."""
-    found = _round_and_flat(scale) if len(scale.signals) == 1 else _above_either(scale)
+    found = _round_and_flat(scale, effort) if len(scale.signals) == 1 else _above_either(scale, effort)
     return [patch for patch in found if patch.mask.any() and holds_summit(patch)]
 
 
-def _round_and_flat(scale: Scale) -> list[Patch]:
+def _round_and_flat(scale: Scale, effort: Effort) -> list[Patch]:
     ground, signal, found = scale.ground, scale.signals[0], list[Patch]()
     held = np.zeros(ground.raised.shape, dtype=bool)
     for box, part, threshold in _convex(signal, ground.raised):
         # Two sides of one rim need one face only.
         if 3 * np.count_nonzero(part & held[box]) < np.count_nonzero(part):
-            patch = flat_or_round(ground.surface, box, part, signal.curvature, threshold, signal.sd, ground.raised)
+            patch = flat_or_round(ground.surface, box, part, signal, threshold, ground.raised, effort)
             _hold(held, ground, patch)
             found.append(patch)
     return found
 
 
-def _above_either(scale: Scale) -> list[Patch]:
+def _above_either(scale: Scale, effort: Effort) -> list[Patch]:
     either = np.zeros(scale.ground.raised.shape, dtype=bool)
     score = np.full(scale.ground.raised.shape, -1.0, dtype=np.float32)
     sd = 1.0
@@ -256,4 +256,4 @@ def _above_either(scale: Scale) -> list[Patch]:
             sd = signal.sd / threshold
     whole = (placed(part, box, np.s_[:, :], scale.ground.raised.shape) for box, part in parts(either, either))
     score /= np.float32(max(sd, 1e-9))
-    return [with_above_plane(scale.ground.surface, part, score) for part in whole]
+    return [with_above_plane(scale.ground.surface, part, score, effort) for part in whole]

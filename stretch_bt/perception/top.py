@@ -79,6 +79,7 @@ class Top:
         bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
         design = np.stack([np.ones_like(x), x, y, *bent])
         self.q, sd = settled(design, cloud[2] - offset, places)
+        self.sd = sd  # of one point, m
         self.covariance: Array = np.asarray(np.linalg.inv(design @ design.T) * sd * sd, dtype=np.float64)
         self.q[0] += offset
         if even:

@@ -7,13 +7,14 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import InvalidInput, NoAnswer
+from stretch_bt.errors import IllConditioned, InvalidInput, NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.clean import median
 from stretch_bt.perception.deprojection import depth_of
 from stretch_bt.perception.height import top_of_points
 from stretch_bt.perception.reference import Reference, smoothed_rise
 from stretch_bt.perception.robust import MAD_TO_SD, sparse
+from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
@@ -42,6 +43,7 @@ class HeightTracker:
         self._noise: list[float] = []
         self._quiet = 0.0
         self._place: tuple[int, int] | None = None
+        self._step = 0.0
 
     def update(self, depth: FloatArray | DepthFrame) -> Estimate:
         """Take the next depth image (h, w), m, or frame, and return the height of the press, m, with its sd.
@@ -61,12 +63,15 @@ class HeightTracker:
         if learning:
             self._learn_noise(depth, mean, known & trusted)
             self._quiet = max(self._quiet, float(mean[v, u]))
+            self._step = self._step or _step(depth)
         sd = float(np.median(self._noise))
         clear = float(mean[v, u]) > max(CLEAR * sd, 2.0 * self._quiet)
         # The highest of many noisy places is biased; until one stands out, the last frame's place is read.
         at = (v, u) if clear or self._place is None or not trusted[self._place] else self._place
         self._place = (v, u)
-        return self._top(rise, known, mean, at, sd) if clear else Estimate(float(mean[at]), sd)
+        found = self._top(rise, known, mean, at, sd) if clear else Estimate(float(mean[at]), sd)
+        pixel = 2.0 * math.sqrt(math.pi) * self._kernel * sd
+        return Estimate(found.value, math.hypot(found.sd, shared_step(self._step, pixel)))
 
     def _learn_noise(self, depth: FloatArray | DepthFrame, mean: Image, seen: MaskArray) -> None:
         """Note the noise of a smoothed value: as white noise from the first frame, then as the frames differ."""
@@ -94,3 +99,15 @@ class HeightTracker:
         except NoAnswer:
             return Estimate(float(mean[at]), sd)
         return Estimate(top.value, float(np.hypot(top.sd, sd)))
+
+
+def _step(depth: FloatArray | DepthFrame) -> float:
+    """Return the step in which depth comes, m: the unit of a frame, or what an image shows of it."""
+    if isinstance(depth, DepthFrame):
+        return depth.unit
+    image, valid = depth_of(depth)
+    seen = image[valid]
+    try:
+        return step_of(seen, seen)
+    except IllConditioned:
+        return float(np.spacing(seen.max(initial=1e-3)))

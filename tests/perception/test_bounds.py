@@ -41,7 +41,18 @@ def bumps():
     return np.rint(1560 - 40 * v[:, None] * u[None, :])
 
 
+def stairs():
+    return np.broadcast_to(1600 + 20 * (np.arange(W) // 80), (H, W))
+
+
+def holes_in_holes():
+    v, u = np.indices((H, W))
+    return np.where(u & v, 1600, 1500)
+
+
 COSTLY = {
+    "stairs": stairs,
+    "holes in holes": holes_in_holes,
     "four pixels": four_far,
     "salt": lambda: salt(0.3),
     "salt near": lambda: salt(0.5, 1000, 1800),
@@ -65,6 +76,11 @@ def test_no_frame_hangs(name, rule):
 def test_hundreds_of_bulges_are_no_object():
     with pytest.raises(IllConditioned, match="separate places look curved"):
         segment(*deproject(frame(salt(0.3))))
+
+
+def test_steps_across_the_whole_frame_are_no_membrane():
+    with pytest.raises(IllConditioned, match="spread over the whole of the frame"):
+        segment(*deproject(frame(stairs())))
 
 
 def near_mean(points, valid, pitch):

@@ -7,6 +7,7 @@ from scipy.ndimage import gaussian_filter
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.perception import (
     Contact,
     classify,
@@ -20,6 +21,7 @@ from stretch_bt.perception import (
     track_height,
     view_rays,
 )
+from stretch_bt.perception.height import MOST
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED
 from stretch_bt.units import Estimate
 
@@ -289,8 +291,49 @@ def test_height_needs_contact_points():
     with pytest.raises(InvalidInput, match="labels"):
         track_height(points, valid, labels[1:])
     points[..., 0] = np.arange(64).reshape(8, 8)
+    everywhere = np.full((8, 8), CONTACT, dtype=np.uint8)
+    with pytest.raises(IllConditioned, match="one height"):
+        track_height(points, valid, everywhere)
+    points[0, 0, 2] = 1e-3
     with pytest.raises(IllConditioned, match="line"):
-        track_height(points, valid, np.full((8, 8), CONTACT, dtype=np.uint8))
+        track_height(points, valid, everywhere)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.15, 0.3, 0.6])
+def test_steps_of_depth_enter_the_deviation_of_a_flat_top_as_far_as_noise_leaves_them(noise):
+    step, rng = 0.125e-3, np.random.default_rng(3)
+    y, x = np.mgrid[:40, :40] * 4e-4
+    labels = np.full(x.shape, CONTACT, dtype=np.uint8)
+    labels[:4] = 0
+    valid, errors, stated = np.ones(x.shape, dtype=bool), [], []
+    for top in 5e-3 + step * rng.random(60):
+        z = np.where(labels == CONTACT, top, np.arange(40) * step) / step + rng.normal(0, noise, x.shape)
+        height = track_height(np.dstack([x, y, np.rint(z) * step]), valid, labels)
+        errors.append(height.value - top)
+        stated.append(height.sd)
+    assert min(stated) > 0
+    assert 0.4 < np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(stated))) < 1.3
+
+
+def test_a_height_that_the_membrane_does_not_reach_is_refused():
+    y, x = np.mgrid[:40, :40] * 4e-4
+    points, labels = np.dstack([x, y, 1.8 + 1e-4 * np.sin(9e4 * x * y)]), np.full(x.shape, CONTACT, dtype=np.uint8)
+    valid, reach = np.ones(x.shape, dtype=bool), HandGeometry().reach(0.02)
+    assert track_height(points, valid, labels).value == pytest.approx(1.8, abs=1e-3)
+    with pytest.raises(IllConditioned, match="cannot"):
+        track_height(points, valid, labels, reach=reach)
+    points[..., 2] -= 1.79
+    assert track_height(points, valid, labels, reach=reach).value == pytest.approx(0.01, abs=1e-4)
+
+
+def test_the_height_of_very_many_points_is_that_of_some_and_says_so():
+    rng, noise = np.random.default_rng(5), 1e-4
+    y, x = np.mgrid[:400, :400] * 4e-4
+    points = np.dstack([x, y, 5e-3 + rng.normal(0, noise, x.shape)])
+    height = track_height(points, np.ones(x.shape, dtype=bool), np.full(x.shape, CONTACT, dtype=np.uint8))
+    within = 0.75**2 / 2  # of the points lie in the disc that is fitted, roughly
+    assert 0.5 < height.sd / (noise / np.sqrt(MOST * within)) < 2.0
+    assert abs(height.value - 5e-3) < 4 * height.sd
 
 
 def seen_from(distance, profile, lens):

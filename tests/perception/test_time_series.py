@@ -29,6 +29,13 @@ def test_height_follows_the_press_on_a_flat_sensor(surfaces):
     assert all(0 < f.sd < 0.2e-3 for f in found)
 
 
+def test_frames_that_are_alike_to_the_last_count_still_leave_half_a_count_open():
+    step, tracker = 0.125e-3, HeightTracker()
+    depth = (0.2 + step * (np.indices(SIZE)[1] // 40)).astype(np.float32)
+    found = [tracker.update(depth) for _ in range(7)]
+    assert [f.sd for f in found] == pytest.approx([step / np.sqrt(12)] * 7, rel=1e-3)
+
+
 def test_detection_is_prompt_both_ways_and_rearms(surfaces):
     once = [0.0] * 6 + [1e-3] * 4 + [5e-3] * 3
     depths = [0.0] * 12 + once + once + [0.0] * 3

@@ -56,7 +56,7 @@ def _fitted(contact: Contact) -> Sphere:
 
 
 def _as_segmented(contact: Contact) -> Sphere:
-    every = max(1, len(contact.points) // MOST)
+    every = -(-len(contact.points) // MOST)
     noise = SurfaceNoise(contact.noise, max(contact.noise_area / every, 1.0))
     return fit_sphere(contact.points[::every], rays=contact.rays[::every], noise=noise)
 

@@ -7,8 +7,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.errors import NoContact
+from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.perception.size.result import Diameters
+from stretch_bt.perception.surface import pitch_of
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 
 __all__ = ["contact_width"]
@@ -33,22 +34,32 @@ def contact_width(points: FloatArray, labels: LabelArray) -> Diameters:
     ------
     NoContact
         No pixel is in contact.
+    IllConditioned
+        No two neighbours have depth, so that the width of a pixel, and with it the error, is not seen.
     """
     touching = (labels == CONTACT) & np.isfinite(points[..., 2])
     if not touching.any():
         raise NoContact("no pixel is in contact: there is nothing to measure; press deeper")
     x, y = (np.where(touching, points[..., axis], np.nan) for axis in (0, 1))
-    i, i_sd = _reach(x, y, touching)
-    j, j_sd = _reach(y.T, x.T, touching.T)
+    pixel = pitch_of(points, np.isfinite(points[..., 2]))
+    i, i_sd = _reach(x, y, touching, pixel)
+    j, j_sd = _reach(y.T, x.T, touching.T, pixel)
     return Diameters(i, i_sd, j, j_sd)
 
 
-def _reach(along: npt.NDArray[np.float64], across: npt.NDArray[np.float64], touching: MaskArray) -> tuple[float, float]:
+def _reach(
+    along: npt.NDArray[np.float64], across: npt.NDArray[np.float64], touching: MaskArray, pixel: float
+) -> tuple[float, float]:
     """Return how far the rows near the middle reach, m, and its standard deviation, of which half a pixel at either end is part."""
     rows = np.flatnonzero(touching.any(axis=1))
     place = np.nanmean(across[rows], axis=1)
     near = rows[np.abs(place - np.nanmedian(across)) <= max(BAND, float(np.abs(place - np.nanmedian(across)).min()))]
     spans = np.nanmax(along[near], axis=1) - np.nanmin(along[near], axis=1)
     pitch = float(np.median(spans / np.maximum(np.count_nonzero(touching[near], axis=1) - 1, 1)))
+    pitch = pitch or pixel  # where no line holds two pixels
+    if pitch == 0.0:
+        raise IllConditioned(
+            "the contact is single pixels without neighbours, so that no width with its error can be told; keep reflections off the membrane"
+        )
     spread = float(np.std(spans, ddof=1)) / math.sqrt(len(spans)) if len(spans) > 1 else 0.0
     return float(np.median(spans)) + pitch, math.hypot(MEDIAN * spread, pitch / math.sqrt(6.0))

@@ -10,7 +10,16 @@ from scipy.ndimage import gaussian_filter
 
 from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.pressed.height import FORM_OFF, OFFSET, MountedMembrane, membrane_height, mounted_membrane
+from stretch_bt.perception.pressed.height import (
+    FORM_OFF,
+    OFFSET,
+    SPAN,
+    STEEP,
+    STEEPER,
+    MountedMembrane,
+    membrane_height,
+    mounted_membrane,
+)
 from stretch_bt.perception.pressed.table import read_shapes
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.sheet.hanging import hang, lowest
@@ -54,7 +63,9 @@ def test_height_within_its_deviation_whatever_the_press(radius, span, depth, bes
     points[..., 2] += np.random.default_rng(seed).normal(0, NOISE, points.shape[:2])
     height = told(points, radius, span, depth)
     assert abs(height.value - depth) < 5 * math.hypot(height.sd, FORM_OFF)
-    assert height.sd < 2.5e-4
+    # Of other rubbers on a steep flank, which grows with slope and span, and of this frame: less than the camera's own offset.
+    steep = STEEPER * max(math.sqrt(depth / (2 * radius)) - STEEP, 0.0) * span / SPAN
+    assert 0.98 * steep < height.sd < math.hypot(1.02 * steep, OFFSET)
 
 
 @pytest.mark.parametrize(("sd", "alike"), [(3e-4, 0.0), (1e-4, 3.0)])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stretch_bt.errors import NoContact
+from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.perception import contact_width
 
 PITCH = 0.4e-3
@@ -41,8 +41,17 @@ def test_one_pixel_has_the_width_of_a_pixel_at_least():
     one = np.zeros(X.shape, bool)
     one[100, 80] = True
     found = contact_width(POINTS, labelled(one))
-    assert found.i >= 0
-    assert np.isfinite([found.i, found.i_sd, found.j, found.j_sd]).all()
+    assert [found.i, found.j] == pytest.approx([PITCH, PITCH])
+    assert min(found.i_sd, found.j_sd) > PITCH / 3
+
+
+def test_pixels_without_neighbours_have_no_width():
+    points = POINTS.copy()
+    points[::2] = points[:, ::2] = np.nan
+    one = np.zeros(X.shape, bool)
+    one[101, 81] = True
+    with pytest.raises(IllConditioned, match="neighbours"):
+        contact_width(points, labelled(one))
 
 
 def test_nothing_in_contact_has_no_width():
