@@ -56,6 +56,12 @@ def _show(found: Calibration, out: Path) -> None:
         if name == "softening" and conditioned is not None and not conditioned.softens:
             end = " (held: the membrane was not conditioned)"
         typer.echo(f"{name:40} {value:.5g}{end} +- {sd:.2g}")
+    if found.zero.common_sd:
+        typer.echo(
+            f"{'depth offset of all presses, mm':40} {_signed(found.zero.common)} +- {1e3 * found.zero.common_sd:.2g}"
+        )
+    for diameter, offset in found.zero.indenters:
+        typer.echo(f"{f'and of the {1e3 * diameter:.0f} mm indenter, mm':40} {_signed(offset)}")
     typer.echo(f"left of the forces: {100 * found.model.relative_sd:.1f} %")
     for row in found.left_out:
         beyond = ", beyond the others" if row.extrapolated else ""
@@ -64,6 +70,10 @@ def _show(found: Calibration, out: Path) -> None:
             said += f", {100 * row.rms_relative:.1f} % rms from 5 mm of depth and 10 mm of stretch on"
         typer.echo(f"without {1e3 * row.diameter:.0f} mm{beyond}: {said}")
     typer.echo(f"{found.model.kind}: {out}")
+
+
+def _signed(length: float) -> str:
+    return f"{1e3 * length:+.3f}"
 
 
 def _parameters(fields: dict[str, Any]) -> list[tuple[str, float, float]]:

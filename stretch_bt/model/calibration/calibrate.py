@@ -12,6 +12,7 @@ import numpy as np
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.calibration.calibrate_hertz import fit_calibrated_hertz
 from stretch_bt.model.calibration.calibrate_membrane import fit_membrane, within_table
+from stretch_bt.model.calibration.depth_zero import DepthZero
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.force.calibrated import CalibratedHertz
 from stretch_bt.model.force.force_model import PAPER, ForceModel, Range, model_of_kind
@@ -69,11 +70,16 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """A fitted model with its residuals."""
+    """A fitted model with its residuals, which count depths from the zero that the fit found."""
 
     model: ForceModel
     residuals: tuple[StateResidual, ...]
     left_out: tuple[LeftOut, ...]
+
+    @property
+    def zero(self) -> DepthZero:
+        """How far the zero of measured depths is off."""
+        return DepthZero.of(self.model.provenance)
 
     @property
     def warnings(self) -> list[str]:
@@ -131,7 +137,7 @@ def widened(model: ForceModel, given: Measurements) -> ForceModel:
 
 
 def _told(model: ForceModel, given: Measurements, diameter: float, outer: bool) -> LeftOut:
-    told = forces(model, given)
+    told = forces(model, DepthZero.of(model.provenance).applied(given))
     off = told - given.force
     deep = (given.depth >= 5e-3 - 1e-9) & (given.stretch >= 10e-3 - 1e-9)
     relative = math.sqrt(float(np.mean((off[deep] / given.force[deep]) ** 2))) if deep.any() else None
@@ -139,12 +145,12 @@ def _told(model: ForceModel, given: Measurements, diameter: float, outer: bool) 
 
 
 def _residuals(model: ForceModel, given: Measurements) -> list[StateResidual]:
-    found = []
+    found, zero = [], DepthZero.of(model.provenance)
     for diameter in given.diameters:
         for stretch in np.unique(given.stretch):
             of = given.where(given.of_diameter(diameter) & (given.stretch == stretch))
             if len(of):
-                left = of.force - forces(model, of)
+                left = of.force - forces(model, zero.applied(of))
                 rms = math.sqrt(float(np.mean(left**2)))
                 found.append(StateResidual(diameter, float(stretch), float(left.mean()), rms, len(of)))
     return found

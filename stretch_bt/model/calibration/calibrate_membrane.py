@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.calibration.conditioning import CONDITIONED, Conditioning
-from stretch_bt.model.calibration.measurements import Measurements
+from stretch_bt.model.calibration.depth_zero import DEPTH_ZERO, DepthZero
+from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.force.force_model import Range
 from stretch_bt.model.force.membrane import MembraneModel
 from stretch_bt.model.force.membrane_hand import BOUNDS, PARAMETERS, Hand
@@ -80,7 +81,8 @@ def fit_membrane(
             f"the forces are not those of such a membrane: the model {left}; check the unit and the zero of the force sensor, and "
             f"the zero of depth"
         )
-    return found.model(relative, _range(given), {**(provenance or {}), **_said(given, conditioned), **notes})
+    said = {**_said(given, conditioned), DEPTH_ZERO: found.zero.to_json()}
+    return found.model(relative, _range(given), {**(provenance or {}), **said, **notes})
 
 
 def within_table(given: Measurements) -> tuple[Measurements, dict[str, list[str]]]:
@@ -150,8 +152,7 @@ def _left_out(given: Measurements, conditioned: Conditioning) -> float:
         mask = given.of_diameter(diameter)
         fit = _Fit.of(given.where(~mask), conditioned)
         model, left = fit.model(0.0, _range(given), {}), given.where(mask & (given.depth >= _TOLD))
-        places = zip(left.radius, left.stretch, np.maximum(left.depth + fit.common, 0.0), strict=True)
-        told = np.array([model.predict(r, x, min(d, model.deepest(r, x)))[0] for r, x, d in places])
+        told = forces(model, fit.zero.applied(left))
         moved = math.hypot(ROBOT_SD, OFFSET_SD) * _RISE * left.force / left.depth
         errors.append(((told - left.force) ** 2 - left.force_sd**2 - moved**2) / np.maximum(told, 1e-3) ** 2)
     squares = np.concatenate(errors)
@@ -166,7 +167,7 @@ class _Fit:
     values: Array
     covariance: Array
     conditioned: float
-    common: float
+    zero: DepthZero
     measured: Range
 
     @classmethod
@@ -188,7 +189,8 @@ class _Fit:
         values = _settled(done.x[:n])
         if not conditioned.softens:
             values[_SOFTENING] = 0.0
-        return cls(values, covariance[:n, :n] * spread, problem.conditioned, float(done.x[n]), given.range)
+        zero = problem.zero(done.x[n:], math.sqrt(covariance[n, n] * spread))
+        return cls(values, covariance[:n, :n] * spread, problem.conditioned, zero, given.range)
 
     @property
     def at_an_end(self) -> bool:
@@ -234,6 +236,11 @@ class _Problem:
     def offsets(self, sds: float) -> list[float]:
         """Return the offset of all depths, and those of each indenter, at so many standard deviations, m."""
         return [COMMON_SD * sds] + [OFFSET_SD * sds] * len(self.indenters)
+
+    def zero(self, offsets: Array, common_sd: float) -> DepthZero:
+        """Return the zero of depth that offsets say, m: of all presses, with its standard deviation, then of each indenter."""
+        each = zip(self.indenters, map(float, offsets[1:]), strict=True)
+        return DepthZero(float(offsets[0]), common_sd, tuple(each))
 
     def residuals(self, values: Array) -> Array:
         """Return (n + parameters,) float."""

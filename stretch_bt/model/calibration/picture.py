@@ -9,6 +9,7 @@ import numpy as np
 
 from stretch_bt.errors import MissingExtra
 from stretch_bt.model.calibration.calibrate_hertz import effective_modulus, moduli
+from stretch_bt.model.calibration.depth_zero import DepthZero
 from stretch_bt.model.calibration.measurements import Measurements, forces
 from stretch_bt.model.force.force_model import ForceModel
 
@@ -27,12 +28,16 @@ def save_calibration(model: ForceModel, given: Measurements, path: str | Path) -
 
 
 def draw_calibration(model: ForceModel, given: Measurements) -> Any:
-    """Return a figure: a panel of force against depth for each diameter, effective modulus, and residuals."""
+    """Return a figure: a panel of force against depth for each diameter, effective modulus, and residuals.
+
+    Depths count from the zero that the fit found.
+    """
     try:
         from matplotlib.figure import Figure
     except ImportError:
         raise MissingExtra("pictures of a calibration need matplotlib: pip install 'stretch-bt[plot]'") from None
 
+    given = DepthZero.of(model.provenance).applied(given)
     diameters = given.diameters
     figure = Figure(figsize=(4 * len(diameters), 8), layout="constrained")
     axes = figure.subplots(2, max(len(diameters), 2), squeeze=False)

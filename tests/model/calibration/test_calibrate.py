@@ -146,6 +146,17 @@ def test_a_zero_of_depth_that_all_presses_share_is_found():
         assert abs(getattr(model.hand, name) - getattr(HAND.hand, name)) < 3 * sd + 1e-9
 
 
+def test_residuals_count_depths_from_the_zero_that_was_found():
+    given = presses(noise=0.002)
+    off = changed(given, depth=np.maximum(given.depth - 2.5e-4, 0.0))
+    found, alike = calibrate(off), calibrate(given)
+    assert found.zero.common == pytest.approx(2.5e-4, abs=3 * found.zero.common_sd)
+    means = np.array([row.mean for row in found.residuals])
+    assert 0.2 < np.mean(means > 0) < 0.8
+    for row, same in zip(found.left_out, alike.left_out, strict=True):
+        assert row.rms_relative == pytest.approx(same.rms_relative, abs=0.005)
+
+
 def test_what_a_gripper_and_an_arm_tell_need_not_be_exact():
     states = [(d, x, z) for d in (0.01, 0.02, 0.03) for x in (0.0, 0.03, 0.06) for z in (0.0, 0.004, 0.009, 0.014)]
     random = np.random.default_rng(4)
