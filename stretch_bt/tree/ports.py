@@ -197,6 +197,12 @@ class Cell:
         if self.listener is not None:
             self.listener(self)
 
+    def unset(self, writer: str = "") -> None:
+        """Leave the key without a value, as a node does that writes None to an output that may be absent."""
+        self.value, self.sd, self.writer = MISSING, None, writer
+        if self.listener is not None:
+            self.listener(self)
+
 
 class _InputSlot:
     """Reads what the tree wired to the port: a constant, a key or an expression."""
@@ -246,7 +252,7 @@ class _OutputSlot:
             raise NodeError(node.path, f"wrote {self.name!r} wrongly: {error}") from None
         node.written |= self.bit
         if kept is None:
-            node.sinks[self.name].reset()
+            node.sinks[self.name].unset(node.path)
         else:
             node.sinks[self.name].write(kept, node.path)
 

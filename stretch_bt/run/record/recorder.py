@@ -100,7 +100,10 @@ class RunRecord:
         self._event("status", fields, path, f"{status} {reason}".rstrip(), level)
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Take note that a node wrote a key; `sd` is None where the value carries no standard deviation."""
+        """Take note that a node wrote a key; `sd` is None where the value carries no standard deviation.
+
+        A `value` of None says that the key was left without one.
+        """
         if self._streams is None:
             return
         fields = {"value": plain(value), "path": path}
