@@ -97,6 +97,9 @@ class RecordReader:
         self._files: dict[str, str] = {}
         self._index(written)
         self.complete = RESULT in self._files if written.marked else self._chunks.whole
+        if self.complete and not self._chunks.whole:  # a recorder writes both at once
+            what = "a closed record ends with its whole index"
+            raise self._damaged(f"it is cut off at byte {self._chunks.end}, or goes on there: {what}")
         self.events, self.damage = self._events(written)
         self.run_info: dict[str, Any] = self._other(RUN) or {}
         self.result = self._other(RESULT)

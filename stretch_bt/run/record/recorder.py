@@ -41,11 +41,11 @@ class _Streams:
         self.events.commit()
 
     def close(self, result: bytes) -> None:
-        """End both; that the result is noted says that the record was closed."""
+        """End both; that the result is noted says that the record was closed, so the index goes to the disk with it."""
         self.channels.file(RESULT, result)
-        self.commit()
-        self.events.close()
+        self.channels.mark(self.events.size, self.events.crc32)
         self.channels.close()
+        self.events.close()
 
     def abandon(self) -> None:
         _try(self.events.abandon)

@@ -62,7 +62,17 @@ def test_order_of_keys_does_not_matter(value: dict[str, int]) -> None:
         (np.int16(-3), -3),
         (np.bool_(True), True),
         (np.str_("a"), "a"),
-        (np.array(-2.5), {"shape": [], "dtype": "float64", "finite": 1, "largest": 2.5, "mean": 2.5, "weighted": pytest.approx(-1.545, rel=1e-3)}),
+        (
+            np.array(-2.5),
+            {
+                "shape": [],
+                "dtype": "float64",
+                "finite": 1,
+                "largest": 2.5,
+                "mean": 2.5,
+                "weighted": pytest.approx(-1.545, rel=1e-3),
+            },
+        ),
         (MotionState.DONE, "done"),
         ({Rule.MEAN: (1, 2)}, {"mean": [1, 2]}),
         ({3, 1, 2}, [1, 2, 3]),

@@ -15,6 +15,7 @@ from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Journal
 from stretch_bt.run.record import Handed, RecordReader, RunRecord
+from stretch_bt.run.record.scan import ChunkFile
 
 INTRINSICS = Intrinsics(475.1, 475.3, 11.7, 9.2, 24, 20, (0.1, -0.2, 1e-3, 0.0, 0.3))
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -187,9 +188,23 @@ def test_a_file_cut_without_the_other_is_damaged(tmp_path: Path, sample: Any, na
                 assert 0 <= byte <= length
             else:
                 assert found.line == content[:length].count(b"\n") + 1
-        else:  # only the index was lost, which viewers use
-            assert name == "record.mcap"
+        else:  # as if its process had been killed before it was closed
+            assert (name, reader.complete) == ("record.mcap", False)
             assert (reader.ticks, reader.events) == (whole.ticks, whole.events)
+
+
+def test_a_closed_record_without_its_whole_index_is_damaged(tmp_path: Path, sample: Any) -> None:
+    path = sample.closed(tmp_path / "r") / "record.mcap"
+    content = path.read_bytes()
+    [*_, last] = ChunkFile(path)
+    end = last[0] + 9 + int.from_bytes(content[last[0] + 1 : last[0] + 9], "little")
+    for length in {*range(end, len(content), 97), len(content) - 1}:
+        path.write_bytes(content[:length])
+        found = refusal(path.parent)
+        assert (found.code, found.file) == ("record-damaged", str(path))
+        assert int(re.findall(r"at byte (\d+)", found.message)[0]) <= length
+    path.write_bytes(content + b"\0")
+    assert f"at byte {len(content) - 8}, or goes on there" in refusal(path.parent).message
 
 
 @pytest.mark.parametrize("name", ["record.mcap", "run.json", "result.json"])

@@ -73,7 +73,10 @@ CASES = {
         True,
     ),
     **{
-        f"a reason with {old} for {new}": (*(event("status", path="m", reason=f"it is {n} high") for n in (old, new)), same)
+        f"a reason with {old} for {new}": (
+            *(event("status", path="m", reason=f"it is {n} high") for n in (old, new)),
+            same,
+        )
         for old, new, same in (
             ("2.50 mm", "2.48 mm", False),
             ("2.50 mm", "25.0 mm", False),
