@@ -333,7 +333,7 @@ def _kind(error: BaseException) -> str:
 
 
 def _told(error: BaseException) -> str:
-    return str(error) if isinstance(error, StretchError) else f"{type(error).__name__}: {writable(error)}"
+    return writable(error if isinstance(error, StretchError) else f"{type(error).__name__}: {error}")
 
 
 _NEVER = (Status.INVALID, -1)

@@ -466,8 +466,9 @@ def _split(hint: Any) -> tuple[Role | None, Any, bool]:
     rest = tuple(m for m in metadata if not isinstance(m, Role))
     optional = False
     if roles[0] is Role.DEVICE and typing.get_origin(base) in (typing.Union, types.UnionType):
-        optional = type(None) in typing.get_args(base)
-        base = next(a for a in typing.get_args(base) if a is not type(None))
+        members = [a for a in typing.get_args(base) if a is not type(None)]
+        optional = len(members) < len(typing.get_args(base))
+        base = members[0] if len(members) == 1 else base  # the registry refuses the others
     return roles[0], Annotated[(base, *rest)] if rest else base, optional
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput, RecordError
+from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.run.record.channels import FAULT, MOTION, TICK, WRITE, Channels, nanoseconds
@@ -147,8 +147,7 @@ class RunRecord:
         if self._streams is None:
             return
         fields = {"device": device, "kind": type(fault).__name__, "reason": fault.reason}
-        concerns = {"concerns": list(fault.concerns)} if isinstance(fault, BeyondLimits) else {}
-        self._streams.channels.json(f"/{device}/fault", FAULT, {**fields, **concerns})
+        self._streams.channels.json(f"/{device}/fault", FAULT, {**fault.fields(), **fields})
         self._event("fault", fields, device, f"{fields['kind']}: {fault.reason}")
 
     def note(self, kind: str, **fields: Any) -> None:
