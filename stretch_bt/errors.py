@@ -83,9 +83,23 @@ class Diagnostic:
         return fields
 
 
+#: characters of a reason or of an error's text; more help nobody, and fill terminals and records
+LONGEST_TEXT = 4000
+
+
 def writable(text: object) -> str:
-    """Return a text that every file and terminal takes: what UTF-8 cannot hold is escaped."""
-    return str(text).encode("utf-8", "backslashreplace").decode("utf-8")
+    """Return a text that every file and terminal takes: what UTF-8 cannot hold is escaped, the end of a very long one cut off."""
+    whole = str(text)
+    if len(whole) > LONGEST_TEXT:
+        # with room for the paths and names that are put before it, which must not cut off the note
+        whole = f"{whole[: LONGEST_TEXT * 3 // 4]}... (cut off; it has {len(whole)} characters)"
+    return whole.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _reason(error: Exception, reason: str) -> str:
+    if not isinstance(reason, str):
+        raise TypeError(f"{type(error).__name__} takes its reason as text, one sentence, not a {type(reason).__name__}")
+    return writable(reason)
 
 
 class StretchError(Exception):
@@ -123,12 +137,15 @@ class RecordError(FileError):
 class InvalidInput(StretchError, ValueError):
     """An argument has the wrong shape, type, unit or range; the text says what was expected."""
 
+    def __init__(self, *texts: object) -> None:
+        super().__init__(*map(writable, texts))
+
 
 class NoAnswer(StretchError):
     """The numbers carry no answer; `.reason` says why in one sentence."""
 
     def __init__(self, reason: str) -> None:
-        self.reason = writable(reason)
+        self.reason = _reason(self, reason)
         super().__init__(self.reason)
 
 
@@ -153,11 +170,15 @@ class DeviceFault(StretchError):
 
     def __init__(self, device: str, reason: str) -> None:
         self.device = device
-        self.reason = reason
-        super().__init__(f"{device}: {reason}")
+        self.reason = _reason(self, reason)
+        super().__init__(f"{device}: {self.reason}")
+
+    def fields(self) -> dict[str, Any]:
+        """Return what the fault is made from, as plain values: the arguments of its class by their names."""
+        return {"device": self.device, "reason": self.reason}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.device, self.reason)
+        return type(self), tuple(self.fields().values())
 
 
 class DeviceLost(DeviceFault):
@@ -180,8 +201,12 @@ class BeyondLimits(LimitExceeded, NoAnswer):
 
     def __init__(self, device: str, reason: str, concerns: Sequence[str] = ()) -> None:
         super().__init__(device, reason)
-        self.reason = reason
+        self.reason = _reason(self, reason)  # NoAnswer puts the device before it
         self.concerns = tuple(concerns)
+
+    def fields(self) -> dict[str, Any]:
+        """Return device, reason and concerns."""
+        return {**super().fields(), "concerns": list(self.concerns)}
 
 
 class NotReady(DeviceFault):

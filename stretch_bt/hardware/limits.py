@@ -14,7 +14,13 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.slack import most_measured
 from stretch_bt.units import KINDS, Force, Length, Speed, Stiffness, Time, Within, format_quantity
 
-__all__ = ["ContactLimit", "Limits", "Span"]
+__all__ = ["LIMITED", "ContactLimit", "Limits", "Span"]
+
+#: what a port may be limited by, as in `port(limit="depth")`: names that `Limits.span` takes
+LIMITED = (
+    *("x", "y", "height", "speed", "gripper_speed", "depth", "stretch", "force"),
+    *("contact_speed", "held_force", "lowered_force", "travel", "radius"),
+)
 
 _Place = Annotated[Length, Within(-10.0, 10.0, "Length")]
 _ROUNDING = 1e-9

@@ -17,7 +17,7 @@ class Onlooker:
         """A node came to another status."""
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """A node wrote a key."""
+        """A node wrote a key; `value` is None where it left the key without one."""
 
     def note(self, kind: str, **fields: Any) -> None:
         """Anything else happened."""

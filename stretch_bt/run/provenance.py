@@ -24,13 +24,15 @@ if TYPE_CHECKING:
 __all__ = ["effects_on", "machine", "others", "own_modules", "processor"]
 
 
-def own_modules(program: Program) -> dict[str, dict[str, str | None]]:
+def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[str, str | None]]:
     """Return file, digest and commit of each Python module of nodes that a tree brings.
 
-    The other modules of their packages and of the tree's folder that were imported count too.
+    The other modules of their packages and of the tree's folder that were imported count too. `origin` is the tree file
+    beside which they stand, where the program was read from a copy.
     """
     tops = {name.partition(".")[0] for name in _named(program.document)}
-    home = program.document.path.resolve().parent if program.document.path and tops else None
+    tree = origin or program.document.path
+    home = tree.resolve().parent if tree and tops else None
     found = {}
     for name, module in sorted(sys.modules.items()):
         file = Path(getattr(module, "__file__", None) or "")
@@ -76,7 +78,7 @@ def others(recorded: Mapping[str, Any], program: Program, installed: Mapping[str
         for name in before
         if name in installed and installed[name] != before[name]
     ]
-    present, modules = own_modules(program), recorded.get("modules")
+    present, modules = own_modules(program, Path(recorded["tree"])), recorded.get("modules")
     if not isinstance(modules, dict):
         return found
     for name in sorted(present.keys() | modules.keys()):

@@ -18,7 +18,7 @@ from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
 from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
-from stretch_bt.tree.ports import Cell
+from stretch_bt.tree.ports import MISSING, Cell
 
 __all__ = ["Outcome", "Runner", "Stoppable", "Watcher"]
 
@@ -205,8 +205,9 @@ class Runner:
                 self._tell(node, (Status.INVALID, 0))
 
     def _written(self, cell: Cell) -> None:
+        value = None if cell.value is MISSING else cell.value
         for watcher in self.watchers:
-            watcher.write(cell.name, cell.value, cell.sd, cell.writer)
+            watcher.write(cell.name, value, cell.sd, cell.writer)
 
     # --- ending
 
@@ -332,7 +333,7 @@ def _kind(error: BaseException) -> str:
 
 
 def _told(error: BaseException) -> str:
-    return str(error) if isinstance(error, StretchError) else f"{type(error).__name__}: {writable(error)}"
+    return writable(error if isinstance(error, StretchError) else f"{type(error).__name__}: {error}")
 
 
 _NEVER = (Status.INVALID, -1)

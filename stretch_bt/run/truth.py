@@ -32,6 +32,9 @@ class Truths(Onlooker):
         name = self.names.get(key)
         if name is None:
             return
+        if value is None:  # the output is left without a value, and so is what it was held against
+            self.found.pop(name, None)
+            return
         try:
             known = self.truth()
         except NoAnswer:  # the scene has no answer where the hand stands

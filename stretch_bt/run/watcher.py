@@ -20,7 +20,7 @@ class Watcher(Protocol):
         ...
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """A node wrote a key."""
+        """A node wrote a key; `value` is None where it left the key without one."""
         ...
 
     def note(self, kind: str, **fields: Any) -> None:
@@ -44,7 +44,7 @@ class Careful:
         self._try(lambda: self.watcher.status(path, status, reason))
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """A node wrote a key."""
+        """A node wrote a key; `value` is None where it left the key without one."""
         self._try(lambda: self.watcher.write(key, value, sd, path))
 
     def note(self, kind: str, **fields: Any) -> None:

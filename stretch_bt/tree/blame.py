@@ -28,8 +28,13 @@ def blame(error: BaseException) -> Broken | None:
     if isinstance(cause, StretchError) and not isinstance(cause, NodeError):
         return None
     at = place_of(cause)
-    text = writable("".join(traceback.format_exception(cause)))
+    text = "".join(map(_shown, traceback.format_exception(cause)))
     return Broken(at=at, traceback=text) if at else None
+
+
+def _shown(part: str) -> str:
+    """Return a part of a traceback, cut off where an error's text is very long."""
+    return writable(part).rstrip("\n") + "\n"
 
 
 def place_of(error: BaseException) -> str:

@@ -135,9 +135,10 @@ class _Tee(Cell):
             raise NodeError(writer, f"${self.target_sd.name} takes a standard deviation, and the node gave none")
         self.target_sd.write(self.sd, writer)
 
-    def reset(self, value: Any = MISSING) -> None:
+    def unset(self, writer: str = "") -> None:
+        super().unset(writer)
         for cell in (self.target, self.target_sd):
-            cell.reset(value)
+            cell.unset(writer)
 
 
 class Builder:

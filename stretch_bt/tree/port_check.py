@@ -58,11 +58,19 @@ class PortCheck:
             return self._number(value, type_)
         if type_.family is Family.BOOL and _is_truth(value):
             return bool(value)
+        if type_.members:
+            return self._member(value, type_)
         plain_text = isinstance(value, str) and type_.family in (Family.STR, Family.ENUM)
         if plain_text and (not type_.options or value in type_.options):
             return value
         if type_.cls is not None and _is_one(value, type_.cls):
             return value
+        raise InvalidInput(self._refusal(value))
+
+    def _member(self, value: Any, type_: Type) -> Any:
+        for member in type_.members:
+            if type(value) is type(member) and value == member:  # True is not 1 here
+                return value
         raise InvalidInput(self._refusal(value))
 
     def _list(self, value: Any, type_: Type) -> Any:

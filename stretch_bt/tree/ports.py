@@ -197,6 +197,12 @@ class Cell:
         if self.listener is not None:
             self.listener(self)
 
+    def unset(self, writer: str = "") -> None:
+        """Leave the key without a value, as a node does that writes None to an output that may be absent."""
+        self.value, self.sd, self.writer = MISSING, None, writer
+        if self.listener is not None:
+            self.listener(self)
+
 
 class _InputSlot:
     """Reads what the tree wired to the port: a constant, a key or an expression."""
@@ -246,7 +252,7 @@ class _OutputSlot:
             raise NodeError(node.path, f"wrote {self.name!r} wrongly: {error}") from None
         node.written |= self.bit
         if kept is None:
-            node.sinks[self.name].reset()
+            node.sinks[self.name].unset(node.path)
         else:
             node.sinks[self.name].write(kept, node.path)
 
@@ -460,8 +466,9 @@ def _split(hint: Any) -> tuple[Role | None, Any, bool]:
     rest = tuple(m for m in metadata if not isinstance(m, Role))
     optional = False
     if roles[0] is Role.DEVICE and typing.get_origin(base) in (typing.Union, types.UnionType):
-        optional = type(None) in typing.get_args(base)
-        base = next(a for a in typing.get_args(base) if a is not type(None))
+        members = [a for a in typing.get_args(base) if a is not type(None)]
+        optional = len(members) < len(typing.get_args(base))
+        base = members[0] if len(members) == 1 else base  # the registry refuses the others
     return roles[0], Annotated[(base, *rest)] if rest else base, optional
 
 

@@ -15,6 +15,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.interfaces import INTERFACES
+from stretch_bt.hardware.limits import LIMITED
+from stretch_bt.source import did_you_mean
 from stretch_bt.tree.ports import MISSING, Behavior, Port, RegistryError, Role
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
 from stretch_bt.units import Estimate
@@ -90,6 +93,7 @@ def node(cls: B) -> B:
         if declared.name in RESERVED:
             raise RegistryError(f"node {name!r}: a port cannot be called {declared.name!r}; the word is reserved")
         _check_bounds(name, declared)
+        _check_limit(name, declared)
         _check_default(name, declared, cls.ports)
     try:
         inspect.signature(cls).bind("main/path")
@@ -114,6 +118,13 @@ def _check_bounds(name: str, declared: Port) -> None:
         )
 
 
+def _check_limit(name: str, declared: Port) -> None:
+    if declared.limit is not None and declared.limit not in LIMITED:
+        hint = did_you_mean(str(declared.limit), LIMITED)
+        message = f"node {name!r}, port {declared.name!r}: no cell has a limit {declared.limit!r}"
+        raise RegistryError(f"{message}; {hint or 'write one of ' + ', '.join(LIMITED)}")
+
+
 def _check_default(name: str, declared: Port, ports: Mapping[str, Port]) -> None:
     if declared.role is not Role.INPUT or declared.default is MISSING:
         return
@@ -126,6 +137,11 @@ def _check_default(name: str, declared: Port, ports: Mapping[str, Port]) -> None
 def _port_types(cls: type[Behavior]) -> dict[str, Type]:
     found = {}
     for declared in cls.ports.values():
+        if declared.role is Role.DEVICE and declared.annotation not in INTERFACES.values():
+            raise RegistryError(
+                f"node {snake_case(cls.__name__)!r}, port {declared.name!r}: it uses no device of a cell; "
+                f"write Uses[D] or Uses[D | None], D one of {', '.join(INTERFACES)}"
+            )
         try:
             found[declared.name] = from_annotation(declared.annotation)
         except TypeError as error:

@@ -41,6 +41,12 @@ class Type:
     options: tuple[str, ...] = ()
     item: Type | None = None
     cls: type | None = None
+    #: what the options stand for, where they are no text, as in `Literal[1, 2]`
+    members: tuple[Any, ...] = ()
+
+    def member(self, option: str) -> Any:
+        """Return what one of the options stands for."""
+        return self.members[self.options.index(option)] if self.members else option
 
     def __str__(self) -> str:
         return self.name
@@ -104,8 +110,10 @@ def from_annotation(annotation: Any) -> Type:
         kinds = [m for m in metadata if isinstance(m, Kind)]
         return Type(kinds[0].name, Family.QUANTITY, kinds[0].dimension) if kinds else from_annotation(base)
     if origin is typing.Literal:
-        options = tuple(str(a) for a in typing.get_args(annotation))
-        return Type(" | ".join(options), Family.ENUM, options=options)
+        members = typing.get_args(annotation)
+        options = tuple(str(a) for a in members)
+        texts = all(isinstance(a, str) for a in members)
+        return Type(" | ".join(options), Family.ENUM, options=options, members=() if texts else members)
     if origin in (list, tuple) or str(origin) == "<class 'collections.abc.Sequence'>":
         item = from_annotation(typing.get_args(annotation)[0])
         return Type(f"list[{item.name}]", Family.LIST, item=item)

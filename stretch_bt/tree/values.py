@@ -47,7 +47,7 @@ def literal(value: Value, type_: Type, what: str) -> Any:
                 f"{what} takes {type_}, not {value.text!r}",
                 did_you_mean(value.text, type_.options),
             )
-        return value.text
+        return type_.member(value.text)
     if type_.family is Family.STR:
         return value.text
     if type_.family is Family.OBJECT:

@@ -19,8 +19,13 @@ trees:
     sequence: [wait: {{duration: 0 s}}]
     finally: [wait: {{duration: 0 s}}]
 """
+ASKS = "  asks: {sequence: [check: arm.force < 1 N]}\n"
 BODIES = {
     "check": "{check: arm.force < 1 N}",
+    "invert": "{invert: {check: arm.force < 1 N}}",
+    "invert twice": "{invert: {invert: {check: arm.force < 1 N}}}",
+    "invert of several": "{invert: {selector: [{check: arm.force < 1 N}, {check: arm.height < -9 m}]}}",
+    "invert of a called tree": "{invert: {asks: {}}}",
     "guard": "{guard: {that: arm.force < 1 N, do: {wait: {duration: 1 s}}}}",
     "until": "{until: {that: arm.force < 1 N, max: 3, do: {wait: {duration: 0 s}}}}",
     "timeout": "{timeout: {after: arm.force / 1 N * 1 s, do: {wait: {duration: 1 s}}}}",
@@ -35,10 +40,9 @@ def test_what_has_no_answer_fails_and_the_next_branch_is_taken(tmp_path, monkeyp
 
     monkeypatch.setattr(MonitoredArm, "wrench", refuse)
     tree = tmp_path / "tree.yaml"
-    tree.write_text(TREE.format(body=BODIES[name]), "utf-8")
+    tree.write_text(TREE.format(body=BODIES[name]) + (ASKS if "asks" in BODIES[name] else ""), "utf-8")
     result = run(tree, out=tmp_path / "record")
     assert result.status == "SUCCESS", result.reason
-    failures = [
-        line for line in (tmp_path / "record" / "events.jsonl").read_text("utf-8").splitlines() if '"FAILURE"' in line
-    ]
-    assert any("nothing is in balance here" in line for line in failures)
+    lines = (tmp_path / "record" / "events.jsonl").read_text("utf-8").splitlines()
+    assert any('"FAILURE"' in line and "nothing is in balance here" in line for line in lines)
+    assert any("called" in line for line in lines), "the next branch is taken"

@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 
 from stretch_bt.cli.app import main
+from stretch_bt.errors import LONGEST_TEXT
 
 MODULE = '''
 import json
-from stretch_bt import Behavior, In, Out, Status, node
+from stretch_bt import Behavior, In, Out, Status, node; from stretch_bt.errors import *
 from stretch_bt.units import Length
 
 def read(text):
@@ -31,6 +32,10 @@ BREAKS = {
     "    def update(self): raise SystemExit(3)": ("13 in update", "SystemExit: 3"),
     "    def update(self): raise ValueError(chr(0xD800))": ("13 in update", r"ValueError: \ud800"),
     "    def update(self): self.reason = 5": ("13 in update", "its reason is 5; a reason is one sentence, a str"),
+    "    def update(self): raise IllConditioned(None)": (
+        "13 in update",
+        "IllConditioned takes its reason as text, one sentence, not a NoneType",
+    ),
     "    def update(self): self.y = 'two'": ("13 in update", "wrote 'y' wrongly: it takes a Length"),
     "    def initialise(self): return 1 / 0": ("13 in initialise", "ZeroDivisionError"),
     "    def update(self): return Status.FAILURE\n    def terminate(self, new): raise ValueError('end')": (
@@ -98,6 +103,23 @@ def test_every_frame_is_printed_when_asked(folder: Any, command: Any) -> None:
     _, printed, _ = command("run", "tree.yaml", "-q", "--traceback")
     printed = printed[printed.index("Traceback") :]
     assert printed.index("in update") < printed.index("in read") < printed.index("raw_decode")
+
+
+LONG = ["ValueError(%s)", "InvalidInput(%s)", "NoAnswer(%s)", "DeviceFault('arm', %s)"]
+
+
+@pytest.mark.parametrize("error", LONG)
+@pytest.mark.parametrize("where", ["update", "prepare"])
+def test_a_very_long_text_is_cut_off_and_its_length_stated(
+    error: str, where: str, folder: Any, command: Any, tmp_path: Path
+) -> None:
+    raised = error % "'long' * 500_000"
+    folder(f"    def update(self): return Status.FAILURE\n    def {where}(self): raise {raised}")
+    _, *shown = command("run", "tree.yaml", "-q", "--json", "--traceback", "--out", "record")
+    kept = [path.read_text() for path in (tmp_path / "record").glob("*.*[ln]")]
+    assert len(kept) == 4 or where == "prepare"
+    assert max(len(text) for text in (*shown, *kept)) < 20 * LONGEST_TEXT
+    assert re.search(r"long[long]*\.\.\. \(cut off; it has 2000\d\d\d characters\)", shown[0])
 
 
 #: what breaks before the first tick

@@ -216,6 +216,18 @@ def test_a_replay_says_when_its_nodes_are_others(folders):
     assert other in done.stderr
 
 
+def test_a_replay_knows_the_modules_that_its_nodes_import_from_beside_the_tree(folders):
+    trees, elsewhere = folders
+    put(trees, "own_helper.py", "")
+    put(trees, "own_nodes.py", "import own_helper\n" + NODE)
+    put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
+    assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
+    assert "own_helper" in json.loads((elsewhere / "record" / "run.json").read_text())["modules"]
+    done = command(elsewhere, "replay", "record", "--trust", "--json")
+    assert json.loads(done.stdout)["others"] == []
+    assert "another module" not in done.stderr
+
+
 def test_reading_a_tree_leaves_the_path_as_it_was(folders):
     trees, _ = folders
     put(trees, "path_nodes.py", "import sys\nsys.path.append('left behind')\n")

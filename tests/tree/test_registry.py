@@ -3,13 +3,18 @@
 import inspect
 import json
 import re
+from pathlib import Path
 from typing import Any, Literal
 
 import pytest
 
+from stretch_bt import check, run
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.interfaces import Arm, Gripper
+from stretch_bt.hardware.limits import LIMITED
 from stretch_bt.tree import registry
 from stretch_bt.tree.flow import CONSTRUCTS
-from stretch_bt.tree.ports import Behavior, In, Out, Role, Status, port
+from stretch_bt.tree.ports import Behavior, In, Out, Role, Status, Uses, port
 from stretch_bt.tree.registry import RESERVED, RegistryError, describe, load_all, lookup, node, snake_case
 from stretch_bt.tree.types import Family
 from stretch_bt.units import Length
@@ -145,6 +150,10 @@ WRONG_PORTS = [
     (In[Length], port(min=0.2, max=0.1), "its bounds are 0.2 and 0.1"),
     (In[Length], port(min="1 mm"), "its bounds are '1 mm' and None"),  # type: ignore[arg-type]
     (Out[Length], port(max=float("nan")), "its bounds are None and nan"),
+    (In[Length], port(limit="dept"), "no cell has a limit 'dept'; did you mean 'depth'?"),
+    (In[Literal[1, 2]], True, "one of 1, 2, not True"),
+    (In[Literal[1, 2]], 3, "one of 1, 2, not 3"),
+    (In[Literal[1, 2]], "1", "one of 1, 2, not '1'"),
 ]
 
 
@@ -152,6 +161,36 @@ WRONG_PORTS = [
 def test_a_default_or_bound_that_does_not_fit_is_refused(kind: Any, given: Any, told: str, fresh: None) -> None:
     with pytest.raises(RegistryError, match=f"node 'probe', port 'size': .*{told}"):
         node(behavior({"size": kind}, size=given))
+
+
+@pytest.mark.parametrize("kind", [Uses[int], Uses[Length | None], Uses[Arm | Gripper]])
+def test_a_device_is_one_that_a_cell_can_have(kind: Any, fresh: None) -> None:
+    with pytest.raises(RegistryError, match=r"node 'probe', port 'size': it uses no device of a cell; write Uses\[D\]"):
+        node(behavior({"size": kind}))
+
+
+@pytest.mark.parametrize("name", LIMITED)
+def test_a_limit_of_a_port_is_one_that_every_cell_knows(name: str, fresh: None) -> None:
+    node(behavior({"size": In[Length]}, size=port(limit=name)))
+    low, high = load_cell("simulated").span(name)
+    assert low < high
+
+
+def test_options_that_are_numbers_reach_the_node_as_numbers(fresh: None, tmp_path: Path) -> None:
+    seen = []
+
+    def update(self: Any) -> Status:
+        seen.append((self.side, self.other))
+        return Status.SUCCESS
+
+    node(behavior({"side": In[Literal[1, 2]], "other": In[Literal[1, 2]]}, other=2, update=update))
+    tree = tmp_path / "tree.yaml"
+    tree.write_text("format: stretch-tree/1\ntrees: {main: {sequence: [probe: {side: 1}]}}\n")
+    assert run(tree, out=tmp_path / "record").status == "SUCCESS"
+    assert seen == [(1, 2)]
+    assert check([tree]) == []
+    tree.write_text(tree.read_text().replace("side: 1", "side: 3"))
+    assert [d.code for d in check([tree])] == ["option-unknown"]
 
 
 def test_a_node_is_made_from_its_path_alone(fresh: None) -> None:

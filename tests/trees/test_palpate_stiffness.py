@@ -136,3 +136,34 @@ def test_a_stiff_object_ends_with_the_stiffness_that_it_showed(run, tmp_path, tr
         assert result.status == "FAILURE"
         assert "gave way by" in result.reason
         assert f"which is {shown['value']:.3g}"[:9] in result.reason
+
+
+STILL = """\
+format: stretch-mocks/1
+tree: {tree}
+readings: {{arm.force: 1 N}}
+mocks:
+  - {{match: main/approach, outputs: {{contact_height: {{value: 60 mm, sd: 0.01 mm}}}}}}
+  - {{match: "**/press"}}
+  - {{match: "**/feel", outputs: {{contact: {{}}, height: 59 mm, frame_noise: 0.3 mm, sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}}}}}
+  - {{match: main/fit_sphere, outputs: {{sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}}}}}
+  - {{match: main/track/track_drop, outputs: {{drop: {{value: 1 mm, sd: 0.01 mm}}, force: {{value: 2 N, sd: 0.1 N}},
+      together: 0, crept: {{value: 0 mm, sd: 0.01 mm}}}}}}
+  - {{match: "**/track_drop", outputs: {{drop: {{value: 0.02 mm, sd: 0.01 mm}}, force: {{value: 3 N, sd: 0.1 N}},
+      together: 0, crept: {{value: 0 mm, sd: 0.01 mm}}}}}}
+  - {{match: "**/plan_*", status: [success, failure], outputs: {{{plan}}}}}
+  - {{match: "**/retract"}}
+  - {{match: "**/set_stretch"}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("tree", "more"), [("palpate_stiffness", ""), ("palpate_active", ", count: 4, gain: 1, done: false")]
+)
+def test_what_a_failed_run_tells_is_all_of_one_look(run, tree, more):
+    """The second look no longer shows that the object gave way; its force must not stand beside the stiffness of the first."""
+    result = run(tree, mocks=STILL.format(tree=tree, plan=f"stretch: 0 mm, depth: 12 mm{more}"))
+    assert result.status == "FAILURE", result.reason
+    assert "plan_" in result.reason
+    found = {name: result.outputs[name]["value"] for name in ("stiffness", "force", "deflection")}
+    assert found == pytest.approx({"stiffness": 2.0, "force": 2.0, "deflection": 1.0})

@@ -101,9 +101,13 @@ class Channels:
         """Note the digest of another file of the record."""
         self.json("/files", FILE, {"name": name, "sha256": hashlib.sha256(content).hexdigest()})
 
-    def commit(self, events: int, crc32: int) -> None:
-        """Mark how far events.jsonl reaches by now, end the chunk, and hand everything to the operating system."""
+    def mark(self, events: int, crc32: int) -> None:
+        """Mark how far events.jsonl reaches by now."""
         self.json("/marks", MARK, {"events": events, "crc32": crc32, "messages": self._messages})
+
+    def commit(self, events: int, crc32: int) -> None:
+        """Mark how far events.jsonl reaches, end the chunk, and hand everything to the operating system."""
+        self.mark(events, crc32)
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._spool.commit()
 

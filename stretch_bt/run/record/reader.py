@@ -97,6 +97,9 @@ class RecordReader:
         self._files: dict[str, str] = {}
         self._index(written)
         self.complete = RESULT in self._files if written.marked else self._chunks.whole
+        if self.complete and not self._chunks.whole:  # a recorder writes both at once
+            what = "a closed record ends with its whole index"
+            raise self._damaged(f"it is cut off at byte {self._chunks.end}, or goes on there: {what}")
         self.events, self.damage = self._events(written)
         self.run_info: dict[str, Any] = self._other(RUN) or {}
         self.result = self._other(RESULT)
@@ -179,7 +182,7 @@ class RecordReader:
                 self._take_all(tick, waiting)
         except InvalidInput as error:
             raise self._damaged(str(error)) from error
-        except (LookupError, TypeError, ValueError) as error:
+        except (LookupError, TypeError, ValueError, RecursionError) as error:
             raise self._damaged(f"its chunk at byte {offset} does not belong here: {error!r}") from error
 
     def _mark(self, message: Any, count: int) -> Mark:
@@ -276,6 +279,8 @@ def _stored_with(device: str, fields: dict[str, Any]) -> tuple[tuple[str, int], 
 
 
 def _read_json(path: Path) -> dict[str, Any] | None:
+    if not path.is_file():  # a pipe would be waited for
+        return None
     try:
         content = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stretch_bt import errors
-from stretch_bt.errors import BeyondLimits, DeviceFault
+from stretch_bt.errors import DeviceFault
 from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.run.record.plain import plain
@@ -131,7 +131,7 @@ _FAULTS = _fault_kinds()
 
 def read_fault(fields: Mapping[str, Any]) -> DeviceFault:
     """Return the fault that a message names; one of an unknown kind comes back as a DeviceFault."""
-    kind = _FAULTS.get(fields["kind"], DeviceFault)
-    if issubclass(kind, BeyondLimits):
-        return kind(fields["device"], fields["reason"], fields.get("concerns", ()))
-    return kind(fields["device"], fields["reason"])
+    kind = _FAULTS.get(fields["kind"])
+    if kind is None:
+        return DeviceFault(fields["device"], fields["reason"])
+    return kind(**{name: value for name, value in fields.items() if name != "kind"})

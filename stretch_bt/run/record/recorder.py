@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput, RecordError
+from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.run.record.channels import FAULT, MOTION, TICK, WRITE, Channels, nanoseconds
@@ -41,11 +41,11 @@ class _Streams:
         self.events.commit()
 
     def close(self, result: bytes) -> None:
-        """End both; that the result is noted says that the record was closed."""
+        """End both; that the result is noted says that the record was closed, so the index goes to the disk with it."""
         self.channels.file(RESULT, result)
-        self.commit()
-        self.events.close()
+        self.channels.mark(self.events.size, self.events.crc32)
         self.channels.close()
+        self.events.close()
 
     def abandon(self) -> None:
         _try(self.events.abandon)
@@ -100,7 +100,10 @@ class RunRecord:
         self._event("status", fields, path, f"{status} {reason}".rstrip(), level)
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Take note that a node wrote a key; `sd` is None where the value carries no standard deviation."""
+        """Take note that a node wrote a key; `sd` is None where the value carries no standard deviation.
+
+        A `value` of None says that the key was left without one.
+        """
         if self._streams is None:
             return
         fields = {"value": plain(value), "path": path}
@@ -144,8 +147,7 @@ class RunRecord:
         if self._streams is None:
             return
         fields = {"device": device, "kind": type(fault).__name__, "reason": fault.reason}
-        concerns = {"concerns": list(fault.concerns)} if isinstance(fault, BeyondLimits) else {}
-        self._streams.channels.json(f"/{device}/fault", FAULT, {**fields, **concerns})
+        self._streams.channels.json(f"/{device}/fault", FAULT, {**fault.fields(), **fields})
         self._event("fault", fields, device, f"{fields['kind']}: {fault.reason}")
 
     def note(self, kind: str, **fields: Any) -> None:

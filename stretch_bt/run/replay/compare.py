@@ -15,9 +15,9 @@ __all__ = ["RELATIVE", "Comparison", "compare"]
 RELATIVE, OF_SD = 1e-6, 1e-3
 #: SI; a smaller number is compared as if it were so large: next to nothing has no last digits
 TINY = 1e-9
-#: fields of text for people: numbers in them are shown with few digits, and may be rounded either way
+#: fields of text for people: numbers in them are shown with few digits, and the last one may be rounded either way
 _TOLD = ("reason", "why")
-_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?", re.ASCII)
 Event = Mapping[str, Any]
 
 
@@ -77,14 +77,15 @@ def _differences(old: Any, new: Any, sd: Any = None, scale: float = 0.0) -> Iter
 
 
 def _of_mappings(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[float]:
+    if "sha256" in old and "sha256" in new:
+        yield from _of_arrays(old, new)
+        return
     if old.keys() != new.keys():
         yield math.inf
         return
-    if "sha256" in old:
-        yield from _of_arrays(old, new)
-        return
     for name, value in old.items():
-        if name in _TOLD and _words(value) == _words(new[name]):
+        if name in _TOLD:
+            yield from _of_texts(str(value), str(new[name]))
             continue
         yield from _differences(value, new[name], old.get(f"{name}_sd", old.get("sd") if name == "value" else None))
 
@@ -94,8 +95,9 @@ def _of_arrays(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[float
     if any(old.get(name) != new.get(name) for name in ("shape", "dtype", "finite")) or "largest" not in old:
         yield math.inf if old != new else 0.0
         return
-    for name in ("largest", "mean"):
-        yield from _differences(old[name], new[name], None, abs(old["largest"]))
+    for name in ("largest", "mean", "weighted"):
+        if name in old:  # older records have no weighted mean
+            yield from _differences(old[name], new.get(name), None, abs(old["largest"]))
 
 
 def _difference(old: float, new: float, sd: Any, scale: float) -> float:
@@ -105,8 +107,30 @@ def _difference(old: float, new: float, sd: Any, scale: float) -> float:
     return abs(old - new) / max(abs(old), scale, spread, TINY)
 
 
-def _words(told: Any) -> Any:
-    return _NUMBER.sub("#", str(told))
+def _of_texts(old: str, new: str) -> Iterator[float]:
+    """Yield how far the numbers in two texts differ beyond their rounding; an infinite one where the words differ."""
+    if _NUMBER.split(old) != _NUMBER.split(new):
+        yield math.inf
+        return
+    for a, b in zip(_NUMBER.findall(old), _NUMBER.findall(new), strict=True):
+        if a != b:
+            yield _beyond_rounding(a, b)
+
+
+def _beyond_rounding(old: str, new: str) -> float:
+    """Return how far two shown numbers differ by more than one unit of the last place shown; counts have none."""
+    a, b, place = float(old), float(new), min(_place(old), _place(new))
+    beyond = abs(a - b) - 1.001 * place  # 0.3 - 0.2 is a little more than 0.1
+    counts = all(shown.lstrip("+-").isdecimal() for shown in (old, new))
+    if counts or not math.isfinite(beyond):
+        return math.inf
+    return max(0.0, beyond) / max(abs(a), TINY)
+
+
+def _place(shown: str) -> float:
+    """Return one unit of the last place of a shown number."""
+    digits, _, exponent = shown.partition("e")
+    return float(f"1e-{len(digits.partition('.')[2])}") * float(f"1e{exponent or 0}")
 
 
 def _is_number(value: Any) -> bool:

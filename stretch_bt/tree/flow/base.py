@@ -153,6 +153,7 @@ class FlowNode(py_trees.behaviour.Behaviour):
         super().__init__(name=path.rpartition("/")[2])
         self.path = path
         self.ticking = False
+        self.unanswered = False  # whether it failed because its own expression reads what has no answer
         if child is not None:
             self.children.append(child)
             child.parent = self
@@ -177,6 +178,7 @@ class FlowNode(py_trees.behaviour.Behaviour):
     def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
         """Tick once."""
         self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
+        self.unanswered = False
         try:
             if self.status is not Status.RUNNING:
                 self.feedback_message = ""
@@ -184,6 +186,7 @@ class FlowNode(py_trees.behaviour.Behaviour):
             status = yield from self.decide()
         except NoAnswer as refusal:  # of what its own expression reads: a child tells its own as FAILURE
             self.feedback_message = refusal.reason
+            self.unanswered = True
             status = Status.FAILURE
         if status is not Status.RUNNING:
             self.end_children()

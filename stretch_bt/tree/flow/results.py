@@ -48,7 +48,7 @@ class _Result(Part):
         if self.becomes[Status.SUCCESS] is self.becomes[Status.FAILURE]:
             merged = both(ends.success, ends.failure)
             return Flow(merged, None) if self.becomes[Status.SUCCESS] is Status.SUCCESS else Flow(None, merged)
-        return Flow(ends.failure, ends.success)
+        return Flow(ends.failure, both(ends.success, ends.failure))  # what has no answer stays FAILURE
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node around its child."""
@@ -56,25 +56,44 @@ class _Result(Part):
 
 
 class ResultNode(FlowNode):
-    """Passes RUNNING on and maps what the child ends with."""
+    """Passes RUNNING on and maps what the child ends with; a FAILURE without an answer is never turned round."""
 
     def __init__(self, path: str, child: py_trees.behaviour.Behaviour, becomes: dict[Status, Status]) -> None:
         super().__init__(path, child)
         self.becomes = becomes
 
+    @property
+    def inverts(self) -> bool:
+        """Whether SUCCESS and FAILURE change places."""
+        return self.becomes[Status.SUCCESS] is not self.becomes[Status.FAILURE]
+
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the child and map its status."""
         yield from self.child.tick()
+        if self.inverts and (silent := _unanswered(self.child)) is not None:
+            self.feedback_message = silent.feedback_message
+            return Status.FAILURE
         status = self.becomes.get(self.child.status, self.child.status)
         if status is not self.child.status:
             self.feedback_message = f"{self.child.name} ended with {self.child.status.name}"
         return status
 
 
+def _unanswered(node: py_trees.behaviour.Behaviour) -> py_trees.behaviour.Behaviour | None:
+    """Return the condition without an answer for which a node failed, or None: neither it nor its opposite is known."""
+    if node.status is not Status.FAILURE:
+        return None
+    if getattr(node, "unanswered", False):
+        return node
+    if isinstance(node, ResultNode) and not node.inverts:  # it is FAILURE whatever it asked
+        return None
+    return next(filter(None, map(_unanswered, node.children)), None)
+
+
 @construct
 @dataclass(slots=True)
 class Invert(_Result):
-    """FAILURE for SUCCESS and SUCCESS for FAILURE."""
+    """FAILURE for SUCCESS and SUCCESS for FAILURE; FAILURE stays where a condition has no answer."""
 
     keyword: ClassVar[str] = "invert"
     becomes: ClassVar[dict[Status, Status]] = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}

@@ -31,7 +31,7 @@ def literal(type_: Type) -> Schema | None:
             ref(f"literal_{type_.name}") if type_.name in QUANTITIES else {"type": "string", "pattern": r"^\s*[-+.\d]"}
         )
     if type_.family is Family.ENUM:
-        return {"enum": list(type_.options)}
+        return {"enum": list(type_.members or type_.options)}
     if type_.family is Family.LIST:
         item = None if type_.item is None else literal(type_.item)
         return None if item is None else {"type": "array", "items": item}
@@ -45,7 +45,7 @@ def wired(type_: Type) -> Schema:
     if type_ is STR or type_.family is Family.STR:
         return ref("literal_str")
     if type_.family is Family.ENUM:
-        return {"anyOf": [{"enum": list(type_.options)}, ref("reference")]}
+        return {"anyOf": [{"enum": list(type_.members or type_.options)}, ref("reference")]}
     if type_.family is Family.LIST and type_.item is not None and literal(type_.item) is not None:
         return {"anyOf": [{"type": "array", "items": wired(type_.item)}, ref("expression")]}
     plain = literal(type_)

@@ -62,7 +62,17 @@ def test_order_of_keys_does_not_matter(value: dict[str, int]) -> None:
         (np.int16(-3), -3),
         (np.bool_(True), True),
         (np.str_("a"), "a"),
-        (np.array(-2.5), {"shape": [], "dtype": "float64", "finite": 1, "largest": 2.5, "mean": 2.5}),
+        (
+            np.array(-2.5),
+            {
+                "shape": [],
+                "dtype": "float64",
+                "finite": 1,
+                "largest": 2.5,
+                "mean": 2.5,
+                "weighted": pytest.approx(-1.545, rel=1e-3),
+            },
+        ),
         (MotionState.DONE, "done"),
         ({Rule.MEAN: (1, 2)}, {"mean": [1, 2]}),
         ({3, 1, 2}, [1, 2, 3]),
@@ -82,6 +92,7 @@ def test_dataclass_gives_fields_and_arrays_give_digests() -> None:
     got = plain(Ball(0.02, Rule.MEAN, points))
     digest = got["points"].pop("sha256")
     sizes = {"finite": 12, "largest": 11.0, "mean": pytest.approx(5.5, rel=1e-9)}
+    sizes["weighted"] = pytest.approx(np.mean(np.arange(12.0) * (np.arange(1, 13) * 40503 % 65536)) / 65536, rel=1e-8)
     assert got == {"radius": 0.02, "rule": "mean", "points": {"shape": [4, 3], "dtype": "float64", **sizes}}
     assert len(digest) == 16
     changed = points.copy()

@@ -1,4 +1,6 @@
+import os
 import re
+import threading
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +16,9 @@ from stretch_bt.errors import DeviceFault, RecordError, StaleReading
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Journal
-from stretch_bt.run.record import Handed, RecordReader, RunRecord
+from stretch_bt.run.record import Handed, RecordReader, RunRecord, channels
+from stretch_bt.run.record.plain import dumps
+from stretch_bt.run.record.scan import ChunkFile
 
 INTRINSICS = Intrinsics(475.1, 475.3, 11.7, 9.2, 24, 20, (0.1, -0.2, 1e-3, 0.0, 0.3))
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -187,9 +191,23 @@ def test_a_file_cut_without_the_other_is_damaged(tmp_path: Path, sample: Any, na
                 assert 0 <= byte <= length
             else:
                 assert found.line == content[:length].count(b"\n") + 1
-        else:  # only the index was lost, which viewers use
-            assert name == "record.mcap"
+        else:  # as if its process had been killed before it was closed
+            assert (name, reader.complete) == ("record.mcap", False)
             assert (reader.ticks, reader.events) == (whole.ticks, whole.events)
+
+
+def test_a_closed_record_without_its_whole_index_is_damaged(tmp_path: Path, sample: Any) -> None:
+    path = sample.closed(tmp_path / "r") / "record.mcap"
+    content = path.read_bytes()
+    [*_, last] = ChunkFile(path)
+    end = last[0] + 9 + int.from_bytes(content[last[0] + 1 : last[0] + 9], "little")
+    for length in {*range(end, len(content), 97), len(content) - 1}:
+        path.write_bytes(content[:length])
+        found = refusal(path.parent)
+        assert (found.code, found.file) == ("record-damaged", str(path))
+        assert int(re.findall(r"at byte (\d+)", found.message)[0]) <= length
+    path.write_bytes(content + b"\0")
+    assert f"at byte {len(content) - 8}, or goes on there" in refusal(path.parent).message
 
 
 @pytest.mark.parametrize("name", ["record.mcap", "run.json", "result.json"])
@@ -299,3 +317,27 @@ def test_a_foreign_folder_is_refused(tmp_path: Path, content: bytes | None, code
 def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match="no such folder"):
         RecordReader(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("name", ["run.json", "events.jsonl", "record.mcap", "result.json"])
+def test_a_pipe_in_place_of_a_file_is_refused_and_not_waited_for(tmp_path: Path, sample: Any, name: str) -> None:
+    path = sample.closed(tmp_path / "r") / name
+    path.unlink()
+    os.mkfifo(path)
+    opened = os.open(path, os.O_RDWR | os.O_NONBLOCK)  # so that a reader that waits finds an end when this closes
+    closing = threading.Timer(5.0, os.close, (opened,))
+    closing.start()
+    assert refusal(path.parent).file == str(path)
+    assert closing.is_alive(), "it waited until the pipe was closed"
+    closing.cancel()
+    os.close(opened)
+
+
+def test_a_message_nested_too_deep_is_damage(tmp_path: Path, sample: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    deep = b'{"tick": ' + b"[" * 100_000 + b"}"
+    monkeypatch.setattr(channels, "dumps", lambda fields: deep if "tick" in fields else dumps(fields))
+    record = RunRecord(tmp_path / "r")
+    record.start({}, {})
+    record.begin_tick(0, 0.0)
+    record.close({})
+    assert refusal(tmp_path / "r").code == "record-damaged"

@@ -50,6 +50,20 @@ CASES = {
     "a word": (write("left"), write("right"), False),
     "an array in its last digits": (write(array(0.0)), write(array(1e-13)), True),
     "an array": (write(array(0.0)), write(array(1e-4)), False),
+    "an array of the other sign": (write(array(0.0)), write(plain(-np.linspace(-1.0, 1.0, 30_000))), False),
+    "a scalar of the other sign": (write(plain(np.array(0.5))), write(plain(np.array(-0.5))), False),
+    "one sign of many": (write(plain(np.ones(8000))), write(plain(np.r_[np.ones(7999), -1.0])), False),
+    "an array in another order": (write(plain(np.arange(9.0))), write(plain(np.arange(9.0)[::-1])), False),
+    "an array where others are unknown": (
+        write(plain(np.array([np.nan, 1.0, 2.0]))),
+        write(plain(np.array([1.0, np.nan, 2.0]))),
+        False,
+    ),
+    "an array of an older record": (
+        write({k: v for k, v in array(0.0).items() if k != "weighted"}),
+        write(array(0.0)),
+        True,
+    ),
     "another shape": (write(plain(np.zeros(3))), write(plain(np.zeros(4))), False),
     "an array of counts": (write(plain(np.zeros(3, int))), write(plain(np.ones(3, int))), False),
     "another status": (event("status", path="m", status="SUCCESS"), event("status", path="m", status="FAILURE"), False),
@@ -58,6 +72,26 @@ CASES = {
         event("status", path="m", status="FAILURE", reason="it is 2.49 mm high"),
         True,
     ),
+    **{
+        f"a reason with {old} for {new}": (
+            *(event("status", path="m", reason=f"it is {n} high") for n in (old, new)),
+            same,
+        )
+        for old, new, same in (
+            ("2.50 mm", "2.48 mm", False),
+            ("2.50 mm", "25.0 mm", False),
+            ("2.50 mm", "-2.50 mm", False),
+            ("2.5 mm", "2.49 mm", True),
+            ("3 mm", "2.99 mm", True),
+            ("1.2e-05 m", "1.3e-05 m", True),
+            ("1.2e-05 m", "1.4e-05 m", False),
+            ("0.3 N", "0.2 N", True),
+            ("123456.7890", "123456.7892", True),
+            ("-5 mm", "-6 mm", False),
+            ("3 presses", "4 presses", False),
+            ("1e999", "2e-999", False),
+        )
+    },
     "another reason": (
         event("status", path="m", status="FAILURE", reason="it is 2.50 mm high"),
         event("status", path="m", status="FAILURE", reason="it is gone"),

@@ -88,7 +88,7 @@ def _times(record: RecordReader) -> list[str]:
 def _written(record: RecordReader, name: str) -> list[tuple[float, Any]]:
     """Return the times, s, at which a key of this name was written, and its values."""
     written = (e for e in record.events if e["type"] == "write" and str(e["key"]).rpartition("/")[2] == name)
-    return [(float(e["time"]), e["value"]) for e in written]
+    return [(float(e["time"]), e["value"]) for e in written if e["value"] is not None]
 
 
 def _circularities(record: RecordReader) -> str:

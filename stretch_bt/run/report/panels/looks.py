@@ -37,7 +37,7 @@ def read_looks(events: Iterable[dict[str, Any]]) -> list[Look]:
     """Return the looks in order: each time that a node has written both `force` and `drop`.
 
     The keys of the main tree are `stretch`, `depth` (of the hand past first contact), `h0` (height of that), `seen` (height of the
-    top, as seen), `sphere`, `force` and `drop`. A look of which one is missing or not a finite number is left out.
+    top, as seen), `sphere`, `look_force` (`force` in older records) and `drop`. A look of which one is missing or not a finite number is left out.
     """
     known: dict[str, dict[str, Any]] = {}
     told: dict[str, set[str]] = {}
@@ -45,7 +45,7 @@ def read_looks(events: Iterable[dict[str, Any]]) -> list[Look]:
     for event in events:
         if event["type"] != "write" or not str(event["key"]).startswith(_MAIN):
             continue
-        name = str(event["key"]).removeprefix(_MAIN)
+        name = str(event["key"]).removeprefix(_MAIN).replace("look_force", "force")
         known[name] = event
         if name in ("force", "drop"):
             both = told.setdefault(event["path"], set())
