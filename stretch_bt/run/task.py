@@ -37,7 +37,7 @@ def run(
     devices: Mapping[str, Device] | None = None,
     modules: str | Path | None = None,
 ) -> RunResult:
-    """Run a tree and return how it ended.
+    """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
     Parameters
     ----------
