@@ -55,7 +55,7 @@ def command(
     """Run a tree on a scene, on a cell, or on mocks."""
     from rich.console import Console
 
-    from stretch_bt.run.execute import interrupt_result
+    from stretch_bt.run.result import interrupt_result
     from stretch_bt.run.task import run
 
     try:

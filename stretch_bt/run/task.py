@@ -9,10 +9,12 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
-from stretch_bt.run.execute import RunResult, View, execute
+from stretch_bt.run.execute import execute
 from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import Task
+from stretch_bt.run.result import RunResult
 from stretch_bt.run.runner import Runner
+from stretch_bt.run.view import View
 from stretch_bt.source import Scalar, closest, did_you_mean
 from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
