@@ -53,44 +53,50 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Run a tree on a scene, on a cell, or on mocks."""
-    from rich.console import Console
+    try:
+        result = _ran(tree, not quiet, set_ or [], scene=scene, cell=cell, seed=seed, mocks=mocks, out=out)
+    except StretchError as error:
+        stops.way = "note"
+        raise typer.Exit(_say_refused(error, traceback=traceback, json_=json_)) from None
+    stops.way = "note"
+    raise typer.Exit(_say_ended(result, traceback=traceback, stats=stats, json_=json_))
 
+
+def _ran(tree: str, shown: bool, set_: list[str], **options: Any) -> RunResult:
+    """Run the tree; a signal after the task had ended is in the result."""
     from stretch_bt.run.result import interrupt_result
     from stretch_bt.run.task import run
 
-    try:
-        view = None if quiet else _view()
-        # what nodes print must not get among the result, and no tick waits for whoever reads it
-        with pictures():
-            params = parameters(set_ or [])
-            result = run(
-                tree,
-                scene=scene,
-                cell=cell,
-                params=params,
-                seed=seed,
-                mocks=mocks,
-                out=out,
-                view=view,
-                watch=_noted,  # the run ends by itself from here on
-            )
-    except StretchError as error:
-        stops.way = "note"
-        if json_:
-            emit_json(refused(error))
-        report_error(error)
-        if traceback and (broken := blame(error)) is not None:
-            typer.echo(broken["traceback"], err=True)
-        raise typer.Exit(exit_code(error)) from None
-    stops.way = "note"
+    view = _view() if shown else None
+    # what nodes print must not get among the result, and no tick waits for whoever reads it
+    with pictures():
+        # from the first tick on the run ends by itself
+        result = run(tree, params=parameters(set_), view=view, watch=_noted, **options)
     if stops.names:
         interrupt_result(result, stops.names[0])
+    return result
+
+
+def _say_refused(error: StretchError, *, traceback: bool, json_: bool) -> int:
+    """Print why a run did not begin, and return the exit code."""
+    if json_:
+        emit_json(refused(error))
+    report_error(error)
+    if traceback and (broken := blame(error)) is not None:
+        typer.echo(broken["traceback"], err=True)
+    return exit_code(error)
+
+
+def _say_ended(result: RunResult, *, traceback: bool, stats: bool, json_: bool) -> int:
+    """Print how a run ended, and return the exit code."""
+    from rich.console import Console
+
     if json_:
         emit_json(printed(result, stats=stats))
     show(result, Console(stderr=json_), traceback)
     if stats:
         show_stats(result, Console(stderr=json_))
-    raise typer.Exit(EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status])
+    return EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status]
 
 
 def _noted(_: Runner) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import TYPE_CHECKING, Any, NoReturn
 
 from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
 from stretch_bt.run.signals import signals
 
+TYPE_CHECKING = False  # see stretch_bt/__init__.py
 if TYPE_CHECKING:
+    from typing import Any, NoReturn
+
     from stretch_bt.cli.outlet import Outlets
 
 __all__ = ["main", "program"]

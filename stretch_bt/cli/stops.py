@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import select
 import sys
-from contextlib import suppress
-from typing import Literal
+
+TYPE_CHECKING = False  # see stretch_bt/__init__.py
+if TYPE_CHECKING:
+    from typing import Literal
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "Stops", "stops"]
 
@@ -116,11 +118,13 @@ def _filled(form: str, status: str, reason: str) -> str:
 
 def _give(number: int, text: str, patience: float) -> None:
     """Write a short text to a file descriptor, unless that would wait for its reader."""
-    with suppress(OSError):
+    try:
         poll = select.poll()
         poll.register(number, select.POLLOUT)
         if poll.poll(patience * 1e3):
             os.write(number, text.encode())
+    except OSError:
+        pass
 
 
 #: of this process

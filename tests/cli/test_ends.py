@@ -102,8 +102,24 @@ def reported(run):
 
 def test_the_handler_stands_before_anything_heavy_is_imported():
     code = "import sys, stretch_bt.cli; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    heavy = {"numpy", "scipy", "numba", "cv2", "py_trees", "yaml", "typer", "click", "rich", "pydantic", "json"}
+    loaded = subprocess.run(
+        [sys.executable, "-S", "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    heavy = {
+        "numpy",
+        "scipy",
+        "numba",
+        "cv2",
+        "py_trees",
+        "yaml",
+        "typer",
+        "click",
+        "rich",
+        "pydantic",
+        "json",
+        "typing",
+        "re",
+    }
     assert heavy.isdisjoint(loaded)
 
 
