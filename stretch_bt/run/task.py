@@ -79,6 +79,10 @@ def run(
         # few scenes ask for anything: only then is the cell looked at here as well
         if asked and (spec := task.cell_spec()) is not None and spec.simulated:
             task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks, modules))
+    elif scene is not None:  # nothing is simulated, and one that is named is read all the same
+        from stretch_bt.simulation.scene import load_scene
+
+        load_scene(scene)
     return execute(task, out, view, watch, devices)
 
 
