@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # of typing, which takes longer to import than all that stands before the handler of signals
 if TYPE_CHECKING:
+    from typing import Any
+
     from stretch_bt.run.check import check as check
     from stretch_bt.run.task import run as run
     from stretch_bt.tree.ports import Behavior as Behavior
@@ -32,6 +32,8 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
     if name == "run":  # the package of this name is callable
         return import_module(f"{__name__}.run")
     if name not in _HOMES:

@@ -22,7 +22,7 @@ class MoveOver(MotionBehavior):
     """Raise the hand above all that was felt, take it across and turn it; it never moves across below that height.
 
     Before anything was felt it goes across where it stands. The limits of the cell bound where it may go: a place outside them
-    is a fault before the hand moves. It goes no faster than the cell allows where the hand may meet something.
+    is FAILURE before the hand moves. It goes no faster than the cell allows where the hand may meet something.
     """
 
     arm: Uses[Arm]

@@ -64,7 +64,7 @@ _add_commands(app, cli)
 def carry_out() -> None:
     """Carry out the command of `sys.argv`."""
     if sys.argv[1:2] != ["run"]:  # which says by itself from when on something is open
-        stops.work()
+        stops.way = "raise"
     try:
         app()
     except StretchError as error:
@@ -75,6 +75,6 @@ def carry_out() -> None:
         typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, SystemExit):
-        if not stops.names or stops.noting:
+        if not stops.names or stops.way == "note":
             raise
         raise KeyboardInterrupt from None

@@ -10,6 +10,7 @@ from stretch_bt.cli.output import EXIT_FAILURE, emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.interfaces import MotionState
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
     from stretch_bt.run.clock import Clock
@@ -32,7 +33,7 @@ def command(
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
     from stretch_bt.run.clock import RealClock
-    from stretch_bt.run.signals import unbroken
+    from stretch_bt.run.use_cell import use_cell
 
     spec = load_cell(cell)
     grippers = [name for name, d in spec.devices.items() if d.type == "Gripper" and device in (None, name)]
@@ -44,15 +45,13 @@ def command(
         text = f"{grippers[0]}: the fingers will travel all their way. Is the membrane off, and is everybody clear of them?"
         typer.confirm(text, abort=True, err=True)
     clock = RealClock()
-    opened = open_cell(spec, now=clock.now, only=grippers)
-    try:
+
+    def activate(opened: Cell) -> tuple[MotionState, float]:
         gripper = opened.devices[grippers[0]]
         assert isinstance(gripper, MonitoredGripper)
-        state = _activate(gripper, clock)
-        opening = gripper.opening(1.0).value
-    finally:
-        with unbroken():
-            opened.close()
+        return _activate(gripper, clock), gripper.opening(1.0).value
+
+    state, opening = use_cell(lambda: open_cell(spec, now=clock.now, only=grippers), activate)
     if json_:
         emit_json({"device": grippers[0], "state": str(state), "opening": opening})
     else:

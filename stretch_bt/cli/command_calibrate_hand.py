@@ -37,7 +37,7 @@ def command(
     from stretch_bt.hardware.hand_file import written
     from stretch_bt.run.clock import Clock, RealClock, VirtualClock
     from stretch_bt.run.hand_calibration import calibrate_hand, hand_devices
-    from stretch_bt.run.signals import unbroken
+    from stretch_bt.run.use_cell import use_cell
     from stretch_bt.simulation.scene import load_scene
 
     spec = load_cell(cell)
@@ -54,14 +54,13 @@ def command(
         text = f"The fingers will stretch the membrane {way}. Does it touch nothing, and is everybody clear of it?"
         typer.confirm(text, abort=True, err=True)
     clock: Clock = VirtualClock() if spec.simulated else RealClock()
-    opened = open_cell(
-        spec, now=clock.now, seed=seed, scene=load_scene(scene) if spec.simulated and scene else None, only=wanted
+    simulates = load_scene(scene) if spec.simulated and scene else None
+    found = use_cell(
+        lambda: open_cell(spec, now=clock.now, seed=seed, scene=simulates, only=wanted),
+        lambda opened: calibrate_hand(
+            opened, clock, stops=stops, frames=frames, said=lambda text: typer.echo(text, err=True)
+        ),
     )
-    try:
-        found = calibrate_hand(opened, clock, stops=stops, frames=frames, said=lambda text: typer.echo(text, err=True))
-    finally:
-        with unbroken():
-            opened.close()
     fields = _fields(found, spec, frames)
     with out.open("x", encoding="utf-8") as file:  # one that came meanwhile is kept
         file.write(written(fields))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import json
 import os
 import select
 import sys
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stretch_bt.cli.output import emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def command(
     ) as servers:
         served = servers.served
         if json_:
-            typer.echo(json.dumps(served.to_json()))
+            emit_json(served.to_json(), indent=None)
         else:
             for name, wires in served.wires.items():
                 typer.echo(f"{name}: " + ", ".join(f"{wire} at {place}" for wire, place in wires.items()))

@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stretch_bt.cli.looking import AsJson, Cell
+from stretch_bt.cli.looking import AsJson
+from stretch_bt.cli.looking import Cell as CellName
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_INTERRUPTED, exit_code, print_findings
 from stretch_bt.errors import BeyondLimits, DeviceFault, InvalidInput
 
 if TYPE_CHECKING:
+    from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.hardware.finding import Finding
 
@@ -20,7 +22,7 @@ _SCENE = "water_balloon"
 
 
 def command(
-    cell: Cell,
+    cell: CellName,
     up: Annotated[str | None, typer.Option("--up", help="How far up, as in 10mm.")] = None,
     down: Annotated[
         str | None, typer.Option("--down", help="How far down, to no lower than `limits.contact.below` of the cell.")
@@ -53,14 +55,15 @@ def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, ye
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.implementations import driver_class
     from stretch_bt.run.clock import Clock, RealClock, VirtualClock
-    from stretch_bt.run.signals import unbroken
+    from stretch_bt.run.use_cell import use_cell
     from stretch_bt.run.vertical_move import VerticalMove
     from stretch_bt.simulation.scene import load_scene
 
     simulated = driver_class(spec.devices[name].type, spec.devices[name].use).simulated
     clock: Clock = VirtualClock() if simulated else RealClock()
-    opened = open_cell(spec, now=clock.now, scene=load_scene(scene) if simulated else None, only=[name])
-    try:
+    simulates = load_scene(scene) if simulated else None
+
+    def move_in(opened: Cell) -> tuple[Finding, int]:
         move = VerticalMove(opened, name, by, speed)
         typer.echo(str(move), err=True)
         if not (yes or simulated):
@@ -70,12 +73,10 @@ def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, ye
         try:
             found = move.go(clock)
         except KeyboardInterrupt:
-            with unbroken():
-                return move.stopped("stopped by Ctrl-C"), EXIT_INTERRUPTED
+            return move.stopped("stopped by Ctrl-C"), EXIT_INTERRUPTED
         return found, 0 if found.ok else EXIT_FAILURE
-    finally:
-        with unbroken():
-            opened.close()
+
+    return use_cell(lambda: open_cell(spec, now=clock.now, scene=simulates, only=[name]), move_in)
 
 
 def _faulty(name: str, fault: DeviceFault) -> Finding:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from stretch_bt.run.runner import Runner
     from stretch_bt.run.task import RunResult
 
 __all__ = ["command"]
@@ -54,51 +53,54 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Run a tree on a scene, on a cell, or on mocks."""
-    from rich.console import Console
+    try:
+        result = _ran(tree, not quiet, set_ or [], scene=scene, cell=cell, seed=seed, mocks=mocks, out=out)
+    except StretchError as error:
+        stops.way = "note"
+        raise typer.Exit(_say_refused(error, traceback=traceback, json_=json_)) from None
+    stops.way = "note"
+    raise typer.Exit(_say_ended(result, traceback=traceback, stats=stats, json_=json_))
 
-    from stretch_bt.run.execute import interrupt_result
+
+def _ran(tree: str, shown: bool, set_: list[str], **options: Any) -> RunResult:
+    """Run the tree; a signal after the task had ended is in the result."""
+    from stretch_bt.run.result import interrupt_result
     from stretch_bt.run.task import run
 
-    try:
-        view = None if quiet else _view()
-        # what nodes print must not get among the result, and no tick waits for whoever reads it
-        with pictures(), redirect_stdout(sys.stderr):
-            params = parameters(set_ or [])
-            result = run(
-                tree,
-                scene=scene,
-                cell=cell,
-                params=params,
-                seed=seed,
-                mocks=mocks,
-                out=out,
-                view=view,
-                watch=lambda _: stops.note(),  # the run ends by itself from here on
-            )
-    except KeyboardInterrupt as error:
-        stops.note()
-        if json_:
-            interrupted = InvalidInput(f"stopped by {error or 'SIGINT'} before the first tick")
-            emit_json({**refused(interrupted), "status": "INTERRUPTED"})
-        raise typer.Exit(EXIT_INTERRUPTED) from error
-    except StretchError as error:
-        stops.note()
-        if json_:
-            emit_json(refused(error))
-        report_error(error)
-        if traceback and (broken := blame(error)) is not None:
-            typer.echo(broken["traceback"], err=True)
-        raise typer.Exit(exit_code(error)) from None
-    stops.note()
+    view = _view() if shown else None
+    # what nodes print must not get among the result, and no tick waits for whoever reads it
+    with pictures():
+        # from the first tick on the run ends by itself
+        result = run(tree, params=parameters(set_), view=view, watch=_noted, **options)
     if stops.names:
         interrupt_result(result, stops.names[0])
+    return result
+
+
+def _say_refused(error: StretchError, *, traceback: bool, json_: bool) -> int:
+    """Print why a run did not begin, and return the exit code."""
     if json_:
-        fields = result.to_json()
-        emit_json(fields if stats else {key: value for key, value in fields.items() if key != "stats"})
+        emit_json(refused(error))
+    report_error(error)
+    if traceback and (broken := blame(error)) is not None:
+        typer.echo(broken["traceback"], err=True)
+    return exit_code(error)
+
+
+def _say_ended(result: RunResult, *, traceback: bool, stats: bool, json_: bool) -> int:
+    """Print how a run ended, and return the exit code."""
+    from rich.console import Console
+
+    if json_:
+        emit_json(printed(result, stats=stats))
     show(result, Console(stderr=json_), traceback)
     if stats:
         show_stats(result, Console(stderr=json_))
-    raise typer.Exit(EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status])
+    return EXIT_FAILURE if result.unmet and result.status == "SUCCESS" else _EXIT[result.status]
+
+
+def _noted(_: Runner) -> None:
+    stops.way = "note"
 
 
 def _view() -> Any:
@@ -120,17 +122,17 @@ def parameters(given: list[str]) -> dict[str, str]:
 
 def refused(error: StretchError) -> dict[str, Any]:
     """Return the JSON of a run that did not begin."""
+    from stretch_bt.run.task import RunResult
+
     status = "FAULT" if exit_code(error) == EXIT_FAULT else "ERROR"
-    empty: dict[str, Any] = {
-        "outputs": {},
-        "truth": {},
-        "ticks": 0,
-        "task_seconds": 0.0,
-        "wall_seconds": 0.0,
-        "cpu_seconds": 0.0,
-    }
     found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []
-    return {"status": status, "reason": str(error), **empty, "record": None, "diagnostics": found}
+    result = RunResult(status, str(error), {}, {}, 0, 0.0, 0.0, 0.0, "")
+    return {**printed(result), "record": None, "diagnostics": found}
+
+
+def printed(result: RunResult, *, stats: bool = False) -> dict[str, Any]:
+    """Return the fields of a result that `--json` prints."""
+    return {key: value for key, value in result.to_json().items() if stats or key != "stats"}
 
 
 def show(result: RunResult, console: Console, traceback: bool = False) -> None:

@@ -9,11 +9,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stdout, suppress
 from queue import SimpleQueue  # noqa: TID251  no get of ours has a timeout, and a signal may come within put
 from typing import Any, TextIO
 
-__all__ = ["Outlet", "Outlets", "pictures"]
+from stretch_bt.cli.stops import stops
+
+__all__ = ["Outlet", "Outlets", "answers", "pictures"]
 
 #: bytes of pictures that may wait for a reader
 ROOM = 1 << 16
@@ -93,8 +95,21 @@ class Outlet(io.RawIOBase):
                 self.error = error
 
 
+class Stream(io.TextIOWrapper):
+    """Text for an outlet; what prints into it may not close it."""
+
+    def close(self) -> None:
+        """Keep it open."""
+        with suppress(OSError, ValueError):
+            self.flush()
+
+
 class Outlets:
-    """Outlets in the place of standard output and standard error, where nobody has put anything else there."""
+    """Outlets in the place of standard output and standard error, where nobody has put anything else there.
+
+    They write to copies of the file descriptors, which nothing closes or prints into by their numbers. With `--json`
+    standard output is for the document alone: what else is printed, also by native code, goes to standard error.
+    """
 
     def __init__(self) -> None:
         for number in range(3):
@@ -108,39 +123,71 @@ class Outlets:
             sys.stdout, self._out = _outlet(1, sys.stdout)
         if sys.stderr is sys.__stderr__:
             sys.stderr, self._err = _outlet(2, sys.stderr)
-            self._err.pictures = "--json" in sys.argv  # whatever counts is in the JSON
+        #: what the document goes to
+        self.answer = answers.stream = sys.stdout
+        if "--json" in sys.argv:
+            if self._out is not None:
+                stops.out = self._out.fileno()
+                os.dup2(2, 1)
+            sys.stdout = sys.stderr
+            if self._err is not None:
+                self._err.pictures = True  # whatever counts is in the JSON
 
     def close(self, stopped: Callable[[], bool]) -> OSError | None:
         """Give what was printed to its readers, put back what was there before, and return why the result was lost, if it was."""
-        for stream in (sys.stderr, sys.stdout):
+        for stream in (sys.stderr, sys.stdout, self.answer):
             with suppress(OSError, ValueError):
                 stream.flush()
         sys.stdout, sys.stderr = self._before
+        answers.stream = None
         for outlet in (self._err, self._out):
             if outlet is not None:
                 outlet.drain(stopped)
+        if self._out is not None and not stops.process:
+            os.dup2(self._out.fileno(), 1)
+            stops.out = 1
         lost = self._out.error if self._out is not None else None
         return None if isinstance(lost, BrokenPipeError) else lost  # a reader that has enough is no error
 
 
 def _outlet(number: int, before: TextIO | None) -> tuple[TextIO, Outlet]:
-    outlet = Outlet(number)
+    outlet = Outlet(os.dup(number))
     encoding, errors = (before.encoding, before.errors) if before is not None else ("utf-8", "backslashreplace")
     buffer = io.BufferedWriter(outlet)
-    return io.TextIOWrapper(buffer, encoding, errors, line_buffering=True, write_through=True), outlet
+    return Stream(buffer, encoding, errors, line_buffering=True, write_through=True), outlet
+
+
+class Answers:
+    """Where the document of a command goes, which may be elsewhere than what it prints."""
+
+    stream: TextIO | None = None
+
+
+#: of this process
+answers = Answers()
 
 
 @contextmanager
 def pictures() -> Iterator[None]:
-    """Take what is printed on standard error in this block for pictures, where it is an outlet."""
-    outlet = getattr(getattr(sys.stderr, "buffer", None), "raw", None)
-    if not isinstance(outlet, Outlet):
-        yield
-        return
-    before, outlet.pictures = outlet.pictures, True
+    """Send what is printed in this block, also by native code, to standard error, and take what comes there for pictures."""
+    outlet, out = _outlet_of(sys.stderr), _outlet_of(sys.stdout)
+    before = outlet is not None and outlet.pictures
     try:
-        yield
+        if outlet is not None:
+            outlet.pictures = True
+        if out is not None:
+            os.dup2(2, 1)
+        with redirect_stdout(sys.stderr):
+            yield
     finally:
         with suppress(OSError, ValueError):
             sys.stderr.flush()
-        outlet.pictures = before
+        if outlet is not None:
+            outlet.pictures = before
+        if out is not None:
+            os.dup2(out.fileno(), 1)
+
+
+def _outlet_of(stream: TextIO) -> Outlet | None:
+    outlet = getattr(getattr(stream, "buffer", None), "raw", None)
+    return outlet if isinstance(outlet, Outlet) else None

@@ -12,7 +12,8 @@ import typer
 if TYPE_CHECKING:
     from stretch_bt.hardware.finding import Finding
 
-from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
+from stretch_bt.cli.outlet import answers
+from stretch_bt.cli.stops import EXIT_BAD_INPUT, EXIT_INTERRUPTED, stops
 from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError
 from stretch_bt.run.signals import unbroken
 
@@ -28,15 +29,15 @@ __all__ = [
     "report_error",
 ]
 
-EXIT_FAILURE, EXIT_BAD_INPUT, EXIT_FAULT = 1, 2, 3
+EXIT_FAILURE, EXIT_FAULT = 1, 3
 
 
-def emit_json(document: Any) -> None:
+def emit_json(document: Any, *, indent: int | None = 2) -> None:
     """Print the one JSON document of a command."""
-    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
     with unbroken():
         stops.told = True
-        typer.echo(text)
+        typer.echo(text, file=answers.stream)
 
 
 def exit_code(error: StretchError) -> int:

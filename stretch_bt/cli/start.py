@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Any, NoReturn
 
 from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
 from stretch_bt.run.signals import signals
+
+TYPE_CHECKING = False  # see stretch_bt/__init__.py
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
+
+    from stretch_bt.cli.outlet import Outlets
 
 __all__ = ["main", "program"]
 
@@ -39,34 +44,39 @@ def _code() -> int:
     from stretch_bt.cli.outlet import Outlets
 
     outlets = Outlets()
-    try:
-        code = _carried_out()
-    finally:
-        stops.note()
-        lost = outlets.close(lambda: bool(stops.names))
-    if lost is not None:
-        stops.say(f"error: cannot write to standard output: {lost.strerror}\n")
-        return code or 2  # an exit that says more than that comes first
-    return code
+    code = _carried_out(outlets)
+    lost = outlets.close(lambda: bool(stops.names))
+    if lost is None:
+        return code
+    stops.say(f"error: cannot write to standard output: {lost.strerror}\n")
+    # a run ended as its task did, which its record tells; any other command gave no answer
+    return code if sys.argv[1:2] == ["run"] else code or 1
 
 
-def _carried_out() -> int:
+def _carried_out(outlets: Outlets) -> int:
+    """Carry the command out and return its exit code; from the end of it on a signal is only noted."""
     try:
         from stretch_bt.cli.app import carry_out
 
         carry_out()
     except KeyboardInterrupt:
-        if "--json" in sys.argv and not stops.told:
-            sys.stdout.write(stops.document())
-        return EXIT_INTERRUPTED
+        stops.way = "note"
+        code = EXIT_INTERRUPTED
     except SystemExit as end:
+        stops.way = "note"
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
         if isinstance(end.code, str):
             sys.stderr.write(end.code + "\n")
-        return end.code if isinstance(end.code, int) else int(end.code is not None)
     except BaseException:  # a defect of ours
+        stops.way = "note"
+        code = 1
         sys.excepthook(*sys.exc_info())
-        return 1
-    return 0
+    else:
+        stops.way = "note"
+        code = 0
+    if "--json" in sys.argv and code and not stops.told:
+        outlets.answer.write(stops.document() if code == EXIT_INTERRUPTED else stops.refusal(code))
+    return code
 
 
 def _unraisable(told: Any) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import select
 import sys
-from collections.abc import Callable
-from contextlib import suppress
 
-__all__ = ["EXIT_INTERRUPTED", "Stops", "stops"]
+TYPE_CHECKING = False  # see stretch_bt/__init__.py
+if TYPE_CHECKING:
+    from typing import Literal
 
-EXIT_INTERRUPTED = 130
+__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "Stops", "stops"]
+
+EXIT_BAD_INPUT, EXIT_INTERRUPTED = 2, 130
 
 #: how long whoever reads standard output may keep a process that is to stop, s
 PATIENCE = 0.25
@@ -18,8 +20,8 @@ PATIENCE = 0.25
 # json is not imported yet, and a handler imports nothing
 _RUN = """\
 {
-  "status": "INTERRUPTED",
-  "reason": "stopped by NAME before the first tick",
+  "status": "STATUS",
+  "reason": "REASON",
   "outputs": {},
   "truth": {},
   "ticks": 0,
@@ -27,13 +29,19 @@ _RUN = """\
   "wall_seconds": 0.0,
   "cpu_seconds": 0.0,
   "record": null,
+  "overruns": 0,
+  "errors": [],
+  "unmet": [],
+  "notes": [],
+  "readings": {},
+  "broken": [],
   "diagnostics": []
 }
 """
 _OTHER = """\
 {
-  "error": "Interrupted",
-  "reason": "stopped by NAME"
+  "error": "STATUS",
+  "reason": "REASON"
 }
 """
 
@@ -44,6 +52,9 @@ class Stops:
     While nothing is open yet, the process ends in the handler: an exception that a handler raises may be lost in what
     is being imported. While a command is at work it raises KeyboardInterrupt, so that the command closes what it
     opened. Once a run ends by itself, or the result is being given, a signal is only noted.
+
+    `way` is set without a call: the interpreter looks at signals as a call begins and ends, so one that came before is
+    never raised behind an `except KeyboardInterrupt` whose first line sets it.
     """
 
     def __init__(self) -> None:
@@ -52,65 +63,68 @@ class Stops:
         self.told = False
         #: whether the process is ours to end
         self.process = False
-        self._way: Callable[[str], None] = self._end
+        self.way: Literal["end", "raise", "note"] = "end"
+        #: file descriptor that the JSON goes to
+        self.out = 1
 
     def __call__(self, name: str) -> None:
         """Take a signal."""
         self.names.append(name)
-        self._way(name)
+        if self.way == "end":
+            self._end(name)
+        elif self.way == "raise":
+            raise KeyboardInterrupt(name)
 
     def begin(self, *, process: bool) -> None:
         """Begin a command: a signal ends it at once, and the process too where that is ours to end."""
         self.names.clear()
         self.told = False
         self.process = process
-        self._way = self._end
-
-    def work(self) -> None:
-        """From now on a signal raises KeyboardInterrupt."""
-        self._way = self._raise
-
-    def note(self) -> None:
-        """From now on a signal is only noted."""
-        self._way = _nothing
+        self.way = "end"
 
     @property
-    def noting(self) -> bool:
-        """Whether a signal is only noted."""
-        return self._way is _nothing
+    def name(self) -> str:
+        """What stopped the command: the first signal, or code that raised what a signal raises."""
+        return self.names[0] if self.names else "KeyboardInterrupt"
 
     def document(self) -> str:
         """Return the JSON of a command that was stopped before it had any other to give."""
-        text = _RUN if sys.argv[1:2] == ["run"] else _OTHER
-        return text.replace("NAME", self.names[0] if self.names else "SIGINT")
+        if sys.argv[1:2] == ["run"]:
+            return _filled(_RUN, "INTERRUPTED", f"stopped by {self.name} before the first tick")
+        return _filled(_OTHER, "Interrupted", f"stopped by {self.name}")
+
+    def refusal(self, code: int) -> str:
+        """Return the JSON of a command that ended with an exit code, and told why on standard error alone."""
+        kind = "InvalidInput" if code == EXIT_BAD_INPUT else "Aborted"
+        form, status = (_RUN, "ERROR") if sys.argv[1:2] == ["run"] else (_OTHER, kind)
+        return _filled(form, status, "standard error says why")
 
     def say(self, text: str) -> None:
         """Write a short text to standard error, unless that is closed or would wait for its reader."""
         _give(2, text, 0.0)
 
-    def _raise(self, name: str) -> None:
-        raise KeyboardInterrupt(name)
-
     def _end(self, name: str) -> None:
         if not self.process:
             raise KeyboardInterrupt(name)
         if "--json" in sys.argv:
-            _give(1, self.document(), PATIENCE)
+            _give(self.out, self.document(), PATIENCE)
         _give(2, f"stopped by {name} before anything began\n", 0.0)
         os._exit(EXIT_INTERRUPTED)
 
 
-def _nothing(name: str) -> None:
-    """Leave it at the note."""
+def _filled(form: str, status: str, reason: str) -> str:
+    return form.replace("STATUS", status).replace("REASON", reason)
 
 
 def _give(number: int, text: str, patience: float) -> None:
     """Write a short text to a file descriptor, unless that would wait for its reader."""
-    with suppress(OSError):
+    try:
         poll = select.poll()
         poll.register(number, select.POLLOUT)
         if poll.poll(patience * 1e3):
             os.write(number, text.encode())
+    except OSError:
+        pass
 
 
 #: of this process

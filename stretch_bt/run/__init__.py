@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import sys
 from types import ModuleType
-from typing import Any
+
+TYPE_CHECKING = False  # see stretch_bt/__init__.py
+if TYPE_CHECKING:
+    from typing import Any
 
 
 class _CallablePackage(ModuleType):

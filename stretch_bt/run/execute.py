@@ -2,114 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
-
-from py_trees.common import Status
+from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.clock import Clock, RealClock, VirtualClock
 from stretch_bt.run.context import Seen
+from stretch_bt.run.given import Given
 from stretch_bt.run.load_ahead import load_ahead, load_first
-from stretch_bt.run.onlooker import Onlooker, Visits
+from stretch_bt.run.onlooker import Visits
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.record import RunRecord
-from stretch_bt.run.record.plain import plain
 from stretch_bt.run.report import write_report
+from stretch_bt.run.result import RunResult, interrupt_result, result_of, told_in
 from stretch_bt.run.runner import Outcome, Runner, Watcher
 from stretch_bt.run.signals import signals, unbroken
 from stretch_bt.run.sketches import Sketches
-from stretch_bt.run.truth import Truths, output_values
+from stretch_bt.run.truth import Truths
+from stretch_bt.run.view import Shown, View
 from stretch_bt.threads import one_thread
-from stretch_bt.tree.blame import Broken
-from stretch_bt.tree.build import BuiltTree
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.cell_file import CellSpec
 
-__all__ = ["RunResult", "View", "execute", "interrupt_result"]
+__all__ = ["execute"]
 
 #: device implementations that go by whatever clock they are given
 _ANY_CLOCK = ("simulated", "replay")
-
-
-class View(Protocol):
-    """Who shows a run while it goes on."""
-
-    def start(self, outline: list[tuple[int, str, str]]) -> None:
-        """Begin to show a tree."""
-        ...
-
-    def update(self, now: float, statuses: Mapping[str, tuple[str, str]]) -> None:
-        """Show the task time, s, and by path the status of nodes and what they are doing."""
-        ...
-
-    def stop(self) -> None:
-        """End."""
-        ...
-
-
-class Shown(Onlooker):
-    """Tells a view of every change, and at each tick what the running nodes say they are doing.
-
-    A view that breaks, as when its terminal is closed, is left alone from then on: the task goes on.
-    """
-
-    def __init__(self, view: View, built: BuiltTree) -> None:
-        self.view = view
-        self.built = built
-        self.now = 0.0
-        self.broken = False
-
-    def begin_tick(self, tick: int, time: float) -> None:
-        """Show the time, and what runs."""
-        self.now = time
-        nodes = self.built.nodes.items()
-        self._show({p: (n.status.name, n.feedback_message) for p, n in nodes if n.status is Status.RUNNING})
-
-    def status(self, path: str, status: str, reason: str = "") -> None:
-        """Show a change."""
-        self._show({path: (status, reason)})
-
-    def _show(self, statuses: Mapping[str, tuple[str, str]]) -> None:
-        if self.broken:
-            return
-        try:
-            self.view.update(self.now, statuses)
-        except (Exception, SystemExit):  # rich turns a closed pipe into SystemExit
-            self.broken = True
-
-
-@dataclass(slots=True)
-class RunResult:
-    """How a run ended, what it found, and where its record is; the fields of `run --json`."""
-
-    status: str
-    reason: str
-    outputs: dict[str, dict[str, Any]]
-    truth: dict[str, dict[str, Any]]
-    ticks: int
-    task_seconds: float
-    wall_seconds: float
-    cpu_seconds: float
-    record: str
-    overruns: int = 0
-    errors: list[str] = field(default_factory=list)
-    unmet: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    readings: dict[str, Any] = field(default_factory=dict)
-    stats: list[dict[str, Any]] = field(default_factory=list)
-    broken: list[Broken] = field(default_factory=list)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the fields that `run --json` prints."""
-        fields: dict[str, Any] = plain(asdict(self))
-        return fields
 
 
 def execute(
@@ -138,7 +61,8 @@ def execute(
         run = _Run(task, clock, view, watch)
         with signals(run.interrupted):
             run.record = RunRecord(Path(out) if out is not None else None)
-            return run.whole(spec, scene, devices)
+            result = run.whole(spec, scene, devices)
+    return run.told_of_signals(result)  # also of those that came while the record was closed
 
 
 class _Run:
@@ -231,16 +155,29 @@ class _Run:
         if truths.own and cell is not None:
             sketches = Sketches(truths.names, cell.sketch)
             watchers.append(sketches)
-        if self.view is not None:
-            watchers.append(Shown(self.view, built))
-        period = self.task.program.document.tick_period
+        outcome = self.ticked(cell, watchers)
+        errors = cell.close() if cell is not None else []
+        outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
+        result = result_of(self.task, outcome, truths, visits, self.seen, self.record)
+        with told_in(result, "no figures of the twin"):
+            result.stats = cell.stats() if cell is not None else []
+        with told_in(result, "no sketch of the object"):
+            if sketches is not None:
+                sketches.save(self.record.folder)
+        self.write_down(result)
+        return result
+
+    def ticked(self, cell: Cell | Given | None, watchers: list[Watcher]) -> Outcome:
+        """Tick to the end, and show that to who wants to see it."""
+        built = self.task.built
+        shown = None if self.view is None else Shown(self.view, built)
         runner = Runner(
             built,
             self.task.context,
             self.clock,
-            period=period,
+            period=self.task.program.document.tick_period,
             cell=cell,
-            watchers=watchers,
+            watchers=watchers if shown is None else [*watchers, shown],
             max_ticks=self.task.most_ticks(),
         )
         if self.watch is not None:
@@ -248,90 +185,28 @@ class _Run:
         self.runner = runner
         for why in self.came:
             runner.interrupt(why)
-        try:
-            if self.view is not None:
-                self.view.start(built.outline())
-            outcome = runner.run()
-            self.came += runner.unheard
-        finally:
-            if self.view is not None:
-                with suppress(Exception, SystemExit):  # its terminal may be gone
-                    self.view.stop()
-        errors = cell.close() if cell is not None else []
-        outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
-        result = _result(self.task, outcome, truths, visits, self.seen, self.record)
-        with _told_in(result, "no figures of the twin"):
-            result.stats = cell.stats() if cell is not None else []
-        with _told_in(result, "no sketch of the object"):
-            if sketches is not None:
-                sketches.save(self.record.folder)
-        self.write_down(result)
-        return result
+        if shown is not None:
+            shown.start()
+        outcome = runner.run()
+        self.came += runner.unheard
+        if shown is not None:
+            shown.stop()
+            outcome.errors += shown.errors
+        return outcome
 
     def write_down(self, result: RunResult) -> None:
         """Close the record and write the report; what fails of it is told and changes nothing."""
-        if self.came:
-            interrupt_result(result, self.came[0])
-        with _told_in(result):
+        self.told_of_signals(result)
+        with told_in(result):
             self.record.close(result.to_json())
-        with _told_in(result, "no report"):
+        with told_in(result, "no report"):
             write_report(self.record.folder)
+
+    def told_of_signals(self, result: RunResult) -> RunResult:
+        """Return a result that says which signal came after the task had ended, if one did."""
         if self.came:
             interrupt_result(result, self.came[0])
-
-
-@contextmanager
-def _told_in(result: RunResult, what: str = "") -> Iterator[None]:
-    """Add what breaks in the block to the errors of a result: nothing after the last tick changes how a run ended."""
-    try:
-        yield
-    except RecordError as error:
-        result.errors.append(str(error))
-    except Exception as error:
-        result.errors.append(f"{what or 'no result.json'} ({type(error).__name__}: {error})")
-
-
-def interrupt_result(result: RunResult, why: str) -> None:
-    """Say in a result that a signal came after the task had ended; a record that is closed keeps how the task ended.
-
-    A device fault and an error stay what they are.
-    """
-    if result.status in ("SUCCESS", "FAILURE"):
-        ended = f"{why} came after the task had ended with {result.status}"
-        result.status, result.reason = "INTERRUPTED", f"{ended}: {result.reason}" if result.reason else ended
-
-
-class Given:
-    """Devices that the caller gave, and keeps."""
-
-    def __init__(self, devices: Mapping[str, Device]) -> None:
-        self.devices = devices
-
-    def truth(self) -> dict[str, float]:
-        """Nothing is known."""
-        return {}
-
-    def sketch(self) -> dict[str, list[tuple[float, float]]]:
-        """Nothing is known."""
-        return {}
-
-    def stats(self) -> list[dict[str, Any]]:
-        """Nothing is simulated."""
-        return []
-
-    def stop(self) -> list[Exception]:
-        """Stop every device."""
-        errors: list[Exception] = []
-        for device in self.devices.values():
-            try:
-                device.stop()
-            except Exception as error:  # one that breaks must not keep the others moving
-                errors.append(error)
-        return errors
-
-    def close(self) -> list[Exception]:
-        """Leave them open."""
-        return []
+        return result
 
 
 def _load_scene(task: Task, spec: CellSpec | None) -> Any:
@@ -342,26 +217,3 @@ def _load_scene(task: Task, spec: CellSpec | None) -> Any:
     if task.scene is None:
         raise InvalidInput("a simulated cell needs a scene; name one with --scene, or in the tree")
     return load_scene(task.scene)
-
-
-def _result(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:
-    good = outcome.status == "SUCCESS"
-    outputs, truth = output_values(task.built.outputs, truths.found, succeeded=good)
-    unmet = task.mocks.expect.unmet(outcome.status, outcome.ticks, visits.seen) if task.mocks else []
-    return RunResult(
-        status=outcome.status,
-        reason=outcome.reason,
-        outputs=outputs,
-        truth=truth,
-        ticks=outcome.ticks,
-        task_seconds=outcome.task_seconds,
-        wall_seconds=outcome.wall_seconds,
-        cpu_seconds=outcome.cpu_seconds,
-        record=str(record.folder),
-        overruns=outcome.overruns,
-        errors=outcome.errors,
-        broken=outcome.broken,
-        unmet=unmet,
-        notes=task.notes,
-        readings={} if good else seen.shown(),
-    )

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
-__all__ = ["SIGNALS", "signals", "unbroken"]
+TYPE_CHECKING = False  # see stretch_bt/__init__.py
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from typing import Any
+
+__all__ = ["SIGNALS", "First", "signals", "unbroken"]
 
 #: what asks for a safe stop; the last is a terminal that was closed
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -46,6 +49,22 @@ def signals(interrupt: Callable[[str], None]) -> Iterator[None]:
         for number, handler in kept.items():
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
         _receivers.pop()
+
+
+class First:
+    """Lets the first signal break off what is going on, by whoever took signals before or with KeyboardInterrupt."""
+
+    def __init__(self) -> None:
+        self.breaks = True
+
+    def __call__(self, name: str) -> None:
+        """Take a signal."""
+        if not self.breaks:
+            return
+        self.breaks = False
+        for before in _receivers[: _receivers.index(self)][-1:]:
+            before(name)
+        raise KeyboardInterrupt(name)
 
 
 @contextmanager

@@ -9,10 +9,12 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
-from stretch_bt.run.execute import RunResult, View, execute
+from stretch_bt.run.execute import execute
 from stretch_bt.run.mocks import read_mocks
 from stretch_bt.run.prepare import Task
+from stretch_bt.run.result import RunResult
 from stretch_bt.run.runner import Runner
+from stretch_bt.run.view import View
 from stretch_bt.source import Scalar, closest, did_you_mean
 from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
@@ -37,7 +39,7 @@ def run(
     devices: Mapping[str, Device] | None = None,
     modules: str | Path | None = None,
 ) -> RunResult:
-    """Run a tree and return how it ended.
+    """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
     Parameters
     ----------
@@ -77,6 +79,10 @@ def run(
         # few scenes ask for anything: only then is the cell looked at here as well
         if asked and (spec := task.cell_spec()) is not None and spec.simulated:
             task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks, modules))
+    elif scene is not None:  # nothing is simulated, and one that is named is read all the same
+        from stretch_bt.simulation.scene import load_scene
+
+        load_scene(scene)
     return execute(task, out, view, watch, devices)
 
 

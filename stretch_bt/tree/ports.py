@@ -392,7 +392,9 @@ class Behavior(py_trees.behaviour.Behaviour):
         if not isinstance(refusal, BeyondLimits):
             return ""
         ports = [name for name, port in self.ports.items() if port.limit in refusal.concerns]
-        return f"{refusal.device}: {ports[0]}: " if ports else f"{refusal.device}: "
+        if not ports or refusal.reason.startswith(f"{ports[0]} "):  # which names the port itself
+            return f"{refusal.device}: "
+        return f"{refusal.device}: {ports[0]}: "
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """End with this status, INVALID when interrupted; `terminate` comes only when there was a start without an end."""

@@ -23,12 +23,12 @@ LIMITS = {
 }
 #: node -> what its reason begins with
 BEYOND = {
-    "set_stretch: {stretch: 41 mm}": "gripper: stretch: stretch 41 mm is past the limits of the cell, 0 mm to 40 mm",
-    "set_stretch: {stretch: 10 mm, speed: 60 mm/s}": "gripper: speed: speed 60 mm/s is past the limit of the cell, at most 50 mm/s",
-    "press: {depth: 9 mm}": "arm: depth: depth 9 mm is past the limit of the cell, at most 8 mm",
-    "press: {depth: 5 mm, speed: 30 mm/s}": "arm: speed: speed 30 mm/s is past the limit of the cell, at most 20 mm/s below",
+    "set_stretch: {stretch: 41 mm}": "gripper: stretch 41 mm is past the limits of the cell, 0 mm to 40 mm",
+    "set_stretch: {stretch: 10 mm, speed: 60 mm/s}": "gripper: speed 60 mm/s is past the limit of the cell, at most 50 mm/s",
+    "press: {depth: 9 mm}": "arm: depth 9 mm is past the limit of the cell, at most 8 mm",
+    "press: {depth: 5 mm, speed: 30 mm/s}": "arm: speed 30 mm/s is past the limit of the cell, at most 20 mm/s below",
     "roll: {radius: 60 mm, depth: 2 mm, laps: 1, speed: 10 mm/s}": "arm: radius: ",
-    "move_over: {x: 60 mm, y: 0 mm}": "arm: x: x 60 mm is past the limits of the cell, -50 mm to 50 mm",
+    "move_over: {x: 60 mm, y: 0 mm}": "arm: x 60 mm is past the limits of the cell, -50 mm to 50 mm",
 }
 TREE = """\
 format: stretch-tree/1

@@ -71,7 +71,7 @@ STEPS = [
     (cell_module, "open_cell"),
     (execute_module, "Truths"),
     (execute_module, "Runner"),
-    (execute_module, "_result"),
+    (execute_module, "result_of"),
     (RunRecord, "close"),
     (execute_module, "write_report"),
 ]
@@ -133,3 +133,36 @@ def test_a_failed_run_has_the_outputs_that_it_wrote_and_no_default(tmp_path: Pat
         f"    sequence: [set: {{felt: 2 N}}, {end}]\n"
     )
     assert run(tmp_path / "tree.yaml", out=tmp_path / "record").outputs.keys() == outputs
+
+
+@pytest.mark.parametrize("place", ["start", "update", "stop"])
+def test_a_view_that_breaks_leaves_the_run_what_it_was(tree: Path, place: str) -> None:
+    class Breaks:
+        def start(self, outline: Any) -> None:
+            self.at("start")
+
+        def update(self, now: float, statuses: Any) -> None:
+            self.at("update")
+
+        def stop(self) -> None:
+            self.at("stop")
+
+        def at(self, name: str) -> None:
+            if name == place:
+                raise ValueError("broken")
+
+    result = run(tree, out=tree.parent / "record", view=Breaks())
+    assert (result.status, result.errors) == ("SUCCESS", ["the view broke (ValueError: broken)"])
+
+
+def test_a_signal_in_the_last_closing_is_in_the_result(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    close, calls = Cell.close, []
+
+    def late(cell: Cell) -> Any:
+        calls.append(cell)
+        if len(calls) == 2:
+            strike()
+        return close(cell)
+
+    monkeypatch.setattr(Cell, "close", late)
+    assert "SIGINT came after the task had ended with SUCCESS" in run(tree, out=tree.parent / "record").reason

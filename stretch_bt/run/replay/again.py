@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from stretch_bt.errors import Diagnostic, FileError, RecordError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.run.clock import ReplayClock
@@ -87,11 +89,29 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
         raise damaged(reader.folder / RUN, "it holds no text of a tree")
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
-        task = _prepare(reader.run_info, again, trust, say)
+        with _in_record(again, reader.folder / RUN):
+            task = _prepare(reader.run_info, again, trust, say)
         with one_thread():  # as it was run: the last digits depend on it
             _run_again(reader, task, again)
         changed = others(reader.run_info, task.program, versions(*VERSIONS))
         return _compare(reader, RecordReader(again / "record"), changed)
+
+
+@contextmanager
+def _in_record(folder: Path, record: Path) -> Iterator[None]:
+    """Name the file of a record that holds the text, where a file is wrong that was written out of it into a folder."""
+    try:
+        yield
+    except FileError as error:
+        raise RecordError([_moved(finding, folder, record) for finding in error.diagnostics]) from error
+
+
+def _moved(finding: Diagnostic, folder: Path, record: Path) -> Diagnostic:
+    file = Path(finding.file)
+    if not file.is_relative_to(folder):
+        return finding
+    place = f"in its text of {file.name}, line {finding.line}: "
+    return replace(finding, file=str(record), line=1, column=1, message=place + finding.message, length=1)
 
 
 def _run_again(reader: RecordReader, task: Task, folder: Path) -> None:
