@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from stretch_bt.errors import DeviceFault
+from stretch_bt.errors import DeviceFault, NoAnswer
 from stretch_bt.hardware.interfaces import MotionState, Reading
 
 __all__ = ["Journal", "NoJournal"]
@@ -30,6 +30,10 @@ class Journal(Protocol):
         """A device fault reached a node."""
         ...
 
+    def unanswered(self, device: str, none: NoAnswer) -> None:
+        """A device that is well had no answer for a node."""
+        ...
+
 
 class NoJournal:
     """Takes no note."""
@@ -44,4 +48,7 @@ class NoJournal:
         """Ignore it."""
 
     def fault(self, device: str, fault: DeviceFault) -> None:
+        """Ignore it."""
+
+    def unanswered(self, device: str, none: NoAnswer) -> None:
         """Ignore it."""

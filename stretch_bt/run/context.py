@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import DeviceFault, NotReady
+from stretch_bt.errors import DeviceFault, NoAnswer, NotReady
 from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
@@ -56,6 +56,10 @@ class Seen:
     def fault(self, device: str, fault: DeviceFault) -> None:
         """Pass it on."""
         self.inner.fault(device, fault)
+
+    def unanswered(self, device: str, none: NoAnswer) -> None:
+        """Pass it on."""
+        self.inner.unanswered(device, none)
 
 
 def _brief(value: Any) -> Any:

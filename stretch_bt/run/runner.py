@@ -16,6 +16,7 @@ from stretch_bt.run.context import RunContext
 from stretch_bt.run.signals import signals
 from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
+from stretch_bt.simulation.break_off import BrokenOff, breakable
 from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
 from stretch_bt.tree.ports import MISSING, Cell
@@ -125,17 +126,24 @@ class Runner:
             while True:
                 status = self._tick(self.tree.root)
                 if status is None:
-                    # what follows a stop does not wait for the next tick
-                    self._origin, self._slot = self.clock.now(), 0
-                    return self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
+                    return self._stopped()
                 if status is not Status.RUNNING:
                     return self._end(status.name, self._explain(self.tree.root, status))
                 if self.max_ticks is not None and self.context.ticks >= self.max_ticks:
                     return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
+        except BrokenOff:
+            self._interrupts += self._planned.pop(self.context.ticks + 1, ())
+            self._note("interrupt", why=self._interrupts, broken_off=True)
+            self._stopped()
         except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
+
+    def _stopped(self) -> None:
+        """End by a signal; what follows a stop does not wait for the next tick."""
+        self._origin, self._slot = self.clock.now(), 0
+        self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
 
     def _tick(self, root: Node, limit: int = 0) -> Status | None:
         """Wait for the next deadline and tick once; None when there were more than `limit` interrupts before it."""
@@ -152,9 +160,8 @@ class Runner:
         for watcher in self.watchers:
             watcher.begin_tick(context.ticks, context.now)
         try:
-            for node in root.tick():
-                if node.status is not Status.RUNNING or self._last.get(node.path, _NEVER)[0] is not Status.RUNNING:
-                    self._changed(node)
+            with breakable(lambda: len(self._interrupts) > limit):
+                self._visit(root)
         finally:
             self._interrupted_nodes()
             self._lateness()
@@ -162,6 +169,11 @@ class Runner:
             raise NodeError(root.path, "the tree ended without a status")
         status: Status = root.status
         return status
+
+    def _visit(self, root: Node) -> None:
+        for node in root.tick():
+            if node.status is not Status.RUNNING or self._last.get(node.path, _NEVER)[0] is not Status.RUNNING:
+                self._changed(node)
 
     @property
     def _deadline(self) -> float:
@@ -298,15 +310,22 @@ class Runner:
                 if self.context.now >= until:
                     return self._unfinished(f"{name} did not end within {FINALLY_LIMIT:g} s")
             if status is None:
-                self._unfinished(f"{name} was cut short by {self._interrupts[-1]}", "INTERRUPTED")
+                self._cut_short(name)
             elif status is Status.FAILURE:
                 self._unfinished(self._explain(finish, status))
+        except BrokenOff:
+            self._interrupts += self._planned.pop(self.context.ticks + 1, ())
+            self._note("interrupt", why=self._interrupts[limit:], broken_off=True)
+            self._cut_short(name)
         except EndOfRecord:
             pass
         except BaseException as error:
             self._blame(error)
             at = "" if isinstance(error, NodeError) else f"{self._ticking(name) or name}: "
             self._unfinished(at + _told(error), _kind(error))
+
+    def _cut_short(self, name: str) -> None:
+        self._unfinished(f"{name} was cut short by {self._interrupts[-1]}", "INTERRUPTED")
 
     def _unfinished(self, reason: str, status: str = "FAILURE") -> None:
         self.outcome.errors.append(f"finally: {reason}")

@@ -135,6 +135,9 @@ class Notes:
     def fault(self, device, fault):
         self.lines.append(("fault", device, type(fault).__name__))
 
+    def unanswered(self, device, none):
+        self.lines.append(("unanswered", device, type(none).__name__))
+
 
 @pytest.fixture
 def clock() -> Clock:

@@ -13,6 +13,7 @@ from stretch_bt.errors import DeviceFault, NoAnswer, TreeError
 from stretch_bt.run.clock import VirtualClock
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.runner import Runner
+from stretch_bt.simulation.break_off import go_on
 from stretch_bt.tree import registry
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.ports import Behavior, In, Status
@@ -23,6 +24,14 @@ ENDS = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "N": None
 
 def interrupted_by(number: int) -> Callable[[], None]:
     return lambda: os.kill(os.getpid(), number)
+
+
+def broken_off() -> None:
+    """Be a solve during which a signal comes."""
+    go_on()
+    os.kill(os.getpid(), signal.SIGINT)
+    go_on()
+    raise AssertionError("the solve went on")
 
 
 def raising(error: BaseException) -> Callable[[], None]:
@@ -40,6 +49,7 @@ ACTS: dict[str, Callable[[], None]] = {
     "Q": raising(SystemExit(3)),
     "i": interrupted_by(signal.SIGINT),
     "t": interrupted_by(signal.SIGTERM),
+    "b": broken_off,
 }
 
 

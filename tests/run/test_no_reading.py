@@ -4,7 +4,8 @@ import pytest
 
 from stretch_bt import run
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.hardware.monitored.arm import MonitoredArm
+from stretch_bt.hardware.simulated.arm import SimulatedArm
+from stretch_bt.run.replay import replay
 
 TREE = """\
 format: stretch-tree/1
@@ -38,7 +39,7 @@ def test_what_has_no_answer_fails_and_the_next_branch_is_taken(tmp_path, monkeyp
     def refuse(*_):
         raise NoEquilibrium("nothing is in balance here")
 
-    monkeypatch.setattr(MonitoredArm, "wrench", refuse)
+    monkeypatch.setattr(SimulatedArm, "wrench", refuse)
     tree = tmp_path / "tree.yaml"
     tree.write_text(TREE.format(body=BODIES[name]) + (ASKS if "asks" in BODIES[name] else ""), "utf-8")
     result = run(tree, out=tmp_path / "record")
@@ -46,3 +47,5 @@ def test_what_has_no_answer_fails_and_the_next_branch_is_taken(tmp_path, monkeyp
     lines = (tmp_path / "record" / "events.jsonl").read_text("utf-8").splitlines()
     assert any('"FAILURE"' in line and "nothing is in balance here" in line for line in lines)
     assert any("called" in line for line in lines), "the next branch is taken"
+    monkeypatch.undo()
+    assert replay(tmp_path / "record").identical, "a replay finds the same reading without an answer"

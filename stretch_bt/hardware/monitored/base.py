@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NotReady, StaleReading
+from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NoAnswer, NotReady, StaleReading
 from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.hand import Hand
@@ -101,7 +101,7 @@ class Monitored(Generic[D]):
 
     @contextmanager
     def faults(self) -> Iterator[None]:
-        """Write down every fault that passes, turn a broken connection into one, and keep those of the device.
+        """Write down every fault and every NoAnswer that passes, turn a broken connection into one, and keep those of the device.
 
         What a driver refuses, because it is out of reach or the device is not ready, leaves the device as it was.
         """
@@ -112,6 +112,9 @@ class Monitored(Generic[D]):
             raise
         except DeviceFault as fault:
             self.latch(fault)
+            raise
+        except NoAnswer as none:
+            self.watch.journal.unanswered(self.name, none)
             raise
         except OSError as error:
             lost = DeviceLost(self.name, f"the connection broke ({error}); {NEW_RUN}")

@@ -11,10 +11,10 @@ from stretch_bt.run.record.plain import dumps
 from stretch_bt.run.record.readings import SCHEMAS
 from stretch_bt.run.record.spool import Spool
 
-__all__ = ["FAULT", "FILE", "MARK", "MOTION", "TICK", "Channels", "nanoseconds"]
+__all__ = ["FAULT", "FILE", "MARK", "MOTION", "TICK", "UNANSWERED", "Channels", "nanoseconds"]
 
-TICK, MOTION, FAULT, WRITE, MARK, FILE = (
-    f"stretch.{name}" for name in ("Tick", "Motion", "Fault", "Write", "Mark", "File")
+TICK, MOTION, FAULT, UNANSWERED, WRITE, MARK, FILE = (
+    f"stretch.{name}" for name in ("Tick", "Motion", "Fault", "Unanswered", "Write", "Mark", "File")
 )
 
 
@@ -28,6 +28,7 @@ _JSON_SCHEMAS: dict[str, dict[str, Any]] = {
     TICK: _schema("A tick begins; time in s", tick="integer", time="number"),
     MOTION: _schema("A motion as a node polled it", device="string", owner="string", state="string"),
     FAULT: _schema("A fault as it reached a node", device="string", kind="string", reason="string"),
+    UNANSWERED: _schema("What a device had no answer for", device="string", kind="string", reason="string"),
     MARK: _schema(
         "What is whole so far: bytes of events.jsonl, their CRC-32, and messages before this one",
         **dict.fromkeys(("events", "crc32", "messages"), "integer"),

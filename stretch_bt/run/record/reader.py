@@ -15,10 +15,10 @@ import numpy.typing as npt
 from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.frames import Intrinsics
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.run.record.channels import FAULT, FILE, MARK, MOTION, TICK
+from stretch_bt.run.record.channels import FAULT, FILE, MARK, MOTION, TICK, UNANSWERED
 from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN, damaged, refuse
 from stretch_bt.run.record.messages import intrinsics_of, raw_of
-from stretch_bt.run.record.readings import FRAME, SCHEMAS, read_fault, read_frame, read_reading
+from stretch_bt.run.record.readings import FRAME, SCHEMAS, read_fault, read_frame, read_reading, read_unanswered
 from stretch_bt.run.record.scan import ChunkFile
 from stretch_bt.run.record.written import Mark, Written
 
@@ -33,7 +33,7 @@ class Handed:
     a DeviceFault.
     """
 
-    kind: Literal["reading", "motion", "fault"]
+    kind: Literal["reading", "motion", "fault", "unanswered"]
     device: str
     name: str
     value: Any
@@ -211,7 +211,7 @@ class RecordReader:
             fields = json.loads(message.data)
             tick = fields["tick"]
             self.ticks.append((tick, float(fields["time"])))
-        elif schema in SCHEMAS or schema in (MOTION, FAULT):
+        elif schema in SCHEMAS or schema in (MOTION, FAULT, UNANSWERED):
             fields = json.loads(message.data)
             device = channel.metadata.get("device", "") or fields["device"]
             if schema == FRAME and not self._stored.keys() >= set(_stored_with(device, fields)):
@@ -226,6 +226,8 @@ class RecordReader:
             return Handed("motion", device, fields["owner"], MotionState(fields["state"]))
         if message.schema == FAULT:
             return Handed("fault", device, "", read_fault(fields))
+        if message.schema == UNANSWERED:
+            return Handed("unanswered", device, "", read_unanswered(fields))
         if message.schema == FRAME:
             image, calibration = _stored_with(device, fields)
             reading = read_frame(fields, self._image(*image), self._intrinsics(*calibration))

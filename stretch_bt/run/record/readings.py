@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from stretch_bt import errors
-from stretch_bt.errors import DeviceFault
+from stretch_bt.errors import DeviceFault, NoAnswer
 from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.run.record.plain import plain
 
-__all__ = ["FRAME", "SCHEMAS", "frame_fields", "read_fault", "read_frame", "read_reading", "reading_fields"]
+__all__ = [
+    "FRAME",
+    "SCHEMAS",
+    "frame_fields",
+    "read_fault",
+    "read_frame",
+    "read_reading",
+    "read_unanswered",
+    "reading_fields",
+]
+
+T = TypeVar("T")
 
 NUMBER, POSE, WRENCH, FRAME, VALUE = (
     f"stretch.{name}" for name in ("NumberReading", "PoseReading", "WrenchReading", "DepthFrameReading", "Reading")
@@ -121,12 +132,12 @@ _VALUE_READERS: dict[str, Callable[[Any], Any]] = {
 }
 
 
-def _fault_kinds() -> dict[str, type[DeviceFault]]:
+def _kinds(base: type[T]) -> dict[str, type[T]]:
     found = (getattr(errors, name) for name in errors.__all__)
-    return {kind.__name__: kind for kind in found if issubclass(kind, DeviceFault)}
+    return {kind.__name__: kind for kind in found if issubclass(kind, base)}
 
 
-_FAULTS = _fault_kinds()
+_FAULTS, _NO_ANSWERS = _kinds(DeviceFault), _kinds(NoAnswer)
 
 
 def read_fault(fields: Mapping[str, Any]) -> DeviceFault:
@@ -135,3 +146,8 @@ def read_fault(fields: Mapping[str, Any]) -> DeviceFault:
     if kind is None:
         return DeviceFault(fields["device"], fields["reason"])
     return kind(**{name: value for name, value in fields.items() if name != "kind"})
+
+
+def read_unanswered(fields: Mapping[str, Any]) -> NoAnswer:
+    """Return the NoAnswer that a message names; one of an unknown kind comes back as a NoAnswer."""
+    return _NO_ANSWERS.get(fields["kind"], NoAnswer)(fields["reason"])

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
+from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, RecordError
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.run.record.channels import FAULT, MOTION, TICK, WRITE, Channels, nanoseconds
+from stretch_bt.run.record.channels import FAULT, MOTION, TICK, UNANSWERED, WRITE, Channels, nanoseconds
 from stretch_bt.run.record.events import EventLog
 from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN, claim, refuse
 from stretch_bt.run.record.images import Images
@@ -149,6 +149,14 @@ class RunRecord:
         fields = {"device": device, "kind": type(fault).__name__, "reason": fault.reason}
         self._streams.channels.json(f"/{device}/fault", FAULT, {**fault.fields(), **fields})
         self._event("fault", fields, device, f"{fields['kind']}: {fault.reason}")
+
+    def unanswered(self, device: str, none: NoAnswer) -> None:
+        """Take note that a device had no answer for a node."""
+        if self._streams is None:
+            return
+        fields = {"device": device, "kind": type(none).__name__, "reason": none.reason}
+        self._streams.channels.json(f"/{device}/unanswered", UNANSWERED, fields)
+        self._event("unanswered", fields, device, none.reason, "WARNING")
 
     def note(self, kind: str, **fields: Any) -> None:
         """Take note of anything else that a reader of the log should know, such as `overrun` or `stop`."""

@@ -25,6 +25,7 @@ _FIELDS: dict[str, dict[str, tuple[type, ...]]] = {
     "command": {"device": _TEXT, "name": _TEXT, "arguments": _OBJECT, "owner": _TEXT},
     "motion": {"device": _TEXT, "owner": _TEXT, "state": _TEXT},
     "fault": {"device": _TEXT, "kind": _TEXT, "reason": _TEXT},
+    "unanswered": {"device": _TEXT, "kind": _TEXT, "reason": _TEXT},
     "interrupt": {"why": _LIST},
 }
 _OPTIONAL: dict[str, tuple[type, ...]] = {"reason": _TEXT, "sd": (int, float, str)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stretch_bt.errors import DeviceFault
+from stretch_bt.errors import DeviceFault, NoAnswer
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
 from stretch_bt.hardware.journal import Journal
@@ -46,11 +46,14 @@ class _ReplayedDevice:
         self.current: _ReplayedMotion | None = None
 
     def take(self, kind: str, name: str) -> Any:
-        """Return the next recorded value, or raise the recorded fault."""
+        """Return the next recorded value, or raise the recorded fault or NoAnswer."""
         try:
             return self.log.next(self.name, kind, name)
         except DeviceFault as fault:
             self.journal.fault(self.name, fault)
+            raise
+        except NoAnswer as none:
+            self.journal.unanswered(self.name, none)
             raise
 
     def read(self, name: str) -> Reading[Any]:

@@ -8,6 +8,7 @@ from typing import Any
 from stretch_bt.errors import DeviceFault, StretchError
 from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.run.record import RecordReader
+from stretch_bt.simulation.break_off import BrokenOff
 
 __all__ = ["Diverged", "Log"]
 
@@ -26,6 +27,7 @@ class Log(Onlooker):
         for event in reader.events:
             if event["type"] == "command":
                 self.commands.setdefault(event["tick"], []).append((event["device"], event["owner"]))
+        self.broken_off = {event["tick"] for event in reader.events if event.get("broken_off")}
         self.tick = -1
         self.begin_tick(-1, 0.0)
 
@@ -37,11 +39,13 @@ class Log(Onlooker):
             self.queues.setdefault(item.device, deque()).append(item)
 
     def next(self, device: str, kind: str, name: str) -> Any:
-        """Return the next value that the record handed out; raises a recorded fault, or Diverged."""
+        """Return the next value that the record handed out; raises a recorded fault or NoAnswer, BrokenOff as the record was, or Diverged."""
         queue = self.queues.get(device)
         item = queue.popleft() if queue else None
-        if item is not None and item.kind == "fault":
+        if item is not None and item.kind in ("fault", "unanswered"):
             raise item.value
+        if item is None and self.tick in self.broken_off:
+            raise BrokenOff
         if item is None or (item.kind, item.name) != (kind, name):
             found = f"{item.kind} {item.name}" if item is not None else "nothing"
             raise Diverged(f"{device}: the tree asks for {kind} {name} and the record holds {found}")

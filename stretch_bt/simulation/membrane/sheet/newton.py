@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
+from stretch_bt.simulation.break_off import go_on
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
@@ -75,6 +76,7 @@ class Newton:
             raise NoEquilibrium("the start folds an element over")
         self.reuses, last = 0, np.inf
         for _ in range(budget):
+            go_on()
             self.iterations += 1
             if pending is not None:
                 self._factor(pending)
