@@ -53,6 +53,8 @@ __all__ = [
 ]
 
 T = TypeVar("T")
+#: looked up once, because each `Status.NAME` runs code of Python 3.11's enum
+_SUCCESS, _FAILURE, _RUNNING = Status.SUCCESS, Status.FAILURE, Status.RUNNING
 #: what a port may be called
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
@@ -187,7 +189,7 @@ class Cell:
 
     def write(self, value: Any, writer: str = "") -> None:
         """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""
-        if value.__class__ is Estimate:
+        if type(value) is Estimate:
             self.sd = value.sd
             value = float(value)
         else:
@@ -224,11 +226,11 @@ class _InputSlot:
 class _OutputSlot:
     """Checks what a node writes, and hands it to the key that the tree wired to the port, if any."""
 
-    __slots__ = ("bit", "check", "exact", "name")
+    __slots__ = ("check", "exact", "name", "others")
 
     def __init__(self, name: str, check: PortCheck, bit: int) -> None:
         self.name = name
-        self.bit = bit
+        self.others = ~bit
         self.check = check
         self.exact = check.exact
 
@@ -238,10 +240,10 @@ class _OutputSlot:
         return node.sinks[self.name].value
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if value.__class__ is not self.exact:
+        if type(value) is not self.exact:
             self.judge(node, value)
         else:
-            node.written |= self.bit
+            node.unwritten &= self.others
             node.sinks[self.name].write(value, node.path)
 
     def judge(self, node: Behavior, value: Any) -> None:
@@ -250,7 +252,7 @@ class _OutputSlot:
             kept = self.check.judge(value)
         except InvalidInput as error:
             raise NodeError(node.path, f"wrote {self.name!r} wrongly: {error}") from None
-        node.written |= self.bit
+        node.unwritten &= self.others
         if kept is None:
             node.sinks[self.name].unset(node.path)
         else:
@@ -267,11 +269,18 @@ class _NumberSlot(_OutputSlot):
         self.low, self.high = check.low, check.high
 
     def __set__(self, node: Behavior, value: Any) -> None:
-        if value.__class__ is not self.exact or not self.low <= value <= self.high:  # type: ignore[operator]
-            self.judge(node, value)
+        if type(value) is self.exact and self.low <= value <= self.high:  # type: ignore[operator]
+            node.unwritten &= self.others
+            cell = node.sinks[
+                self.name
+            ]  # as `Cell.write` does with a plain value; a call would cost more than the check
+            cell.value = value
+            cell.sd = None
+            cell.writer = node.path
+            if cell.listener is not None:
+                cell.listener(cell)
         else:
-            node.written |= self.bit
-            node.sinks[self.name].write(value, node.path)
+            self.judge(node, value)
 
 
 class _DeviceSlot:
@@ -293,7 +302,7 @@ _Slot = _InputSlot | _OutputSlot | _DeviceSlot
 
 
 def _bit(name: str, ports: Mapping[str, Port]) -> int:
-    """Return the bit of an output in `written`; each port has one, in the order of the class."""
+    """Return the bit of an output in `unwritten`; each port has one, in the order of the class."""
     return 1 << list(ports).index(name)
 
 
@@ -316,7 +325,7 @@ class Behavior(py_trees.behaviour.Behaviour):
 
     ports: ClassVar[dict[str, Port]] = {}
     #: bits of the outputs that each SUCCESS must have written; bits cost a tick less than a set
-    owed: ClassVar[int] = 0
+    owed: int = 0
     kind: ClassVar[str] = "action"
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -335,7 +344,7 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.runs = 0
         self.active = False
         self.ticking = False
-        self.written = 0
+        self.owed = self.unwritten = self.owed  # an attribute of the object is read faster than one of its class
         self.context: Context = cast("Context", None)
         self.wiring: dict[str, Callable[[], Any]] = {}
         self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.role is Role.OUTPUT}
@@ -363,25 +372,25 @@ class Behavior(py_trees.behaviour.Behaviour):
         """Tick once; a refusal becomes FAILURE with its reason, any other error names the node."""
         self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
         try:
-            if self.status is not Status.RUNNING:
+            if self.status is not _RUNNING:
                 self.feedback_message = ""
                 self.runs += 1
                 self.active = True
-                self.written = 0
+                self.unwritten = self.owed
                 self.initialise()
             status = self.update()
         except NoAnswer as refusal:
             self.feedback_message = self._port_of(refusal) + refusal.reason
-            status = Status.FAILURE
+            status = _FAILURE
         except StretchError:
             raise
         except Exception as error:
             raise NodeError(self.path, f"{type(error).__name__}: {error}") from error
-        if status.__class__ is not Status or status is Status.INVALID:
-            raise NodeError(self.path, f"update() returned {status!r}; return SUCCESS, FAILURE or RUNNING")
-        if status is Status.SUCCESS and self.owed & ~self.written:
-            raise NodeError(self.path, _unwritten(self))
-        if status is not Status.RUNNING:
+        if status is not _RUNNING:
+            if status is not _SUCCESS and status is not _FAILURE:
+                raise NodeError(self.path, f"update() returned {status!r}; return SUCCESS, FAILURE or RUNNING")
+            if self.unwritten and status is _SUCCESS:
+                raise NodeError(self.path, _unwritten(self))
             self.stop(status)
         self.status = status
         self.ticking = False
@@ -413,7 +422,7 @@ class Behavior(py_trees.behaviour.Behaviour):
 
 def _unwritten(node: Behavior) -> str:
     """Return what is said of outputs that a SUCCESS lacks."""
-    names = [name for name in node.ports if _bit(name, node.ports) & node.owed & ~node.written]
+    names = [name for name in node.ports if _bit(name, node.ports) & node.unwritten]
     hint = f"write it before, fail, or declare it as {names[0]}: Out[... | None] if it may be absent"
     return f"ended with SUCCESS without writing {', '.join(map(repr, names))}; {hint}"
 
