@@ -21,10 +21,10 @@ from stretch_bt.run.context import RunContext
 from stretch_bt.run.mock_node import Mock, MockNode, iter_then, mock_value, pattern_fits
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, load, unknown_key
 from stretch_bt.tree.build import Builder, BuiltTree, build
+from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.expression import ExpressionError, bind, parse, typecheck
 from stretch_bt.tree.flow import Part
-from stretch_bt.tree.ports import Cell
 from stretch_bt.tree.program import Program, find_tree
 from stretch_bt.tree.types import BOOL, INT, Type, from_annotation, quantity
 from stretch_bt.tree.values import Refused, check_bounds, literal

@@ -18,7 +18,7 @@ from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
 from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
-from stretch_bt.tree.ports import MISSING, Cell
+from stretch_bt.tree.cell import MISSING, Cell
 
 __all__ = ["Outcome", "Runner", "Stoppable", "Watcher"]
 

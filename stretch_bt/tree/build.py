@@ -9,7 +9,9 @@ from typing import Any, Protocol, TypeVar
 import py_trees
 
 from stretch_bt.errors import NoAnswer, NodeError
+from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.blame import own_code
+from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.explained import Explained
@@ -19,7 +21,7 @@ from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
 from stretch_bt.tree.paths import Paths
-from stretch_bt.tree.ports import MISSING, Behavior, Cell, Port, Role
+from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Type
