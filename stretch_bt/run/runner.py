@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from py_trees.common import Status
 
-from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, writable
+from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.signals import signals
@@ -333,7 +333,7 @@ def _kind(error: BaseException) -> str:
 
 
 def _told(error: BaseException) -> str:
-    return writable(error if isinstance(error, StretchError) else f"{type(error).__name__}: {error}")
+    return writable(error if isinstance(error, StretchError) else named(error))
 
 
 _NEVER = (Status.INVALID, -1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, cast
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, writable
+from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, named, shown, writable
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.declared_ports import declared_ports
 from stretch_bt.tree.port import Port, Role
@@ -71,7 +71,7 @@ class Behavior(py_trees.behaviour.Behaviour):
     @reason.setter
     def reason(self, text: str) -> None:
         if not isinstance(text, str):
-            raise NodeError(self.path, f"its reason is {text!r}; a reason is one sentence, a str")
+            raise NodeError(self.path, f"its reason is {shown(text)}; a reason is one sentence, a str")
         self.feedback_message = writable(text)
 
     def update(self) -> Status:
@@ -95,10 +95,10 @@ class Behavior(py_trees.behaviour.Behaviour):
         except StretchError:
             raise
         except Exception as error:
-            raise NodeError(self.path, f"{type(error).__name__}: {error}") from error
+            raise NodeError(self.path, named(error)) from error
         if status is not _RUNNING:
             if status is not _SUCCESS and status is not _FAILURE:
-                raise NodeError(self.path, f"update() returned {status!r}; return SUCCESS, FAILURE or RUNNING")
+                raise NodeError(self.path, f"update() returned {shown(status)}; return SUCCESS, FAILURE or RUNNING")
             if self.unwritten and status is _SUCCESS:
                 raise NodeError(self.path, _unwritten(self))
             self.stop(status)
@@ -125,7 +125,7 @@ class Behavior(py_trees.behaviour.Behaviour):
             # a fault passes as it is; a plan beyond the limits is a mistake of the node here, where nothing may be asked for
             if isinstance(error, DeviceFault) and not isinstance(error, NoAnswer):
                 raise
-            raise NodeError(self.path, f"terminate() broke ({type(error).__name__}: {error})") from error
+            raise NodeError(self.path, f"terminate() broke ({named(error)})") from error
         finally:
             self.status = new_status
 

@@ -8,7 +8,7 @@ import typing
 from numbers import Integral, Real
 from typing import Annotated, Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.tree.types import ANY, Family, Type, from_annotation
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate, is_number, parse_quantity
@@ -156,8 +156,5 @@ def _as_si(value: Any, type_: Type) -> str:
 
 
 def _short(value: Any) -> str:
-    try:
-        text = repr(value)
-    except Exception:  # a broken repr must not hide the mistake
-        text = f"a {type(value).__name__}"
+    text = shown(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
