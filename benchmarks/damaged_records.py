@@ -39,48 +39,20 @@ from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.run.record import RecordReader
 from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN
 from stretch_bt.run.task import run
+from stretch_bt.testing.short_runs import TWIN, short_runs
 
 COUNT, KILLED, HANG, KILLED_AT, LATEST = 2000, 60, 1.0, 12, 0.3
 FILES = (RUN, EVENTS, MCAP, RESULT)
-MOCKS = """\
-format: stretch-mocks/1
-tree: palpate_stiffness
-readings: {arm.force: [1 N, 2 N]}
-mocks:
-  - {match: "**/approach", after: 100 ms, outputs: {contact_height: {value: 100 mm, sd: 0.01 mm}}}
-  - match: "**/feel"
-    outputs: {height: [{value: 99.1 mm, sd: 0.01 mm}, {value: 98.3 mm, sd: 0.01 mm}], contact: {}}
-    then: repeat_last
-  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
-  - {match: "**/press", after: 100 ms}
-  - {match: "**/set_stretch"}
-  - {match: "**/retract", after: 100 ms}
-  - {match: "**/estimate_stiffness", outputs: {stiffness: {value: 1 N/mm, sd: 0.1 N/mm}}}
-"""
-TWIN = """\
-format: stretch-tree/1
-devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
-scene: water_balloon
-trees:
-  main:
-    keys: {frame: DepthFrame}
-    sequence:
-      - set_stretch: {stretch: 10 mm, speed: 100 mm/s}
-      - repeat: {times: 3, do: {capture: {frame: $frame}}}
-      - retract: {clearance: 2 mm}
-      - check: {that: arm.force < 5 N}
-"""
 
 
 def make(folder: Path) -> dict[str, Path]:
     """Return the records to damage, by what they are."""
-    (folder / "mocks.yaml").write_text(MOCKS)
-    (folder / "twin.yaml").write_text(TWIN)
+    runs = short_runs(folder)
     (folder / "fails.yaml").write_text(TWIN.replace("arm.force < 5 N", "arm.force > 5 N"))
     killer = Killer(folder / "twin", folder / "killed")
-    run(folder / "twin.yaml", out=folder / "twin", watch=lambda runner: runner.watchers.append(killer))
+    run(**runs["twin"], out=folder / "twin", watch=lambda runner: runner.watchers.append(killer))
     run(folder / "fails.yaml", out=folder / "failure", seed=1)
-    run("palpate_stiffness", mocks=folder / "mocks.yaml", out=folder / "mocks")
+    run(**runs["mocks"], out=folder / "mocks")
     return {name: folder / name for name in ("twin", "failure", "mocks", "killed")}
 
 
@@ -225,10 +197,10 @@ def killed_at_random(draw: random.Random) -> str:
     """Return what `replay` says of a run whose process was killed at a random moment."""
     with TemporaryDirectory(prefix="killed-") as place:
         record = Path(place) / "record"
-        (Path(place) / "twin.yaml").write_text(TWIN)
+        job = short_runs(Path(place))["twin"]
         child = os.fork()
         if child == 0:
-            run(Path(place) / "twin.yaml", out=record)
+            run(**job, out=record)
             os._exit(0)
         while not (record / EVENTS).exists():
             time.sleep(0.001)

@@ -28,7 +28,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
@@ -89,11 +89,28 @@ LONGEST_TEXT = 4000
 
 def writable(text: object) -> str:
     """Return a text that every file and terminal takes: what UTF-8 cannot hold is escaped, the end of a very long one cut off."""
-    whole = str(text)
+    whole = _made(str, text)
     if len(whole) > LONGEST_TEXT:
         # with room for the paths and names that are put before it, which must not cut off the note
         whole = f"{whole[: LONGEST_TEXT * 3 // 4]}... (cut off; it has {len(whole)} characters)"
     return whole.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def shown(value: object) -> str:
+    """Return the repr of any value, also of one whose repr breaks."""
+    return _made(repr, value)
+
+
+def named(error: BaseException) -> str:
+    """Return the class of an error and its text, also of one whose text breaks."""
+    return f"{type(error).__name__}: {_made(str, error)}"
+
+
+def _made(write: Callable[[object], str], value: object) -> str:
+    try:
+        return write(value)
+    except Exception as error:  # a broken text must not hide what it was for
+        return f"<a {type(value).__name__} whose text cannot be made: {type(error).__name__}>"
 
 
 def _reason(error: Exception, reason: str) -> str:

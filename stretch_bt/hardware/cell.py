@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StretchError
+from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StretchError, named
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.hand import Hand
@@ -70,7 +70,7 @@ class Cell:
             except StretchError as error:
                 errors.append(error)
             except Exception as error:  # one device that breaks must not keep the others moving
-                errors.append(StretchError(f"{device.name}: {action} broke ({type(error).__name__}: {error})"))
+                errors.append(StretchError(f"{device.name}: {action} broke ({named(error)})"))
         return errors
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from stretch_bt.errors import Diagnostic, FileError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
-from stretch_bt.run import mocks as mocks_files
+from stretch_bt.run import mocks_file
+from stretch_bt.run.mocks import check_mocks, tree_of
 from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, read_text, validate
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.headings import FORMAT as TREE
@@ -39,8 +40,8 @@ def _scene_of(document: Document) -> list[Diagnostic]:
 
 
 def _mocks(path: Path) -> list[Diagnostic]:
-    found = mocks_files.read_mocks(path)
-    tree = mocks_files.tree_of(found)
+    found = mocks_file.read_mocks(path)
+    tree = tree_of(found)
     program = load_program(tree, None, _modules_of_mocks(path, tree))
     if program.errors:
         assert found.tree is not None
@@ -48,7 +49,7 @@ def _mocks(path: Path) -> list[Diagnostic]:
             return [found.tree.mark.error("tree-wrong", f"in its tree, {first.message}", first.hint)]
         what = f"the tree {found.tree.text!r} has {len(program.errors)} errors, so these mocks cannot be checked"
         return [found.tree.mark.error("tree-wrong", what, f"see `stretch-bt check {tree}`")]
-    mocks_files.check_mocks(found, program)
+    check_mocks(found, program)
     return []
 
 
@@ -83,7 +84,7 @@ _CHECKS: dict[str, Callable[[Path], list[Diagnostic]]] = {
     "stretch-scene/1": _scene,
     "stretch-cell/1": _cell,
     HAND: _hand,
-    mocks_files.FORMAT: _mocks,
+    mocks_file.FORMAT: _mocks,
 }
 
 

@@ -12,10 +12,10 @@ from py_trees.common import Status
 
 from stretch_bt.errors import UnsetKey
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean
+from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow.base import FlowNode
-from stretch_bt.tree.ports import Cell
 from stretch_bt.tree.types import Family, Type, attributes
 from stretch_bt.tree.values import literal, refuse
 from stretch_bt.units import Estimate

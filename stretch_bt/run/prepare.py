@@ -18,10 +18,10 @@ from stretch_bt.run.context import RunContext
 from stretch_bt.run.mocks import Mocks
 from stretch_bt.run.provenance import effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
+from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
-from stretch_bt.tree.ports import Behavior
 from stretch_bt.tree.program import Program
 from stretch_bt.units import plain_number
 

@@ -13,9 +13,10 @@ from stretch_bt.run.context import RunContext
 from stretch_bt.run.held_force import HELD, unheld_force
 from stretch_bt.source import Mark
 from stretch_bt.tree.build import Builder, build
+from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Param
 from stretch_bt.tree.flow import Leaf, Part, Wire
-from stretch_bt.tree.ports import MISSING, Port, Role
+from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program, load_program
 from stretch_bt.units import KINDS, format_quantity
 

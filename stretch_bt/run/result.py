@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from stretch_bt.errors import RecordError
+from stretch_bt.errors import RecordError, named
 from stretch_bt.run.context import Seen
 from stretch_bt.run.onlooker import Visits
 from stretch_bt.run.prepare import Task
@@ -79,7 +79,7 @@ def told_in(result: RunResult, what: str = "") -> Iterator[None]:
     except RecordError as error:
         result.errors.append(str(error))
     except Exception as error:
-        result.errors.append(f"{what or 'no result.json'} ({type(error).__name__}: {error})")
+        result.errors.append(f"{what or 'no result.json'} ({named(error)})")
 
 
 def interrupt_result(result: RunResult, why: str) -> None:

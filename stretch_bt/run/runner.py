@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from py_trees.common import Status
 
-from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, writable
+from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.signals import signals
@@ -19,7 +19,7 @@ from stretch_bt.run.watcher import Careful, Watcher
 from stretch_bt.simulation.break_off import BrokenOff, breakable
 from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
-from stretch_bt.tree.ports import MISSING, Cell
+from stretch_bt.tree.cell import MISSING, Cell
 
 __all__ = ["Outcome", "Runner", "Stoppable", "Watcher"]
 
@@ -352,7 +352,7 @@ def _kind(error: BaseException) -> str:
 
 
 def _told(error: BaseException) -> str:
-    return writable(error if isinstance(error, StretchError) else f"{type(error).__name__}: {error}")
+    return writable(error if isinstance(error, StretchError) else named(error))
 
 
 _NEVER = (Status.INVALID, -1)

@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.run.execute import execute
-from stretch_bt.run.mocks import read_mocks
+from stretch_bt.run.mocks_file import read_mocks
 from stretch_bt.run.prepare import Task
 from stretch_bt.run.result import RunResult
 from stretch_bt.run.runner import Runner

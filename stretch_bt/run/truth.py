@@ -8,8 +8,8 @@ from typing import Any
 
 from stretch_bt.errors import NoAnswer
 from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Declared
-from stretch_bt.tree.ports import MISSING, Cell
 from stretch_bt.units import parse_unit
 
 __all__ = ["Truths", "output_values"]

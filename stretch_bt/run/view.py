@@ -7,6 +7,7 @@ from typing import Protocol
 
 from py_trees.common import Status
 
+from stretch_bt.errors import named
 from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.tree.build import BuiltTree
 
@@ -73,4 +74,4 @@ class Shown(Onlooker):
             self.broken = True
         except Exception as error:
             self.broken = True
-            self.errors.append(f"the view broke ({type(error).__name__}: {error})")
+            self.errors.append(f"the view broke ({named(error)})")

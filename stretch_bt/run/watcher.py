@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from stretch_bt.errors import writable
+
 __all__ = ["Careful", "Watcher"]
 
 
@@ -55,6 +57,6 @@ class Careful:
         try:
             action()
         except Exception as error:
-            text = f"{type(self.watcher).__name__}: {error}"
+            text = f"{type(self.watcher).__name__}: {writable(error)}"
             if text not in self.errors:
                 self.errors.append(text)

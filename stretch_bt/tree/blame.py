@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary
 
-from stretch_bt.errors import NodeError, StretchError, writable
+from stretch_bt.errors import NodeError, StretchError, named, writable
 
 __all__ = ["Broken", "blame", "own_code", "place_of"]
 
@@ -56,7 +56,7 @@ def own_code(path: str, what: str) -> Iterator[None]:
         raise
     except (Exception, SystemExit) as error:
         at = place_of(error)
-        reason = f"{what} broke ({type(error).__name__}: {error}){at and f' at {at}'}"
+        reason = f"{what} broke ({named(error)}){at and f' at {at}'}"
         raise NodeError(path, reason) from error
 
 

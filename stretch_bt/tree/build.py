@@ -9,7 +9,9 @@ from typing import Any, Protocol, TypeVar
 import py_trees
 
 from stretch_bt.errors import NoAnswer, NodeError
+from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.blame import own_code
+from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.explained import Explained
@@ -19,11 +21,12 @@ from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
 from stretch_bt.tree.paths import Paths
-from stretch_bt.tree.ports import MISSING, Behavior, Cell, Port, Role
+from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import outside, within
+from stretch_bt.units import Estimate
 
 __all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
 
@@ -119,26 +122,22 @@ class _Computed(Cell):
         return self.thunk()
 
 
-class _Tee(Cell):
-    """An output whose standard deviation goes to a key of its own."""
+def _tee(target: Cell, target_sd: Cell) -> Cell:
+    """Return an output whose standard deviation goes to a key of its own."""
 
-    __slots__ = ("target", "target_sd")
+    def pass_on(cell: Cell) -> None:
+        if cell.value is MISSING:
+            for key in (target, target_sd):
+                key.unset(cell.writer)
+            return
+        target.write(cell.value if cell.sd is None else Estimate(cell.value, cell.sd), cell.writer)
+        if cell.sd is None:
+            raise NodeError(cell.writer, f"${target_sd.name} takes a standard deviation, and the node gave none")
+        target_sd.write(cell.sd, cell.writer)
 
-    def __init__(self, target: Cell, target_sd: Cell) -> None:
-        super().__init__(target.name)
-        self.target, self.target_sd = target, target_sd
-
-    def write(self, value: Any, writer: str = "") -> None:
-        super().write(value, writer)
-        self.target.write(value, writer)
-        if self.sd is None:
-            raise NodeError(writer, f"${self.target_sd.name} takes a standard deviation, and the node gave none")
-        self.target_sd.write(self.sd, writer)
-
-    def unset(self, writer: str = "") -> None:
-        super().unset(writer)
-        for cell in (self.target, self.target_sd):
-            cell.unset(writer)
+    made = Cell(target.name)
+    made.listener = pass_on
+    return made
 
 
 class Builder:
@@ -273,7 +272,7 @@ class Builder:
             cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
             sd = part.outputs.get(f"{declared.name}_sd")
             if sd is not None and f"{declared.name}_sd" not in part.info.ports:
-                cell = _Tee(cell, self.cell(sd[0]))
+                cell = _tee(cell, self.cell(sd[0]))
             node.sinks[declared.name] = cell
         return node
 

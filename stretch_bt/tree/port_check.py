@@ -8,7 +8,7 @@ import typing
 from numbers import Integral, Real
 from typing import Annotated, Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.tree.types import ANY, Family, Type, from_annotation
 from stretch_bt.tree.values import outside, within
 from stretch_bt.units import Estimate, is_number, parse_quantity
@@ -43,6 +43,8 @@ class PortCheck:
 
     def judge(self, value: Any) -> Any:
         """Return the value with numpy's numbers made plain; raises InvalidInput, which says what was expected."""
+        if type(value) is Estimate and self.exact is float and self.low <= value <= self.high and _fits(value.sd):
+            return value  # as what follows finds too, in a tenth of the time
         return None if value is None and self.optional else self._fit(value, self.type)
 
     def expected(self) -> str:
@@ -86,7 +88,7 @@ class PortCheck:
         if not is_number(value):
             raise InvalidInput(f"{self._refusal(value)}; raise NoAnswer where there is none")
         number: Any = value if isinstance(value, Estimate) else _PLAIN[type_.family](value)
-        if isinstance(number, Estimate) and not 0.0 <= number.sd <= _LARGEST:
+        if isinstance(number, Estimate) and not _fits(number.sd):
             raise InvalidInput(f"its standard deviation is {number.sd!r}; it takes a finite one that is not negative")
         if not within(number, *self.bounds):
             raise InvalidInput(outside(number, type_, *self.bounds))
@@ -95,6 +97,11 @@ class PortCheck:
     def _refusal(self, value: Any) -> str:
         hint = _as_si(value, self.type)
         return f"it takes {self.expected()}, not {_short(value)}{hint and '; ' + hint}"
+
+
+def _fits(sd: float) -> bool:
+    """Whether a standard deviation is finite and not negative."""
+    return 0.0 <= sd <= _LARGEST
 
 
 def _type_of(annotation: Any) -> Type:
@@ -149,8 +156,5 @@ def _as_si(value: Any, type_: Type) -> str:
 
 
 def _short(value: Any) -> str:
-    try:
-        text = repr(value)
-    except Exception:  # a broken repr must not hide the mistake
-        text = f"a {type(value).__name__}"
+    text = shown(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -16,7 +16,7 @@ from stretch_bt.tree.flow.log import Log
 from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.set_keys import SetKeys
 from stretch_bt.tree.flow.timeout import Timeout
-from stretch_bt.tree.ports import Port, Role
+from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import RESERVED, NodeInfo
 from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import braces, sample

@@ -14,7 +14,7 @@ from stretch_bt.tree.expression import Expression, ExpressionError, bind, names,
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.flow import Wire
-from stretch_bt.tree.ports import Port
+from stretch_bt.tree.port import Port
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Family, Type

@@ -209,7 +209,7 @@ def test_the_running_page_knows_every_option_and_field():
 
 
 def test_the_testing_page_knows_every_field_of_a_mocks_file():
-    from stretch_bt.run.mocks import FIELDS, STATUSES, THEN, TOP
+    from stretch_bt.run.mocks_file import FIELDS, STATUSES, THEN, TOP
 
     text = (ROOT / "docs" / "testing.md").read_text("utf-8")
     assert [word for word in (*TOP, *FIELDS, *THEN, *STATUSES) if f"`{word}`" not in text] == []

@@ -11,47 +11,14 @@ from stretch_bt.run import execute
 from stretch_bt.run.clock import ReplayClock, VirtualClock
 from stretch_bt.run.replay import replay
 from stretch_bt.run.task import run
+from stretch_bt.testing.short_runs import short_runs
 from stretch_bt.tree.ports import Status
-
-TREE = "palpate_stiffness"
-TWIN = """\
-format: stretch-tree/1
-devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
-scene: water_balloon
-keys: {frame: DepthFrame, shallow: {type: DepthFrame}}
-trees:
-  main:
-    sequence:
-      - set_stretch: {stretch: 10 mm, speed: 100 mm/s}
-      - capture: {frame: $frame}
-      - average_frames: {count: 3, frame: $shallow}
-      - retract: {clearance: 5 mm}
-      - check: {that: arm.force < 5 N}
-    finally: [set_stretch: {stretch: 0 mm, speed: 100 mm/s}]
-"""
-MOCKS = """\
-format: stretch-mocks/1
-tree: palpate_stiffness
-readings: {arm.force: [1 N, 2 N]}
-mocks:
-  - {match: "**/approach", after: 100 ms, outputs: {contact_height: {value: 100 mm, sd: 0.01 mm}}}
-  - match: "**/feel"
-    outputs: {height: [{value: 99.1 mm, sd: 0.01 mm}, {value: 98.3 mm, sd: 0.01 mm}], contact: {}}
-    then: repeat_last
-  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
-  - {match: "**/press", after: 100 ms}
-  - {match: "**/set_stretch"}
-  - {match: "**/retract", after: 100 ms}
-  - {match: "**/estimate_stiffness", outputs: {stiffness: {value: 1 N/mm, sd: 0.1 N/mm}}}
-"""
 
 
 @pytest.fixture
 def jobs(tmp_path: Path) -> dict[str, dict[str, Any]]:
     """A run in the twin and one under mocks, as arguments of `run`."""
-    (tmp_path / "twin.yaml").write_text(TWIN, encoding="utf-8")
-    (tmp_path / "mocks.yaml").write_text(MOCKS, encoding="utf-8")
-    return {"twin": {"tree": tmp_path / "twin.yaml"}, "mocks": {"tree": TREE, "mocks": tmp_path / "mocks.yaml"}}
+    return short_runs(tmp_path)
 
 
 def log_of(job: dict[str, Any], out: Path, seed: int = 0) -> bytes:

@@ -108,6 +108,18 @@ def test_a_node_writes_a_number_exactly_when_it_lies_within_its_bounds(value: fl
             setattr(made, name, value)
 
 
+@given(st.floats(), st.floats())
+def test_an_estimate_is_written_exactly_when_its_value_and_its_deviation_may_be(value: float, sd: float) -> None:
+    made = Writer("main/writer")
+    if 0.0 <= value <= 0.1 and 0.0 <= sd < math.inf:
+        made.x = Estimate(value, sd)
+        assert (made.sinks["x"].value, made.sinks["x"].sd) == (value, sd)
+        assert type(made.sinks["x"].value) is float
+    elif not math.isclose(value, 0.0, abs_tol=1e-300) and not math.isclose(value, 0.1):
+        with pytest.raises(NodeError, match=r"^main/writer: wrote 'x' wrongly: "):
+            made.x = Estimate(value, sd)
+
+
 def test_none_leaves_a_key_without_a_value() -> None:
     made = Writer("main/writer")
     made.dent = Dent(0.001)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.errors import InvalidInput
-from stretch_bt.run import mocks as run_mocks
+from stretch_bt.errors import InvalidInput, MocksError
+from stretch_bt.run import mocks_file
 from stretch_bt.source import parse
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.fragments import WORDS
@@ -299,7 +299,7 @@ def test_mocks_fit(tmp_path: Path) -> None:
     assert errors(MOCKS, MOCKS_FILE) == []
     path = tmp_path / "a.yaml"
     path.write_text(MOCKS_FILE, encoding="utf-8")
-    run_mocks.read_mocks(path)
+    mocks_file.read_mocks(path)
 
 
 @pytest.mark.parametrize("mistake", MOCK_MISTAKES)
@@ -310,15 +310,15 @@ def test_mistakes_in_mocks_are_flagged_and_are_mistakes(mistake: str, tmp_path: 
     assert errors(MOCKS, text)
     path = tmp_path / "a.yaml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(run_mocks.MocksError):
-        run_mocks.read_mocks(path)
+    with pytest.raises(MocksError):
+        mocks_file.read_mocks(path)
 
 
 def test_the_schema_of_mocks_says_what_their_reader_says() -> None:
     found = schema("mocks")
     mock = found["$defs"]["mock"]["properties"]
-    assert tuple(found["properties"]) == run_mocks.TOP
-    assert set(mock) == set(run_mocks.FIELDS)
-    assert tuple(mock["then"]["enum"]) == run_mocks.THEN
-    assert set(mock["status"]["anyOf"][0]["enum"]) == set(run_mocks.STATUSES)
-    assert found["properties"]["format"]["const"] == run_mocks.FORMAT
+    assert tuple(found["properties"]) == mocks_file.TOP
+    assert set(mock) == set(mocks_file.FIELDS)
+    assert tuple(mock["then"]["enum"]) == mocks_file.THEN
+    assert set(mock["status"]["anyOf"][0]["enum"]) == set(mocks_file.STATUSES)
+    assert found["properties"]["format"]["const"] == mocks_file.FORMAT

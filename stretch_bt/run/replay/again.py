@@ -13,7 +13,7 @@ from stretch_bt.errors import Diagnostic, FileError, RecordError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.run.clock import ReplayClock
-from stretch_bt.run.mocks import read_mocks
+from stretch_bt.run.mocks_file import read_mocks
 from stretch_bt.run.prepare import VERSIONS, versions
 from stretch_bt.run.provenance import others
 from stretch_bt.run.record import RecordReader, RunRecord

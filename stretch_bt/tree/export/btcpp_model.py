@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
+from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.export.escape import clean
 from stretch_bt.tree.flow import Part
 from stretch_bt.tree.flow.guard import Check
 from stretch_bt.tree.flow.parallel import Parallel
-from stretch_bt.tree.ports import MISSING, Role
+from stretch_bt.tree.port import Role
 from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.schema.nodes import as_text
 

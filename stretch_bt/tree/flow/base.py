@@ -15,9 +15,9 @@ from py_trees.common import Status
 
 from stretch_bt.errors import NoAnswer
 from stretch_bt.source import Mark, Value
+from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.expression import Expression
 from stretch_bt.tree.fragments import Schema
-from stretch_bt.tree.ports import MISSING
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder

@@ -10,9 +10,9 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark
+from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire
-from stretch_bt.tree.ports import Cell
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder

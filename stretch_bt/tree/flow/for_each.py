@@ -10,9 +10,9 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark, Value
+from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
 from stretch_bt.tree.fragments import Schema, form, ref
-from stretch_bt.tree.ports import Cell
 from stretch_bt.tree.types import Family, Type
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from py_trees.common import Status
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, construct
 from stretch_bt.tree.fragments import Schema, ref
-from stretch_bt.tree.ports import Cell
 from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.fragments import WORDS, Schema, ref
-from stretch_bt.tree.ports import MISSING, Port, Role
+from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.schema.values import wired
 from stretch_bt.tree.types import Family, Type

@@ -16,19 +16,8 @@ from stretch_bt.run.record import RecordReader, RunRecord
 from stretch_bt.run.replay import replay
 from stretch_bt.run.report import write_report
 from stretch_bt.run.task import run
+from stretch_bt.testing.short_runs import short_runs
 
-TREE = """\
-format: stretch-tree/1
-devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
-scene: water_balloon
-trees:
-  main:
-    keys: {frame: DepthFrame}
-    sequence:
-      - set_stretch: {stretch: 10 mm, speed: 100 mm/s}
-      - repeat: {times: 3, do: {capture: {frame: $frame}}}
-      - check: {that: arm.force < 5 N}
-"""
 SMALL = "format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 100 ms}]}}\n"
 
 
@@ -46,9 +35,8 @@ class Copies(Onlooker):
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a record of the twin, and one of each tick at which it could have been killed."""
     folder = tmp_path_factory.mktemp("runs")
-    (folder / "tree.yaml").write_text(TREE)
     copies = Copies(folder)
-    made = run(folder / "tree.yaml", out=folder / "record", watch=lambda runner: runner.watchers.append(copies))
+    made = run(**short_runs(folder)["twin"], out=folder / "record", watch=lambda runner: runner.watchers.append(copies))
     assert made.status == "SUCCESS", made.reason
     return folder
 

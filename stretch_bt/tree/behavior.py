@@ -1,0 +1,143 @@
+"""The base of every node: it reads and writes its ports, ticks, and says why it failed."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Generator
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, cast
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, named, shown, writable
+from stretch_bt.tree.cell import Cell
+from stretch_bt.tree.declared_ports import declared_ports
+from stretch_bt.tree.port import Port, Role
+from stretch_bt.tree.slots import Slot, bit, slot
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.context import Context
+
+__all__ = ["Behavior"]
+
+#: looked up once, because each `Status.NAME` runs code of Python 3.11's enum
+_SUCCESS, _FAILURE, _RUNNING = Status.SUCCESS, Status.FAILURE, Status.RUNNING
+
+
+class Behavior(py_trees.behaviour.Behaviour):
+    """Base of every node that people write.
+
+    Override `update`, and where needed `initialise` (each time the node starts) and `terminate` (once for each start,
+    when it ends, breaks or is interrupted). Raise NoAnswer from `update` to fail with its reason. `context` gives the
+    time of the tick, the hand and the devices; `reason` explains a FAILURE.
+    """
+
+    ports: ClassVar[dict[str, Port]] = {}
+    #: bits of the outputs that each SUCCESS must have written; bits cost a tick less than a set
+    owed: int = 0
+    kind: ClassVar[str] = "action"
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        own = declared_ports(cls, _taken_names)
+        cls.ports = {**cls.ports, **own}
+        for name, declared in cls.ports.items():
+            if name in own or not isinstance(inspect.getattr_static(cls, name, None), Slot):
+                setattr(cls, name, slot(declared, cls.ports))
+        outputs = [p for p in cls.ports.values() if p.role is Role.OUTPUT]
+        cls.owed = sum(bit(p.name, cls.ports) for p in outputs if not p.check(cls.ports).optional)
+
+    def __init__(self, path: str = "") -> None:
+        super().__init__(name=path.rpartition("/")[2] or type(self).__name__)
+        self.path = path
+        self.runs = 0
+        self.active = False
+        self.ticking = False
+        self.owed = self.unwritten = self.owed  # an attribute of the object is read faster than one of its class
+        self.context: Context = cast("Context", None)
+        self.wiring: dict[str, Callable[[], Any]] = {}
+        self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.role is Role.OUTPUT}
+        self.device_names: dict[str, str] = {}
+
+    def prepare(self) -> None:
+        """Look at what is known before any device is opened; raise InvalidInput for what cannot work. Called once a run."""
+
+    @property
+    def reason(self) -> str:
+        """Why the node failed, or what it is doing."""
+        return str(self.feedback_message)
+
+    @reason.setter
+    def reason(self, text: str) -> None:
+        if not isinstance(text, str):
+            raise NodeError(self.path, f"its reason is {shown(text)}; a reason is one sentence, a str")
+        self.feedback_message = writable(text)
+
+    def update(self) -> Status:
+        """Do one tick's work and return at once."""
+        raise NodeError(self.path, f"{type(self).__name__} does not override update()")
+
+    def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
+        """Tick once; a refusal becomes FAILURE with its reason, any other error names the node."""
+        self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
+        try:
+            if self.status is not _RUNNING:
+                self.feedback_message = ""
+                self.runs += 1
+                self.active = True
+                self.unwritten = self.owed
+                self.initialise()
+            status = self.update()
+        except NoAnswer as refusal:
+            self.feedback_message = self._port_of(refusal) + refusal.reason
+            status = _FAILURE
+        except StretchError:
+            raise
+        except Exception as error:
+            raise NodeError(self.path, named(error)) from error
+        if status is not _RUNNING:
+            if status is not _SUCCESS and status is not _FAILURE:
+                raise NodeError(self.path, f"update() returned {shown(status)}; return SUCCESS, FAILURE or RUNNING")
+            if self.unwritten and status is _SUCCESS:
+                raise NodeError(self.path, _unwritten(self))
+            self.stop(status)
+        self.status = status
+        self.ticking = False
+        yield self
+
+    def _port_of(self, refusal: NoAnswer) -> str:
+        """Return which device and port a limit of the cell refused, to begin a reason with."""
+        if not isinstance(refusal, BeyondLimits):
+            return ""
+        ports = [name for name, port in self.ports.items() if port.limit in refusal.concerns]
+        if not ports or refusal.reason.startswith(f"{ports[0]} "):  # which names the port itself
+            return f"{refusal.device}: "
+        return f"{refusal.device}: {ports[0]}: "
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End with this status, INVALID when interrupted; `terminate` comes only when there was a start without an end."""
+        try:
+            if self.active:
+                self.active = False
+                self.terminate(new_status)
+        except Exception as error:
+            # a fault passes as it is; a plan beyond the limits is a mistake of the node here, where nothing may be asked for
+            if isinstance(error, DeviceFault) and not isinstance(error, NoAnswer):
+                raise
+            raise NodeError(self.path, f"terminate() broke ({named(error)})") from error
+        finally:
+            self.status = new_status
+
+
+def _unwritten(node: Behavior) -> str:
+    """Return what is said of outputs that a SUCCESS lacks."""
+    names = [name for name in node.ports if bit(name, node.ports) & node.unwritten]
+    hint = f"write it before, fail, or declare it as {names[0]}: Out[... | None] if it may be absent"
+    return f"ended with SUCCESS without writing {', '.join(map(repr, names))}; {hint}"
+
+
+@cache
+def _taken_names() -> frozenset[str]:
+    """Return the attributes of every node, which a port of that name would break."""
+    return frozenset({*dir(Behavior), *vars(Behavior()), "instant"})

@@ -1,0 +1,73 @@
+"""Where the value of a key lives during a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from stretch_bt.errors import UnsetKey
+from stretch_bt.units import Estimate
+
+__all__ = ["MISSING", "Cell"]
+
+
+class _Missing:
+    """The absence of a value, where None is one."""
+
+    def __repr__(self) -> str:
+        return "unset"
+
+    def __bool__(self) -> bool:
+        return False
+
+
+MISSING: Any = _Missing()
+
+
+class Cell:
+    """Where a key's value lives during a run, with its standard deviation."""
+
+    __slots__ = ("blocked", "listener", "name", "sd", "value", "writer")
+
+    def __init__(self, name: str, value: Any = MISSING) -> None:
+        self.name = name
+        self.value = value
+        self.sd: float | None = None
+        self.writer = ""
+        self.blocked = ""  # why nothing may ever write it
+        self.listener: Callable[[Cell], None] | None = None
+
+    def read(self) -> Any:
+        """Return the value; raises UnsetKey when nothing wrote it yet."""
+        if self.value is MISSING:
+            raise UnsetKey(f"${self.name} is read before anything wrote it{self.blocked and '; ' + self.blocked}")
+        return self.value
+
+    def read_sd(self) -> float:
+        """Return the standard deviation of the value; raises UnsetKey when it has none."""
+        if self.value is MISSING or self.sd is None:
+            raise UnsetKey(f"${self.name} has no standard deviation")
+        return self.sd
+
+    def reset(self, value: Any = MISSING) -> None:
+        """Go back to a default, or to unset."""
+        self.value = value
+        self.sd = None
+
+    def write(self, value: Any, writer: str = "") -> None:
+        """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""
+        if type(value) is Estimate:
+            self.sd = value.sd
+            value = float(value)
+        else:
+            self.sd = None
+        self.value = value
+        self.writer = writer
+        if self.listener is not None:
+            self.listener(self)
+
+    def unset(self, writer: str = "") -> None:
+        """Leave the key without a value, as a node does that writes None to an output that may be absent."""
+        self.value, self.sd, self.writer = MISSING, None, writer
+        if self.listener is not None:
+            self.listener(self)

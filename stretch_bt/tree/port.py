@@ -1,0 +1,119 @@
+"""What a port is: its role, type, default, bounds and doc."""
+
+from __future__ import annotations
+
+import inspect
+import io
+import tokenize
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from typing import Annotated, Any, TypeVar, overload
+
+from stretch_bt.tree.cell import MISSING
+from stretch_bt.tree.port_check import PortCheck
+
+__all__ = ["In", "Options", "Out", "Port", "Role", "Uses", "port"]
+
+T = TypeVar("T")
+
+
+class Role(Enum):
+    """What a port does."""
+
+    INPUT = "input"
+    OUTPUT = "output"
+    DEVICE = "device"
+
+
+In = Annotated[T, Role.INPUT]
+Out = Annotated[T, Role.OUTPUT]
+Uses = Annotated[T, Role.DEVICE]
+
+
+@dataclass(slots=True)
+class Options:
+    """What `port` was given."""
+
+    default: Any
+    min: float | None
+    max: float | None
+    doc: str
+    limit: str | None = None
+
+
+@overload
+def port(
+    default: T, *, min: float | None = None, max: float | None = None, doc: str = "", limit: str | None = None
+) -> T: ...
+@overload
+def port(*, min: float | None = None, max: float | None = None, doc: str = "", limit: str | None = None) -> Any: ...
+def port(
+    default: Any = MISSING,
+    *,
+    min: float | None = None,  # noqa: A002
+    max: float | None = None,  # noqa: A002
+    doc: str = "",
+    limit: str | None = None,
+) -> Any:
+    """Give a port a default, bounds (SI, both ends allowed) or a doc; a plain default can also be assigned as it is.
+
+    `limit` names what of a cell's `limits` bounds the port too, such as `depth`: `check` holds trees against it. The speed of a motion
+    that is meant to meet something has the limit `contact_speed`, another one `speed`.
+    """
+    return Options(default, min, max, doc, limit)
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """One port of a node, as its class declares it; `annotation` is the Python type without the role."""
+
+    name: str
+    role: Role
+    annotation: Any
+    default: Any = MISSING
+    min: float | None = None
+    max: float | None = None
+    told: str = ""
+    optional: bool = False
+    owner: type | None = None
+    limit: str | None = None
+
+    @property
+    def doc(self) -> str:
+        """What it is for: as it was told, or as the comment on the line of its annotation says."""
+        return self.told or (_comments(self.owner).get(self.name, "") if self.owner else "")
+
+    @property
+    def required(self) -> bool:
+        """Whether a tree must give it."""
+        return self.role is Role.INPUT and self.default is MISSING
+
+    def check(self, beside: Mapping[str, Port]) -> PortCheck:
+        """Return what its values must be; a deviation `x_sd` beside a port `x` is not negative."""
+        low = self.min
+        if self.name.endswith("_sd") and self.name.removesuffix("_sd") in beside and low is None:
+            low = 0.0
+        return PortCheck(self.annotation, low, self.max)
+
+
+@cache
+def _comments(cls: type) -> dict[str, str]:
+    """Return the comment on the line of each annotated attribute, where the source can be read; no run needs to."""
+    try:
+        source = inspect.getsource(cls)
+    except (OSError, TypeError):
+        return {}
+    found: dict[str, str] = {}
+    first_name = ""
+    fresh_line = True
+    for token in tokenize.generate_tokens(io.StringIO(inspect.cleandoc(source)).readline):
+        if token.type in (tokenize.NEWLINE, tokenize.NL, tokenize.INDENT, tokenize.DEDENT):
+            fresh_line = True
+        elif token.type == tokenize.COMMENT and first_name and not fresh_line:
+            found[first_name] = token.string.lstrip("# ").strip()
+        elif fresh_line:
+            first_name = token.string if token.type == tokenize.NAME else ""
+            fresh_line = False
+    return found
