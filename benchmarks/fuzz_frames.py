@@ -148,9 +148,9 @@ def fractal(image: Counts, rng: np.random.Generator) -> Counts:
     v, u = np.indices(image.shape)
     both = u & v if rng.random() < 0.7 else u & v & ~7
     shift = rng.integers(0, 5)
-    return np.where((both >> shift) == 0, rng.choice([1500, 1550, 1580]), rng.choice([1590, 1600, 1620])).astype(
-        np.uint16
-    )
+    near, far = rng.choice([1500, 1550, 1580]), rng.choice([1590, 1600, 1620])
+    counts: Counts = np.where((both >> shift) == 0, near, far).astype(np.uint16)
+    return counts
 
 
 def mesas(image: Counts, rng: np.random.Generator) -> Counts:
