@@ -165,7 +165,7 @@ def _flat(case: _Case) -> None:
         case.offer(kind, evidence, made, (outline.middle, outline.heading + turn))
 
     offer("block", "rectangle", lambda: block(views, fits["rectangle"], floor, fillet), wire=False)
-    offer("disc", "circle", lambda: disc(views, fits["circle"], rays, floor, fillet), wire=False)
+    offer("disc", "circle", lambda: disc(views, fits["circle"], floor, fillet), wire=False)
     offer("wire_circle", "circle", lambda: wire_circle(rays, floor, fillet), wire=True)
     offer("wire_triangle", "triangle", lambda: wire_triangle(views, fits["triangle"], floor, fillet), wire=True)
 
