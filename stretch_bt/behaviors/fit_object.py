@@ -6,6 +6,7 @@ from stretch_bt import perception
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.clouds.told import told_points
+from stretch_bt.perception.solids.agree import outside
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
 from stretch_bt.perception.solids.result import Solid
 from stretch_bt.perception.solids.wire import no_wire_there
@@ -66,7 +67,9 @@ class FitObject(Behavior):
         whole = (
             self.cloud if self.relief is None or found.kind.startswith("wire") else told_points(self.cloud, self.relief)
         )
-        self.felt = whole.part(~no_wire_there(found, whole.points[:, :2], self.fillet))
+        # nor is there any of a flat top beyond its sides, along which the membrane is as close
+        beyond = (whole.seen == 0) & (outside(found, whole.points[:, :2]) > whole.cell)
+        self.felt = whole.part(~(beyond | no_wire_there(found, whole.points[:, :2], self.fillet)))
         for name in ("length", "width", "height", "radius", "side", "radius_1", "radius_2", "radius_3"):
             known = found.dimensions.get(name)
             if known is not None:

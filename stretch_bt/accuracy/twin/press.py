@@ -13,7 +13,7 @@ from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.simulation.scene import Scene
 
-__all__ = ["highest", "press_once"]
+__all__ = ["highest", "length_at", "press_once"]
 
 _CLEAR = 0.004  # m above the top where a press begins
 _SPEED = 0.005  # m/s
@@ -41,7 +41,7 @@ def press_once(scene: Scene, seed: int) -> dict[str, float]:
     frame = bench.frame(use.frames)
     points = _points(frame)
     top = _mean(points[np.hypot(points[:, 0], points[:, 1]) < _TOP, 2])
-    found = {"height": top + (frame.hand_height or 0.0), "size": _length(points, _HIGH * top)}
+    found = {"height": top + (frame.hand_height or 0.0), "size": length_at(points, _HIGH * top)}
     return {**found, "force": bench.force(_READINGS)}
 
 
@@ -60,7 +60,7 @@ def _points(frame: DepthFrame) -> Points:
     return seen
 
 
-def _length(points: Points, level: float) -> float:
+def length_at(points: Points, level: float) -> float:
     """Return how far apart along y the places lie, m, where the surface comes up through a level and goes down again."""
     line = points[np.abs(points[:, 0]) < _BAND]
     place = np.round(line[:, 1] / _BIN).astype(int)

@@ -4,6 +4,10 @@ That membrane lies on the object or above it. Just beyond where it was felt to l
 leaves a flank before it would be tangent to it, and one that is pulled tight rises with the hand where it has lifted by a hair. What tells
 that it has not left for good is its shape: as long as it follows the object it goes on bending as it does where it was felt, and
 where it hangs free it is a saddle.
+
+An edge holds such a membrane up on a line, off which it lifts to both sides: over a flat top it touches the rim alone and spans the rest
+as a drum does, a fraction of a millimetre above it. Within a closed rim the lowest membrane therefore tells a face as well, or a hole: only
+the shape can say which.
 """
 
 from __future__ import annotations
@@ -30,6 +34,8 @@ TWICE = (6.0, 0.1e-3)
 #: 1/m of a bend from which what was felt ends at an edge, and cells that the membrane is then followed beyond: it bends on without it
 EDGE = (60.0, 1.0)
 HOLLOW = 20.0  # 1/m by which a membrane may bend up that lies on something: what smoothing leaves of a saddle beside it
+#: cells, half a gap that a rim may have, and m above or below the rim nearby within which a membrane that spans it tells a face
+GAP, SPAN = 1, 1.0e-3
 #: 1/m, or shares of the larger and the smaller bend where it was felt, by which it may bend less: off a dome it goes by and by
 ALIKE = (12.0, 0.2, 0.3)
 NEARBY = 1.0e-3  # m, standard deviation of what is told but was not felt, by `python -m benchmarks.reconstruct`
@@ -49,7 +55,20 @@ def told(relief: Relief) -> Mask:
     follows = seen & (least > -HOLLOW) & (most > there - np.maximum(ALIKE[0], ALIKE[1] * there + ALIKE[2] * other))
     reach = np.where(there > EDGE[0], EDGE[1], np.where(_agreed(relief), TWICE[0], REACH))
     parts, _ = label(felt | (follows & (far <= reach)))
-    return np.asarray((parts > 0) & np.isin(parts, np.unique(parts[felt])))
+    beside = (parts > 0) & np.isin(parts, np.unique(parts[felt]))
+    return np.asarray(beside | _spanned(relief, beside))
+
+
+def _spanned(relief: Relief, rim: Mask) -> Mask:
+    """Return where the membrane spans what is told all around, about as high as there."""
+    from scipy.ndimage import binary_closing, binary_fill_holes, distance_transform_edt, label
+
+    closed = binary_closing(np.pad(rim, GAP + 1), iterations=GAP)[GAP + 1 : -GAP - 1, GAP + 1 : -GAP - 1]
+    inside = np.asarray(binary_fill_holes(closed)) & ~rim & np.isfinite(relief.ceiling)
+    near = tuple(distance_transform_edt(~rim, return_distances=False, return_indices=True))
+    off = inside & ~(np.abs(relief.ceiling - relief.ceiling[near]) < SPAN)
+    parts, _ = label(inside)
+    return np.asarray(inside & ~np.isin(parts, np.unique(parts[off])))
 
 
 def told_points(cloud: Cloud, relief: Relief) -> Cloud:

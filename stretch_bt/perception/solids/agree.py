@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.solids.domes import Dome
-from stretch_bt.perception.solids.result import Dimension, Kind
+from stretch_bt.perception.solids.result import Dimension, Kind, Solid
 
-__all__ = ["SURFACES", "contradiction", "surface_of_domes", "surface_of_points"]
+__all__ = ["SURFACES", "contradiction", "outside", "surface_of_domes", "surface_of_points"]
 
 Array = npt.NDArray[np.float64]
 #: how far places lie outside the outline of a shape, m, less than 0 inside, and the height of its surface, m, by their places along
@@ -21,6 +21,7 @@ Surface = Callable[[Mapping[str, Dimension], Array, Array], tuple[Array, Array]]
 #: m outside an outline beyond which nothing of the shape is felt, and inside it beyond which it shows as it is
 EDGE = 4e-3
 OFF = 1.5e-3  # m by which a surface is surely another
+LIFTED = 0.1e-3  # m above a flat top that its edges hold a membrane which resists bending: it then hangs over a face as over a hole
 AREA, SHARE = 40, 0.05  # cells that disagree, and their share of those felt, from which the shape is another
 WIRE = 0.5e-3  # m more, by which what is felt of a wire is narrower
 CAP = 0.7  # of a dome's radius, within which its surface is judged: farther out it is steeper than is felt
@@ -106,13 +107,21 @@ FLAT: frozenset[Kind] = frozenset({"block", "disc"})
 BELOW: frozenset[Kind] = frozenset({"point"})  # that may lie anywhere below their surface
 
 
+def outside(solid: Solid, places: Array) -> Array:
+    """Return how far world places (n, 2), m, lie outside a block or a disc, m, less than 0 inside; of other shapes 0."""
+    if solid.kind not in FLAT:
+        return np.zeros(len(places))
+    away, c, s = places - solid.middle[:2], np.cos(solid.heading), np.sin(solid.heading)
+    return SURFACES[solid.kind](solid.dimensions, away @ [c, s], away @ [-s, c])[0]
+
+
 def contradiction(
     kind: Kind, surface: Surface, dimensions: Mapping[str, Dimension], relief: Relief, middle: Array, heading: float
 ) -> str:
     """Return why a shape, `middle` (2,), m, world, and `heading`, rad, is not what the presses met, nothing where it may be.
 
     Surface that was felt outside its outline or above it is of something else, and so is a shape below whose surface a membrane
-    hung, and a flat face over which one hung freely.
+    hung, and a flat face over which one hung freely that the edges do not lift off it.
     """
     seen = np.isfinite(relief.ceiling)
     away = relief.place(np.argwhere(seen)) - middle
@@ -121,7 +130,8 @@ def contradiction(
     felt, inside = relief.felt[seen], outside < -EDGE
     above = felt & inside & (relief.height[seen] - height > OFF)
     below = inside & (height - relief.ceiling[seen] > OFF) & (kind not in BELOW)
-    free = inside & (relief.hung > relief.weight)[seen] & (kind in FLAT)
+    lifted = -dimensions["height"].steps.get("membrane", 0.0) > LIFTED
+    free = inside & (relief.hung > relief.weight)[seen] & (kind in FLAT and not lifted)
     most, part = max(AREA, SHARE * felt.sum()), max(FEW, PART * inside.sum())
     for cells, limit, why in (
         (felt & (outside > EDGE), most, "of surface was felt outside it"),

@@ -92,8 +92,8 @@ def _cost(profile: Profile, place: float, length: float, reach: float) -> tuple[
     return float(np.mean(left**2)) / fit[2] ** 2, place
 
 
-def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3) -> Bend:
-    """Fit a bend near a place, m, to what of a profile lies within `reach`, m, of it.
+def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3, curved: bool = False) -> Bend:
+    """Fit a bend near a place, m, to what of a profile lies within `reach`, m, of it; its near side may be `curved` as its far one is.
 
     Raises
     ------
@@ -106,14 +106,14 @@ def fit_bend(profile: Profile, start: float, *, reach: float = 12e-3) -> Bend:
     _check(part, start)
 
     def left(q: Array) -> Array:
-        return _linear(part, q[0] * 1e-3, q[1] * 1e-3)[1] * 1e3
+        return _linear(part, q[0] * 1e-3, q[1] * 1e-3, curved)[1] * 1e3
 
     slack = min(6.0, reach * 0.6e3)
     bounds = ([start * 1e3 - slack, SHORTEST * 1e3], [start * 1e3 + slack, LONGEST * 1e3])
     found = least_squares(left, [start * 1e3, 1.0], bounds=bounds, jac="3-point", **CONVERGED)
     place, length = (float(v) * 1e-3 for v in found.x)
     _check(part, place)
-    fit, residual = _linear(part, place, length)
+    fit, residual = _linear(part, place, length, curved)
     change = float(fit[2])
     if not LEAST < change < STEEPEST:
         raise IllConditioned("the profile does not bend down there: no edge is seen; press nearer to an edge")
@@ -142,12 +142,13 @@ def _check(part: Profile, place: float) -> None:
         )
 
 
-def _linear(part: Profile, place: float, length: float) -> tuple[Array, Array]:
-    """Return height, slope, its change and the far curvature of a bend, and the weighted residuals (n,), m."""
+def _linear(part: Profile, place: float, length: float, curved: bool = False) -> tuple[Array, Array]:
+    """Return height, slope, its change, the far and perhaps the near curvature of a bend, and the weighted residuals (n,), m."""
     u = part.at - place
     beyond = np.maximum(u, 0.0)
     turn = beyond + length / 2 * np.exp(-np.abs(u) / length)
-    design = np.column_stack([np.ones_like(u), u, -turn, beyond * beyond / 2])
+    near = [np.minimum(u, 0.0) ** 2 / 2] if curved else []
+    design = np.column_stack([np.ones_like(u), u, -turn, beyond * beyond / 2, *near])
     weights = np.sqrt(part.count / part.count.mean())
     fit = np.linalg.lstsq(design * weights[:, None], part.height * weights, rcond=None)[0]
     return fit, (design @ fit - part.height) * weights

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.solids.bend import fit_bend
-from stretch_bt.perception.solids.conformity import beyond_edge
-from stretch_bt.perception.solids.outline import Fitted, Rays
+from stretch_bt.perception.solids.corner import Corner, fit_corner
+from stretch_bt.perception.solids.outline import RAYS, Fitted, nearest_views
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.result import Dimension, pooled
 from stretch_bt.perception.solids.views import View
 
-__all__ = ["block", "disc", "flat_height"]
+__all__ = ["block", "disc"]
 
 Array = npt.NDArray[np.float64]
 
 INNER = 0.6  # share of a side along which its profile is taken: at corners the membrane falls off to two sides
 SHARED = 0.1e-3  # m by which all bends of a side err alike
 WINDOW = 12e-3  # m to either side of a bend
+NEAR = 4e-3  # m from the outline within which an edge is sought
+BAND = 1.5e-3  # m to either side of a ray
+FEWEST = 10  # edges around a disc
 
 
 def block(views: list[View], outline: Fitted, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
@@ -34,79 +38,81 @@ def block(views: list[View], outline: Fitted, floor: float, fillet: tuple[float,
     """
     c, s = math.cos(outline.heading), math.sin(outline.heading)
     axes, half = np.array([[c, s], [-s, c]]), outline.sizes
-    spans = [_span(views, outline.middle, axes[k], half[k], half[1 - k], fillet) for k in (0, 1)]
-    length, width = sorted(spans, key=lambda d: -d.value)
-    inside = [_inside(view, outline.middle, axes, half) for view in views]
-    return {"length": length, "width": width, "height": flat_height(views, inside, floor)}
+    ends = [
+        [_edges(views, outline.middle, sign * axes[k], half[k], half[1 - k], fillet) for sign in (1.0, -1.0)]
+        for k in (0, 1)
+    ]
+    length, width = sorted((_span(pair, fillet) for pair in ends), key=lambda d: -d.value)
+    return {"length": length, "width": width, "height": _height([e for pair in ends for e in pair], floor, fillet)}
 
 
-def _span(
-    views: list[View], middle: Array, along: Array, half: float, across: float, fillet: tuple[float, float]
-) -> Dimension:
+def _span(ends: list[list[Corner]], fillet: tuple[float, float]) -> Dimension:
     """Return the distance of two opposite sides, m."""
-    ends = [_side(views, middle, sign * along, half, across, fillet) for sign in (1.0, -1.0)]
-    value, moved = sum(e.value for e in ends), sum(e.steps["membrane"] for e in ends)
+    sides = [pooled([corner.side for corner in end], SHARED) for end in ends]
+    value, moved = sum(side.value for side in sides), sum(side.steps["membrane"] for side in sides)
     # Both sides have edges of the same radius, so that their errors add.
-    common = sum(_fillet_sd(e, fillet) for e in ends)
-    own = math.hypot(*(e.sd for e in ends))
-    return Dimension(value, math.hypot(own, common), {"membrane": moved})
+    common = sum(fillet[1] * _mean([corner.side_share for corner in end]) for end in ends)
+    return Dimension(value, math.hypot(common, *(side.sd for side in sides)), {"membrane": moved})
 
 
-def _fillet_sd(end: Dimension, fillet: tuple[float, float]) -> float:
-    return min(fillet[1], fillet[1] * end.steps["membrane"] / max(fillet[0], 1e-6))
-
-
-def _side(
+def _edges(
     views: list[View], middle: Array, outward: Array, half: float, across: float, fillet: tuple[float, float]
-) -> Dimension:
-    """Return how far a side is from the middle, m, as a mean over the views that show it."""
+) -> list[Corner]:
+    """Return a side as the views show it, from the middle."""
     found = []
     for view in views:
         window = (half - WINDOW - 2e-3, half + WINDOW + 2e-3)
         profile = profile_of(view, middle, outward, INNER * across, *window)
-        try:
-            bend = fit_bend(profile, half, reach=min(WINDOW, 0.8 * half))
-        except IllConditioned:
-            continue
-        if abs(bend.place - half) < 4e-3 and abs(bend.near) < 0.15:
-            beyond = beyond_edge(bend, fillet[0], 0.0)
-            found.append(
-                Dimension(bend.place + beyond.shift, math.hypot(bend.sd, beyond.sd), {"membrane": beyond.shift})
-            )
+        with suppress(IllConditioned):
+            corner = fit_corner(profile, half, fillet[0], reach=min(WINDOW, 0.8 * half))
+            if abs(corner.side.value - half) < NEAR:
+                found.append(corner)
     if not found:
         raise IllConditioned(
             "no view shows the membrane on both sides of one of the edges of the top; press nearer to it"
         )
-    return pooled(found, SHARED)
+    return found
 
 
-def disc(
-    views: list[View], outline: Fitted, rays: Rays, floor: float, fillet: tuple[float, float]
-) -> dict[str, Dimension]:
-    """Return radius, diameter and height of a flat top with a round outline."""
-    beyond = [beyond_edge(bend, fillet[0], 0.0) for bend in rays.bends]
-    moved = float(np.mean([b.shift for b in beyond]))
-    spread = float(np.std(np.hypot(*(rays.places - outline.middle).T))) / math.sqrt(len(beyond) / 4)
-    sd = math.hypot(spread, math.hypot(SHARED, fillet[1] * moved / max(fillet[0], 1e-6)))
-    radius = Dimension(outline.sizes[0] + moved, sd, {"membrane": moved})
-    inside = [np.hypot(*(v.points[:, :2] - outline.middle).T) < INNER * outline.sizes[0] for v in views]
-    diameter = Dimension(2 * radius.value, 2 * sd, {"membrane": 2 * moved})
-    return {"radius": radius, "diameter": diameter, "height": flat_height(views, inside, floor)}
+def _height(ends: list[list[Corner]], floor: float, fillet: tuple[float, float]) -> Dimension:
+    """Return the height of a flat top above the table, m: that of its edges, off which a membrane lifts from it."""
+    found = pooled([pooled([corner.top for corner in end]) for end in ends])
+    common = fillet[1] * _mean([corner.top_share for end in ends for corner in end])
+    return Dimension(found.value, math.hypot(found.sd, common, floor, SHARED), found.steps)
 
 
-def flat_height(views: list[View], inside: list[npt.NDArray[np.bool_]], floor: float) -> Dimension:
-    """Return the height of a flat top above the table, m, from the points inside its outline."""
-    found = []
-    for view, within in zip(views, inside, strict=True):
-        z = view.points[within, 2]
-        if len(z) > 20:
-            spread = float(np.std(z)) / math.sqrt(len(z) / 100)
-            found.append(Dimension(float(np.median(z)), max(view.shared, spread, 1e-6), {}))
-    if not found:
-        raise IllConditioned("no view shows the top; press over the middle of the object")
-    return pooled(found, floor)
+def disc(views: list[View], outline: Fitted, floor: float, fillet: tuple[float, float]) -> dict[str, Dimension]:
+    """Return radius, diameter and height of a flat top with a round outline.
+
+    Raises
+    ------
+    IllConditioned
+        Too little of its edge is seen.
+    """
+    found = list(_around(views, outline, fillet))
+    if len(found) < FEWEST:
+        raise IllConditioned("too little of the edge of a disc is seen; press nearer to its middle")
+    sides = np.array([corner.side.value for corner in found])
+    moved = _mean([corner.side.steps["membrane"] for corner in found])
+    spread = float(np.std(sides)) / math.sqrt(len(sides) / 4)
+    common = fillet[1] * _mean([corner.side_share for corner in found])
+    radius = Dimension(float(sides.mean()), math.hypot(spread, SHARED, common), {"membrane": moved})
+    diameter = Dimension(2 * radius.value, 2 * radius.sd, {"membrane": 2 * moved})
+    return {"radius": radius, "diameter": diameter, "height": _height([found], floor, fillet)}
 
 
-def _inside(view: View, middle: Array, axes: Array, half: tuple[float, ...]) -> npt.NDArray[np.bool_]:
-    away = np.abs((view.points[:, :2] - middle) @ axes.T)
-    return np.asarray((away < INNER * np.array(half)).all(axis=1))
+def _around(views: list[View], outline: Fitted, fillet: tuple[float, float]) -> Iterator[Corner]:
+    """Yield the edge of a disc all around, as the views nearest to it show it."""
+    radius = outline.sizes[0]
+    for view in nearest_views(views, outline.middle):
+        for angle in np.linspace(0.0, 2 * np.pi, RAYS, endpoint=False):
+            along = np.array([np.cos(angle), np.sin(angle)])
+            profile = profile_of(view, outline.middle, along, BAND, radius - WINDOW, radius + WINDOW + 2e-3)
+            with suppress(IllConditioned):
+                corner = fit_corner(profile, radius, fillet[0], reach=min(WINDOW, 0.8 * radius))
+                if abs(corner.side.value - radius) < NEAR:
+                    yield corner
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stretch_bt.perception.solids.bend import Bend
 
-__all__ = ["FILLET", "FILLET_SD", "Beyond", "beyond_edge", "beyond_end", "inside_wire"]
+__all__ = ["FILLET", "FILLET_SD", "Beyond", "beyond_end", "inside_wire"]
 
 FILLET, FILLET_SD = 1e-3, 0.2e-3  # m: radius of an edge or a wire, where the caller knows no better
 EDGE_SD = 0.12e-3  # m by which the rule for an edge errs (benchmarks/conformity.py)
@@ -29,16 +29,12 @@ class Beyond:
     sd: float
 
 
-def beyond_edge(bend: Bend, fillet: float = FILLET, fillet_sd: float = FILLET_SD) -> Beyond:
-    """Return how far beyond a bend the side of a block stands whose edge has a radius of `fillet`, m.
+def _beyond(bend: Bend, fillet: float, fillet_sd: float, gentle: float) -> Beyond:
+    """Return how far beyond a bend the end of a crest stands whose edge has a radius of `fillet`, m.
 
-    The membrane leaves the fillet where its slope is theta; the straight parts meet f (1 - tan(theta / 2)) inside the side, and a
+    The membrane leaves the fillet where its slope is theta; the straight parts meet f (1 - tan(theta / 2)) inside the end, and a
     little more where it leaves gently.
     """
-    return _beyond(bend, fillet, fillet_sd, GENTLE_EDGE)
-
-
-def _beyond(bend: Bend, fillet: float, fillet_sd: float, gentle: float) -> Beyond:
     share = 1.0 - math.tan(math.atan(max(bend.change, 0.0)) / 2)
     more = gentle * max(1.0 - bend.change / STEEP, 0.0)
     return Beyond(fillet * share + more, math.hypot(fillet_sd * share, EDGE_SD))

@@ -84,8 +84,8 @@ def fit_object(
     """Fit the shape of an object on the table to what contacts show of it, and return its dimensions.
 
     What the top is like chooses among families: flat, a crest, or round. Within one the shapes are compared by their
-    evidence, and the best that can be measured, and that agrees with the map of the presses, is taken; where none does, or none is
-    about as likely, the extents of the cloud are what is known.
+    evidence, and the best that can be measured, and that agrees with the map of the presses, is taken, then a flat shape that is
+    about as likely; where none does, or none is about as likely, the extents of the cloud are what is known.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def _flat(case: _Case) -> None:
         case.offer(kind, evidence, made, (outline.middle, outline.heading + turn))
 
     offer("block", "rectangle", lambda: block(views, fits["rectangle"], floor, fillet), wire=False)
-    offer("disc", "circle", lambda: disc(views, fits["circle"], rays, floor, fillet), wire=False)
+    offer("disc", "circle", lambda: disc(views, fits["circle"], floor, fillet), wire=False)
     offer("wire_circle", "circle", lambda: wire_circle(rays, floor, fillet), wire=True)
     offer("wire_triangle", "triangle", lambda: wire_triangle(views, fits["triangle"], floor, fillet), wire=True)
 
@@ -214,7 +214,9 @@ def _best(case: _Case, shape: str) -> Solid:
     family = max(case.top.evidence, key=lambda name: case.top.evidence[name])
     asked = [kind for kind in order if kind == shape]
     if shape == "auto":
-        asked = [kind for kind in order if FAMILY[kind] == family and case.evidence[kind] > most - RIVAL]
+        likely = [kind for kind in order if case.evidence[kind] > most - RIVAL]
+        # a membrane that resists bending spans a flat top as a saddle, and a small one then looks like a crest
+        asked = [k for k in likely if FAMILY[k] == family] + [k for k in likely if FAMILY[k] == "flat" != family]
     chosen: tuple[Kind, Mapping[str, Dimension]] | None = None
     for kind in asked:
         try:

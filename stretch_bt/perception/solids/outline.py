@@ -14,7 +14,17 @@ from stretch_bt.perception.solids.bend import CONVERGED, Bend, search_bend
 from stretch_bt.perception.solids.profile import profile_of
 from stretch_bt.perception.solids.views import View
 
-__all__ = ["Fitted", "Rays", "circle_outline", "outlines", "polygon_outline", "rays_of", "rectangle_outline"]
+__all__ = [
+    "RAYS",
+    "Fitted",
+    "Rays",
+    "circle_outline",
+    "nearest_views",
+    "outlines",
+    "polygon_outline",
+    "rays_of",
+    "rectangle_outline",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -53,9 +63,8 @@ def rays_of(views: list[View], middle: Array, reach: float, most_views: int = 3)
     IllConditioned
         Too few are seen.
     """
-    nearest = sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - middle))))[:most_views]
     places, directions, bends = [], [], []
-    for view in nearest:
+    for view in nearest_views(views, middle, most_views):
         for angle in np.linspace(0.0, 2 * np.pi, RAYS, endpoint=False):
             along = np.array([np.cos(angle), np.sin(angle)])
             profile = profile_of(view, middle, along, BAND, -FARTHEST / 2, FARTHEST + 20e-3)
@@ -71,6 +80,11 @@ def rays_of(views: list[View], middle: Array, reach: float, most_views: int = 3)
             f"the outline of the top shows along {len(places)} of {RAYS} directions only; press at the sides that no view shows"
         )
     return Rays(np.array(places), np.array(directions), bends)
+
+
+def nearest_views(views: list[View], middle: Array, most: int = 3) -> list[View]:
+    """Return the views whose hands stood nearest to a middle (2,), m."""
+    return sorted(views, key=lambda v: float(np.hypot(*(v.hand[:2] - middle))))[:most]
 
 
 def outlines(places: Array) -> list[Fitted]:

@@ -54,7 +54,8 @@ def left_off(verdicts: Iterable[Verdict]) -> list[LeftOff]:
     found: dict[tuple[str, float], list[tuple[float, str]]] = {}
     for v in verdicts:
         if not v.on and v.observable is not None and v.estimate and v.threshold:
-            found.setdefault((v.observable, v.threshold), []).append((v.estimate, v.name))
+            tolerance = v.threshold / registry()[v.name].worth
+            found.setdefault((v.observable, tolerance), []).append((v.estimate, v.name))
     told = []
     for (observable, limit), parts in found.items():
         names = tuple(name for _, name in sorted(parts, reverse=True))
@@ -101,7 +102,7 @@ def _verdict(effect: type[Effect], case: Case) -> Verdict:
 
 
 def _weightiest(effect: type[Effect], case: Case) -> tuple[str | None, float | None, float | None, str]:
-    """Return the observable in whose tolerance the effect is largest, its size there, the tolerance, and why."""
+    """Return the observable in whose tolerance the effect is largest, its size there, from where on it is called for, and why."""
     tolerance = case.scene.tolerance.named()
     sizes = list(effect.sizes(case, case.scene.parameters(effect)))
     told = [s for s in sizes if s.observable in tolerance]
@@ -114,4 +115,4 @@ def _weightiest(effect: type[Effect], case: Case) -> tuple[str | None, float | N
             f"changes {what}, for which the scene has no tolerance" if sizes else "changes nothing here",
         )
     most = max(told, key=lambda s: s.value / tolerance[s.observable])
-    return most.observable, most.value, tolerance[most.observable], most.why
+    return most.observable, most.value, tolerance[most.observable] * effect.worth, most.why

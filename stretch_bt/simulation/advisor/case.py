@@ -13,10 +13,10 @@ from stretch_bt.simulation.objects.base import Rough
 if TYPE_CHECKING:
     from stretch_bt.simulation.scene.file import Scene
 
-__all__ = ["DROP", "Case"]
+__all__ = ["DROP", "GAUGE", "Case"]
 
 _FOCAL, _DISTANCE = 476.0, 0.200  # of the SR305, pixels, and of the shipped cell, m
-_GAUGE, _WIDTH, _THICKNESS = 0.100, 0.090, 0.002
+GAUGE, _WIDTH, _THICKNESS = 0.100, 0.090, 0.002
 DENSITY = 1070.0
 DROP = 1.5e-3  # m, over which a stiffness is told
 
@@ -51,7 +51,7 @@ class Case:
     @property
     def strain(self) -> float:
         """Strain along the stretch at the lowest stretch, mounts included."""
-        return (self.stretch + self.scene.hand.mount_prestretch) / _GAUGE
+        return (self.stretch + self.scene.hand.mount_prestretch) / GAUGE
 
     @property
     def tension(self) -> float:
@@ -67,7 +67,7 @@ class Case:
         A disc of radius a that lifts it by d needs 2 pi T d / ln(L / 2 a) where all of its edge is held; half of that fits the
         sheet solver, whose sides are free, within a factor of 1.4 for points, spheres, ridges, faces and rings.
         """
-        return math.pi * self.tension * self.depth / math.log(_GAUGE / 2 / min(self.contact_radius, _GAUGE / 4))
+        return math.pi * self.tension * self.depth / math.log(GAUGE / 2 / min(self.contact_radius, GAUGE / 4))
 
     @property
     def membrane_stiffness(self) -> float:
@@ -113,4 +113,4 @@ class Case:
     @property
     def sag(self) -> float:
         """How far the membrane hangs at its middle at the lowest stretch, m: that of a string across its free width."""
-        return min(DENSITY * 9.81 * _THICKNESS * _GAUGE**2 / (8 * self.tension), 0.0068)
+        return min(DENSITY * 9.81 * _THICKNESS * GAUGE**2 / (8 * self.tension), 0.0068)

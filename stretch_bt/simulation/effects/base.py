@@ -71,6 +71,8 @@ class Effect(ABC):
     cost_ms: ClassVar[float]
     cost_per: ClassVar[str]
     Parameters: ClassVar[type[Parameters]] = Parameters
+    #: share of a tolerance from which it is called for
+    worth: ClassVar[float] = 1.0
     #: the effect without which it changes nothing
     needs: ClassVar[str | None] = None
 

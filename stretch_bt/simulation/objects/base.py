@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     from stretch_bt.simulation.membrane.indenters.base import Indenter
     from stretch_bt.simulation.membrane.indenters.several import Several
 
-__all__ = ["HertzForm", "Moved", "ObjectSpec", "Point", "Rough", "Specimen", "Standing"]
+__all__ = ["HertzForm", "Holds", "Moved", "ObjectSpec", "Point", "Rough", "Specimen", "Standing", "turned_aspect"]
+
+
+Holds = Literal["rim", "crest", "ridge", "dome", "point"]
 
 
 class _Model(BaseModel):
@@ -53,7 +56,9 @@ class Rough:
     """What the advisor needs to know of an object: the radius of its top, m, its stiffness, N/m, and its weight, N.
 
     `edge` is the smallest radius of curvature that the membrane meets, m; `loose` whether it can slide over the table; `face`
-    the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top.
+    the radius of the disc that its flat top, its ridge or its outline is as wide as, m, 0 for a round top. `holds` is by what it
+    holds a membrane up: the `rim` of a flat top or of a wire, a round `crest`, a sharp `ridge`, a `dome`, or a `point` on flanks of
+    slope `steep`. `aspect` is the extent of its top towards the clamps over that across, of a hand that is not turned.
     """
 
     radius: float
@@ -62,6 +67,15 @@ class Rough:
     edge: float = math.inf
     loose: bool = False
     face: float = 0.0
+    holds: Holds = "dome"
+    steep: float = math.inf
+    aspect: float = 1.0
+
+
+def turned_aspect(length: float, width: float, heading: float) -> float:
+    """Return the extent along y over that along x of a rectangle, its length, m, along x before it is turned by a heading, rad."""
+    c, s = abs(math.cos(heading)), abs(math.sin(heading))
+    return (length * s + width * c) / (length * c + width * s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, model_validator
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.simulation.objects.base import Rough
+from stretch_bt.simulation.objects.base import Rough, turned_aspect
 from stretch_bt.simulation.objects.solid import SolidSpec
 from stretch_bt.units import Length, Within
 
@@ -53,7 +53,9 @@ class BridgeObject(SolidSpec):
     def rough(self) -> Rough:
         """Return half its shorter side, its stiffness and the disc that has the area of its deck."""
         face = math.sqrt(self.length * self.width / math.pi)
-        return Rough(min(self.length, self.width) / 2, self.roughly, edge=self.edge, face=face)
+        aspect = turned_aspect(self.length, self.width, self.heading)
+        half = min(self.length, self.width) / 2
+        return Rough(half, self.roughly, edge=self.edge, face=face, holds="rim", aspect=aspect)
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and span, m, and its stiffness, N/m."""

@@ -52,7 +52,7 @@ class ConeObject(SolidSpec):
 
     def rough(self) -> Rough:
         """Return the radius of its tip, at least that to which the sheet lies on its flank, and its stiffness."""
-        return Rough(max(self.tip, _FLANK), self.roughly, edge=self.tip)
+        return Rough(max(self.tip, _FLANK), self.roughly, edge=self.tip, holds="point", steep=math.tan(self.angle))
 
     def known(self) -> dict[str, float]:
         """Return its height, m, and its stiffness, N/m."""

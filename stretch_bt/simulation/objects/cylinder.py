@@ -54,7 +54,7 @@ class CylinderObject(SolidSpec):
 
     def rough(self) -> Rough:
         """Return its radius and stiffness."""
-        return Rough(self.diameter / 2, self.roughly, edge=self.rim, face=self.diameter / 2)
+        return Rough(self.diameter / 2, self.roughly, edge=self.rim, face=self.diameter / 2, holds="rim")
 
     def known(self) -> dict[str, float]:
         """Return its radius, m, and its stiffness, N/m."""

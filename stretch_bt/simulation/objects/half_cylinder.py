@@ -54,7 +54,8 @@ class HalfCylinderObject(SolidSpec):
 
     def rough(self) -> Rough:
         """Return its radius, its stiffness and the disc that its crest is like."""
-        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=crest(self.length, self.diameter))
+        face = crest(self.length, self.diameter)
+        return Rough(self.diameter / 2, self.roughly, edge=self.edge, face=face, holds="crest")
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and radius, m, and its stiffness, N/m."""

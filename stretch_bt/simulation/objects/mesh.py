@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stretch_bt.simulation.objects.base import Rough
+from stretch_bt.simulation.objects.base import Holds, Rough
 from stretch_bt.simulation.objects.solid import SolidSpec
 from stretch_bt.units import Length, Within
 
@@ -70,7 +70,8 @@ class MeshObject(SolidSpec):
     def rough(self) -> Rough:
         """Return the radius of its top, or of the fillet where that is a point, and its stiffness."""
         body = self.body()
-        return Rough(body.tip_radius, self.roughly, edge=self.edge, face=body.flat)
+        holds: Holds = "rim" if body.tip_radius > self.edge else "ridge" if body.flat else "point"
+        return Rough(body.tip_radius, self.roughly, edge=self.edge, face=body.flat, holds=holds)
 
     def known(self) -> dict[str, float]:
         """Return its extent along x, y and z, m, and its stiffness, N/m."""

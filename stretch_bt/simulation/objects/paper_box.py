@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from stretch_bt.simulation.objects.base import Rough, turned_aspect
 from stretch_bt.simulation.objects.paper import PaperSpec, Walls
 from stretch_bt.simulation.objects.roof import RoofResponse
 from stretch_bt.units import Length, Within
@@ -66,6 +68,10 @@ class PaperBox(PaperSpec):
         from stretch_bt.simulation.membrane.indenters.box import Box
 
         return Box(self.length, self.width, edge=self.edge)
+
+    def rough(self) -> Rough:
+        """Return what is rough about paper, with its flat roof."""
+        return replace(super().rough(), holds="rim", aspect=turned_aspect(self.length, self.width, self.heading))
 
     def known(self) -> dict[str, float]:
         """Return its length, width and height, m."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.half_cylinder import crest
 from stretch_bt.simulation.objects.paper import PaperSpec, Walls
 from stretch_bt.simulation.objects.roof import RoofResponse
@@ -64,6 +66,10 @@ class PaperHalfCylinder(PaperSpec):
         from stretch_bt.simulation.membrane.indenters.half_cylinder import HalfCylinder
 
         return HalfCylinder(self.diameter, self.length, self.edge)
+
+    def rough(self) -> Rough:
+        """Return what is rough about paper, with its round crest."""
+        return replace(super().rough(), holds="crest")
 
     def known(self) -> dict[str, float]:
         """Return its length, width, height and radius, m."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from stretch_bt.simulation.objects.base import Rough
 from stretch_bt.simulation.objects.paper import PaperSpec, Walls
 from stretch_bt.simulation.objects.pyramid import blunt
 from stretch_bt.units import Length, Within
@@ -60,6 +62,10 @@ class PaperPyramid(PaperSpec):
         from stretch_bt.simulation.membrane.indenters.shapes import pyramid
 
         return pyramid(self.width, self.height, self.edge)
+
+    def rough(self) -> Rough:
+        """Return what is rough about paper, with the slope of its faces."""
+        return replace(super().rough(), holds="point", steep=2 * self.height / self.width)
 
     def known(self) -> dict[str, float]:
         """Return its width and height, m."""

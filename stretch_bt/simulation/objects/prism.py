@@ -49,7 +49,7 @@ class PrismObject(SolidSpec):
 
     def rough(self) -> Rough:
         """Return the radius and the length of its ridge, and its stiffness."""
-        return Rough(self.edge, self.roughly, edge=self.edge, face=self.length / 4)
+        return Rough(self.edge, self.roughly, edge=self.edge, face=self.length / 4, holds="ridge")
 
     def known(self) -> dict[str, float]:
         """Return its length, width and height, m, and its stiffness, N/m."""

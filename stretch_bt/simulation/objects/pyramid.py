@@ -48,7 +48,7 @@ class PyramidObject(SolidSpec):
 
     def rough(self) -> Rough:
         """Return the radius of its point and its stiffness."""
-        return Rough(self.edge, self.roughly, edge=self.edge)
+        return Rough(self.edge, self.roughly, edge=self.edge, holds="point", steep=2 * self.height / self.width)
 
     def known(self) -> dict[str, float]:
         """Return its width and height, m, and its stiffness, N/m."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -83,4 +84,4 @@ class SeveralObjects(ObjectSpec):
         """Return what is rough about the highest of them, with the smallest edge of all."""
         highest: Rough = max(self.objects, key=lambda thing: thing.top).rough()
         edge = min(thing.rough().edge for thing in self.objects)
-        return Rough(highest.radius, edge=edge, face=highest.face)
+        return replace(highest, stiffness=math.inf, weight=math.inf, edge=edge, loose=False)

@@ -49,4 +49,4 @@ class WireSpec(LooseSpec, ABC):
     def rough(self) -> Rough:
         """Return the radius of the wire, what it spans and what it weighs."""
         half = self.thickness / 2
-        return Rough(half, weight=self.own_weight, edge=half, loose=True, face=self.reach)
+        return Rough(half, weight=self.own_weight, edge=half, loose=True, face=self.reach, holds="rim")

@@ -202,6 +202,18 @@ def test_what_is_told_beside_what_was_felt_lies_on_the_object_or_just_beside_it(
     assert name != "domes" or not (known & middle).any(), "between them it hangs"
 
 
+@pytest.mark.parametrize(("inside", "spans"), [(0.6 * MM, True), (-0.6 * MM, True), (-3 * MM, False)])
+def test_a_membrane_that_spans_a_rim_about_as_high_tells_a_face_whatever_lifted_it_off(inside, spans):
+    relief = mapped(box, (0, 0, 0), (0, 0, np.pi / 2))
+    away = np.abs(relief.place(np.argwhere(relief.felt | True))).max(axis=1).reshape(relief.felt.shape)
+    drum = away < 15 * MM
+    relief.ceiling[drum] = 30 * MM + inside
+    lifted = replace(relief, hung=np.where(drum, 3.0, relief.hung))
+    assert not (lifted.felt & drum).any()
+    assert told(lifted)[drum].all() == spans
+    assert not spans or coverage(lifted) == pytest.approx(coverage(relief), abs=0.02)
+
+
 def test_a_cloud_gains_a_point_in_each_cell_that_is_told_and_loses_specks():
     relief = mapped(box, (0, 0, 0), (0, 0, np.pi / 2))
     cloud = cloud_of(np.array([[0.0, 0.0, 30.0], [0.0, 60.0, 28.0]]) * MM, 1e-4)

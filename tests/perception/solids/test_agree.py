@@ -117,13 +117,24 @@ def test_a_face_is_no_point():
     assert "felt above" in judged("point", changed(mapped("point"), there, TOPS["point"]))
 
 
-@pytest.mark.parametrize(("kind", "refused"), [("block", True), ("disc", True), ("half_cylinder", False)])
-def test_a_face_over_which_the_membrane_hangs_is_none(kind, refused):
+@pytest.mark.parametrize(
+    ("kind", "lift", "refused"),
+    [
+        ("block", 0.0, True),
+        ("disc", 0.0, True),
+        ("half_cylinder", 0.0, False),
+        ("block", 0.4, False),
+        ("disc", 0.4, False),
+    ],
+)
+def test_a_face_over_which_the_membrane_hangs_is_none_unless_its_edges_lift_it(kind, lift, refused):
     relief = mapped(kind)
     along, across = placed()
     there = np.hypot(along, across) < 9 * MM
     hung = changed(relief, there, relief.ceiling[there], weight=1.0, hung=3.0)
-    assert ("hung freely" in judged(kind, hung)) == refused
+    sizes = dimensions(kind)
+    known = {**sizes, "height": Dimension(sizes["height"].value, 0.2 * MM, {"membrane": -lift * MM})}
+    assert ("hung freely" in contradiction(kind, surface_of(kind), known, hung, MIDDLE, HEADING)) == refused
 
 
 def test_what_no_shape_explains_is_told_by_its_extents_unless_a_shape_is_taken_for_granted():

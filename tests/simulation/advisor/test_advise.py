@@ -74,7 +74,8 @@ def test_sizes_are_finite_and_in_the_unit_of_their_tolerance(scene, effect):
         assert math.isfinite(found.estimate)
         assert found.estimate >= 0
         assert found.unit == UNITS[found.observable]
-        assert found.threshold == SCENES[scene].tolerance.named()[found.observable]
+        tolerance = SCENES[scene].tolerance.named()[found.observable]
+        assert found.threshold == pytest.approx(registry()[effect].worth * tolerance)
 
 
 @pairs
@@ -89,7 +90,7 @@ def test_a_name_switches_on_and_off_whatever_the_size(scene, effect):
 
 @pairs
 def test_auto_goes_by_each_tolerance(scene, effect):
-    """Whatever an effect changes: it is on when that is more than is tolerated, and near the threshold there is a warning."""
+    """Whatever an effect changes: it is on when that is more than its share of the tolerance, and near that there is a warning."""
     needed = registry()[effect].needs
     choices = dict.fromkeys(registry(), "auto") | ({needed: "on"} if needed else {})
     left = SCENES[scene].with_(effects=type("Effects", (), choices))
@@ -99,7 +100,7 @@ def test_auto_goes_by_each_tolerance(scene, effect):
             assert not verdict(tolerating(left, observable, 1e-9), effect).on
             continue
         for part, on, near in ((0.99, True, True), (1.01, False, True), (0.32, True, False), (3.1, False, False)):
-            found = verdict(tolerating(left, observable, part * size), effect)
+            found = verdict(tolerating(left, observable, part * size / registry()[effect].worth), effect)
             assert (found.observable, found.estimate) == (observable, pytest.approx(size))
             assert (found.on, found.near) == (on, near)
 
