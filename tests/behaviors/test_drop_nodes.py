@@ -199,6 +199,18 @@ def test_no_press_within_the_limits_is_a_failure_with_its_reason() -> None:
     assert "no press within the limits" in plan.reason
 
 
+def test_where_none_is_harder_a_deflection_that_will_do_is_no_failure() -> None:
+    node = tracked([(d, top_of(d)) for d in (0.003, 0.005, 0.008)])
+    limits = {"radius": 0.03, "contact_height": 0.06, "drop": 0.003, "max_depth": 0.008, "max_stretch": 0.0}
+    plan = follow(node, "plan_press", **limits, least=0.0002)
+    assert plan.status is Status.SUCCESS, plan.reason
+    assert plan.sinks["hardest"].value is True
+    assert plan.sinks["depth"].value == pytest.approx(0.008)
+    short = follow(node, "plan_press", **limits, least=0.0025)
+    assert short.status is Status.FAILURE
+    assert "of 2.50 mm" in short.reason
+
+
 def test_the_next_look_presses_harder_until_the_stiffness_is_known() -> None:
     node = tracked([(d, top_of(d)) for d in (0.003, 0.005, 0.008)], power=1.0, power_sd=0.1)
     given_ = {"radius": 0.03, "contact_height": 0.06, "drop": 0.0015, "max_depth": 0.016, "max_stretch": 0.0}
