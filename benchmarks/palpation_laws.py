@@ -3,7 +3,8 @@
     python -m benchmarks.palpation_laws [--objects 40] [--tree palpate_stiffness] [--hand drawn] [--set NAME=VALUE ...] [--keep FILE]
 
 Each seed draws an object of a class: a spring, an elastic ball (Hertz, power 1.5), a gel (power 1.2 to 1.8, a tenth to a half harder to a
-sudden push, where the shipped pudding is 0.29 harder) or one of the four balloons, with its own size, height and stiffness, 0.15 to 1.2 N/mm at 1.5 mm. The twin runs at sheet fidelity with what the
+sudden push, where the shipped pudding is 0.29 harder) or one of the four balloons,
+with its own size, height and stiffness, 0.15 to 1.2 N/mm at 1.5 mm. The twin runs at sheet fidelity with what the
 shipped scenes of balloons switch on. `--hand` says what the force model knows of the twin's hand:
 
     shipped  the shipped model, which states what it assumes of any hand, and is not off in the twin

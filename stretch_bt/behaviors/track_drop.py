@@ -5,7 +5,7 @@ import math
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._membrane import FRAME_NOISE, Mounting, told_by_membrane
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import Fitted, Reading, of_press, reading_sd, readings_of, tell_again
+from stretch_bt.behaviors._readings import Fitted, Reading, of_one_kind, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.pressed.height import FORM_OFF
 from stretch_bt.tree.ports import In, Out, Status, port
@@ -97,7 +97,7 @@ class TrackDrop(ModelBehavior):
             return mechanics.fit_series(
                 self.force_model(),
                 Estimate(self.radius, self.radius_sd),
-                readings,
+                of_one_kind(readings),
                 top=top,
                 power=Estimate(self.power, self.power_sd),
                 stiffening=Estimate(self.stiffening, self.stiffening_sd),

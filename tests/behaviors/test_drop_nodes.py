@@ -1,13 +1,14 @@
 """The curve that readings of a top tell, which of them count, and what is planned from it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from stretch_bt.behaviors._readings import Reading, Touch, frames_at, readings_of, tell_again
+from stretch_bt.behaviors._readings import Reading, Touch, frames_at, of_one_kind, readings_of, tell_again
 from stretch_bt.model import ForceModel
 from stretch_bt.perception.types import CONTACT, UNDEFORMED
 from stretch_bt.run.context import RunContext
@@ -233,3 +234,15 @@ def test_frames_of_one_press_count_together() -> None:
         [(0.005, top_of(0.005)), (0.012, top_of(0.012)), (0.012, top_of(0.012))], frame_noise=3e-4, frames=16
     )
     assert frames_at(node.context, readings_of(node.context)[-1], 3e-4) == pytest.approx(32.0)
+
+
+@pytest.mark.parametrize(
+    ("alone", "kept"),
+    [("--", [0, 1, 2]), ("+--", [1, 2, 3]), ("++---", [2, 3, 4, 5]), ("+-", [0, 1, 2]), ("++", [0, 1, 2]), ("", [0])],
+)
+def test_touches_told_by_the_contact_alone_do_not_count_beside_two_told_by_the_membrane(
+    alone: str, kept: list[int]
+) -> None:
+    touches = [replace(touch(0.001), by_membrane=True, alone=sign == "+") for sign in alone]
+    readings = [Reading(0.0, 0.001, 0.06, 3e-5, one) for one in touches] + [Reading(0.0, 0.01, 0.059, 3e-5)]
+    assert of_one_kind(readings) == [readings[i] for i in kept]

@@ -127,7 +127,8 @@ def fit_series(
 
     Membrane and object carry the same force: F_model(stretch, h - hand) = F_object(top - h), the latter by `ObjectLaw`. Each reading's
     height h follows from that for the unknown top, compliance, power and stiffening, which Gauss-Newton finds with the weights
-    1 / (sd^2 + (drop dF/F / exponent)^2), dF the model's own sd; `power` and `stiffening` are priors. At each press the hand stands above or below where it was
+    1 / (sd^2 + (drop dF/F / exponent)^2), dF the model's own sd; `power` and `stiffening` are priors.
+    At each press the hand stands above or below where it was
     sent by an unknown of its own, whose prior is 0 with `robot_sd`: the depth that a camera on the hand sees is as it is, and the height told
     from it is off by that. A factor common to all forces leaves the drops as they are. Where readings scatter more than they say, all sds
     grow by the root of chi2.
