@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from stretch_bt.behaviors._membrane import FRAME_NOISE, height_of_top
+from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, height_of_top
 from stretch_bt.model import Series
 from stretch_bt.model.palpation.balance import presses_of
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
@@ -20,12 +20,14 @@ __all__ = [
     "fixed_part",
     "forget_object",
     "frames_at",
+    "of_one_kind",
     "of_press",
     "reading_sd",
     "readings_of",
     "tell_again",
 ]
 
+LEAST_TOUCHES = 2  # that tell where the top stands without a force
 FIXED = 3e-5  # m, of that what no averaging takes away
 
 
@@ -33,7 +35,8 @@ FIXED = 3e-5  # m, of that what no averaging takes away
 class Touch:
     """A first touch: points (h, w, 3), m, membrane frame, valid and labels (h, w); frames averaged.
 
-    `curvature`, 1/m, is what its height was told with, `by_membrane` whether by the whole membrane.
+    `curvature`, 1/m, is what its height was told with, `by_membrane` whether the whole membrane was asked; `alone` is true where the
+    contact alone told it all the same.
     """
 
     points: FloatArray
@@ -42,6 +45,7 @@ class Touch:
     frames: int
     curvature: float | None = None
     by_membrane: bool = False
+    alone: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,12 +99,22 @@ def tell_again(context: Context, curvature: Estimate, *, by_membrane: bool) -> N
     for i, reading in enumerate(readings):
         touch = reading.touch
         if touch is not None and (touch.curvature, touch.by_membrane) != (curvature.value, by_membrane):
-            told = replace(touch, curvature=curvature.value, by_membrane=by_membrane)
             top, noise = height_of_top(
                 context, touch.points, touch.valid, touch.labels, reading.stretch, curvature, by_membrane=by_membrane
             )
             sd = reading_sd(top.sd, touch.frames, noise)
+            alone = by_membrane and noise != MEMBRANE_NOISE
+            told = replace(touch, curvature=curvature.value, by_membrane=by_membrane, alone=alone)
             readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, sd, told)
+
+
+def of_one_kind(readings: list[Reading]) -> list[Reading]:
+    """Return the readings without first touches that the contact alone told where at least two others were told by the whole membrane.
+
+    The two kinds differ by some tenths of a millimetre over a top that flattens, which would be a part of the deflection.
+    """
+    kept = [reading for reading in readings if reading.touch is None or not reading.touch.alone]
+    return kept if sum(reading.touch is not None for reading in kept) >= LEAST_TOUCHES else readings
 
 
 def of_press(readings: list[Reading], latest: Reading) -> list[Reading]:

@@ -17,9 +17,10 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
 from stretch_bt.perception.pattern import HANG
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
+from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Estimate, Force, Length, Speed
+from stretch_bt.units import Estimate, Force, Length, Speed, Time
 
 MAX_AGE = 0.2
 FALSE_ALARMS = 1e-6  # per frame: a descent takes hundreds
@@ -62,6 +63,9 @@ class Approach(MotionBehavior):
     feel_step: In[Length] = port(0.001, min=0.0003, max=0.005, doc="between readings past the first touch")
     readings: In[int] = port(5, min=2, max=20, doc="depths at which to read the height")
     average: In[int] = port(24, min=1, max=64, doc="frames to average at each")
+    settle: In[Time] = port(
+        0.0, min=0.0, max=60.0, doc="wait at each depth before it is read: a gel gives way for seconds"
+    )
     hang: In[Length] = port(
         HANG.value, min=0.0, max=0.02, doc="of the free membrane in its middle, as far as something knows it"
     )
@@ -174,7 +178,19 @@ class Approach(MotionBehavior):
         return Status.RUNNING
 
     def _look(self) -> None:
-        """Begin to collect frames where the hand now stands."""
+        """Let the object settle where the hand now stands, then collect frames."""
+        self.rested = Countdown(self.context, self.settle)
+        self.phase = self._settle
+        if self.settle == 0:
+            self._collect()
+
+    def _settle(self) -> Status:
+        self.reason = "letting the object settle"
+        if self.rested.over:
+            self._collect()
+        return Status.RUNNING
+
+    def _collect(self) -> None:
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.frames = []
         self.phase = self._feel

@@ -5,7 +5,7 @@ import math
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._membrane import FRAME_NOISE, Mounting, told_by_membrane
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import Fitted, Reading, of_press, reading_sd, readings_of, tell_again
+from stretch_bt.behaviors._readings import Fitted, Reading, of_one_kind, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.pressed.height import FORM_OFF
 from stretch_bt.tree.ports import In, Out, Status, port
@@ -52,6 +52,10 @@ class TrackDrop(ModelBehavior):
         mechanics.POWER.value, min=0.5, max=4.0, doc="of its drop by which the object's force grows, before any reading"
     )
     power_sd: In[float] = port(mechanics.POWER.sd, min=1e-3, max=2.0, doc="standard deviation of power")
+    stiffening: In[float] = port(
+        mechanics.STIFFENING.value, min=-1.0, max=2.0, doc="growth of power per millimetre of drop, before any reading"
+    )
+    stiffening_sd: In[float] = port(mechanics.STIFFENING.sd, min=1e-4, max=2.0, doc="standard deviation of stiffening")
     robot_sd: In[Length] = port(
         mechanics.ROBOT, min=0.0, max=0.001, doc="by which the hand stands off where it is sent"
     )
@@ -93,9 +97,10 @@ class TrackDrop(ModelBehavior):
             return mechanics.fit_series(
                 self.force_model(),
                 Estimate(self.radius, self.radius_sd),
-                readings,
+                of_one_kind(readings),
                 top=top,
                 power=Estimate(self.power, self.power_sd),
+                stiffening=Estimate(self.stiffening, self.stiffening_sd),
                 robot_sd=self.robot_sd,
                 common_sd=math.hypot(
                     pattern.hang_sd if pattern is not None else 0.0,

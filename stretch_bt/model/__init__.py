@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from stretch_bt.model.palpation.planning import next_press as next_press
     from stretch_bt.model.palpation.series import POWER as POWER
     from stretch_bt.model.palpation.series import ROBOT as ROBOT
+    from stretch_bt.model.palpation.series import STIFFENING as STIFFENING
     from stretch_bt.model.palpation.series import Series as Series
     from stretch_bt.model.palpation.series import TopReading as TopReading
     from stretch_bt.model.palpation.series import fit_series as fit_series
@@ -49,6 +50,7 @@ _HOMES = {
     "Limits": "palpation.planning",
     "Looks": "palpation.active",
     "POWER": "palpation.series",
+    "STIFFENING": "palpation.series",
     "ROBOT": "palpation.series",
     "Series": "palpation.series",
     "StretchState": "force.calibrated",

@@ -1,13 +1,14 @@
 """The curve that readings of a top tell, which of them count, and what is planned from it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from stretch_bt.behaviors._readings import Reading, Touch, frames_at, readings_of, tell_again
+from stretch_bt.behaviors._readings import Reading, Touch, frames_at, of_one_kind, readings_of, tell_again
 from stretch_bt.model import ForceModel
 from stretch_bt.perception.types import CONTACT, UNDEFORMED
 from stretch_bt.run.context import RunContext
@@ -199,6 +200,18 @@ def test_no_press_within_the_limits_is_a_failure_with_its_reason() -> None:
     assert "no press within the limits" in plan.reason
 
 
+def test_where_none_is_harder_a_deflection_that_will_do_is_no_failure() -> None:
+    node = tracked([(d, top_of(d)) for d in (0.003, 0.005, 0.008)])
+    limits = {"radius": 0.03, "contact_height": 0.06, "drop": 0.003, "max_depth": 0.008, "max_stretch": 0.0}
+    plan = follow(node, "plan_press", **limits, least=0.0002)
+    assert plan.status is Status.SUCCESS, plan.reason
+    assert plan.sinks["hardest"].value is True
+    assert plan.sinks["depth"].value == pytest.approx(0.008)
+    short = follow(node, "plan_press", **limits, least=0.0025)
+    assert short.status is Status.FAILURE
+    assert "of 2.50 mm" in short.reason
+
+
 def test_the_next_look_presses_harder_until_the_stiffness_is_known() -> None:
     node = tracked([(d, top_of(d)) for d in (0.003, 0.005, 0.008)], power=1.0, power_sd=0.1)
     given_ = {"radius": 0.03, "contact_height": 0.06, "drop": 0.0015, "max_depth": 0.016, "max_stretch": 0.0}
@@ -221,3 +234,15 @@ def test_frames_of_one_press_count_together() -> None:
         [(0.005, top_of(0.005)), (0.012, top_of(0.012)), (0.012, top_of(0.012))], frame_noise=3e-4, frames=16
     )
     assert frames_at(node.context, readings_of(node.context)[-1], 3e-4) == pytest.approx(32.0)
+
+
+@pytest.mark.parametrize(
+    ("alone", "kept"),
+    [("--", [0, 1, 2]), ("+--", [1, 2, 3]), ("++---", [2, 3, 4, 5]), ("+-", [0, 1, 2]), ("++", [0, 1, 2]), ("", [0])],
+)
+def test_touches_told_by_the_contact_alone_do_not_count_beside_two_told_by_the_membrane(
+    alone: str, kept: list[int]
+) -> None:
+    touches = [replace(touch(0.001), by_membrane=True, alone=sign == "+") for sign in alone]
+    readings = [Reading(0.0, 0.001, 0.06, 3e-5, one) for one in touches] + [Reading(0.0, 0.01, 0.059, 3e-5)]
+    assert of_one_kind(readings) == [readings[i] for i in kept]

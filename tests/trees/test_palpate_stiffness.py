@@ -1,5 +1,6 @@
 """palpate_stiffness in the twin, against what the scene knows at the instant of the answer."""
 
+import re
 from itertools import pairwise
 
 import pytest
@@ -60,6 +61,23 @@ def test_all_noise_of_the_bench_camera_is_borne(run, tmp_path, seed):
     assert result.outputs["deflection"]["value"] >= 1.5
 
 
+SPRING = """format: stretch-scene/1
+object: {type: soft_sphere, diameter: 60 mm, stiffness: 0.2 N/mm, power: 1}
+tolerance: {stiffness: 5 %, height: 0.3 mm}
+effects: {white_noise: on, correlated_noise: on, fixed_pattern: on, drift: on, quantisation: on, dropout: on, flying_pixels: on}
+"""
+
+
+def test_a_soft_spring_is_pressed_until_the_readings_tell_that_it_is_one(run, tmp_path):
+    """The prior of the power is not of springs: three touches and a press to 1.5 mm read it a tenth soft."""
+    scene = tmp_path / "spring.yaml"
+    scene.write_text(SPRING, encoding="utf-8")
+    result = run("palpate_stiffness", scene=scene, seed=1, params={"model": "membrane"})
+    assert result.status == "SUCCESS", result.reason
+    assert result.outputs["stiffness"]["value"] == pytest.approx(0.2, rel=0.05)
+    assert result.outputs["deflection"]["value"] > 2.7
+
+
 RIGID = """format: stretch-scene/1
 object: {type: sphere, diameter: 60 mm, rigid: true}
 fidelity: hertz
@@ -73,7 +91,7 @@ def test_an_object_that_does_not_deform_is_refused_with_the_least_that_its_stiff
     result = run("palpate_stiffness", scene=scene, params={"max_force": 3.0})
     assert result.status == "FAILURE"
     assert "too little to tell; its stiffness is above about" in result.reason
-    assert result.outputs["force"]["value"] > 1.0, "it was pressed before it was refused"
+    assert float(re.search(r"under (\S+) N", result.reason)[1]) > 1.0, "it was pressed before it was refused"
 
 
 def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_falls(run, pressed):

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.model.force.local import Pressed
+from stretch_bt.model.palpation.balance import LAW
 from stretch_bt.model.palpation.planning import (
     MARGIN,
     Limits,
@@ -109,7 +110,7 @@ def next_look(
 ) -> Choice | None:
     """Return the look that takes most off the variance of the stiffness per second, or None where none takes off enough.
 
-    Force over drop has the relative variance r C r' + f^2, C the fit's covariance of q = (top, compliance, power), r the derivative of
+    Force over drop has the relative variance r C r' + f^2, C the fit's covariance of q = (top, compliance, power, stiffening), r the derivative of
     its logarithm by q, and f what the force model and the radius are off by, which no look changes. A look at a press whose height
     changes with q by a, and which is off by s, leaves C - C a' a C / (s^2 + a C a'). To choose from are the present press and, at each
     stretch from it on, forces from three standard deviations above the last one's to where the fit is still trusted. What the hand's
@@ -165,9 +166,8 @@ def _untold(plan: Plan, last: Pressed, costs: Costs, counts: Sequence[int]) -> C
 
 
 def _of_logarithm(fit: Series, drop: float) -> Array:
-    """Return the derivative (3,) of the logarithm of the force at a drop by top, compliance and power."""
-    compliance, power = fit.compliance.value, fit.power.value
-    return np.array([0.0, -power / compliance, math.log(drop / compliance)])
+    """Return the derivative (4,) of the logarithm of the force at a drop by top, compliance, power and stiffening."""
+    return np.array([0.0, *fit.law.log_force(drop)[1]])
 
 
 def _presses(
@@ -186,7 +186,7 @@ def _presses(
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """A press: how its height (3,) and the logarithm of force over drop there (3,) change with q, and what all looks are off by, m."""
+    """A press: how its height (4,) and the logarithm of force over drop there (4,) change with q, and what all looks are off by, m."""
 
     plan: Plan | None
     row: Array
@@ -196,13 +196,12 @@ class _View:
 
 def _view(model: ForceModel, radius: float, fit: Series, last: Pressed, plan: Plan | None, looks: Looks) -> _View:
     stretch, hand, force = (plan.stretch, plan.hand, plan.force) if plan else (last.stretch, last.hand, fit.force.value)
-    compliance, power, share = fit.compliance.value, fit.power.value, force / fit.reference
-    grown = share ** (1 / power)
-    drop = compliance * grown
+    drops, exponents, by_law = fit.law.deflection(np.log(np.array([force / fit.reference])))
+    drop, power = float(drops[0]), float(exponents[0])
     slope, model_sd = _slope(model, radius, stretch, fit.top.value - drop - hand)
     steep = drop * slope / (force * power)
-    row = np.array([1.0, -grown, drop * math.log(share) / power**2]) / (1 + steep)
-    secant = slope / force * row - (np.array([1.0, 0.0, 0.0]) - row) / drop
+    row = np.array([1.0, *-by_law[0]]) / (1 + steep)
+    secant = slope / force * row - (np.eye(LAW)[0] - row) / drop
     gain = steep / (1 + steep)  # of the top's height by the hand's: what is seen is the one less the other
     by_model = drop * model_sd / force / power * (1 - gain)
     return _View(plan, row, secant, math.hypot(looks.fixed, looks.robot * (1 - gain), by_model))

@@ -9,9 +9,10 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.force.local import LocalForces, Pressed
+from stretch_bt.model.palpation.law import MM, SOFTEST, ObjectLaw
 from stretch_bt.units import Estimate
 
-__all__ = ["FLATTEST", "SAME", "STEEPEST", "Balance", "presses_of"]
+__all__ = ["FLATTEST", "LAW", "SAME", "STEEPEST", "Balance", "presses_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -20,6 +21,8 @@ SAME = 2e-4  # m, within which two readings are of one press: the hand is held b
 STANDS = 1e-9  # m, below which a hand that stands off where it was sent makes no difference
 ROUNDS = 40
 SETTLED = 1e-12  # m
+LAW = 4  # how many of q are of top and law
+PURE = [2, 3]  # of them without a unit: power and stiffening
 LEFT = 0.1  # standard deviations by which an answer may still be on its way
 
 
@@ -34,16 +37,22 @@ def presses_of(readings: Sequence[Pressed]) -> npt.NDArray[np.int64]:
 
 
 class Balance:
-    """The fit over q = (top, compliance, power, and by how much the hand stands above where it was sent at each press).
+    """The fit over q = (top, compliance, power, stiffening, and by how much the hand stands above where it was sent at each press).
 
     What a reading gives is a depth of the membrane below the hand, and so the height of the top only as far as the hand's is known:
     the height told is that of the force balance less what the hand stands off.
     """
 
     def __init__(
-        self, forces: LocalForces, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, robot: float
+        self,
+        forces: LocalForces,
+        readings: Sequence[Pressed],
+        top: Estimate | None,
+        power: Estimate,
+        stiffening: Estimate,
+        robot: float,
     ) -> None:
-        self.forces, self.power, self.top, self.robot = forces, power, top, robot
+        self.forces, self.power, self.stiffening, self.top, self.robot = forces, power, stiffening, top, robot
         self.hand, self.height, self.sd = (
             np.array([getattr(r, n) for r in readings]) for n in ("hand", "height", "sd")
         )
@@ -60,7 +69,7 @@ class Balance:
             self.weighted_sd = self._weights(height, rows)
             before, self.q = self.q, self._stepped(*self._stacked(height, rows))
             step = self.q - before
-            if np.abs(np.delete(step, 2)).sum() < SETTLED and abs(step[2]) < 1e-9:
+            if np.abs(np.delete(step, PURE)).sum() < SETTLED and np.abs(step[PURE]).sum() < 1e-9:
                 break
         design, left = self._stacked(*self.curve(self.q))
         free = len(left) - len(self.q)
@@ -89,52 +98,53 @@ class Balance:
         return self._off(self.q)
 
     def _off(self, q: Array) -> Array:
-        return np.asarray(self.of_press @ q[3:])
+        return np.asarray(self.of_press @ q[LAW:])
 
     def curve(self, q: Array) -> tuple[Array, Array]:
-        """Return the height of the top at each reading (n,), m, and its derivatives by q (n, 3 + presses)."""
-        top, compliance, power = q[0] + self.level, q[1], q[2]
+        """Return the height of the top at each reading (n,), m, and its derivatives by q (n, 4 + presses)."""
+        top, law = q[0] + self.level, ObjectLaw(*q[1:LAW])
         hand = self.hand + self._off(q)
         height = self.height.copy()
         for _ in range(ROUNDS):
-            drop, slope = self._drop(height - hand, compliance, power)
+            drop, slope, _ = self._drop(height - hand, law)
             step = (top - drop - height) / (1 + slope)
             height = height + step
             if np.max(np.abs(step)) < SETTLED:
                 break
-        drop, slope = self._drop(height - hand, compliance, power)
-        share = self.forces.at(height - hand)[0] / self.forces.force[-1]
-        grown = share ** (1 / power)
-        bend = compliance * grown * np.log(np.maximum(share, 1e-300)) / power**2
-        rows = np.stack([np.ones_like(grown), -grown, np.where(share > 0, bend, 0.0)], axis=1)
-        return height, np.hstack([rows, slope[:, None] * self.of_press]) / (1 + slope)[:, None]
+        _, slope, by_law = self._drop(height - hand, law)
+        rows = np.hstack([np.ones((len(height), 1)), -by_law, slope[:, None] * self.of_press])
+        return height, rows / (1 + slope)[:, None]
 
     def depths(self, rows: Array) -> Array:
-        """Return the derivatives by q of the membrane's depths, and of the heights told (n, 3 + presses), from those of the heights."""
-        return rows - np.pad(self.of_press, ((0, 0), (3, 0)))
+        """Return the derivatives by q of the membrane's depths, and of the heights told (n, 4 + presses), from those of the heights."""
+        return rows - np.pad(self.of_press, ((0, 0), (LAW, 0)))
 
     def sd_along(self, row: Array) -> float:
         """Return the standard deviation of what changes with q like this."""
         return float(np.sqrt(row @ self.covariance @ row))
 
-    def _drop(self, depth: Array, compliance: float, power: float) -> tuple[Array, Array]:
-        """Return the object's drop under the force at each depth, and its derivative."""
+    def _drop(self, depth: Array, law: ObjectLaw) -> tuple[Array, Array, Array]:
+        """Return the object's drop under the force at each depth (n,), its derivative by depth, and those by the law (n, 3)."""
         force, slope = self.forces.at(depth)
-        grown = compliance * (force / self.forces.force[-1]) ** (1 / power)
-        return grown, np.where(force > 0, grown * slope / (np.maximum(force, 1e-300) * power), 0.0)
+        pressed = force > 0
+        share = np.where(pressed, np.maximum(force, 1e-300), self.forces.force[-1]) / self.forces.force[-1]
+        drop, exponent, rows = law.deflection(np.log(share))
+        steep = drop * slope / (np.maximum(force, 1e-300) * exponent)
+        return np.where(pressed, drop, 0.0), np.where(pressed, steep, 0.0), np.where(pressed[:, None], rows, 0.0)
 
     def _weights(self, height: Array, rows: Array) -> Array:
         """Return the sd of each reading beside the curve, with that of the model's forces."""
         drop = np.abs(self.q[0] + self.level - height)
-        sd: Array = np.hypot(self.sd, drop * self.forces.relative_sd / self.q[2] * rows[:, 0])
+        exponent = np.maximum(self.q[2] + self.q[3] * drop / MM, 0.1 * self.q[2])
+        sd: Array = np.hypot(self.sd, drop * self.forces.relative_sd / exponent * rows[:, 0])
         return sd
 
     def _stacked(self, height: Array, rows: Array) -> tuple[Array, Array]:
         """Return the weighted design and what is left over, the priors of power, top and the hand's places among them."""
-        priors = [(2, self.power.value, self.power.sd)]
+        priors = [(k, prior.value, prior.sd) for k, prior in zip(PURE, (self.power, self.stiffening), strict=True)]
         if self.top is not None:
             priors.append((0, self.top.value - self.level, self.top.sd))
-        priors += [(k, 0.0, self.robot) for k in range(3, len(self.q))]
+        priors += [(k, 0.0, self.robot) for k in range(LAW, len(self.q))]
         at, values, sds = (np.array(column) for column in zip(*priors, strict=True))
         design = np.vstack([self.depths(rows) / self.weighted_sd[:, None], np.eye(len(self.q))[at] / sds[:, None]])
         left = (self.height + self.off - height) / self.weighted_sd
@@ -149,11 +159,14 @@ class Balance:
             design = np.vstack([design, [1 / self.top.sd, 0.0]])
             values = np.append(values, (self.top.value - self.level) / self.top.sd)
         found, *_ = np.linalg.lstsq(design, values, rcond=None)
-        return self._held(np.array([*found, self.power.value, *np.zeros(self.of_press.shape[1])]))
+        return self._held(np.array([*found, self.power.value, 0.0, *np.zeros(self.of_press.shape[1])]))
 
     def _held(self, q: Array) -> Array:
         """Keep the compliance above where membrane and object would run away."""
         share = self.forces.force / self.forces.force[-1]
         steep = np.max(share ** (1 / q[2]) * self.forces.power / self.forces.depth)
         least = -0.3 * q[2] / steep if np.isfinite(steep) and steep > 0 else 0.0
-        return np.array([q[0], max(q[1], least), *q[2:]])
+        compliance = max(q[1], least)
+        softest = SOFTEST * q[2] / (abs(compliance) / MM + 1e-9)
+        stiffening = max(q[3], softest) if compliance > 0 else min(q[3], -softest)
+        return np.array([q[0], compliance, q[2], stiffening, *q[LAW:]])

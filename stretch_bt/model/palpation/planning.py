@@ -56,13 +56,23 @@ class Plan:
     drop: float
 
 
-def next_press(model: ForceModel, radius: float, fit: Series, last: Pressed, drop: float, limits: Limits) -> Plan:
+def next_press(
+    model: ForceModel,
+    radius: float,
+    fit: Series,
+    last: Pressed,
+    drop: float,
+    limits: Limits,
+    *,
+    needed: float | None = None,
+) -> Plan:
     """Return the press at which the fit says that the object's drop, m, will be passed, or the nearest that is allowed.
 
     The force aimed at is the least whose drop exceeds the wanted one by half a standard deviation of the fit there; it stays
     below that at which the object, if softer by two standard deviations, would drop twice as far, and above the last force by three
     standard deviations of what the force may be off. The present stretch is kept while that force is within reach; else the least further
-    stretch, in whole steps, is taken at which it is, or failing that the hardest press there is.
+    stretch, in whole steps, is taken at which it is, or failing that the hardest press there is. `needed`, m, is the deflection that is
+    asked for at least, which the error names.
 
     Raises
     ------
@@ -80,7 +90,7 @@ def next_press(model: ForceModel, radius: float, fit: Series, last: Pressed, dro
         raise IllConditioned(
             f"no press within the limits of depth, force and stretch is harder than this one; {fit.too_little()}"
             if fit.drop.value <= MARGIN * fit.drop.sd
-            else f"the object gave way by {fit.drop.value * 1e3:.2f} mm of {drop * 1e3:.2f} mm under {fit.force.value:.2f} N, which is "
+            else f"the object gave way by {fit.drop.value * 1e3:.2f} mm of {(needed or drop) * 1e3:.2f} mm under {fit.force.value:.2f} N, which is "
             f"{format_quantity(fit.force.value / fit.drop.value, KINDS['Stiffness'])}, and "
             "no press within the limits of depth, force and stretch is harder; raise one of them, or ask for a smaller drop"
         )

@@ -12,15 +12,18 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.force.force_model import ForceModel
 from stretch_bt.model.force.local import Pressed, local_forces
-from stretch_bt.model.palpation.balance import FLATTEST, STEEPEST, Balance, presses_of
+from stretch_bt.model.palpation.balance import FLATTEST, LAW, STEEPEST, Balance, presses_of
+from stretch_bt.model.palpation.law import ObjectLaw
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
-__all__ = ["POWER", "Series", "TopReading", "fit_series"]
+__all__ = ["POWER", "STIFFENING", "Series", "TopReading", "fit_series"]
 
 Array = npt.NDArray[np.float64]
 
-#: of its drop by which an object's force grows: filled balloons 1.27 to 1.5 from 0.3 to 1.6 mm, an elastic ball 1.5, a spring 1
-POWER = Estimate(1.4, 0.12)
+#: exponent of an object's force law at slight deflections: a spring 1, filled balloons 1.17 to 1.25, an elastic ball 1.5
+POWER = Estimate(1.3, 0.3)
+#: by which the exponent grows with each millimetre: filled balloons 0.1 to 0.2, springs and elastic balls 0
+STIFFENING = Estimate(0.03, 0.06)
 ROBOT = 5e-5  # m, by which the hand stands off where it was sent, from press to press
 SIGNIFICANT = 3.0  # standard deviations by which a drop must exceed 0 to carry a stiffness
 
@@ -37,7 +40,7 @@ class TopReading:
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """What the readings say of the object: F = F_ref (drop / compliance)^power, and where the last press stands on that.
+    """What the readings say of the object: its law (`ObjectLaw`), and where the last press stands on that.
 
     `top` is the height of the undeformed top, `height` that of the top at the last press, `drop` the one less the other;
     `force` is that on the object at the last press, by the force model; its sd holds those of the model, the radius and all heights alike.
@@ -54,7 +57,13 @@ class Series:
     compliance: Estimate  # drop at the force of the last reading, m
     reference: float  # that force, N
     force_sd: float  # of force, as a part of it, from the model, the radius and what all heights share
-    covariance: Array  # (3, 3) of top, compliance and power
+    stiffening: Estimate  # by which the power grows with each millimetre of drop
+    covariance: Array  # (4, 4) of top, compliance, power and stiffening
+
+    @property
+    def law(self) -> ObjectLaw:
+        """The object's force law, whose reference is the force of the last reading."""
+        return ObjectLaw(self.compliance.value, self.power.value, self.stiffening.value)
 
     def stiffness(self) -> Estimate:
         """Return force over drop at the last press, N/m.
@@ -77,18 +86,16 @@ class Series:
         if not (math.isfinite(drop) and drop > 0):
             raise InvalidInput(f"drop must be finite and above 0 m, not {drop}")
         self._require_drop()
-        share, power = drop / self.compliance.value, self.power.value
-        force = self.reference * share**power
-        row = np.array([0.0, -power / self.compliance.value, math.log(share)])
+        logarithm, by_law = self.law.log_force(drop)
+        force = self.reference * math.exp(logarithm)
+        row = np.array([0.0, *by_law])
         return Estimate(force, force * math.sqrt(float(row @ self.covariance @ row)))
 
     def drop_at(self, force: float) -> Estimate:
         """Return the drop, m, at a force, N, with the sd of the readings; also where it is not above zero yet."""
-        share, power = force / self.reference, self.power.value
-        row = np.array(
-            [0.0, share ** (1 / power), -self.compliance.value * share ** (1 / power) * math.log(share) / power**2]
-        )
-        return Estimate(self.compliance.value * float(row[1]), math.sqrt(float(row @ self.covariance @ row)))
+        drops, _, by_law = self.law.deflection(np.log(np.array([force / self.reference])))
+        row = np.array([0.0, *by_law[0]])
+        return Estimate(float(drops[0]), math.sqrt(float(row @ self.covariance @ row)))
 
     def _require_drop(self) -> None:
         if self.drop.value <= SIGNIFICANT * self.drop.sd or self.compliance.value <= 0:
@@ -112,14 +119,16 @@ def fit_series(
     *,
     top: Estimate | None = None,
     power: Estimate = POWER,
+    stiffening: Estimate = STIFFENING,
     robot_sd: float = ROBOT,
     common_sd: float = 0.0,
 ) -> Series:
     """Fit the object's curve of force over drop to readings of its top; the last one is that of the present press.
 
-    Membrane and object carry the same force: F_model(stretch, h - hand) = F_ref ((top - h) / compliance)^power. Each reading's
-    height h follows from that for the unknown top, compliance and power, which Gauss-Newton finds with the weights
-    1 / (sd^2 + (drop dF/F / power)^2), dF the model's own sd; `power` is a prior. At each press the hand stands above or below where it was
+    Membrane and object carry the same force: F_model(stretch, h - hand) = F_object(top - h), the latter by `ObjectLaw`. Each reading's
+    height h follows from that for the unknown top, compliance, power and stiffening, which Gauss-Newton finds with the weights
+    1 / (sd^2 + (drop dF/F / exponent)^2), dF the model's own sd; `power` and `stiffening` are priors.
+    At each press the hand stands above or below where it was
     sent by an unknown of its own, whose prior is 0 with `robot_sd`: the depth that a camera on the hand sees is as it is, and the height told
     from it is off by that. A factor common to all forces leaves the drops as they are. Where readings scatter more than they say, all sds
     grow by the root of chi2.
@@ -145,10 +154,10 @@ def fit_series(
     InvalidInput
         A number is not finite or has the wrong sign, or a reading lies outside the model's range.
     """
-    _check(radius, readings, top, power, robot_sd=robot_sd, common_sd=common_sd)
+    _check(radius, readings, top, power, stiffening, robot_sd=robot_sd, common_sd=common_sd)
     forces = local_forces(model, radius.value, readings)
     _enough(forces.force, readings, top)
-    fit = Balance(forces, readings, top, power, robot_sd)
+    fit = Balance(forces, readings, top, power, stiffening, robot_sd)
     fit.solve()
     return _concluded(model, radius, readings[-1], fit, common_sd)
 
@@ -186,7 +195,8 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
         compliance=Estimate(float(fit.q[1]), math.sqrt(fit.covariance[1, 1])),
         reference=float(fit.forces.force[-1]),
         force_sd=force_sd,
-        covariance=fit.covariance[:3, :3],
+        stiffening=Estimate(float(fit.q[3]), math.sqrt(fit.covariance[3, 3])),
+        covariance=fit.covariance[:LAW, :LAW],
     )
 
 
@@ -197,7 +207,14 @@ def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> 
         )
 
 
-def _check(radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, power: Estimate, **sds: float) -> None:
+def _check(
+    radius: Estimate,
+    readings: Sequence[Pressed],
+    top: Estimate | None,
+    power: Estimate,
+    stiffening: Estimate,
+    **sds: float,
+) -> None:
     if not (math.isfinite(radius.value) and radius.value > 0 and math.isfinite(radius.sd) and radius.sd >= 0):
         raise InvalidInput(f"radius must be finite and above 0 m, with a standard deviation of 0 or more, not {radius}")
     if not readings:
@@ -209,6 +226,8 @@ def _check(radius: Estimate, readings: Sequence[Pressed], top: Estimate | None, 
         raise InvalidInput(f"top must be finite with a standard deviation above 0 m, not {top}")
     if not (math.isfinite(power.sd) and power.sd > 0 and FLATTEST <= power.value <= STEEPEST):
         raise InvalidInput(f"power must lie within {FLATTEST} to {STEEPEST} with an sd above 0, not {power}")
+    if not (math.isfinite(stiffening.value) and math.isfinite(stiffening.sd) and stiffening.sd > 0):
+        raise InvalidInput(f"stiffening must be finite with a standard deviation above 0, not {stiffening}")
     for name, sd in sds.items():
         if not (math.isfinite(sd) and sd >= 0):
             raise InvalidInput(f"{name} must be finite and at least 0 m, not {sd}")

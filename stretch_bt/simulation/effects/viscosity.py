@@ -11,6 +11,7 @@ from stretch_bt.simulation.effects.base import Parameters, Size
 from stretch_bt.simulation.objects.balloon import SECANT_DROP, BalloonObject
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.objects.response import Response
+from stretch_bt.simulation.objects.soft_sphere import SoftSphereObject
 
 __all__ = ["Viscosity"]
 
@@ -28,8 +29,8 @@ class Viscosity(FillEffect):
     def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
         """Yield what is left of the sudden part, over the relaxed force, after a press at even speed and the hold."""
         spec = case.scene.object
-        gel = spec.gel() if isinstance(spec, BalloonObject) else None
-        if not isinstance(spec, BalloonObject) or gel is None:
+        gel = spec.gel() if isinstance(spec, BalloonObject | SoftSphereObject) else None
+        if not isinstance(spec, BalloonObject | SoftSphereObject) or gel is None:
             return
         branch, time = gel
         conditions = case.scene.conditions
@@ -42,6 +43,6 @@ class Viscosity(FillEffect):
         """Return the response with a gel that relaxes beside it."""
         from stretch_bt.simulation.balloons.relaxing import Relaxing
 
-        assert isinstance(spec, BalloonObject)
+        assert isinstance(spec, BalloonObject | SoftSphereObject)
         gel = spec.gel()
         return response if response is None or gel is None else Relaxing(response, *gel)

@@ -12,6 +12,7 @@ from stretch_bt.model.palpation.balance import FLATTEST, SAME, STEEPEST, Balance
 from stretch_bt.units import Estimate
 
 MODEL = ForceModel.default()
+STIFFENING = Estimate(0.03, 0.06)
 TOP = 0.06
 DEPTHS = (0.002, 0.004, 0.007, 0.010, 0.010, 0.012)
 
@@ -30,7 +31,7 @@ def readings(stiffness, power, off):
 
 
 def balance(given_, power, robot=5e-5):
-    return Balance(local_forces(MODEL, 0.03, given_), given_, None, power, robot)
+    return Balance(local_forces(MODEL, 0.03, given_), given_, None, power, STIFFENING, robot)
 
 
 @settings(max_examples=30, deadline=None)
@@ -39,9 +40,9 @@ def test_the_derivatives_of_the_curve_are_those_of_its_values(stiffness, power, 
     noise = np.random.default_rng(seed)
     fit = balance(readings(stiffness, power, 3e-5 * noise.standard_normal(len(DEPTHS))), Estimate(1.4, 0.3))
     fit.solve()
-    q = fit.q + np.r_[1e-5, 2e-5, 0.05, 3e-5 * noise.standard_normal(len(fit.q) - 3)]
+    q = fit.q + np.r_[1e-5, 2e-5, 0.05, 0.02, 3e-5 * noise.standard_normal(len(fit.q) - 4)]
     _, rows = fit.curve(q)
-    for k, step in enumerate(np.r_[1e-7, 1e-7, 1e-4, np.full(len(q) - 3, 1e-7)]):
+    for k, step in enumerate(np.r_[1e-7, 1e-7, 1e-4, 1e-4, np.full(len(q) - 4, 1e-7)]):
         moved = np.eye(len(q))[k] * step
         slope = (fit.curve(q + moved)[0] - fit.curve(q - moved)[0]) / (2 * step)
         np.testing.assert_allclose(rows[:, k], slope, atol=1e-5 * max(1e-3, np.abs(slope).max()))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.model import ForceModel, TopReading, fit_series
+from stretch_bt.model import POWER, STIFFENING, ForceModel, TopReading, fit_series
 from stretch_bt.units import Estimate
 
 MODEL = ForceModel.default()
@@ -36,6 +36,12 @@ def spring(stiffness, power):
     return lambda drop: stiffness * DROP * (max(drop, 0.0) / DROP) ** power
 
 
+def skin(stiffness, power, stiffening):
+    """Return the law of an object whose power grows by so much a millimetre of drop."""
+    law = spring(stiffness, power)
+    return lambda drop: law(drop) * math.exp(stiffening * (max(drop, 0.0) - DROP) / 1e-3)
+
+
 def seen(law, sd=1e-6, noise=None, robot=0.0, poses=POSES):
     """Return readings by a camera on the hand, which stands off where it was sent by as much in all looks at one press."""
     readings, stands = [], 0.0
@@ -53,7 +59,9 @@ def seen(law, sd=1e-6, noise=None, robot=0.0, poses=POSES):
 def test_exact_readings_give_the_exact_curve(stiffness, power):
     law = spring(stiffness, power)
     readings = seen(law, sd=1e-9)
-    found = fit_series(MODEL, RADIUS, readings, power=Estimate(power + 0.1, 10.0), robot_sd=0.0)
+    found = fit_series(
+        MODEL, RADIUS, readings, power=Estimate(power + 0.1, 10.0), stiffening=Estimate(0.0, 1e-3), robot_sd=0.0
+    )
     true = TOP - readings[-1].height
     assert found.power.value == pytest.approx(power, abs=2e-3)
     assert found.top.value == pytest.approx(TOP, abs=2e-7)
@@ -82,6 +90,33 @@ class Factored:
         return self.factor * force, self.factor * sd
 
 
+#: a ladder of touches, a press, and one that lowers the top by 3 mm: the readings tell the power
+SPREAD = [(0.0, 1e-3 * depth) for depth in (2, 3, 4, 5, 6, 10)]
+
+
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [
+        ("spring", skin(400.0, 1.0, 0.0)),
+        ("elastic ball", skin(400.0, 1.5, 0.0)),
+        ("filled skin", skin(400.0, 1.17, 0.15)),
+    ],
+)
+def test_one_prior_serves_a_spring_a_ball_and_a_filled_skin(name, law):
+    """Mean error below 3 %, and errors as large as stated, over 60 draws of noise and of the robot's place."""
+    noise, errors, stated = np.random.default_rng(11), [], []
+    last = (0.0, brentq(lambda depth: TOP - height(law, 0.0, TOP - depth) - 3.2e-3, 0.004, 0.024))
+    true = TOP - height(law, *_at_hand(last))
+    for _ in range(60):
+        readings = seen(law, 3e-5, noise, robot=5e-5, poses=[*SPREAD, *3 * [last]])
+        found = fit_series(MODEL, RADIUS, readings)
+        error = found.secant.value * true / law(true) - 1
+        errors.append(error)
+        stated.append(error * found.secant.value / found.secant.sd)
+    assert abs(np.mean(errors)) < 0.03, name
+    assert 0.5 < float(np.sqrt(np.mean(np.square(stated)))) < 1.3, name
+
+
 @pytest.mark.parametrize("looks", [1, 12])
 @pytest.mark.parametrize("stiffness", [250.0, 600.0, 1100.0])
 def test_errors_are_as_large_as_stated(stiffness, looks):
@@ -89,8 +124,11 @@ def test_errors_are_as_large_as_stated(stiffness, looks):
     noise, off, at = np.random.default_rng(7), [], []
     poses = [*POSES, *[(0.0, 0.013)] * looks]
     for _ in range(150):
-        power = 1.4 + 0.12 * noise.standard_normal()
-        law = spring(stiffness, power)
+        power, stiffening = (
+            POWER.value + POWER.sd * noise.standard_normal(),
+            noise.normal(STIFFENING.value, STIFFENING.sd),
+        )
+        law = skin(stiffness, max(power, 0.8), max(stiffening, 0.0))
         true = TOP - height(law, *_at_hand(poses[-1]))
         factor = 1 + 0.01 * noise.standard_normal()
         found = fit_series(Factored(factor), RADIUS, seen(law, 3e-5, noise, robot=5e-5, poses=poses))

@@ -1,0 +1,42 @@
+"""The law of a soft object: force and deflection are inverse, and derivatives are those of the values."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stretch_bt.model.palpation.law import MM, ObjectLaw
+
+LAWS = {"compliance": st.floats(1e-4, 6e-3), "power": st.floats(0.6, 3.0), "stiffening": st.floats(-0.02, 0.4)}
+
+
+@settings(max_examples=60, deadline=None)
+@given(**LAWS, share=st.floats(1e-3, 6.0))
+def test_the_force_at_the_deflection_under_a_force_is_that_force(compliance, power, stiffening, share):
+    law = ObjectLaw(compliance, power, stiffening)
+    found, exponent, _ = law.deflection(np.log([share]))
+    assert law.log_force(float(found[0]))[0] == pytest.approx(np.log(share), abs=1e-9)
+    assert exponent[0] == pytest.approx(power + stiffening * found[0] / MM)
+
+
+@settings(max_examples=60, deadline=None)
+@given(**LAWS, share=st.floats(1e-2, 4.0))
+def test_derivatives_are_those_of_the_values(compliance, power, stiffening, share):
+    law = np.array([compliance, power, stiffening])
+    _, _, rows = ObjectLaw(*law).deflection(np.log([share]))
+    drop = 2e-3
+    _, row = ObjectLaw(*law).log_force(drop)
+    for k, step in enumerate((1e-9, 1e-6, 1e-6)):
+        moved = step * np.eye(3)[k]
+        more, less = ObjectLaw(*law + moved), ObjectLaw(*law - moved)
+        by_force = more.deflection(np.log([share]))[0] - less.deflection(np.log([share]))[0]
+        assert rows[0, k] == pytest.approx(by_force[0] / (2 * step), rel=1e-4, abs=1e-8)
+        by_drop = more.log_force(drop)[0] - less.log_force(drop)[0]
+        assert row[k] == pytest.approx(by_drop / (2 * step), rel=1e-4, abs=1e-8)
+
+
+def test_without_stiffening_it_is_a_power_and_a_rigid_object_moves_none():
+    found, exponent, _ = ObjectLaw(2e-3, 1.5).deflection(np.log([0.25, 1.0, 4.0]))
+    np.testing.assert_allclose(found, 2e-3 * np.array([0.25, 1.0, 4.0]) ** (2 / 3))
+    np.testing.assert_allclose(exponent, 1.5)
+    assert not np.any(ObjectLaw(0.0, 1.5, 0.1).deflection(np.log([0.5, 1.0]))[0])
