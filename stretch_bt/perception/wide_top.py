@@ -50,21 +50,23 @@ def _wider(contact: Points, around: Points) -> Iterator[Estimate]:
     radii = sorted({max(share * radius, least) for share in RADII})
     for wide in radii:
         try:
-            yield _of_disc(around, start, wide, wide / radius)
+            found = _of_disc(around, start, wide, wide / radius)
         except (IllConditioned, np.linalg.LinAlgError):
             continue
+        if found is not None:
+            yield found
 
 
-def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Estimate:
-    """Return the height by the disc of a radius, m, which is such a share of the contact's."""
+def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Estimate | None:
+    """Return the height by the disc of a radius, m, which is such a share of the contact's; None where it shows no top."""
     for _ in range(2):
         x, y = around.cloud[0] - middle[0], around.cloud[1] - middle[1]
         near = np.flatnonzero(x * x + y * y <= radius * radius)
         if near.size < LEAST_POINTS:
-            raise IllConditioned("too few points around the contact")
+            return None
         top = Top(around.at(near), middle, even=False)
         if top.significance <= 0.0:
-            raise IllConditioned("no top within the disc")
+            return None
         middle = top.vertex(0.5 * radius)
     seen = top.estimate(0.5 * radius)
     below, off = float(np.interp(share, RADII, BELOW)), float(np.interp(share, RADII, OFF))
