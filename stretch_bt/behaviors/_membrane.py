@@ -5,19 +5,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from stretch_bt import perception
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
+from stretch_bt.perception.pattern import Pattern
+from stretch_bt.perception.robust import MAD_TO_SD, quantile
+from stretch_bt.perception.types import UNDEFORMED, FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = ["FRAME_NOISE", "MEMBRANE_NOISE", "Mounting", "height_of_top", "keep_how", "told_by_membrane"]
+__all__ = ["Mounting", "camera_off", "height_of_top", "keep_how", "told_by_membrane"]
 
-FRAME_NOISE = 3e-4  # m, by which the height of a top is off at least in one frame of the `bench` camera
-MEMBRANE_NOISE = 1.2e-4  # m, the same where the whole membrane tells it
 TOLD = "told"
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
-CONTACT_SD = 1e-4  # m; of the latter, which states too little
+STATIC = 2.5e-3  # of the distance, by which a depth camera is off in places where nothing shows it (SR300 and SR305, 0.5 mm at 0.2 m)
+LEAST_FLAT = 200  # pixels of the undeformed membrane that show it
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +50,8 @@ def height_of_top(
     curvature: Estimate | None,
     *,
     by_membrane: bool = True,
-) -> tuple[Estimate, Length]:
-    """Return the height of a top, z of the membrane frame, m, and by how much such a height is off in one frame at least, m.
+) -> tuple[Estimate, bool]:
+    """Return the height of a top, z of the membrane frame, m, and whether the whole membrane told it.
 
     By the whole membrane, where that may be and can tell it, else by the contact.
     """
@@ -57,8 +60,8 @@ def height_of_top(
     if curvature is not None and by_membrane:
         whole = _by_membrane(context, points, valid, stretch, curvature, top)
         if whole is not None:
-            return whole, MEMBRANE_NOISE
-    return top, FRAME_NOISE
+            return whole, True
+    return top, False
 
 
 def _by_membrane(
@@ -84,5 +87,19 @@ def _by_membrane(
         found = perception.membrane_height(points, valid, membrane, curvature, contact.value)
     except IllConditioned:
         return None
-    sure = math.hypot(found.sd, contact.sd, CONTACT_SD)
-    return found if abs(found.value - contact.value) < APART * sure else None
+    return found if abs(found.value - contact.value) < APART * math.hypot(found.sd, contact.sd) else None
+
+
+def camera_off(context: Context, points: FloatArray, labels: LabelArray, distance: Length) -> Length:
+    """Return by how much a camera is off over all of a contact, m: what a learned static error misses, or what the flat membrane shows.
+
+    `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes, `distance` that of the flat membrane.
+    """
+    pattern: Pattern | None = context.memory.get(Pattern)
+    if pattern is not None:
+        return pattern.left
+    z = points[..., 2][(labels == UNDEFORMED) & np.isfinite(points[..., 2])]
+    if z.size < LEAST_FLAT:
+        return STATIC * distance
+    noise = MAD_TO_SD * quantile(np.abs(np.diff(z))) / math.sqrt(2.0)
+    return math.sqrt(max(float(np.mean(z.astype(np.float64) ** 2)) - noise**2, 0.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, height_of_top
+from stretch_bt.behaviors._membrane import height_of_top
 from stretch_bt.model import Series
 from stretch_bt.model.palpation.balance import presses_of
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
@@ -20,6 +20,7 @@ __all__ = [
     "fixed_part",
     "forget_object",
     "frames_at",
+    "noise_at",
     "of_one_kind",
     "of_press",
     "reading_sd",
@@ -28,7 +29,7 @@ __all__ = [
 ]
 
 LEAST_TOUCHES = 2  # that tell where the top stands without a force
-FIXED = 3e-5  # m, of that what no averaging takes away
+FIXED, FRAME_NOISE = 3e-5, 3e-4  # m; what no averaging takes away of a height that is off by so much in one frame, or by more
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +51,14 @@ class Touch:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The height of the top, m, world, with its standard deviation, at a stretch and a depth of the membrane, m."""
+    """The height of the top, m, world, with its standard deviation, in so many frames averaged, at a stretch and a depth, m."""
 
     stretch: Length
     depth: Length
     height: Length
     sd: Length
     touch: Touch | None = None  # what `approach` saw, where it took it
+    frames: int = 1
 
     @property
     def hand(self) -> Length:
@@ -99,13 +101,12 @@ def tell_again(context: Context, curvature: Estimate, *, by_membrane: bool) -> N
     for i, reading in enumerate(readings):
         touch = reading.touch
         if touch is not None and (touch.curvature, touch.by_membrane) != (curvature.value, by_membrane):
-            top, noise = height_of_top(
+            top, whole = height_of_top(
                 context, touch.points, touch.valid, touch.labels, reading.stretch, curvature, by_membrane=by_membrane
             )
-            sd = reading_sd(top.sd, touch.frames, noise)
-            alone = by_membrane and noise != MEMBRANE_NOISE
+            alone = by_membrane and not whole
             told = replace(touch, curvature=curvature.value, by_membrane=by_membrane, alone=alone)
-            readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, sd, told)
+            readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, top.sd, told, touch.frames)
 
 
 def of_one_kind(readings: list[Reading]) -> list[Reading]:
@@ -126,17 +127,19 @@ def of_press(readings: list[Reading], latest: Reading) -> list[Reading]:
     return [reading for reading, number in zip(readings, numbers, strict=False) if number == numbers[-1]]
 
 
-def frames_at(context: Context, press: Reading, frame_noise: float) -> float:
-    """Return how many frames of such a noise, m, the readings of a press are worth together."""
-    own = (max(r.sd**2 - fixed_part(frame_noise) ** 2, 1e-12) for r in of_press(readings_of(context), press))
-    return sum(frame_noise**2 / variance for variance in own)
+def frames_at(context: Context, press: Reading) -> int:
+    """Return how many frames the readings of a press hold together."""
+    return sum(reading.frames for reading in of_press(readings_of(context), press))
 
 
-def reading_sd(stated: float, frames: int, frame_noise: float = FRAME_NOISE) -> float:
-    """Return the sd of a height, m, seen in so many frames: as stated, or what such a camera leaves at least.
+def noise_at(context: Context, press: Reading) -> Length:
+    """Return by how much a height of a press is off in one frame, m, as its readings state it."""
+    readings = of_press(readings_of(context), press)
+    return math.sqrt(sum(reading.sd**2 * reading.frames for reading in readings) / len(readings))
 
-    A small contact holds few pixels whose noise is independent, so that their scatter says too little of it.
-    """
+
+def reading_sd(stated: float, frames: int, frame_noise: float) -> float:
+    """Return the sd of a height, m, seen in so many frames: as stated, or what a camera of such a noise leaves at least."""
     return max(stated, math.hypot(fixed_part(frame_noise), frame_noise / math.sqrt(frames)))
 
 

@@ -11,7 +11,7 @@ from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource
 from stretch_bt.behaviors._membrane import Mounting
 from stretch_bt.behaviors._motion import MotionBehavior
-from stretch_bt.behaviors._readings import Reading, Touch, forget_object, reading_sd, readings_of
+from stretch_bt.behaviors._readings import Reading, Touch, forget_object, readings_of
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
@@ -234,10 +234,9 @@ class Approach(MotionBehavior):
         if found is not None and found[0].value > 0:
             top, points, valid, labels = found
             height = top.value + (frame.hand_height or 0.0)
-            sd = reading_sd(top.sd, self.average)
-            self.felt.append((top.value, height, sd))
+            self.felt.append((top.value, height, top.sd))
             touch = Touch(points, valid, labels, self.average)
-            self.read.append(Reading(frame.stretch or 0.0, top.value, height, sd, touch))
+            self.read.append(Reading(frame.stretch or 0.0, top.value, height, top.sd, touch, self.average))
 
     def _top(self, frame: DepthFrame) -> tuple[Estimate, FloatArray, MaskArray, LabelArray] | None:
         """Return how deep the top of a contact stands in the membrane, m, the points seen, which are valid, and what each shows."""

@@ -1,14 +1,15 @@
 """Where to press next and how long to look."""
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._membrane import FRAME_NOISE
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import Fitted, fitted, fixed_part, frames_at
+from stretch_bt.behaviors._readings import Fitted, fitted, fixed_part, frames_at, noise_at
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.active import Choice
 from stretch_bt.tree.ports import In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed, Time
+
+LEAST_NOISE = 1e-6  # m
 
 
 @node
@@ -37,7 +38,9 @@ class PlanActive(ModelBehavior):
     change_time: In[Time] = port(3.5, min=0.0, max=60.0, doc="of leaving the object, stretching and coming back")
     frame_time: In[Time] = port(1 / 30, min=1e-3, max=1.0, doc="of one frame")
     settle: In[Time] = port(0.0, min=0.0, max=60.0, doc="for which a new press is left alone before it is looked at")
-    frame_noise: In[Length] = port(FRAME_NOISE, min=1e-6, max=0.01, doc="by which a height is off in one frame")
+    frame_noise: In[Length | None] = port(
+        None, min=1e-6, max=0.01, doc="by which a height is off in one frame; unless given, as the readings of the present press say"
+    )
     robot_sd: In[Length] = port(
         mechanics.ROBOT, min=0.0, max=0.001, doc="by which the hand stands off where it is sent"
     )
@@ -75,7 +78,7 @@ class PlanActive(ModelBehavior):
         return stiffness.sd <= self.wanted * stiffness.value
 
     def _choice(self, found: Fitted) -> Choice | None:
-        taken = frames_at(self.context, found.last, self.frame_noise)
+        noise = max(self.frame_noise or noise_at(self.context, found.last), LEAST_NOISE)
         with within_range():
             return mechanics.next_look(
                 self.force_model(),
@@ -86,7 +89,7 @@ class PlanActive(ModelBehavior):
                 mechanics.Limits(
                     self.contact_height - self.max_depth, self.max_force, self.max_stretch, self.stretch_step
                 ),
-                mechanics.Looks(self.frame_noise, fixed_part(self.frame_noise), self.robot_sd, taken),
+                mechanics.Looks(noise, fixed_part(noise), self.robot_sd, float(frames_at(self.context, found.last))),
                 mechanics.Costs(self.press_speed, self.change_time, self.frame_time, self.settle),
                 least=self.least_gain,
                 at_press=self.at_press,

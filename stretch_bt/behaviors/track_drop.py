@@ -3,7 +3,7 @@
 import math
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._membrane import FRAME_NOISE, Mounting, told_by_membrane
+from stretch_bt.behaviors._membrane import Mounting, told_by_membrane
 from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import Fitted, Reading, of_one_kind, of_press, reading_sd, readings_of, tell_again
 from stretch_bt.perception.pattern import Pattern
@@ -40,7 +40,7 @@ class TrackDrop(ModelBehavior):
     height_sd: In[Length] = port(1e-4, min=0.0, doc="standard deviation of height")
     frames: In[int] = port(8, min=1, max=256, doc="averaged for height")
     frame_noise: In[Length] = port(
-        FRAME_NOISE, min=0.0, max=0.01, doc="by which a height is off at least in one frame, whatever height_sd says"
+        0.0, min=0.0, max=0.01, doc="by which a height is off at least in one frame, whatever height_sd says"
     )
     fresh: In[bool] = port(
         False, doc="forget this press' readings before this one: the object was left alone since then"
@@ -70,7 +70,7 @@ class TrackDrop(ModelBehavior):
         """Add this reading and fit all."""
         readings = readings_of(self.context)
         sd = max(reading_sd(self.height_sd, self.frames, self.frame_noise), LEAST_SD)
-        reading = Reading(self.stretch, self.depth, self.height, sd)
+        reading = Reading(self.stretch, self.depth, self.height, sd, frames=self.frames)
         if self.fresh:
             for unsettled in of_press(readings, reading):
                 readings.remove(unsettled)

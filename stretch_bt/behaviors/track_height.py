@@ -1,7 +1,9 @@
 """Tracking the height of the object's top."""
 
+import math
+
 from stretch_bt import perception
-from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, height_of_top, keep_how
+from stretch_bt.behaviors._membrane import camera_off, height_of_top, keep_how
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
 from stretch_bt.tree.ports import Behavior, In, Out, Status
@@ -13,8 +15,9 @@ from stretch_bt.units import Estimate, Length
 class TrackHeight(Behavior):
     """Measure the height of the object's top through the membrane; FAILURE when nothing is in contact.
 
-    With a contact the height is that of its top: in the world when the frame knows where the hand is, else above the
-    flat membrane. Without one it is how far the highest place has risen above the first frames, on any soft sensor.
+    With a contact the height is that of its top, and of the highest where there are several: in the world when the frame knows where the
+    hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and by how much the camera is off
+    over all of the contact: what `approach` could not take off, or else what the undeformed membrane shows. Without one it is how far the highest place has risen above the first frames, on any soft sensor.
 
     With a sphere, after an `approach` that was told how the membrane is mounted, the whole membrane tells the height, by the shape that the
     solved sheet has over such a sphere. The contact alone tells it where that shape does not fit.
@@ -26,7 +29,6 @@ class TrackHeight(Behavior):
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
     sphere: In[Sphere | None] = None  # fitted to the top in contact before; with it the height is surer
     height: Out[Length]  # of the object's top
-    frame_noise: Out[Length]  # by which such a height is off in one frame at least
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)
@@ -34,9 +36,11 @@ class TrackHeight(Behavior):
 
     def update(self) -> Status:
         """Measure."""
-        self.frame_noise = FRAME_NOISE
-        self.height = self._risen() if self.contact is None else self._top(self.contact)
-        keep_how(self.context, by_membrane=self.frame_noise == MEMBRANE_NOISE)
+        if self.contact is None:
+            self.height = self._risen()
+            keep_how(self.context, by_membrane=False)
+        else:
+            self.height = self._top(self.contact)
         return Status.SUCCESS
 
     def _risen(self) -> Estimate:
@@ -48,10 +52,12 @@ class TrackHeight(Behavior):
         frame = self.frame
         points, valid = perception.deproject(frame)
         points = perception.to_membrane(points, frame.plane_distance or 0.0)
-        top, self.frame_noise = height_of_top(
+        top, by_membrane = height_of_top(
             self.context, points, valid, contact.labels, frame.stretch or 0.0, self._curvature()
         )
-        return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
+        keep_how(self.context, by_membrane=by_membrane)
+        off = 0.0 if by_membrane else camera_off(self.context, contact.surface, contact.labels, frame.plane_distance or 0.0)
+        return Estimate(top.value + (frame.hand_height or 0.0), math.hypot(top.sd, off))
 
     def _curvature(self) -> Estimate | None:
         return None if self.sphere is None else Estimate(self.sphere.curvature, self.sphere.curvature_sd)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
-from stretch_bt.perception.surface import check_points
-from stretch_bt.perception.top import Places, Top, settled
-from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
+from stretch_bt.perception.surface import check_points, clean
+from stretch_bt.perception.top import Places, Points, Top, settled
+from stretch_bt.perception.tops import contacts, summits, surroundings, window_of
+from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
+from stretch_bt.perception.wide_top import by_wide_discs
 from stretch_bt.units import Estimate
 
 __all__ = ["top_of_points", "track_height"]
@@ -23,6 +27,8 @@ RIM = 0.75  # share of the contact's radius that the membrane's bend at the rim 
 HIGH = 0.1  # share of the points that are the highest
 AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
+SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
+LEAST_POINTS = 12
 
 MOST = 40_000  # points, whose height is known to far less than a camera's count, and not better by more
 RUN = 64  # neighbours that are kept together, since they show how far noise is alike
@@ -36,10 +42,10 @@ def track_height(
     curvature: Estimate | None = None,
     reach: float | None = None,
 ) -> Estimate:
-    """Return the height of the object's top, z of the membrane frame, m.
+    """Return the height of the object's top, z of the membrane frame, m; of several contacts apart, that of the highest.
 
     The vertex of a free quadratic over a disc has four times the variance of the mean; where the curvature of a round top is known, the
-    mean and that tell its height.
+    mean and that tell its height. Where noise is alike over much of a contact, wider discs tell it, with what the membrane around it adds.
 
     Parameters
     ----------
@@ -55,8 +61,8 @@ def track_height(
     Returns
     -------
     Estimate
-        Its standard deviation counts that neighbouring pixels share their noise, as far as the contact itself shows it, and that heights
-        come in steps, as far as the noise does not even them out.
+        Its standard deviation counts over how many pixels noise is alike, up to some ten, as the frame itself shows it, and that heights
+        come in steps, as far as the noise does not even them out. What a camera is off by over all of the contact is not in it.
 
     Raises
     ------
@@ -68,13 +74,50 @@ def track_height(
     check_points(points, valid)
     if labels.shape != valid.shape:
         raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
-    places = np.flatnonzero(labels == CONTACT)
-    places = _some(places[valid.reshape(-1)[places]])
     if curvature is not None and not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
         raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
-    cloud, places = _cloud(points.reshape(-1, 3)[places], places)
-    step = step_of(cloud[2], sample(points[..., 2], valid))
-    return _within(_best(cloud, places, step, curvature), reach)
+    found = [places[valid.reshape(-1)[places]] for places in contacts(labels)]
+    found = [places for places in found if places.size >= LEAST_POINTS] or found[:1]
+    if not found or not found[0].size:
+        raise NoContact(
+            "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
+        )
+    noise = _noise(points, valid, np.concatenate(found))
+    others = sample(points[..., 2], valid)
+    tops = [top for places in found for top in _tops(points, valid, _some(places), noise, others, curvature)]
+    return _within(max(tops, key=lambda top: top.value), reach)
+
+
+def _tops(
+    points: FloatArray,
+    valid: MaskArray,
+    places: Places,
+    noise: NoiseSpectrum | None,
+    others: FloatArray,
+    curvature: Estimate | None,
+) -> Iterator[Estimate]:
+    """Yield the heights of the tops, m, of the contact at some pixels (n,): of one, or of two that look like a long one."""
+    touching = _points(points.reshape(-1, 3)[places], places, valid.shape[1], noise)
+    step = step_of(touching.cloud[2], others)
+    if noise is None:
+        yield _best(touching, step, curvature)
+        return
+    around = surroundings(points, valid, touching, noise)
+    for part in summits(touching, around, max(noise.white_sd, step / math.sqrt(12.0))):
+        top = _best(part, step, curvature)
+        yield top if noise.area <= 1.0 else by_wide_discs(top, part, around)
+
+
+def _noise(points: FloatArray, valid: MaskArray, places: Places) -> NoiseSpectrum | None:
+    """Return the noise of a frame around the contact; None where too little is seen."""
+    window, apart = window_of(places, valid.shape)
+    if not valid[window].any():
+        return None
+    try:
+        cleaned = clean(points[window], valid[window], 1)
+    except InvalidInput:
+        return None
+    return None if cleaned is None else noise_spectrum(cleaned, apart[cleaned.box])
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -82,8 +125,9 @@ def top_of_points(points: FloatArray) -> Estimate:
 
     Its standard deviation is that of noise independent from point to point.
     """
-    cloud, places = _cloud(points[_some(np.arange(len(points)))], None)
-    return _best(cloud, places, step_of(cloud[2], cloud[2]))
+    some = _some(np.arange(len(points)))
+    seen = _points(points[some], some, 1, None)
+    return _best(seen, step_of(seen.cloud[2], seen.cloud[2]))
 
 
 def _within(height: Estimate, reach: float | None) -> Estimate:
@@ -102,79 +146,90 @@ def _some(places: Places) -> Places:
     return places if every <= 1 else places[np.arange(places.size) // RUN % every == 0]
 
 
-def _cloud(points: FloatArray, places: Places | None) -> tuple[Array, Places]:
-    """Return the coordinates (3, n) of finite points, m, enough for a height, and the numbers of their pixels."""
+def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum | None) -> Points:
+    """Return those of points (n, 3), m, that are finite, enough for a height."""
     cloud = np.asarray(points, dtype=np.float64)
     if cloud.ndim != 2 or cloud.shape[1] != 3:
         raise InvalidInput(f"contact points have shape (n, 3), got {cloud.shape}")
-    cloud = np.ascontiguousarray(cloud.T)
-    apart = 2 * np.arange(cloud.shape[1]) if places is None else places
-    finite = np.isfinite(cloud[0]) & np.isfinite(cloud[1]) & np.isfinite(cloud[2])
+    found = Points(np.ascontiguousarray(cloud.T), places, wide, noise)
+    finite = np.isfinite(found.cloud).all(axis=0)
     if not finite.all():
-        cloud, apart = cloud[:, finite], apart[finite]
-    if not apart.size:
+        found = found.at(finite)
+    if not len(found):
         raise NoContact(
             "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
         )
-    if apart.size < 12:
+    if len(found) < LEAST_POINTS:
         raise IllConditioned(
-            f"a height with its error needs at least twelve points in contact, there are {apart.size}; press deeper, or average frames"
+            f"a height with its error needs at least twelve points in contact, there are {len(found)}; press deeper, or average frames"
         )
-    return cloud, apart
+    return found
 
 
-def _best(cloud: Array, places: Places, step: float, known: Estimate | None = None) -> Estimate:
+def _best(points: Points, step: float, known: Estimate | None = None) -> Estimate:
     """Return the height from a disc that the membrane's bend at the rim leaves alone."""
+    cloud = points.cloud
     middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
     away = _away(cloud, middle)
     radius = math.sqrt(2.0 * quantile(away))
     reach = RIM * radius
-    near, kept = _disc(cloud, places, away, reach)
-    top = Top(near, kept, middle, even=False).bent(known)
+    near = _disc(points, away, reach)
+    top = Top(near, middle, even=False).bent(known)
     if not top.is_curved:
-        top, reach = _of_highest(cloud, places, top, reach, known)
+        top, reach = _of_highest(points, top, reach, known)
     if top.is_curved:
         within = min(reach, max(BEND / top.curvature, 0.3 * radius))
         middle = top.vertex(radius)
-        before, (near, kept) = kept, _disc(cloud, places, _away(cloud, middle), within)
-        if not np.array_equal(before, kept):
-            top = Top(near, kept, middle, even=False).bent(known)
+        before, near = near, _disc(points, _away(cloud, middle), within)
+        if not np.array_equal(before.places, near.places):
+            top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
         found = top.estimate(radius)
         return Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd)))
-    return _faint(Top(near, kept, middle, even=True), _flat(near[2], kept, step), radius)
+    return _faint(Top(near, middle, even=True), _flat(near, step))
 
 
-def _of_highest(cloud: Array, places: Places, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
+def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
     """Return the top about the highest points, and its reach, where it is clearly curved and much smaller; else as given.
 
     Where part of the skirt was taken for contact, the middle of all points lies beside the top. On a flat face the highest
     points lie anywhere.
     """
+    cloud = points.cloud
     high = cloud[:, cloud[2] > quantile(cloud[2], 1.0 - HIGH)]
-    if high.shape[1] < 12:
+    if high.shape[1] < LEAST_POINTS:
         return top, reach
     middle = np.array([quantile(high[0]), quantile(high[1])])
     within = AROUND * math.sqrt(2.0 * quantile(_away(high, middle)))
     if within > 0.7 * reach:
         return top, reach
-    other = Top(*_disc(cloud, places, _away(cloud, middle), within), middle, even=False).bent(known)
+    other = Top(_disc(points, _away(cloud, middle), within), middle, even=False).bent(known)
     return (other, within) if other.is_curved else (top, reach)
 
 
-def _faint(top: Top, flat: Estimate, radius: float) -> Estimate:
+def _faint(top: Top, flat: Estimate) -> Estimate:
     """Return the height of a top that is flat, or nearly so.
 
-    Taken for flat, a faint cap comes out too low by half its sag; taken for curved, a flat face comes out twice as
-    uncertain. The weight of the vertex grows with the curvature's significance t as 1 - 2 / t^2, in the manner of the shrinkage of
-    James and Stein.
+    Taken for flat, a faint cap comes out too low by half its sag. Before it is seen, a top is flat or round, one as likely as
+    the other, and a round one falls within the disc by a half-normal share of its depth.
     """
-    t = top.significance
-    if t * t <= 2.0:
-        return flat
-    weight, vertex = 1.0 - 2.0 / t**2, top.estimate(radius)
-    variance = flat.sd**2 + weight * max(vertex.sd**2 - flat.sd**2, 0.0)
-    return Estimate(flat.value + weight * (vertex.value - flat.value), float(np.sqrt(variance)))
+    sag, spread = top.sag, SAG * abs(flat.value)
+    likely = _sag(sag, max(spread, 1e-9))
+    return Estimate(flat.value + 0.5 * likely.value, math.hypot(flat.sd, 0.5 * likely.sd))
+
+
+def _sag(seen: Estimate, spread: float) -> Estimate:
+    """Return the sag, m, that is 0 or, as likely, half-normal with a `spread`, m, once it is seen with an error."""
+    seen = Estimate(seen.value, max(seen.sd, 1e-12))
+    total = seen.sd**2 + spread**2
+    middle, sd = seen.value * spread**2 / total, seen.sd * spread / math.sqrt(total)
+    t = middle / sd
+    above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
+    hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
+    odds = 2.0 * above * seen.sd / math.sqrt(total) * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, 700.0))
+    share = odds / (1.0 + odds)
+    mean, variance = middle + sd * hazard, sd * sd * max(1.0 - t * hazard - hazard**2, 0.0)
+    return Estimate(share * mean, math.sqrt(share * variance + share * (1.0 - share) * mean**2))
 
 
 def _away(cloud: Array, middle: Array) -> Array:
@@ -183,14 +238,16 @@ def _away(cloud: Array, middle: Array) -> Array:
     return np.asarray(x * x + y * y)
 
 
-def _disc(cloud: Array, places: Places, away: Array, radius: float) -> tuple[Array, Places]:
-    """Return the points and places whose squared distance lies within a radius, or all where that leaves too few."""
+def _disc(points: Points, away: Array, radius: float) -> Points:
+    """Return the points whose squared distance lies within a radius, or all where that leaves too few."""
     near = np.flatnonzero(away <= radius * radius)
-    return (cloud.take(near, axis=1), places[near]) if near.size >= 12 else (cloud, places)
+    return points.at(near) if near.size >= LEAST_POINTS else points
 
 
-def _flat(z: Array, places: Places, step: float) -> Estimate:
+def _flat(points: Points, step: float) -> Estimate:
     """Return Tukey's robust mean of heights that come in steps, m, and its standard deviation."""
-    center = quantile(z)
-    q, sd = settled(np.ones((1, len(z))), z - center, places)
-    return Estimate(center + float(q[0]), math.hypot(sd / math.sqrt(len(z)), shared_step(step, sd)))
+    z, n = points.cloud[2], len(points)
+    center, one = quantile(z), np.ones((1, n))
+    q, sd = settled(one, z - center)
+    own = sd * sd / n + float(points.shared(one)[0, 0]) / n**2
+    return Estimate(center + float(q[0]), math.hypot(math.sqrt(own), shared_step(step, sd)))

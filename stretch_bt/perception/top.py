@@ -4,35 +4,63 @@ from __future__ import annotations
 
 import math
 from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import TUKEY, quantile, scale_of
 from stretch_bt.units import Estimate
 
-__all__ = ["Places", "Top", "settled"]
+__all__ = ["Places", "Points", "Top", "settled"]
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
-ENOUGH_PAIRS = 30
 SCALES = 2  # times that the noise is estimated anew
 ROUNDS = 8  # of weights at one scale
 CLEARLY = 3.0  # standard deviations at which a top counts as curved
 ROUND = 0.02  # of its curvature, by which that of a round top differs from one direction to another
 APART = 14.2  # chi2 of three values with three degrees of freedom beyond which 0.27 % lie, as beyond three standard deviations of one
+BLOCK = 0.6  # rms distances of the points from their middle, along a side: a disc has some twenty
 EVEN: Array = np.array(
     [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 1]], dtype=float
 )
 
 
-def settled(design: Array, z: Array, places: Places) -> tuple[Array, float]:
+@dataclass(frozen=True, slots=True)
+class Points:
+    """Points (3, n), m, of an image `wide` pixels wide at the numbers (n,) of their pixels, row by row, and its noise where that is known.
+
+    `every` says that they are those of every second, third ... row and column.
+    """
+
+    cloud: Array
+    places: Places
+    wide: int = 1
+    noise: NoiseSpectrum | None = None
+    every: int = 1
+
+    def __len__(self) -> int:
+        return int(self.places.size)
+
+    def at(self, chosen: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> Points:
+        """Return the chosen of the points."""
+        return replace(self, cloud=np.ascontiguousarray(self.cloud[:, chosen]), places=self.places[chosen])
+
+    def shared(self, design: Array) -> Array:
+        """Return the covariance (k, k), m^2, of sums of the points' noise weighed by `design` (k, n), but for the white part of it."""
+        if self.noise is None:
+            return np.zeros((len(design), len(design)))
+        return self.noise.shared(design, self.places // self.wide, self.places % self.wide)
+
+
+def settled(design: Array, z: Array) -> tuple[Array, float]:
     """Return the parameters (k,) of a robust fit of z (n,) by design (k, n), and the standard deviation of one residual.
 
-    The deviation holds what Tukey's weights cost and what neighbours share, so that it goes with the covariance of plain
-    least squares.
+    The deviation holds what Tukey's weights cost, so that it goes with the covariance of plain least squares.
     """
     from stretch_bt.perception.top_kernel import m_sd, settle
 
@@ -47,40 +75,37 @@ def settled(design: Array, z: Array, places: Places) -> tuple[Array, float]:
         if turn < SCALES:
             scale = max(scale_of(residuals, free), 1e-12)
             cut, close = TUKEY * scale, 0.01 * scale / math.sqrt(len(z))
-    return q, m_sd(residuals, cut, free) * _shared(residuals, places)
+    return q, m_sd(residuals, cut, free)
 
 
-def _shared(residuals: Array, places: Places) -> float:
-    """Return how much wider a mean spreads because neighbouring pixels share their noise; 1 where they do not.
-
-    `places` are the pixels' numbers, row by row, so that neighbours in a row differ by 1.
-    """
-    neighbours = np.flatnonzero(places[1:] - places[:-1] == 1)
-    if neighbours.size < ENOUGH_PAIRS:
-        return 1.0
-    steps = (residuals[1:] - residuals[:-1])[neighbours]
-    together = 1.0 - (quantile(np.abs(steps)) / max(quantile(np.abs(residuals)), 1e-12)) ** 2 / 2.0
-    if together < 3.0 / neighbours.size**0.5:
-        return 1.0
-    # Noise after a Gaussian of l pixels: neighbours correlate as exp(-1 / 4 l^2), and 4 pi l^2 pixels share one value.
-    return max(float(np.sqrt(-np.pi / np.log(min(together, 0.99)))), 1.0)
+def _misfit(x: Array, y: Array, left: Array, sd: float, noise: NoiseSpectrum | None) -> float:
+    """Return the rms, m, of what is left in blocks of a disc past what noise leaves there: that of a surface that is no quadratic."""
+    block = np.floor(x / BLOCK).astype(np.intp) * 16 + np.floor(y / BLOCK).astype(np.intp)
+    block -= block.min()
+    count = np.bincount(block)
+    means = np.bincount(block, left)[count > 0] / count[count > 0]
+    count = count[count > 0]
+    by_chance = sd * sd / count + (noise.of_mean(float(np.mean(count))) if noise is not None else 0.0)
+    return math.sqrt(max(float(np.average(means**2 - by_chance, weights=count)), 0.0))
 
 
 class Top:
     """z = c + b . (x, y) - (kx x^2 + 2 kxy x y + ky y^2) / 2 about `middle`, fitted with Tukey's weights."""
 
-    def __init__(self, cloud: Array, places: Places, middle: Array, *, even: bool) -> None:
-        """Fit to points (3, n), m; `even` keeps the curvature the same in all directions."""
-        self.middle = middle
+    def __init__(self, points: Points, middle: Array, *, even: bool) -> None:
+        """Fit to points; `even` keeps the curvature the same in all directions."""
+        self.middle, cloud = middle, points.cloud
         x, y = cloud[0] - middle[0], cloud[1] - middle[1]
         offset = quantile(cloud[2])
         self.size = max(float(np.sqrt((x @ x + y @ y) / len(x))), 1e-12)
         x, y = x / self.size, y / self.size
         bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
         design = np.stack([np.ones_like(x), x, y, *bent])
-        self.q, sd = settled(design, cloud[2] - offset, places)
+        self.q, sd = settled(design, cloud[2] - offset)
         self.sd = sd  # of one point, m
-        self.covariance: Array = np.asarray(np.linalg.inv(design @ design.T) * sd * sd, dtype=np.float64)
+        self.misfit = _misfit(x, y, cloud[2] - offset - self.q @ design, sd, points.noise)
+        gain = np.linalg.inv(design @ design.T)
+        self.covariance: Array = np.asarray(gain * sd * sd + gain @ points.shared(design) @ gain, dtype=np.float64)
         self.q[0] += offset
         if even:
             self.q, self.covariance = EVEN @ self.q, EVEN @ self.covariance @ EVEN.T
@@ -107,14 +132,23 @@ class Top:
         return float(self.q[3] + self.q[5]) / 2.0 / self.size**2
 
     @property
+    def sag(self) -> Estimate:
+        """How far it falls, m, as far out as makes the mean of a disc half of that lower than its top."""
+        row = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 1.0])
+        return Estimate(float(row @ self.q) / 2.0, math.hypot(float(np.sqrt(row @ self.covariance @ row)) / 2.0, self.misfit))
+
+    def curved_along(self, axis: Array) -> float:
+        """Return the convexity along an axis (2,), in standard deviations."""
+        x, y = axis.tolist()
+        row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
+        return float(row @ self.q) / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300)
+
+    @property
     def significance(self) -> float:
         """Convexity, in standard deviations, in the direction in which it is least: a vertex along it lies anywhere."""
         kx, kxy, ky = self.q[3:].tolist()
-        least = 0.5 * (kx + ky) - math.hypot(0.5 * (kx - ky), kxy)
         angle = 0.5 * math.atan2(-2.0 * kxy, ky - kx)
-        x, y = math.cos(angle), math.sin(angle)
-        row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
-        return float(least) / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300)
+        return self.curved_along(np.array([math.cos(angle), math.sin(angle)]))
 
     @property
     def is_curved(self) -> bool:
@@ -132,7 +166,10 @@ class Top:
         return self.middle + self.size * self._offset(most)
 
     def estimate(self, most: float) -> Estimate:
-        """Return the height of the vertex; where it lies does not matter to first order."""
+        """Return the height of the vertex; where it lies does not matter to first order, and to second order noise raises it."""
         x, y = self._offset(most)
         row = np.array([1.0, x, y, -0.5 * x * x, -x * y, -0.5 * y * y])
-        return Estimate(float(row @ self.q), float(np.sqrt(row @ self.covariance @ row)))
+        sd = float(np.sqrt(row @ self.covariance @ row))
+        kx, kxy, ky = self.q[3:]
+        raised = 0.5 * float(np.trace(np.linalg.solve([[kx, kxy], [kxy, ky]], self.covariance[1:3, 1:3])))
+        return Estimate(float(row @ self.q) - min(max(raised, 0.0), sd), math.hypot(sd, self.misfit))

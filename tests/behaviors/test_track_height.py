@@ -1,15 +1,18 @@
 """Heights of a sphere's top by the whole membrane, where the run knows how that is mounted, and by the contact elsewhere."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 
-from stretch_bt.behaviors._membrane import FRAME_NOISE, MEMBRANE_NOISE, Mounting
+from stretch_bt.behaviors._membrane import Mounting, told_by_membrane
 from stretch_bt.behaviors._readings import Reading, Touch, readings_of
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Sphere, deproject, find_contact, to_membrane
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.pressed.table import read_shapes
+from stretch_bt.perception.types import UNDEFORMED
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import Role, Status
 from stretch_bt.tree.registry import lookup
@@ -61,9 +64,9 @@ def told(mount=MOUNT, *, fitted=None, beside=0.0):
 
 
 def test_the_whole_membrane_tells_the_height_of_a_sphere():
-    _, node = told(fitted=sphere())
+    context, node = told(fitted=sphere())
     assert node.sinks["height"].value == pytest.approx(HAND + DEEP, abs=4e-5)
-    assert node.sinks["frame_noise"].value == MEMBRANE_NOISE
+    assert told_by_membrane(context)
 
 
 @pytest.mark.parametrize(
@@ -72,9 +75,9 @@ def test_the_whole_membrane_tells_the_height_of_a_sphere():
     ids=["no mount", "no sphere", "concave", "off the middle"],
 )
 def test_the_contact_tells_it_elsewhere(mount, fitted, beside):
-    _, node = told(mount, fitted=fitted, beside=beside)
+    context, node = told(mount, fitted=fitted, beside=beside)
     assert node.sinks["height"].value == pytest.approx(HAND + DEEP, abs=4e-4)
-    assert node.sinks["frame_noise"].value == FRAME_NOISE
+    assert not told_by_membrane(context)
 
 
 @pytest.mark.parametrize("fitted", [None, sphere()])
@@ -90,3 +93,21 @@ def test_first_touches_are_told_as_the_press_is_whatever_noise_is_stated(fitted)
     first = readings_of(context)[0]
     assert first.touch.by_membrane == (fitted is not None)
     assert first.depth == pytest.approx(LIGHT, abs=3e-5 if fitted else 2e-4)
+
+
+@pytest.mark.parametrize("off", [0.0, 4e-4])
+def test_what_a_camera_is_off_by_where_it_sees_the_flat_membrane_is_in_the_deviation(off):
+    seen = frame(DEEP)
+    flat = np.array(find_contact(seen).labels == UNDEFORMED)
+    shifted = replace(seen, raw=np.where(seen.raw > 0, seen.raw + round(off / 1e-5), 0).astype(np.uint16))
+    node = ran(RunContext(), "track_height", frame=shifted, contact=find_contact(shifted))
+    assert flat.any()
+    assert (node.sinks["height"].sd > 3e-4) == (off > 0.0)
+
+
+def test_what_is_left_of_a_learned_static_error_is_in_the_deviation():
+    context, seen = RunContext(), frame(DEEP)
+    zero = np.zeros(seen.raw.shape, dtype=np.float32)
+    context.memory[Pattern] = Pattern(zero, zero, 2e-4, 0.0, 0.0, 0.0, 0.0)
+    node = ran(context, "track_height", frame=seen, contact=find_contact(seen))
+    assert node.sinks["height"].sd == pytest.approx(2e-4, rel=0.1)

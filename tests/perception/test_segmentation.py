@@ -307,7 +307,7 @@ def test_steps_of_depth_enter_the_deviation_of_a_flat_top_as_far_as_noise_leaves
     labels[:4] = 0
     valid, errors, stated = np.ones(x.shape, dtype=bool), [], []
     for top in 5e-3 + step * rng.random(60):
-        z = np.where(labels == CONTACT, top, np.arange(40) * step) / step + rng.normal(0, noise, x.shape)
+        z = np.where(labels == CONTACT, top, top + np.arange(40) % 3 * step) / step + rng.normal(0, noise, x.shape)
         height = track_height(np.dstack([x, y, np.rint(z) * step]), valid, labels)
         errors.append(height.value - top)
         stated.append(height.sd)

@@ -163,7 +163,7 @@ readings: {{arm.force: 1 N}}
 mocks:
   - {{match: main/approach, outputs: {{contact_height: {{value: 60 mm, sd: 0.01 mm}}}}}}
   - {{match: "**/press"}}
-  - {{match: "**/feel", outputs: {{contact: {{}}, height: 59 mm, frame_noise: 0.3 mm, sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}}}}}
+  - {{match: "**/feel", outputs: {{contact: {{}}, height: 59 mm, sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}}}}}
   - {{match: main/fit_sphere, outputs: {{sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}}}}}
   - {{match: main/track/track_drop, outputs: {{drop: {{value: 1 mm, sd: 0.01 mm}}, force: {{value: 2 N, sd: 0.1 N}},
       together: 0, crept: {{value: 0 mm, sd: 0.01 mm}}}}}}

@@ -1,0 +1,257 @@
+"""Heights of tops under noise that pixels share: error, stated deviation and answers, by shape and by noise.
+
+    python -m benchmarks.height_noise [--draws 200] [--noise NAME ...] [--shape NAME ...]
+
+The membrane is a linear one, T_i z_xx + T_j z_yy = 0 wherever it does not lie on the body, relaxed on a grid of 0.5 mm, so that it leaves
+caps, cylinders and boxes tangentially; its tensions, the bodies and their places are drawn. It shares nothing with the solver of the sheet
+nor with what the estimators assume. Noise is white, or white noise after a Gaussian of some pixels, or both, with the counts of a camera.
+Of two bodies side by side the higher top is asked for.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from time import process_time
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import NoAnswer
+from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.perception import find_contact, track_height
+from stretch_bt.threads import one_thread
+from stretch_bt.units import Estimate
+
+Array = npt.NDArray[np.float64]
+
+CAMERA, DISTANCE = Intrinsics(476.0, 476.0, 106.0, 166.0, 213, 333), 0.2
+PITCH, WIDE, LONG = 0.5e-3, 0.045, 0.058  # m; of the grid, half the width, half the length
+FILLET = 1e-3  # m
+POOL = 12  # surfaces of each shape
+LEAST_DEPTH = 1e-3  # m; below it a refusal does not count
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The depth (h, w), m, that a camera without noise sees, and the height of the highest top, m."""
+
+    depth: Array
+    top: float
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations, m: white, and (m, pixels) of parts that are white noise after a Gaussian of so many pixels."""
+
+    white: float
+    shared: tuple[tuple[float, float], ...] = ()
+    unit: float = 0.125e-3
+    frames: int = 1
+
+
+NOISES = {
+    "white 0.05": Noise(0.05e-3),
+    "white 0.3": Noise(0.3e-3),
+    "white 1": Noise(1e-3),
+    "counts only": Noise(0.0),
+    "shared 0.3, 1 px": Noise(0.0, ((0.3e-3, 1.0),)),
+    "shared 0.3, 2 px": Noise(0.0, ((0.3e-3, 2.0),)),
+    "shared 0.3, 3 px": Noise(0.0, ((0.3e-3, 3.0),)),
+    "shared 0.6, 3 px": Noise(0.0, ((0.6e-3, 3.0),)),
+    "shared 0.3, 5 px": Noise(0.0, ((0.3e-3, 5.0),)),
+    "shared 0.3, 8 px": Noise(0.0, ((0.3e-3, 8.0),)),
+    "bench": Noise(0.05e-3, ((0.3e-3, 3.0),)),
+    "bench, 8 frames": Noise(0.018e-3, ((0.19e-3, 3.0),), 0.125e-3 / 16),
+    "SR305": Noise(0.02e-3, ((0.05e-3, 1.1),)),
+    "white 0.3 and 0.15, 8 px": Noise(0.3e-3, ((0.15e-3, 8.0),)),
+}
+
+
+def main() -> None:
+    """Print a line for each noise and shape."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--draws", type=int, default=200)
+    parser.add_argument("--noise", nargs="*", default=list(NOISES))
+    parser.add_argument("--shape", nargs="*", default=list(SHAPES))
+    given = parser.parse_args()
+    print("noise                     shape     error/stated  error, mm: bias  rms   most  stated, median  answers at 1 mm")
+    with one_thread():
+        for noise in given.noise:
+            for shape in given.shape:
+                print(f"{noise:25s} {shape:9s} {_row(shape, NOISES[noise], given.draws)}", flush=True)
+
+
+def _row(shape: str, noise: Noise, draws: int) -> str:
+    errors, stated, spent, refused, asked = [], [], [], Counter[str](), 0
+    for number in range(draws):
+        surface = surface_of(shape, number % POOL)
+        frame = seen(surface, noise, np.random.default_rng((number, 7)))
+        begun = process_time()
+        deep = surface.top >= LEAST_DEPTH
+        asked += deep
+        try:
+            found = height(frame)
+        except NoAnswer as error:
+            refused[str(error.reason)[:40]] += deep
+            continue
+        spent.append(process_time() - begun)
+        errors.append(found.value - surface.top)
+        stated.append(found.sd)
+    if not errors:
+        return f"no answer {dict(refused)}"
+    e, s = 1e3 * np.array(errors), 1e3 * np.array(stated)
+    answers = 1.0 - sum(refused.values()) / max(asked, 1)
+    return (
+        f"{np.sqrt(np.mean((e / s) ** 2)):10.2f} {e.mean():16.3f} {np.sqrt(np.mean(e**2)):9.3f} {np.abs(e).max():6.2f} {np.median(s):10.3f}"
+        f" {100 * answers:12.0f} %  {1e3 * np.median(spent):.1f} ms {dict(refused) if refused else ''}"
+    )
+
+
+def height(frame: DepthFrame) -> Estimate:
+    """Return the height of the top in a frame."""
+    contact = find_contact(frame)
+    return track_height(contact.surface, np.isfinite(contact.surface[..., 2]), contact.labels)
+
+
+def seen(surface: Surface, noise: Noise, rng: np.random.Generator) -> DepthFrame:
+    """Return the frame of a camera with such noise."""
+    depth = surface.depth + noise.white * rng.standard_normal(surface.depth.shape)
+    for sd, length in noise.shared:
+        depth += sd * alike(depth.shape, length, rng)
+    kept = (surface.depth > 0.0) & (rng.random(depth.shape) > 0.01)
+    raw = np.where(kept, np.clip(np.rint(depth / noise.unit), 0, 65535), 0).astype(np.uint16)
+    return DepthFrame(raw, noise.unit, CAMERA, 0.0, 0, DISTANCE, hand_height=0.0, stretch=0.016)
+
+
+def alike(shape: tuple[int, ...], length: float, rng: np.random.Generator) -> Array:
+    """Return noise (h, w) of standard deviation 1 that is white noise after a Gaussian of `length` pixels."""
+    from scipy.ndimage import gaussian_filter
+
+    margin = int(4 * length) + 1
+    wide = rng.standard_normal((shape[0] + 2 * margin, shape[1] + 2 * margin))
+    blurred = gaussian_filter(wide, length)[margin:-margin, margin:-margin]
+    return np.asarray(2.0 * np.sqrt(np.pi) * length * blurred / _gain(length))
+
+
+@lru_cache(maxsize=16)
+def _gain(length: float) -> float:
+    """Return by how much the discrete kernel of a short length differs from that of the formula."""
+    from scipy.ndimage import gaussian_filter1d
+
+    line = np.zeros(int(10 * length) * 2 + 3)
+    line[len(line) // 2] = 1.0
+    return float((gaussian_filter1d(line, length) ** 2).sum() * 2.0 * np.sqrt(np.pi) * length)
+
+
+# what presses into the membrane: heights (n, m) of a body's upper side whose top is at 0, m, over places beside its middle
+
+
+def _ball(x: Array, y: Array, radius: float) -> Array:
+    inside = radius**2 - x * x - y * y
+    return np.where(inside > 0.0, np.sqrt(np.maximum(inside, 0.0)) - radius, -1.0)
+
+
+def _rounded(past: Array) -> Array:
+    """Return the height over a place so far past where the fillet of a flat face begins, m."""
+    on = np.maximum(past, 0.0)
+    return np.where(on < FILLET, np.sqrt(np.maximum(FILLET**2 - on * on, 0.0)) - FILLET, -1.0)
+
+
+def _disc(x: Array, y: Array, radius: float) -> Array:
+    return _rounded(np.hypot(x, y) - (radius - FILLET))
+
+
+def _block(x: Array, y: Array, half: tuple[float, float]) -> Array:
+    u, v = (np.maximum(np.abs(w) - (a - FILLET), 0.0) for w, a in zip((x, y), half, strict=True))
+    return _rounded(np.hypot(u, v))
+
+
+Body = Callable[[Array, Array, np.random.Generator], tuple[Array, float]]
+
+
+def _place(rng: np.random.Generator) -> tuple[float, float]:
+    return float(rng.uniform(-8e-3, 8e-3)), float(rng.uniform(-10e-3, 10e-3))
+
+
+def _one(kind: str) -> Body:
+    def body(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, float]:
+        at, top = _place(rng), float(rng.uniform(1e-3, 12e-3))
+        u, v = x - at[0], y - at[1]
+        if kind == "sphere":
+            return top + _ball(u, v, rng.uniform(5e-3, 20e-3)), top
+        if kind == "cap":
+            return top + _ball(u, v, rng.uniform(25e-3, 60e-3)), top
+        if kind == "cylinder":
+            return top + _disc(u, v, rng.uniform(5e-3, 15e-3)), top
+        return top + _block(u, v, tuple(rng.uniform(5e-3, 12e-3, 2))), top
+
+    return body
+
+
+def _two(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, float]:
+    """Two bodies 22 to 34 mm apart along the stretch, as high or one up to 1.5 mm lower."""
+    apart, top = rng.uniform(11e-3, 17e-3), float(rng.uniform(4e-3, 12e-3))
+    low = top - float(rng.choice([0.0, rng.uniform(0.0, 1.5e-3)]))
+    radius = rng.uniform(5e-3, 9e-3)
+    shape = (lambda u, v: _ball(u, v, radius)) if rng.random() < 0.5 else (lambda u, v: _disc(u, v, radius))
+    return np.maximum(top + shape(x, y - apart), low + shape(x, y + apart)), top
+
+
+SHAPES: dict[str, Body] = {**{kind: _one(kind) for kind in ("sphere", "cap", "cylinder", "box")}, "two": _two}
+
+
+@lru_cache(maxsize=None)
+def surface_of(shape: str, number: int) -> Surface:
+    """Return one surface of a shape; the same number gives the same."""
+    rng = np.random.default_rng((number, *shape.encode()))
+    x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH), np.arange(-LONG, LONG + PITCH / 2, PITCH)
+    body, top = SHAPES[shape](x[None, :], y[:, None], rng)
+    return Surface(_viewed(x, y, relaxed(body, float(rng.uniform(2.0, 8.0)))), top)
+
+
+def relaxed(body: Array, ratio: float) -> Array:
+    """Return the membrane (n, m), m, clamped at the first and the last row, free at its sides, over a body; successive over-relaxation."""
+    z = np.maximum(body, 0.0)
+    z[[0, -1]] = 0.0
+    rows, columns = z.shape
+    cells = np.add.outer(np.arange(rows), np.arange(columns)) % 2
+    omega = 2.0 / (1.0 + np.pi / rows)
+    for _ in range(6 * rows):
+        before = z.copy() if _ % 50 == 0 else z
+        for colour in (0, 1):
+            side = np.pad(z, ((0, 0), (1, 1)), mode="reflect")
+            mean = side[:, :-2] + side[:, 2:]
+            mean[1:-1] += ratio * (z[:-2] + z[2:])
+            moved = np.maximum(z + omega * (mean / (2.0 + 2.0 * ratio) - z), body)
+            z = np.where((cells == colour) & _inner(rows)[:, None], moved, z)
+        if before is not z and np.abs(z - before).max() < 1e-8:
+            break
+    return z
+
+
+@lru_cache(maxsize=4)
+def _inner(rows: int) -> npt.NDArray[np.bool_]:
+    return (np.arange(rows) > 0) & (np.arange(rows) < rows - 1)
+
+
+def _viewed(x: Array, y: Array, z: Array) -> Array:
+    """Return the depth (h, w), m, along the axis of the camera, of heights (n, m) over places y, x; 0 beside them."""
+    from scipy.interpolate import RectBivariateSpline
+
+    spline = RectBivariateSpline(y, x, z)
+    v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width]
+    across, along = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
+    height = np.zeros(u.shape)
+    for _ in range(12):
+        deep = DISTANCE - height
+        height = 0.5 * height + 0.5 * spline.ev(along * deep, across * deep)
+    deep = DISTANCE - height
+    return np.where((np.abs(across * deep) < WIDE) & (np.abs(along * deep) < LONG), deep, 0.0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""Noise that pixels share over several lengths at once, from what Gaussian means of three widths leave of a frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.robust import MAD_TO_SD, quantile
+from stretch_bt.perception.smooth import covered, derivative, gaussian
+from stretch_bt.perception.surface import Cleaned
+from stretch_bt.perception.types import MaskArray
+
+__all__ = ["NoiseSpectrum", "noise_spectrum"]
+
+Array = npt.NDArray[np.float64]
+Image = npt.NDArray[np.float32]
+
+LENGTHS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.5, 9.0)  # pixels
+WIDTHS = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))  # of bins and of the Gaussian, pixels, and how often it is taken away
+LAGS = 4
+#: of what a mean leaves, that noise of each length must explain: the longest differ little from membrane, and from chance
+LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.05, 0.1, 0.15)
+MOST = 96  # bins along a side that are looked at
+CUT = 3.0  # standard deviations past which a residual is no noise: a rim, or a pixel that flies
+WHOLE = 0.97  # share of the kernel that must see valid pixels
+LEAST = 60  # bins from which a width tells anything
+SWEEPS, SETTLED = 100, 1e-5
+CELLS = 1.5  # cells in a length, in which its correlation is summed
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseSpectrum:
+    """Noise of one pixel as a sum of parts: variances (k,), m^2, each shared over a length (k,), pixels, 0 where white.
+
+    A part is white noise after a Gaussian of its length, so that pixels d apart correlate as exp(-d^2 / 4 length^2).
+    """
+
+    variances: Array
+    lengths: Array
+
+    @property
+    def area(self) -> float:
+        """How many pixels share one error, at least 1."""
+        total = float(self.variances.sum())
+        areas = np.maximum(4.0 * math.pi * self.lengths**2, 1.0)
+        return float(self.variances @ areas) / total if total > 0.0 else 1.0
+
+    @property
+    def shared_sd(self) -> float:
+        """Standard deviation, m, of all parts but the white."""
+        return math.sqrt(float(self.variances @ (self.lengths > 0.0)))
+
+    @property
+    def white_sd(self) -> float:
+        """Standard deviation, m, of the white part."""
+        return math.sqrt(float(self.variances @ (self.lengths == 0.0)))
+
+    def of_mean(self, pixels: float) -> float:
+        """Return the variance, m^2, of the mean of a block of so many pixels, of all parts but the white."""
+        areas = 4.0 * math.pi * self.lengths**2
+        return float((self.variances * np.minimum(areas / pixels, 1.0)) @ (areas > 0.0))
+
+    def shared(self, design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> Array:
+        """Return the covariance (k, k) of sums of pixels, weighed by `design` (k, n), at rows and columns (n,), of all parts but the white."""
+        total = np.zeros((len(design), len(design)))
+        for variance, length in zip(self.variances, self.lengths, strict=True):
+            if variance > 0.0 and length > 0.0:
+                total += variance * _alike(design, rows, columns, float(length))
+        return total
+
+
+def _alike(design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], length: float) -> Array:
+    """Return the sums over all pairs of pixels of their weights and correlation exp(-d^2 / 4 length^2), (k, k)."""
+    import cv2
+
+    step = max(1, int(length / CELLS))
+    sigma = length / step
+    pad = math.ceil(3.5 * sigma)
+    v, u = (rows - rows.min()) // step + pad, (columns - columns.min()) // step + pad
+    shape = int(v.max()) + pad + 1, int(u.max()) + pad + 1
+    cells, kernel = v * shape[1] + u, gaussian(sigma, 0)
+    summed = np.stack([np.bincount(cells, row, shape[0] * shape[1]) for row in design])
+    images = (cv2.sepFilter2D(row.reshape(shape), cv2.CV_64F, kernel, kernel, borderType=cv2.BORDER_CONSTANT) for row in summed)
+    blurred = np.stack([np.asarray(image).ravel() for image in images])
+    return np.asarray(blurred @ blurred.T / float(kernel @ kernel) ** 2)
+
+
+def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpectrum:
+    """Return the noise of a frame.
+
+    What means of three widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
+    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane.
+
+    Parameters
+    ----------
+    apart : (h, w) bool, of the cleaned part
+        Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
+    """
+    rows, found = list[Array](), list[Array]()
+    for step, width, times in WIDTHS:
+        seen = _left(cleaned, step, width, times, apart if step == WIDTHS[-1][0] else None)
+        if seen is not None and seen[0] > 0.0:
+            rows.append(_expected(step, width, times) / seen[0])
+            found.append(seen / seen[0])
+    if not rows:
+        return NoiseSpectrum(np.zeros(1), np.zeros(1))
+    variances = _not_negative(np.concatenate(rows), np.concatenate(found))
+    return NoiseSpectrum(variances, np.array(LENGTHS))
+
+
+def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArray | None) -> Array | None:
+    """Return the covariance (LAGS,), m^2, of what the mean of a width leaves of bins, with itself 0, 1 ... bins aside and below."""
+    raw, share = (_middle(image) for image in cleaned.bins(step))
+    sigma = _sigma(step, width)
+    rest = raw
+    for _ in range(times):
+        mean, cover = covered(rest, share, sigma)
+        rest = np.where(share > 0.0, rest - mean / np.maximum(cover, np.float32(1e-3)), np.float32(0))
+    whole = (share > 0.99) & (derivative(share, sigma * math.sqrt(times), 0, 0) > WHOLE)
+    if apart is not None:
+        far = whole & _middle(apart[::step, ::step])
+        whole = far if np.count_nonzero(far) >= LEAST else whole
+    if np.count_nonzero(whole) < LEAST:
+        return None
+    sd = MAD_TO_SD * quantile(np.abs(rest[whole]))
+    whole &= np.abs(rest) < CUT * sd
+    rest = np.where(whole, rest, np.float32(0))
+    return np.array([_covariance(rest, whole, lag) for lag in range(LAGS)])
+
+
+def _middle(image: Any) -> Any:
+    """Return the middle of an image, MOST along a side."""
+    v, u = (max(0, (n - MOST) // 2) for n in image.shape)
+    return np.ascontiguousarray(image[v : v + MOST, u : u + MOST])
+
+
+def _covariance(rest: Image, seen: MaskArray, lag: int) -> float:
+    n = len(rest) - lag, rest.shape[1] - lag
+    pairs = np.count_nonzero(seen[lag:] & seen[: n[0]]) + np.count_nonzero(seen[:, lag:] & seen[:, : n[1]])
+    total = float(np.vdot(rest[lag:], rest[: n[0]])) + float(np.vdot(rest[:, lag:], rest[:, : n[1]]))
+    return total / max(pairs, 1)
+
+
+def _sigma(step: int, width: float) -> float:
+    return max(1.5, round(20.0 * width / step) / 20.0)
+
+
+@lru_cache(maxsize=8)
+def _expected(step: int, width: float, times: int) -> Array:
+    """Return the covariance (LAGS, k) that is left of noise of variance 1 of each length."""
+    return np.stack([_of_length(length, step, _sigma(step, width), times) for length in LENGTHS], axis=1)
+
+
+def _of_length(length: float, step: int, sigma: float, times: int) -> Array:
+    if length == 0.0:
+        return np.array([_covariance_left(0.0, sigma, times, float(lag)) for lag in range(LAGS)]) / step**2
+    own = (length / step) ** 2
+    wider = own + (1.0 - 1.0 / step**2) / 12.0  # the bins blur as a Gaussian of their own variance does
+    return own / wider * np.array([_covariance_left(wider, sigma, times, float(lag)) for lag in range(LAGS)])
+
+
+def _covariance_left(square: float, sigma: float, times: int, d: float) -> float:
+    """Return the covariance, at a distance d, of what is left of noise of variance 1 once its mean is taken away, some times.
+
+    The noise is white, or white noise after a Gaussian whose squared length is given; the power that is left is (1 - g)^(2 times).
+    """
+    total = 0.0
+    for m in range(2 * times + 1):
+        weight = math.comb(2 * times, m) * (-1.0) ** m
+        spread = 2.0 * square + m * sigma**2
+        if square == 0.0:
+            near = float(d == 0.0) if m == 0 else math.exp(-(d**2) / (2.0 * spread)) / (2.0 * math.pi * spread)
+        else:
+            near = 2.0 * square / spread * math.exp(-(d**2) / (2.0 * spread))
+        total += weight * near
+    return total
+
+
+def _not_negative(design: Array, wanted: Array) -> Array:
+    """Return least squares (k,) of design (n, k) that are not negative, of the columns that explain at least their LEAST_SHARE."""
+    size = np.sqrt((design * design).sum(axis=0))
+    scaled = design / size
+    normal, right = scaled.T @ scaled, scaled.T @ wanted
+    some = _descent(normal, right - np.array(LEAST_SHARE), np.ones(len(right), dtype=bool)) > 0.0
+    return _descent(normal, right, some) / size
+
+
+def _descent(normal: Array, right: Array, free: MaskArray) -> Array:
+    """Return q (k,) of least q . normal . q / 2 - right . q that is not negative, and 0 where not free (Franc et al., 2005)."""
+    q = np.zeros(len(right))
+    for _ in range(SWEEPS):
+        moved = 0.0
+        for k in np.flatnonzero(free).tolist():
+            value = max(float(q[k] + right[k] - normal[k] @ q), 0.0)
+            moved, q[k] = max(moved, abs(value - q[k])), value
+        if moved < SETTLED:
+            break
+    return q

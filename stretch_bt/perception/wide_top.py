@@ -1,0 +1,74 @@
+"""Height of a top by discs wider than the contact, where noise is alike over much of that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.robust import quantile
+from stretch_bt.perception.top import Points, Top
+from stretch_bt.units import Estimate
+
+__all__ = ["by_wide_discs"]
+
+Array = npt.NDArray[np.float64]
+
+RADII = (1.0, 1.5, 2.0, 2.5, 3.0)  # of the disc over that of the contact
+# The vertex over such a disc lies below the top by this share of the depth, and by this standard deviation of it, over presses of
+# spheres, caps, discs and blocks without noise (`python -m benchmarks.height_noise --bend`): the skirt within it is no quadratic.
+BELOW = (-0.004, -0.017, 0.010, 0.050, 0.110)
+OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
+PATCHES = 5.0  # independent values that a disc must hold before its quadratic tells anything
+CLEAR = 0.03  # of the depth, below whose error no wider disc can tell the height better
+SMALL = 3.0  # times noise that is alike, which if it is below CLEAR does not choose what is taken for contact
+LEAST_POINTS = 30
+
+
+def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
+    """Return the surest of the height of a contact's top by the contact alone and those by wider discs, m."""
+    assert contact.noise is not None
+    faint = SMALL * contact.noise.shared_sd < CLEAR * abs(top.value)
+    enough = faint or len(contact) >= PATCHES * contact.noise.area
+    if enough and top.sd < CLEAR * abs(top.value):
+        return top
+    found = [top] if enough else []
+    found += _wider(contact, around)
+    return min(found, key=lambda height: height.sd, default=top)
+
+
+def _wider(contact: Points, around: Points) -> Iterator[Estimate]:
+    x, y, _ = contact.cloud
+    start = np.array([quantile(x), quantile(y)])
+    radius = math.sqrt(2.0 * quantile((x - start[0]) ** 2 + (y - start[1]) ** 2))
+    pixel = math.sqrt(math.pi / len(contact)) * radius  # m
+    assert contact.noise is not None
+    least = math.sqrt(PATCHES * contact.noise.area / math.pi) * pixel
+    radii = sorted({max(share * radius, least) for share in RADII})
+    for wide in radii:
+        try:
+            found = _of_disc(around, start, wide, wide / radius)
+        except (IllConditioned, np.linalg.LinAlgError):
+            continue
+        if found is not None:
+            yield found
+
+
+def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Estimate | None:
+    """Return the height by the disc of a radius, m, which is such a share of the contact's; None where it shows no top."""
+    for _ in range(2):
+        x, y = around.cloud[0] - middle[0], around.cloud[1] - middle[1]
+        near = np.flatnonzero(x * x + y * y <= radius * radius)
+        if near.size < LEAST_POINTS:
+            return None
+        top = Top(around.at(near), middle, even=False)
+        if top.significance <= 0.0:
+            return None
+        middle = top.vertex(0.5 * radius)
+    seen = top.estimate(0.5 * radius)
+    below, off = float(np.interp(share, RADII, BELOW)), float(np.interp(share, RADII, OFF))
+    height = seen.value / (1.0 - below)
+    return Estimate(height, math.hypot(seen.sd, off * height))

@@ -1,0 +1,66 @@
+"""Heights of tops under noise that pixels share, on membranes that were solved by no code of the package."""
+
+import numpy as np
+import pytest
+
+from benchmarks.height_noise import NOISES, height, seen, surface_of
+from stretch_bt.errors import NoAnswer
+from stretch_bt.perception import find_contact, track_height
+from stretch_bt.perception.height import window_of
+from stretch_bt.perception.noise_spectrum import noise_spectrum
+from stretch_bt.perception.surface import clean
+from stretch_bt.perception.types import CONTACT, DEFORMED
+
+
+def found(shape, noise, draws):
+    """Return the errors of heights over the stated deviations, and how many frames were refused."""
+    ratios, refused = [], 0
+    for number in range(draws):
+        surface = surface_of(shape, number % 4)
+        try:
+            top = height(seen(surface, NOISES[noise], np.random.default_rng((number, 11))))
+            ratios.append((top.value - surface.top) / top.sd)
+        except NoAnswer:
+            refused += 1
+    return np.array(ratios), refused
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+@pytest.mark.parametrize("noise", ["white 0.3", "shared 0.3, 3 px", "bench, 8 frames", "SR305"])
+def test_a_height_is_off_by_what_it_states(shape, noise):
+    ratios, refused = found(shape, noise, 16)
+    assert refused == 0
+    assert 0.4 < np.sqrt(np.mean(ratios**2)) < 1.6
+
+
+def test_of_two_contacts_the_highest_counts_and_labels_choose_the_other():
+    surface = surface_of("two", 2)
+    contact = find_contact(seen(surface, NOISES["white 0.05"], np.random.default_rng(2)))
+    valid = np.isfinite(contact.surface[..., 2])
+    highest = track_height(contact.surface, valid, contact.labels)
+    assert abs(highest.value - surface.top) < 3 * highest.sd
+    lower = contact.labels.copy()
+    v, u = np.nonzero(contact.labels == CONTACT)
+    beside = contact.surface[v, u, 1] > contact.surface[..., 1][valid].mean()
+    tops = []
+    for side in (beside, ~beside):
+        lower[v, u] = np.where(side, CONTACT, DEFORMED)
+        tops.append(track_height(contact.surface, valid, lower).value)
+    assert max(tops) == pytest.approx(highest.value, abs=1e-5)
+    assert min(tops) < surface.top - 3e-4
+
+
+@pytest.mark.parametrize(
+    ("noise", "area"), [("white 0.3", 1), ("SR305", 10), ("bench", 110), ("shared 0.3, 5 px", 314)]
+)
+def test_the_noise_of_a_frame_is_found_with_the_length_over_which_pixels_share_it(noise, area):
+    frame = seen(surface_of("cylinder", 1), NOISES[noise], np.random.default_rng(4))
+    contact = find_contact(frame)
+    valid = np.isfinite(contact.surface[..., 2])
+    window, apart = window_of(np.flatnonzero(contact.labels == CONTACT), valid.shape)
+    cleaned = clean(contact.surface[window], valid[window], 1)
+    spectrum = noise_spectrum(cleaned, apart[cleaned.box])
+    made = NOISES[noise]
+    total = np.hypot(made.white, np.hypot(sum(sd for sd, _ in made.shared), made.unit / np.sqrt(12)))
+    assert np.sqrt(spectrum.variances.sum()) == pytest.approx(total, rel=0.2)
+    assert spectrum.area == pytest.approx(area, rel=0.5)
