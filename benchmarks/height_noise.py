@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from time import process_time
 
 import numpy as np
@@ -204,7 +204,7 @@ def _two(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, float]:
 SHAPES: dict[str, Body] = {**{kind: _one(kind) for kind in ("sphere", "cap", "cylinder", "box")}, "two": _two}
 
 
-@lru_cache(maxsize=None)
+@cache
 def surface_of(shape: str, number: int) -> Surface:
     """Return one surface of a shape; the same number gives the same."""
     rng = np.random.default_rng((number, *shape.encode()))

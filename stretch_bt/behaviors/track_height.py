@@ -17,7 +17,9 @@ class TrackHeight(Behavior):
 
     With a contact the height is that of its top, and of the highest where there are several: in the world when the frame knows where the
     hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and by how much the camera is off
-    over all of the contact: what `approach` could not take off, or else what the undeformed membrane shows. Without one it is how far the highest place has risen above the first frames, on any soft sensor.
+    over all of the contact: what `approach` could not take off, or else what the undeformed membrane shows.
+
+    Without a contact it is how far the highest place has risen above the first frames, on any soft sensor.
 
     With a sphere, after an `approach` that was told how the membrane is mounted, the whole membrane tells the height, by the shape that the
     solved sheet has over such a sphere. The contact alone tells it where that shape does not fit.

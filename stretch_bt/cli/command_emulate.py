@@ -51,7 +51,7 @@ def command(
     ) as servers:
         served = servers.served
         if json_:
-            emit_json(served.to_json(), indent=None)
+            emit_json(served.to_json(), indent=None, last=False)
         else:
             for name, wires in served.wires.items():
                 typer.echo(f"{name}: " + ", ".join(f"{wire} at {place}" for wire, place in wires.items()))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 from stretch_bt.cli.outlet import answers
 from stretch_bt.cli.stops import EXIT_BAD_INPUT, EXIT_INTERRUPTED, stops
 from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError
-from stretch_bt.run.signals import unbroken
+from stretch_bt.run.signals import signals
 
 __all__ = [
     "EXIT_BAD_INPUT",
@@ -32,12 +32,15 @@ __all__ = [
 EXIT_FAILURE, EXIT_FAULT = 1, 3
 
 
-def emit_json(document: Any, *, indent: int | None = 2) -> None:
-    """Print the one JSON document of a command."""
+def emit_json(document: Any, *, indent: int | None = 2, last: bool = True) -> None:
+    """Print the one JSON document of a command, whole; where it is not the `last` thing done, a signal that comes meanwhile counts after it."""
     text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
-    with unbroken():
+    heard: list[str] = []
+    with signals(heard.append):
         stops.told = True
         typer.echo(text, file=answers.stream)
+    if heard and not last:
+        stops(heard[0])
 
 
 def exit_code(error: StretchError) -> int:

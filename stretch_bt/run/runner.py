@@ -10,13 +10,13 @@ from typing import Any, Protocol
 
 from py_trees.common import Status
 
+from stretch_bt.break_off import BrokenOff, breakable
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.signals import signals
 from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
-from stretch_bt.break_off import BrokenOff, breakable
 from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
 from stretch_bt.tree.cell import MISSING, Cell

@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 
 import pytest
 
+from stretch_bt.break_off import go_on
 from stretch_bt.errors import DeviceFault, NoAnswer, TreeError
 from stretch_bt.run.clock import VirtualClock
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.runner import Runner
-from stretch_bt.break_off import go_on
 from stretch_bt.tree import registry
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.ports import Behavior, In, Status

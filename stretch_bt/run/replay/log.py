@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
+from stretch_bt.break_off import BrokenOff
 from stretch_bt.errors import DeviceFault, StretchError
 from stretch_bt.run.onlooker import Onlooker
 from stretch_bt.run.record import RecordReader
-from stretch_bt.break_off import BrokenOff
 
 __all__ = ["Diverged", "Log"]
 

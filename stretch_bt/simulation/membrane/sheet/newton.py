@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stretch_bt.errors import NoEquilibrium
 from stretch_bt.break_off import go_on
+from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.sheet.problem import EXACT, GRADIENT, PROJECTED, Evaluation, Problem
 from stretch_bt.simulation.membrane.sheet.spline import Array
 
