@@ -14,7 +14,7 @@ import argparse
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from time import process_time
 
 import numpy as np
@@ -78,7 +78,9 @@ def main() -> None:
     parser.add_argument("--noise", nargs="*", default=list(NOISES))
     parser.add_argument("--shape", nargs="*", default=list(SHAPES))
     given = parser.parse_args()
-    print("noise                     shape     error/stated  error, mm: bias  rms   most  stated, median  answers at 1 mm")
+    print(
+        "noise                     shape     error/stated  error, mm: bias  rms   most  stated, median  answers at 1 mm"
+    )
     with one_thread():
         for noise in given.noise:
             for shape in given.shape:
@@ -197,7 +199,7 @@ def _two(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, float]:
     apart, top = rng.uniform(11e-3, 17e-3), float(rng.uniform(4e-3, 12e-3))
     low = top - float(rng.choice([0.0, rng.uniform(0.0, 1.5e-3)]))
     radius = rng.uniform(5e-3, 9e-3)
-    shape = (lambda u, v: _ball(u, v, radius)) if rng.random() < 0.5 else (lambda u, v: _disc(u, v, radius))
+    shape = partial(_ball if rng.random() < 0.5 else _disc, radius=radius)
     return np.maximum(top + shape(x, y - apart), low + shape(x, y + apart)), top
 
 

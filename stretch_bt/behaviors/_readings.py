@@ -29,7 +29,10 @@ __all__ = [
 ]
 
 LEAST_TOUCHES = 2  # that tell where the top stands without a force
-FIXED, FRAME_NOISE = 3e-5, 3e-4  # m; what no averaging takes away of a height that is off by so much in one frame, or by more
+FIXED, FRAME_NOISE = (
+    3e-5,
+    3e-4,
+)  # m; what no averaging takes away of a height that is off by so much in one frame, or by more
 
 
 @dataclass(frozen=True, slots=True)

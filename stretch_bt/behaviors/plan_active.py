@@ -39,7 +39,10 @@ class PlanActive(ModelBehavior):
     frame_time: In[Time] = port(1 / 30, min=1e-3, max=1.0, doc="of one frame")
     settle: In[Time] = port(0.0, min=0.0, max=60.0, doc="for which a new press is left alone before it is looked at")
     frame_noise: In[Length | None] = port(
-        None, min=1e-6, max=0.01, doc="by which a height is off in one frame; unless given, as the readings of the present press say"
+        None,
+        min=1e-6,
+        max=0.01,
+        doc="by which a height is off in one frame; unless given, as the readings of the present press say",
     )
     robot_sd: In[Length] = port(
         mechanics.ROBOT, min=0.0, max=0.001, doc="by which the hand stands off where it is sent"

@@ -58,7 +58,11 @@ class TrackHeight(Behavior):
             self.context, points, valid, contact.labels, frame.stretch or 0.0, self._curvature()
         )
         keep_how(self.context, by_membrane=by_membrane)
-        off = 0.0 if by_membrane else camera_off(self.context, contact.surface, contact.labels, frame.plane_distance or 0.0)
+        off = (
+            0.0
+            if by_membrane
+            else camera_off(self.context, contact.surface, contact.labels, frame.plane_distance or 0.0)
+        )
         return Estimate(top.value + (frame.hand_height or 0.0), math.hypot(top.sd, off))
 
     def _curvature(self) -> Estimate | None:

@@ -154,7 +154,7 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
     found = Points(np.ascontiguousarray(cloud.T), places, wide, noise)
     finite = np.isfinite(found.cloud).all(axis=0)
     if not finite.all():
-        found = found.at(finite)
+        found = found.at(np.flatnonzero(finite))
     if not len(found):
         raise NoContact(
             "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
@@ -226,7 +226,13 @@ def _sag(seen: Estimate, spread: float) -> Estimate:
     t = middle / sd
     above = max(0.5 * math.erfc(-t / math.sqrt(2.0)), 1e-300)
     hazard = math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi) / above
-    odds = 2.0 * above * seen.sd / math.sqrt(total) * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, 700.0))
+    odds = (
+        2.0
+        * above
+        * seen.sd
+        / math.sqrt(total)
+        * math.exp(min(0.5 * (seen.value / seen.sd) ** 2 * spread**2 / total, 700.0))
+    )
     share = odds / (1.0 + odds)
     mean, variance = middle + sd * hazard, sd * sd * max(1.0 - t * hazard - hazard**2, 0.0)
     return Estimate(share * mean, math.sqrt(share * variance + share * (1.0 - share) * mean**2))

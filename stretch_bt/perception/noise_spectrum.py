@@ -85,7 +85,10 @@ def _alike(design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.in
     shape = int(v.max()) + pad + 1, int(u.max()) + pad + 1
     cells, kernel = v * shape[1] + u, gaussian(sigma, 0)
     summed = np.stack([np.bincount(cells, row, shape[0] * shape[1]) for row in design])
-    images = (cv2.sepFilter2D(row.reshape(shape), cv2.CV_64F, kernel, kernel, borderType=cv2.BORDER_CONSTANT) for row in summed)
+    images = (
+        cv2.sepFilter2D(row.reshape(shape), cv2.CV_64F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
+        for row in summed
+    )
     blurred = np.stack([np.asarray(image).ravel() for image in images])
     return np.asarray(blurred @ blurred.T / float(kernel @ kernel) ** 2)
 
@@ -141,13 +144,13 @@ def _middle(image: Any) -> Any:
 
 def _covariance(rest: Image, seen: MaskArray, lag: int) -> float:
     n = len(rest) - lag, rest.shape[1] - lag
-    pairs = np.count_nonzero(seen[lag:] & seen[: n[0]]) + np.count_nonzero(seen[:, lag:] & seen[:, : n[1]])
+    pairs = int(np.count_nonzero(seen[lag:] & seen[: n[0]]) + np.count_nonzero(seen[:, lag:] & seen[:, : n[1]]))
     total = float(np.vdot(rest[lag:], rest[: n[0]])) + float(np.vdot(rest[:, lag:], rest[:, : n[1]]))
-    return total / max(pairs, 1)
+    return total / float(max(pairs, 1))
 
 
 def _sigma(step: int, width: float) -> float:
-    return max(1.5, round(20.0 * width / step) / 20.0)
+    return float(max(1.5, round(20.0 * float(width) / step) / 20.0))
 
 
 @lru_cache(maxsize=8)
@@ -187,7 +190,8 @@ def _not_negative(design: Array, wanted: Array) -> Array:
     scaled = design / size
     normal, right = scaled.T @ scaled, scaled.T @ wanted
     some = _descent(normal, right - np.array(LEAST_SHARE), np.ones(len(right), dtype=bool)) > 0.0
-    return _descent(normal, right, some) / size
+    found: Array = _descent(normal, right, some) / size
+    return found
 
 
 def _descent(normal: Array, right: Array, free: MaskArray) -> Array:

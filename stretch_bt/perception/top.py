@@ -135,7 +135,9 @@ class Top:
     def sag(self) -> Estimate:
         """How far it falls, m, as far out as makes the mean of a disc half of that lower than its top."""
         row = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 1.0])
-        return Estimate(float(row @ self.q) / 2.0, math.hypot(float(np.sqrt(row @ self.covariance @ row)) / 2.0, self.misfit))
+        return Estimate(
+            float(row @ self.q) / 2.0, math.hypot(float(np.sqrt(row @ self.covariance @ row)) / 2.0, self.misfit)
+        )
 
     def curved_along(self, axis: Array) -> float:
         """Return the convexity along an axis (2,), in standard deviations."""

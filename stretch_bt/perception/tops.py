@@ -25,7 +25,10 @@ LONG = 1.4  # times as long as wide, from which a contact may be two
 CONCAVE = 2.5  # standard deviations of its curvature along, from which it is a saddle
 LEAST_TOP = 16  # points of a top
 LEAST_IN = 8  # pixels of a window along an axis of a contact
-DIP, LEAST_DIP = 3.5, 0.5  # standard deviations by which a contact must dip, at LONG and where it is longer by LONGER: then it is hardly one
+DIP, LEAST_DIP = (
+    3.5,
+    0.5,
+)  # standard deviations by which a contact must dip, at LONG and where it is longer by LONGER: then it is hardly one
 LONGER = 1.2
 REACH = 2.5  # half lengths of a contact, as far as which the membrane is looked at for a place to which it rises
 MEDIAN = 1.6  # by which the variance of a median exceeds that of a mean
@@ -73,7 +76,9 @@ def summits(contact: Points, around: Points, sd: float) -> list[Points]:
     middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
     beside = cloud[:2] - middle[:, None]
     spread, axes = np.linalg.eigh(beside @ beside.T / len(contact))
-    short, long = (2.0 * math.sqrt(max(float(value), 1e-18)) for value in spread)  # of an ellipse, half as wide and long
+    short, long = (
+        2.0 * math.sqrt(max(float(value), 1e-18)) for value in spread
+    )  # of an ellipse, half as wide and long
     if long < LONG * short:
         return [contact]
     axis, seen = axes[:, 1], around.cloud[:2] - middle[:, None]
@@ -151,7 +156,7 @@ def surroundings(points: FloatArray, valid: MaskArray, touching: Points, noise: 
     length = math.sqrt(noise.area / (4.0 * math.pi))
     step = min(max(int(length), 1), 3)
     rows, columns = touching.places // touching.wide, touching.places % touching.wide
-    middle = quantile(rows), quantile(columns)
+    middle = quantile(rows.astype(np.float64)), quantile(columns.astype(np.float64))
     radius = math.sqrt(2.0 * quantile((rows - middle[0]) ** 2.0 + (columns - middle[1]) ** 2.0))
     more = math.ceil(max(WIDEST * radius, LEAST_FAR * length))
     v = np.arange(max(int(middle[0]) - more, 0), min(int(middle[0]) + more + 1, valid.shape[0]), step)
