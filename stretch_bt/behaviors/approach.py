@@ -74,7 +74,7 @@ class Approach(MotionBehavior):
         0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"
     )
     learn_pattern: In[bool] = port(True, doc="take the camera's static error off later frames")
-    contact_height: Out[Length]  # world height of the undeformed top
+    contact_height: Out[Length] = port(truth="contact_height")  # world height of the undeformed top
 
     #: frames in a row that must show contact
     ALARMS: ClassVar[int] = 2

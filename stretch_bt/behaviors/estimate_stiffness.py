@@ -17,7 +17,7 @@ class EstimateStiffness(Behavior):
     force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
     deflection_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of deflection")
     together: In[float] = port(0.0, min=-1.0, max=1.0, doc="correlation of the errors of force and deflection")
-    stiffness: Out[Stiffness]  # force over deflection
+    stiffness: Out[Stiffness] = port(truth="stiffness")  # force over deflection
 
     def update(self) -> Status:
         """Divide, with the standard deviations of both."""

@@ -42,14 +42,16 @@ class FitObject(Behavior):
     x: Out[Length]  # of the middle of its top, world
     y: Out[Length]  # of the middle of its top, world
     heading: Out[Angle]  # of its length from the world's x, or of the normal of a triangle's side
-    length: Out[Length | None]  # the longer side of the top, or the length of a crest
-    width: Out[Length | None]  # the shorter side of the top
-    height: Out[Length | None]  # of the top above the table
-    radius: Out[Length | None]  # of a disc, a half-cylinder, the largest dome or a circle of wire, outside
-    side: Out[Length | None]  # of a triangle of wire, along its middle
-    radius_1: Out[Length | None]  # of the largest dome
-    radius_2: Out[Length | None]  # of the second dome
-    radius_3: Out[Length | None]  # of the third dome
+    length: Out[Length | None] = port(truth="length")  # the longer side of the top, or the length of a crest
+    width: Out[Length | None] = port(truth="width")  # the shorter side of the top
+    height: Out[Length | None] = port(truth="height")  # of the top above the table
+    radius: Out[Length | None] = port(
+        truth="radius"
+    )  # of a disc, a half-cylinder, the largest dome or a circle of wire, outside
+    side: Out[Length | None] = port(truth="side")  # of a triangle of wire, along its middle
+    radius_1: Out[Length | None] = port(truth="radius_1")  # of the largest dome
+    radius_2: Out[Length | None] = port(truth="radius_2")  # of the second dome
+    radius_3: Out[Length | None] = port(truth="radius_3")  # of the third dome
 
     def update(self) -> Status:
         """Fit."""

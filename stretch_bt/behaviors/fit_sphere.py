@@ -19,7 +19,9 @@ class FitSphere(Behavior):
     instant = True
     contact: In[Contact]  # the contact and the surface around it
     before: In[Sphere | None] = None  # an earlier fit of the same object
-    sphere: Out[Sphere]  # radius, centre and curvature, each with its standard deviation
+    sphere: Out[Sphere] = port(
+        truth={"radius": "radius"}
+    )  # radius, centre and curvature, each with its standard deviation
     min_significance: In[float] = port(3.0, min=1.0, doc="accept when the curvature exceeds this many sd")
 
     def update(self) -> Status:

@@ -23,7 +23,7 @@ class MeasureForce(Behavior):
     force_sensor: Uses[ForceSensor]
     arm: Uses[Arm | None]
     count: In[int] = port(10, min=1, max=10000, doc="readings to average, one a tick")
-    force: Out[Force]  # on the hand, along its axis
+    force: Out[Force] = port(truth="force")  # on the hand, along its axis
 
     def initialise(self) -> None:
         """Accept readings from now on."""

@@ -3,7 +3,7 @@
 from stretch_bt import perception
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.dimensions import Dimensions
-from stretch_bt.tree.ports import Behavior, In, Out, Status
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
 
@@ -16,9 +16,9 @@ class MeasureObject(Behavior):
     instant = True
     cloud: In[Cloud]  # of its surface
     dimensions: Out[Dimensions]  # lengths along three axes, and how each was had
-    length: Out[Length]  # the longer dimension across z
-    width: Out[Length]  # the shorter dimension across z
-    height: Out[Length]  # the dimension nearest to z
+    length: Out[Length] = port(truth="length")  # the longer dimension across z
+    width: Out[Length] = port(truth="width")  # the shorter dimension across z
+    height: Out[Length] = port(truth="height")  # the dimension nearest to z
 
     def update(self) -> Status:
         """Measure."""

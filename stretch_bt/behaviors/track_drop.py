@@ -59,10 +59,10 @@ class TrackDrop(ModelBehavior):
     robot_sd: In[Length] = port(
         mechanics.ROBOT, min=0.0, max=0.001, doc="by which the hand stands off where it is sent"
     )
-    top: Out[Length]  # height of the undeformed top
-    settled: Out[Length]  # height of the top at this press, on the curve
-    drop: Out[Length]  # how far the top has given way, on the curve
-    force: Out[Force]  # on the object at this press, by the model
+    top: Out[Length] = port(truth="contact_height")  # height of the undeformed top
+    settled: Out[Length] = port(truth="height")  # height of the top at this press, on the curve
+    drop: Out[Length] = port(truth="deflection")  # how far the top has given way, on the curve
+    force: Out[Force] = port(truth="force")  # on the object at this press, by the model
     together: Out[float]  # correlation of the errors of force and drop
     crept: Out[Length]  # by how much the newer readings of this press stand above the older; 0 while there is one
 

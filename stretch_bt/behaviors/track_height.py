@@ -6,7 +6,7 @@ from stretch_bt import perception
 from stretch_bt.behaviors._membrane import camera_off, height_of_top, keep_how
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
-from stretch_bt.tree.ports import Behavior, In, Out, Status
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
 
@@ -30,7 +30,7 @@ class TrackHeight(Behavior):
     frame: In[DepthFrame]  # the one to measure in
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
     sphere: In[Sphere | None] = None  # fitted to the top in contact before; with it the height is surer
-    height: Out[Length]  # of the object's top
+    height: Out[Length] = port(truth="height")  # of the object's top
 
     def __init__(self, path: str = "") -> None:
         super().__init__(path)

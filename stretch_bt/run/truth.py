@@ -1,47 +1,120 @@
-"""Outputs of a run, with their standard deviations, beside what the scene knew at the moment each was written."""
+"""Outputs of a run, with their standard deviations, beside what the scene knew at the moment each was found."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from stretch_bt.errors import NoAnswer
 from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.tree.behavior import Behavior
+from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Declared
+from stretch_bt.tree.flow.set_keys import Copy, SetKeysNode
 from stretch_bt.units import parse_unit
 
 __all__ = ["Truths", "output_values"]
 
+Known = Mapping[str, float]  # by the attribute of a value that it belongs to; of the value itself by ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """What a key holds, and what the scene knew of it when a node found it."""
+
+    value: Any
+    known: Known
+
 
 class Truths(Onlooker):
-    """A watcher that asks the scene for the truth whenever an output is written; the last write counts.
+    """A watcher that asks the scene for the truth whenever a node writes a port that declares one, for an output.
 
-    Outputs that the scene alone knows are asked for at every one of these moments.
+    A `set` that passes a value on passes on its truth; whatever else writes a key leaves it without one. What the scene alone knows
+    is asked for whenever an output is written. The last write counts.
     """
 
-    def __init__(self, outputs: Mapping[str, tuple[Declared, Cell]], truth: Callable[[], Mapping[str, float]]) -> None:
-        self.names = {cell.name: name for name, (_, cell) in outputs.items()}
-        self.own = [name for name, (declared, _) in outputs.items() if declared.scene]
+    def __init__(self, built: BuiltTree, truth: Callable[[], Mapping[str, float]]) -> None:
+        self.names = {cell.name: name for name, (_, cell) in built.outputs.items()}
+        self.own = [name for name, (declared, _) in built.outputs.items() if declared.scene]
         self.truth = truth
-        self.found: dict[str, float] = {}
+        self.copies = {(node.path, cell): copy for node, cell, copy in _copies(built)}
+        wanted = _leading_to(set(self.names), self.copies)
+        self.ports = {(path, cell): truths for path, cell, truths in _ports(built) if cell in wanted}
+        self.held: dict[str, _Found] = {}
+        self.of_scene: dict[str, float] = {}
+
+    @property
+    def found(self) -> dict[str, float]:
+        """What the scene knew of each output."""
+        held = {name: self.held[key].known[""] for key, name in self.names.items() if "" in self._known(key)}
+        return held | self.of_scene
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Ask for the truth of an output."""
-        name = self.names.get(key)
-        if name is None:
-            return
-        if value is None:  # the output is left without a value, and so is what it was held against
-            self.found.pop(name, None)
-            return
+        """Ask for the truth of what a node found, or take over what was known where it came from."""
+        truths, copy = self.ports.get((path, key)), self.copies.get((path, key))
+        asked = self._asked() if truths or (self.own and key in self.names and value is not None) else {}
+        known: Known = {}
+        if truths:
+            known = {of: asked[name] for of, name in truths.items() if name in asked}
+        elif copy is not None:
+            known = self._passed_on(copy, value)
+        self.held.pop(key, None)
+        if known and value is not None:
+            self.held[key] = _Found(value, known)
+        if key in self.names:
+            self.of_scene |= {name: asked[name] for name in self.own if name in asked}
+
+    def _known(self, key: str) -> Known:
+        return self.held[key].known if key in self.held else {}
+
+    def _asked(self) -> dict[str, float]:
+        """Return what the scene knows now; nothing where it has no answer for how the hand stands."""
         try:
-            known = self.truth()
-        except NoAnswer:  # the scene has no answer where the hand stands
-            return
-        for asked in (name, *self.own):
-            if asked in known and math.isfinite(known[asked]):
-                self.found[asked] = known[asked]
+            return {name: value for name, value in self.truth().items() if math.isfinite(value)}
+        except NoAnswer:
+            return {}
+
+    def _passed_on(self, copy: Copy, value: Any) -> Known:
+        """Return what is known of a value that a `set` took from another key, if that still holds what a node found."""
+        source = self.held.get(copy.cell.name)
+        if source is None or not (_same(copy.cell.value, source.value) and _same(copy.follow(source.value), value)):
+            return {}
+        attribute = ".".join(copy.attributes)
+        if attribute:
+            return {"": source.known[attribute]} if attribute in source.known else {}
+        return source.known
+
+
+def _same(one: Any, other: Any) -> bool:
+    return one is other or (isinstance(one, int | float) and isinstance(other, int | float) and one == other)
+
+
+def _ports(built: BuiltTree) -> Iterator[tuple[str, str, Mapping[str, str]]]:
+    """Yield (path, key, truths) of each output of a node that declares truths."""
+    for path, node in built.nodes.items():
+        if isinstance(node, Behavior):
+            for name, port in node.ports.items():
+                if port.truth and name in node.sinks:
+                    yield path, node.sinks[name].name, port.truth
+
+
+def _copies(built: BuiltTree) -> Iterator[tuple[SetKeysNode, str, Copy]]:
+    """Yield each key that a `set` only copies from another."""
+    for node in built.nodes.values():
+        if isinstance(node, SetKeysNode):
+            for cell, copy in node.copies.items():
+                yield node, cell, copy
+
+
+def _leading_to(outputs: set[str], copies: Mapping[tuple[str, str], Copy]) -> set[str]:
+    """Return the outputs and the keys from which one is copied, over whatever others."""
+    wanted, before = outputs, set[str]()
+    while wanted != before:
+        before, wanted = wanted, wanted | {copy.cell.name for (_, to), copy in copies.items() if to in wanted}
+    return wanted
 
 
 def output_values(

@@ -16,6 +16,7 @@ from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.explained import Explained
 from stretch_bt.tree.expression import bind
+from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
@@ -242,6 +243,15 @@ class Builder:
         if symbol.origin is Origin.TASK:
             return ((lambda: context.time) if parts[1] == "time" else (lambda: context.ticks)), rest
         return (lambda: symbol.value), rest
+
+    def key_of(self, wire: Wire) -> tuple[Cell, tuple[str, ...]] | None:
+        """Return the cell, and the attributes left to follow, of a wire that is a key as it is; else None."""
+        if not isinstance(wire.expression, Name):
+            return None
+        symbol = self.frame.scope.resolve(wire.expression.parts)
+        if symbol.origin is not Origin.KEY:
+            return None
+        return self.frame.cells[symbol.name], wire.expression.parts[symbol.used :]
 
     def condition(self, wire: Wire, path: str) -> Condition:
         """Return a condition with what explains it."""

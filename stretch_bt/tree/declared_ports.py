@@ -6,7 +6,7 @@ import inspect
 import re
 import types
 import typing
-from collections.abc import Callable, Set
+from collections.abc import Callable, Mapping, Set
 from typing import Annotated, Any
 
 from stretch_bt.errors import StretchError
@@ -56,9 +56,35 @@ def _make_port(cls: type, name: str, role: Role, annotation: Any, optional: bool
     options = given if isinstance(given, Options) else Options(given, None, None, "")
     if role is not Role.INPUT and options.default is not MISSING:
         raise PortError(f"{cls.__name__}.{name}: only an input port can have a default")
+    truth = _truth(cls, name, role, options.truth)
     return Port(
-        name, role, annotation, options.default, options.min, options.max, options.doc, optional, cls, options.limit
+        name,
+        role,
+        annotation,
+        options.default,
+        options.min,
+        options.max,
+        options.doc,
+        optional,
+        cls,
+        options.limit,
+        truth,
     )
+
+
+def _truth(cls: type, name: str, role: Role, given: Any) -> Mapping[str, str]:
+    """Return the quantities of a scene by the attribute of the output that each is compared with, "" for the output itself."""
+    if given is None:
+        return {}
+    if role is not Role.OUTPUT:
+        raise PortError(f"{cls.__name__}.{name}: only an output port can have a truth")
+    named = {"": given} if isinstance(given, str) else given
+    if not isinstance(named, Mapping) or not all(isinstance(q, str) and q.isidentifier() for q in named.values()):
+        raise PortError(
+            f"{cls.__name__}.{name}: its truth is {given!r}; write the name of a quantity that a scene knows, such as 'deflection',"
+            " or a mapping from attributes of the output to such names"
+        )
+    return dict(named)
 
 
 def _split(hint: Any) -> tuple[Role | None, Any, bool]:

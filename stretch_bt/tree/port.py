@@ -6,7 +6,7 @@ import inspect
 import io
 import tokenize
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
 from typing import Annotated, Any, TypeVar, overload
@@ -41,6 +41,7 @@ class Options:
     max: float | None
     doc: str
     limit: str | None = None
+    truth: str | Mapping[str, str] | None = None
 
 
 @overload
@@ -48,7 +49,14 @@ def port(
     default: T, *, min: float | None = None, max: float | None = None, doc: str = "", limit: str | None = None
 ) -> T: ...
 @overload
-def port(*, min: float | None = None, max: float | None = None, doc: str = "", limit: str | None = None) -> Any: ...
+def port(
+    *,
+    min: float | None = None,
+    max: float | None = None,
+    doc: str = "",
+    limit: str | None = None,
+    truth: str | Mapping[str, str] | None = None,
+) -> Any: ...
 def port(
     default: Any = MISSING,
     *,
@@ -56,13 +64,17 @@ def port(
     max: float | None = None,  # noqa: A002
     doc: str = "",
     limit: str | None = None,
+    truth: str | Mapping[str, str] | None = None,
 ) -> Any:
     """Give a port a default, bounds (SI, both ends allowed) or a doc; a plain default can also be assigned as it is.
 
     `limit` names what of a cell's `limits` bounds the port too, such as `depth`: `check` holds trees against it. The speed of a motion
     that is meant to meet something has the limit `contact_speed`, another one `speed`.
+
+    `truth` names the quantity of the scene that an output is compared with, at the moment the node writes it, such as `deflection`; for
+    an output with attributes it is a mapping from them, such as `{"radius": "radius"}`.
     """
-    return Options(default, min, max, doc, limit)
+    return Options(default, min, max, doc, limit, truth)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +91,7 @@ class Port:
     optional: bool = False
     owner: type | None = None
     limit: str | None = None
+    truth: Mapping[str, str] = field(default_factory=dict, hash=False)  # by attribute, "" for the value itself
 
     @property
     def doc(self) -> str:

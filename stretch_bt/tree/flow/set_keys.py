@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -88,19 +88,41 @@ class SetKeys(Part):
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node."""
-        rows = []
+        rows, copies = [], {}
         for key, wire in self.wires.items():
             sd = builder.thunk(self.sds[key]) if key in self.sds else None
             rows.append((builder.cell(key), builder.thunk(wire), sd))
-        return SetKeysNode(path, rows)
+            if (source := builder.key_of(wire)) is not None:
+                copies[builder.cell(key).name] = Copy(*source)
+        return SetKeysNode(path, rows, copies)
+
+
+@dataclass(frozen=True, slots=True)
+class Copy:
+    """Where a `set` takes a value from, if it takes it as it is: a key, or an attribute of its value."""
+
+    cell: Cell
+    attributes: tuple[str, ...]
+
+    def follow(self, value: Any) -> Any:
+        """Return the attribute of a value; None where it has none."""
+        for part in self.attributes:
+            value = getattr(value, part, None)
+        return value
 
 
 class SetKeysNode(FlowNode):
-    """Writes the keys in one tick."""
+    """Writes the keys in one tick; `copies` are those, by name, whose value is that of another key or its attribute."""
 
-    def __init__(self, path: str, rows: list[tuple[Cell, Callable[[], Any], Callable[[], float] | None]]) -> None:
+    def __init__(
+        self,
+        path: str,
+        rows: list[tuple[Cell, Callable[[], Any], Callable[[], float] | None]],
+        copies: Mapping[str, Copy] | None = None,
+    ) -> None:
         super().__init__(path)
         self.rows = rows
+        self.copies = copies or {}
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Read all, then write all."""
