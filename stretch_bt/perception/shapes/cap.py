@@ -26,9 +26,9 @@ SEARCHED, SEARCH_STEPS = 0.25, 6  # of the standard deviation of a pixel, that e
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
 FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
 STEPS, CLOSE = 12, 0.02
-ALIKE = 1.15  # by which deviations grow where noise is smooth: how far it reaches is known to a tenth
+ALIKE = 1.3  # by which deviations grow where all noise is smooth: they lean on how far it reaches, which is known to a tenth
 TEMPER = 1.5  # nats of evidence that count as one: neither noise nor skirt are exact
-SIGNIFICANCE = 4.0  # a curvature below this many standard deviations carries no radius
+SIGNIFICANCE = 5.0  # a curvature below this many standard deviations carries no radius
 FLATTEST = 0.06  # rad between the middle of a cap and its rim, below which it is as flat as the skirt is known
 CLEAR_OF_CONE = 0.0  # nats by which a sphere must explain the contact better than a cone
 NEAR = 0.4  # of the logarithm of a rim's size, within which a start is the same
@@ -119,7 +119,8 @@ def _explain(contact: Contact) -> _Explained:
     whiten = whitener(noise.own(cells, LEAST_OWN), shared)
     fits = [fit_body(f.surface, cells, whiten, steps=STEPS, close=CLOSE) for f in fits]
     freedom = max(cells.z.size - COMMON, 1)
-    return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if noise.smooth else 1.0)
+    alike = noise.white / float(np.median(cells.count)) < LEAST_OWN**2 * noise.variance
+    return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0)
 
 
 def _searched(rough: list[BodyFit], cells: Cells, whiten: Whiten, starts_of: dict[int, int]) -> list[BodyFit]:

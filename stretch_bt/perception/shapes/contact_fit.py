@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stretch_bt.perception.shapes.contact_cells import Cells, Window
 from stretch_bt.perception.shapes.contact_noise import Whiten
-from stretch_bt.perception.shapes.pressed_surface import CONE, FACE, SPHERE, PressedSurface, prior_of
+from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface, prior_of
 
 __all__ = ["BodyFit", "fit_body", "starts", "starts_around"]
 
@@ -74,9 +74,9 @@ def _best_of(rims: list[Array], cells: Cells, kind: int, whiten: Whiten, most: i
 def _tried(rim: Array, cells: Cells, kind: int, whiten: Whiten) -> tuple[float, PressedSurface] | None:
     """Return what a rim leaves of the cells, with the best amount of its form, and that surface; None where it is no bump."""
     q = prior_of(kind, cells.size)[0]
-    q[4:9], q[9:14] = rim, 0.0
+    q[4:9], q[9:COMMON] = rim, 0.0
     a, b, x0, y0 = math.exp(q[4]), math.exp(q[5]), q[6], q[7]
-    at = 14 if kind == FACE else 3
+    at = COMMON if kind == FACE else 3
     q[at] = UNIT
     form = PressedSurface(kind, q).heights(cells.x, cells.y) / UNIT
     design = np.stack([np.ones_like(form), cells.x - x0, cells.y - y0, form, cells.z], axis=1)

@@ -37,6 +37,11 @@ class NoiseParts:
     white: float
     smooth: tuple[tuple[float, float], ...] = ()
 
+    @property
+    def variance(self) -> float:
+        """Of one pixel, m^2."""
+        return self.white + sum(v for v, _ in self.smooth)
+
     def seen_by(self, cells: Cells) -> NoiseParts:
         """Return the noise with parts that hardly reach from cell to cell, or are hardly there, as if they were white."""
         near = NEAR * math.sqrt(float(np.median(cells.count)))
@@ -58,7 +63,7 @@ class NoiseParts:
 
     def own(self, cells: Cells, share: float) -> Array:
         """Return the variance (n,) that each cell has by itself, in its unit, and at least of `share` of a pixel's error."""
-        least = share**2 * (self.white + sum(v for v, _ in self.smooth)) if self.smooth else 0.0
+        least = share**2 * self.variance if self.smooth else 0.0
         return np.asarray(np.maximum(self.white / cells.count, least) / cells.size**2)
 
 

@@ -15,7 +15,7 @@ SPHERE, FACE, CONE = 0, 1, 2
 
 NODES = 16  # on the rim, by which what the top hands on to the skirt is taken apart into harmonics
 HARMONICS = 5
-BENT = 5  # ways in which the skirt may bend otherwise
+BENT = 6  # ways in which the skirt may bend otherwise
 FREE = 3  # harmonics below this are continued as they are; those above decay, which their continuation does not
 STEEPEST = 1e-2  # least squared cosine between z and a sphere's normal
 TIP = 0.02  # radius, in units of the size, by which the tip of a cone is rounded
@@ -68,14 +68,14 @@ def rim_of(kind: Any, q: Any, harmonics: Any) -> Any:
             harmonics[3, n] -= across * _SIN[at]
     fall, slope = -harmonics[2, 0], math.sqrt(steep)
     if kind == FACE:
-        fall += q[14]
-        slope += abs(q[14]) / (0.5 * (a + b / k))
+        fall += q[15]
+        slope += abs(q[15]) / (0.5 * (a + b / k))
     return h0, p, s, fall, slope
 
 
 @kernel("void(int64,float64[::1],float64[::1],float64[::1],float64[::1],float64[:,::1])")
 def fill_all(kind: Any, q: Any, x: Any, y: Any, height: Any, bent: Any) -> None:
-    """Fill the height (n,) of a membrane over a body at places (n,), and its derivatives (5, n) by q[9:14]."""
+    """Fill the height (n,) of a membrane over a body at places (n,), and its derivatives (6, n) by q[9:15]."""
     a, b, k = math.exp(q[4]), math.exp(q[5]), math.exp(q[8])
     harmonics = np.empty((4, HARMONICS))
     h0, p, s, fall, slope = rim_of(kind, q, harmonics)
@@ -83,7 +83,7 @@ def fill_all(kind: Any, q: Any, x: Any, y: Any, height: Any, bent: Any) -> None:
     sine, cosine = max(math.sin(angle), LEAST_SLOPE), math.cos(angle)
     begin = math.acosh(1.0 / sine)
     size, flat = 0.5 * (a + b / k), (a - b / k) / (a + b / k)
-    width = abs(q[16]) / size if kind == FACE else 0.0
+    width = abs(q[17]) / size if kind == FACE else 0.0
     for i in range(x.size):
         dx, dy = x[i] - q[6], y[i] - q[7]
         if dx * dx / (a * a) + dy * dy / (b * b) <= 1.0:
@@ -114,10 +114,10 @@ def fill_all(kind: Any, q: Any, x: Any, y: Any, height: Any, bent: Any) -> None:
             h += 2.0 * (turn.real * real - turn.imag * imag)
             turn, up, down = turn * e, up * grown, down / grown
         if kind == FACE:
-            h -= q[15] * 0.25 * (grown * grown - 1.0 / (grown * grown)) * e2.real * (rounded / max(tau, 1e-9))
+            h -= q[16] * 0.25 * (grown * grown - 1.0 / (grown * grown)) * e2.real * (rounded / max(tau, 1e-9))
         square = fall * tau * tau
         bent[0, i], bent[1, i], bent[2, i] = square, square * e2.real, square * e2.imag
-        bent[3, i], bent[4, i] = square * e.real, square * e.imag
+        bent[3, i], bent[4, i], bent[5, i] = square * e.real, square * e.imag, square * tau
         for m in range(BENT):
             h += q[9 + m] * bent[m, i]
         height[i] = h

@@ -14,12 +14,12 @@ __all__ = ["COMMON", "CONE", "FACE", "SPHERE", "PressedSurface", "prior_of"]
 
 Array = npt.NDArray[np.float64]
 
-COMMON = 14  # parameters that all bodies have
+COMMON = 15  # parameters that all bodies have
 WIDE = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 1.0, 1.0)  # standard deviations that say no more than where the contact is
 RATIO = (0.6, 0.6)  # mean and deviation of ln(T_j / T_i) / 2: from a sheet pulled alike to one pulled along j only
 # How far the skirt of a stretched sheet departs from that of constant tensions, over its fall from the rim, for every tau^2:
-# alike around, twice around (even and odd) and once around. Neo-Hookean sheets stretched by 5 to 50 % at the pole.
-BENT, BENT_SD = (-0.08, 0.0, 0.0, 0.0, 0.0), (0.10, 0.08, 0.03, 0.05, 0.05)
+# alike around, twice around (even and odd), once around, and alike around as tau^3. Neo-Hookean sheets stretched by 5 to 50 % at the pole.
+BENT, BENT_SD = (-0.12, 0.0, 0.0, 0.0, 0.0, 0.0), (0.2, 0.2, 0.05, 0.08, 0.08, 0.1)
 FLAT = 0.1  # standard deviation of the curvature of a face times the size
 KINK_SD = (0.3, 0.1)
 ROUND, ROUND_SD = 0.3e-3, 0.4e-3  # m, over which the edge of a face bends the membrane: its fillet times the sine of the slope
@@ -35,8 +35,8 @@ class PressedSurface:
     the tensions along y and x. Beyond it the membrane obeys T_i z_xx + T_j z_yy = 0 with the height and the slope that the body
     hands on, which determine it (Cauchy's problem): in the elliptic coordinates (tau, psi) of the ellipse whose y is divided
     by sqrt(T_j / T_i), harmonic by harmonic. What is alike all around falls as a catenoid does, which holds for steep
-    skirts as well. q[9:14] let it depart from that by (1, cos 2 psi, sin 2 psi, cos psi, sin psi) tau^2. At the edge of a
-    face, whose k is about 0, the slope changes by q[14:16], in harmonics 0 and 2, over a width q[16].
+    skirts as well. q[9:15] let it depart from that by (1, cos 2 psi, sin 2 psi, cos psi, sin psi, tau) tau^2. At the edge of a
+    face, whose k is about 0, the slope changes by q[15:17], in harmonics 0 and 2, over a width q[17].
     """
 
     kind: int
