@@ -1,71 +1,198 @@
-"""The sphere under a contact: cap and skirt together say where the membrane leaves it, the cap alone how round it is."""
+"""The sphere under a contact: body and membrane are explained together, and by the noise that they leave."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.deprojection import view_rays
-from stretch_bt.perception.shapes.rim import Rim, find_rim
-from stretch_bt.perception.shapes.sight import camera_of
-from stretch_bt.perception.shapes.sphere import fit_sphere
-from stretch_bt.perception.types import Contact, FloatArray, Sphere, SurfaceNoise
+from stretch_bt.perception.robust import MAD_TO_SD, quantile
+from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
+from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_body, starts, starts_around
+from stretch_bt.perception.shapes.contact_noise import NoiseParts, Whiten, noise_left, whitener
+from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface
+from stretch_bt.perception.types import Contact, Sphere
 
 __all__ = ["fit_contact_sphere"]
 
-INSIDE = 0.9  # share of the rim's size within which the membrane touches, whatever its skirt is like
-MOST = 15000  # points as segmented, whose errors a fit cannot tell from those of more
-CELLS = 800  # that the cap is averaged in
-LOST = 0.75  # of the radius of a disc that spreads as the contact does: a rim within, on whose cap no radius shows, is noise
+Array = npt.NDArray[np.float64]
+
+STARTS, FEW_STARTS = {SPHERE: 3, FACE: 3, CONE: 1}, {SPHERE: 1, FACE: 2, CONE: 1}  # under smooth noise, and under white
+LEAST_OWN = 0.1  # of the standard deviation of a pixel, that a cell errs by itself: neither shape nor covariance are exact
+SEARCHED, SEARCH_STEPS = 0.25, 6  # of the standard deviation of a pixel, that each cell errs by itself while a fit is searched
+OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
+FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
+STEPS, CLOSE = 12, 0.02
+ALIKE = 1.3  # by which deviations grow where all noise is smooth: they lean on how far it reaches, which is known to a tenth
+TEMPER = 1.5  # nats of evidence that count as one: neither noise nor skirt are exact
+SIGNIFICANCE = 5.0  # a curvature below this many standard deviations carries no radius
+FLATTEST = 0.06  # rad between the middle of a cap and its rim, below which it is as flat as the skirt is known
+CLEAR_OF_CONE = 0.0  # nats by which a sphere must explain the contact better than a cone
+NEAR = 0.4  # of the logarithm of a rim's size, within which a start is the same
+SMALL, WIDER = 0.35, 2.8  # of the window's size, below which a rim is small in it; rims that it is then made wide
+MISFIT = 2.0  # of the noise's variance, beyond which a contact is no such shape
+
+
+@dataclass(frozen=True, slots=True)
+class _Explained:
+    """All fits of a contact, the cells they are of, and by how much more than their noise (variance) the best
+    leaves; `wider` is by how much deviations grow."""
+
+    fits: list[BodyFit]
+    cells: Cells
+    scale: float
+    wider: float
+
+    def best(self, kind: int) -> float:
+        """Return the best evidence of a kind, in nats."""
+        return max((f.evidence for f in self.fits if f.surface.kind == kind), default=-math.inf) / self.scale
+
+    def weights(self, kinds: tuple[int, ...]) -> tuple[list[BodyFit], Array]:
+        """Return the different fits of some kinds and their probabilities."""
+        ranked = sorted((f for f in self.fits if f.surface.kind in kinds), key=lambda f: -f.evidence)
+        kept = [f for i, f in enumerate(ranked) if not any(f.surface.like(g.surface) for g in ranked[:i])]
+        nats = np.array([f.evidence for f in kept]) / (TEMPER * self.scale)
+        weights = np.exp(nats - nats.max())
+        return kept, weights / weights.sum()
 
 
 def fit_contact_sphere(contact: Contact) -> Sphere:
-    """Fit a sphere to what of a contact's surface touches it for certain, by the skirt around it.
+    """Fit a sphere to the surface around a contact: the sphere with the membrane that leaves it, where it leaves it.
 
-    The segmentation only says where to look; the sphere is fitted within nine tenths of the rim that `find_rim` finds.
+    The segmentation only says that there is a contact. Where the membrane leaves the body is unknown, and counted in.
 
     Raises
     ------
     IllConditioned
-        As for `fit_sphere`, or the surface is concave.
+        The surface is concave or shows no curvature beyond its standard deviation (flat faces show none), a cone explains it as
+        well, or nothing round does.
     """
-    sphere = _fitted(contact)
-    if sphere.curvature < 0.0:
+    explained = _explain(contact)
+    _check_shape(explained)
+    fits, weights = explained.weights((SPHERE, FACE))
+    curvatures = np.array([f.surface.q[3] for f in fits])
+    mean = float(weights @ curvatures)
+    spreads = np.array([f.covariance[3, 3] for f in fits]) * explained.scale * explained.wider**2 + (curvatures - mean) ** 2
+    sd = math.sqrt(float(weights @ spreads))
+    if mean < SIGNIFICANCE * sd or mean * fits[0].surface.rim < FLATTEST:
+        raise IllConditioned(
+            f"the cap carries no radius: its curvature, {mean / explained.cells.size:.3g} 1/m, has a standard deviation of"
+            f" {sd / explained.cells.size:.2g} 1/m; press deeper, average more frames, or measure a flat face (`measure_contact`)"
+        )
+    return _sphere(next(f for f in fits if f.surface.kind == SPHERE), mean, sd, explained)
+
+
+def _check_shape(explained: _Explained) -> None:
+    if explained.best(SPHERE) == -math.inf:
         raise IllConditioned(
             "the surface is concave where the contact should be: nothing round is pressed into it; look whether the hand stands over"
             " the object, and press deeper"
         )
-    return sphere
+    if explained.scale > MISFIT:
+        raise IllConditioned(
+            f"neither a sphere nor a flat face explains the contact: the best leaves {math.sqrt(explained.scale):.1f} times the noise;"
+            " fit another shape (`fit_shape`), or press one object at a time"
+        )
+    if explained.best(SPHERE) < explained.best(CONE) + CLEAR_OF_CONE:
+        raise IllConditioned(
+            "a cone explains the contact as well as a sphere does, so that it has no certain radius; press deeper, or average more"
+            " frames"
+        )
 
 
-def _fitted(contact: Contact) -> Sphere:
-    """Return the sphere of what touches for certain; of the points as segmented where no skirt shows, or noise was taken for the rim."""
-    try:
-        rim = find_rim(contact)
-    except IllConditioned:
-        return _as_segmented(contact)
-    points, rays, noise = _touching(contact, rim)
-    try:
-        return fit_sphere(points, rays=rays, noise=noise)
-    except IllConditioned:
-        if max(rim.a, rim.b) > LOST * float(np.linalg.norm(contact.points[:, :2].std(axis=0))) * math.sqrt(2):
-            raise
-        return _as_segmented(contact)
+def _explain(contact: Contact) -> _Explained:
+    """Fit all bodies, at first with noise as the contact states it, then as the best of them leaves it."""
+    window, cells, rough = _rough(contact, window_of(contact.surface))
+    if rough and (small := max(rough, key=lambda f: f.evidence).surface).rim < SMALL:
+        around = window.around(float(small.q[6]), float(small.q[7]), WIDER * small.rim)
+        window, cells, rough = _rough(contact, around)
+    if not rough:
+        return _Explained([], cells, 1.0, 1.0)
+    best = max(rough, key=lambda f: f.evidence)
+    noise = noise_left(_residuals(contact, best.surface, window, cells), (1e-6 * window.size) ** 2)
+    noise = noise.seen_by(cells)
+    shared = noise.shared(cells) if noise.smooth else None
+    fits = _searched(rough, cells, whitener(noise.own(cells, SEARCHED), shared), STARTS if noise.smooth else FEW_STARTS)
+    whiten = whitener(noise.own(cells, LEAST_OWN), shared)
+    fits = [fit_body(f.surface, cells, whiten, steps=STEPS, close=CLOSE) for f in fits]
+    freedom = max(cells.z.size - COMMON, 1)
+    alike = noise.white / float(np.median(cells.count)) < LEAST_OWN**2 * noise.variance
+    return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0)
 
 
-def _as_segmented(contact: Contact) -> Sphere:
-    every = -(-len(contact.points) // MOST)
-    noise = SurfaceNoise(contact.noise, max(contact.noise_area / every, 1.0))
-    return fit_sphere(contact.points[::every], rays=contact.rays[::every], noise=noise)
+def _searched(rough: list[BodyFit], cells: Cells, whiten: Whiten, starts_of: dict[int, int]) -> list[BodyFit]:
+    """Return the two best fits of each kind from many starts, each cell with an error of its own that hides all that is fine.
+
+    Without it smooth noise makes the probability so rugged that a fit ends beside its top.
+    """
+    kept = list[BodyFit]()
+    for kind, most in starts_of.items():
+        base = next((f for f in rough if f.surface.kind == kind), rough[0]).surface
+        begun = starts_around(base, cells, kind, whiten, most)
+        begun += [base] if base.kind == kind and not any(_near(base, s) for s in begun) else []
+        fits = [fit_body(s, cells, whiten, steps=SEARCH_STEPS, close=FIRST_CLOSE) for s in begun]
+        for fit in sorted(fits, key=lambda f: -f.evidence):
+            if sum(k.surface.kind == kind for k in kept) < 2 and not any(fit.surface.like(k.surface) for k in kept):
+                kept.append(fit)
+    return kept
 
 
-def _touching(contact: Contact, rim: Rim) -> tuple[FloatArray, FloatArray, SurfaceNoise]:
-    """Return means (n, 3) of what touches for certain, their rays and noise."""
-    blocks = rim.blocks(contact.surface, INSIDE, CELLS)
-    points = blocks[:, :3].astype(contact.surface.dtype)  # with the resolution of the pixels
-    eye = camera_of(contact.points, contact.rays)
-    parallel = np.broadcast_to(contact.rays.mean(axis=0, keepdims=True), points.shape)
-    rays = parallel if eye is None else view_rays(points, tuple(eye))
-    return points, rays, contact.surface_noise.of_means(float(blocks[:, 3].sum()) / max(len(blocks), 1))
+def _near(one: PressedSurface, other: PressedSurface) -> bool:
+    return one.kind == other.kind and abs(math.log(one.rim / other.rim)) < NEAR
+
+
+def _rough(contact: Contact, window: Window) -> tuple[Window, Cells, list[BodyFit]]:
+    """Return a window, its cells without outlying ones, and first fits of a sphere and a face, with noise as the contact states it."""
+    cells = cells_of(contact, window)
+    stated = max(contact.noise**2 * max(contact.noise_area, 1.0), (1e-6 * window.size) ** 2)
+    whiten = whitener(NoiseParts(stated).own(cells, 0.0))
+    begun = [s for kind in (SPHERE, FACE) for s in starts(cells, window, kind, whiten)]
+    fits = [fit_body(s, cells, whiten, steps=FIRST_STEPS, close=FIRST_CLOSE) for s in begun]
+    if not fits:
+        return window, cells, fits
+    errors = np.abs(whiten(max(fits, key=lambda f: f.evidence).residuals))
+    return window, cells.some(errors < OUTLYING * max(1.0, MAD_TO_SD * quantile(errors))), fits
+
+
+def _residuals(contact: Contact, surface: PressedSurface, window: Window, cells: Cells) -> Array:
+    """Return what the pixels of the window are above a surface, m, NaN outside."""
+    with np.errstate(invalid="ignore"):
+        inside = ((contact.surface[..., 0] - window.x) / window.a) ** 2 + (
+            (contact.surface[..., 1] - window.y) / window.b
+        ) ** 2 < 1.0
+    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
+    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    within = inside[box]
+    x, y, z = np.ascontiguousarray(((contact.surface[box][within] - cells.origin) / cells.size).T.astype(np.float64))
+    left = np.full(within.shape, np.nan)
+    left[within] = (z - surface.heights(x, y)) * cells.size
+    return left
+
+
+def _sphere(fit: BodyFit, k: float, sd: float, explained: _Explained) -> Sphere:
+    """Return a sphere of a curvature, in units of the cells' size, with the top that a fit has."""
+    c, p1, p2, _ = fit.surface.q[:4]
+    cells = explained.cells
+    d0 = 1.0 / math.sqrt(1.0 + p1 * p1 + p2 * p2)
+    d3 = d0**3
+    by_parameters = np.array(
+        [
+            [0.0, (1 + p2 * p2) * d3 / k, -p1 * p2 * d3 / k, -p1 * d0 / k**2],
+            [0.0, -p1 * p2 * d3 / k, (1 + p1 * p1) * d3 / k, -p2 * d0 / k**2],
+            [1.0, p1 * d3 / k, p2 * d3 / k, d0 / k**2],
+        ]
+    )
+    covariance = fit.covariance[:4, :4] * explained.scale * explained.wider**2
+    covariance[3, 3] = sd**2
+    spread = np.sqrt(np.einsum("ij,jk,ik->i", by_parameters, covariance, by_parameters).clip(0.0))
+    return Sphere(
+        radius=cells.size / k,
+        radius_sd=cells.size * sd / k**2,
+        center=cells.origin + cells.size * np.array([p1 * d0 / k, p2 * d0 / k, c - d0 / k]),
+        center_sd=cells.size * spread,
+        curvature=k / cells.size,
+        curvature_sd=sd / cells.size,
+    )

@@ -6,7 +6,6 @@ from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception import SurfaceNoise, fit_cone, fit_cylinder, fit_plane, fit_shape, fit_sphere
-from stretch_bt.perception.shapes.cap_surface import CapSurface
 from stretch_bt.perception.shapes.cone import ConeSurface
 from stretch_bt.perception.shapes.cylinder import CylinderSurface
 from stretch_bt.perception.shapes.plane import PlaneSurface
@@ -105,7 +104,6 @@ MODELS = {
     "flat cylinder": CylinderSurface(0.1, AXES, 0.0),
     "cone": ConeSurface(np.array([0.1, -0.2, 0.3]), AXES, 0.4),
     "pit": ConeSurface(np.array([0.1, -0.2, 0.3]), AXES, -0.3),
-    "cap": CapSurface(np.array([0.1, 0.05, -0.1, 0.5, np.log(0.5), np.log(0.3), 0.05, 0.02]), np.ones(2)),
 }
 
 

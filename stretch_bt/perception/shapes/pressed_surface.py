@@ -1,0 +1,78 @@
+"""A membrane over a body that is pressed into it: the body's top inside an ellipse, the free membrane around it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.shapes.pressed_kernel import CONE, FACE, SPHERE, fill_pressed, fill_pressed_jacobian
+
+__all__ = ["COMMON", "CONE", "FACE", "SPHERE", "PressedSurface", "prior_of"]
+
+Array = npt.NDArray[np.float64]
+
+COMMON = 15  # parameters that all bodies have
+WIDE = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 1.0, 1.0)  # standard deviations that say no more than where the contact is
+RATIO = (0.6, 0.6)  # mean and deviation of ln(T_j / T_i) / 2: from a sheet pulled alike to one pulled along j only
+# How far the skirt of a stretched sheet departs from that of constant tensions, over its fall from the rim, for every tau^2:
+# alike around, twice around (even and odd), once around, and alike around as tau^3. Neo-Hookean sheets stretched by 5 to 50 % at the pole.
+BENT, BENT_SD = (-0.12, 0.0, 0.0, 0.0, 0.0, 0.0), (0.2, 0.2, 0.05, 0.08, 0.08, 0.1)
+FLAT = 0.1  # standard deviation of the curvature of a face times the size
+KINK_SD = (0.3, 0.1)
+ROUND, ROUND_SD = 0.3e-3, 0.4e-3  # m, over which the edge of a face bends the membrane: its fillet times the sine of the slope
+LARGEST = (0.4, 0.4, 0.4, 0.4, 0.5)  # steps of q[4:9]
+
+
+@dataclass(frozen=True, slots=True)
+class PressedSurface:
+    """A sphere, a face with an edge, or a cone, and the membrane that it presses up; `q` are its parameters.
+
+    q[:4] is (c, p1, p2, k) of a SphereSurface, or height, slopes and steepness of a cone about its tip. The membrane leaves the
+    body on an ellipse: the logarithms of its semi-axes q[4:6], its middle q[6:8], and q[8] half the logarithm of the ratio of
+    the tensions along y and x. Beyond it the membrane obeys T_i z_xx + T_j z_yy = 0 with the height and the slope that the body
+    hands on, which determine it (Cauchy's problem): in the elliptic coordinates (tau, psi) of the ellipse whose y is divided
+    by sqrt(T_j / T_i), harmonic by harmonic. What is alike all around falls as a catenoid does, which holds for steep
+    skirts as well. q[9:15] let it depart from that by (1, cos 2 psi, sin 2 psi, cos psi, sin psi, tau) tau^2. At the edge of a
+    face, whose k is about 0, the slope changes by q[15:17], in harmonics 0 and 2, over a width q[17].
+    """
+
+    kind: int
+    q: Array
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Return the height (n,) at places (n,)."""
+        height = np.empty(x.size)
+        fill_pressed(self.kind, self.q, x, y, height)
+        return height
+
+    def derivatives(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the height (n,) and its derivatives (p, n)."""
+        height, jacobian = np.empty(x.size), np.empty((self.q.size, x.size))
+        fill_pressed_jacobian(self.kind, self.q, x, y, height, jacobian)
+        return height, jacobian
+
+    def moved(self, step: Array) -> PressedSurface:
+        """Return the surface after a step, shortened where the rim would move by much."""
+        share = max(1.0, float(np.max(np.abs(step[4:9]) / LARGEST)))
+        return PressedSurface(self.kind, self.q + step / share)
+
+    @property
+    def rim(self) -> float:
+        """Mean radius of the rim."""
+        return math.exp(0.5 * float(self.q[4] + self.q[5]))
+
+    def like(self, other: PressedSurface) -> bool:
+        """Tell whether two surfaces of one kind are the same to a twentieth."""
+        return self.kind == other.kind and float(np.abs(self.q[:9] - other.q[:9]).max()) < 0.05
+
+
+def prior_of(kind: int, size: float) -> tuple[Array, Array]:
+    """Return mean and standard deviation (p,) of the parameters, lengths in units of `size`, m."""
+    edge, edge_sd = ((0.0, 0.0, ROUND / size), (*KINK_SD, ROUND_SD / size)) if kind == FACE else ((), ())
+    mean, sd = np.array([*(0.0,) * 8, RATIO[0], *BENT, *edge]), np.array([*WIDE, RATIO[1], *BENT_SD, *edge_sd])
+    if kind == FACE:
+        sd[3] = FLAT
+    return mean, sd
