@@ -15,6 +15,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,9 @@ UNIT = 0.125e-3
 EDGE = 60e-3  # m from the axis, up to which the sheet is drawn
 CELLS = 600  # of pixels that touch, by which the bound is taken
 
-Curve = Callable[[float], tuple[float, float]]  # arc length, m -> angle, rad, and curvature, 1/m, of the body's meridian
+Curve = Callable[
+    [float], tuple[float, float]
+]  # arc length, m -> angle, rad, and curvature, 1/m, of the body's meridian
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,11 @@ def sphere(rng: np.random.Generator) -> Body:
     while True:
         radius, angle = np.exp(rng.uniform(np.log(5e-3), np.log(40e-3))), np.radians(rng.uniform(10.0, 60.0))
         if radius * np.sin(angle) < 25e-3:
-            return Body("sphere", lambda s: (s / radius, 1.0 / radius), 1.0 / radius, radius * angle)
+            return Body("sphere", partial(_arc, radius), 1.0 / radius, radius * angle)
+
+
+def _arc(radius: float, s: float) -> tuple[float, float]:
+    return s / radius, 1.0 / radius
 
 
 def face(rng: np.random.Generator) -> Body:

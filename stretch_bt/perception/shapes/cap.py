@@ -21,8 +21,13 @@ __all__ = ["fit_contact_sphere"]
 Array = npt.NDArray[np.float64]
 
 STARTS, FEW_STARTS = {SPHERE: 3, FACE: 3, CONE: 1}, {SPHERE: 1, FACE: 2, CONE: 1}  # under smooth noise, and under white
-LEAST_OWN = 0.1  # of the standard deviation of a pixel, that a cell errs by itself: neither shape nor covariance are exact
-SEARCHED, SEARCH_STEPS = 0.25, 6  # of the standard deviation of a pixel, that each cell errs by itself while a fit is searched
+LEAST_OWN = (
+    0.1  # of the standard deviation of a pixel, that a cell errs by itself: neither shape nor covariance are exact
+)
+SEARCHED, SEARCH_STEPS = (
+    0.25,
+    6,
+)  # of the standard deviation of a pixel, that each cell errs by itself while a fit is searched
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
 FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
 STEPS, CLOSE = 12, 0.02
@@ -38,8 +43,10 @@ MISFIT = 2.0  # of the noise's variance, beyond which a contact is no such shape
 
 @dataclass(frozen=True, slots=True)
 class _Explained:
-    """All fits of a contact, the cells they are of, and by how much more than their noise (variance) the best
-    leaves; `wider` is by how much deviations grow."""
+    """All fits of a contact, and the cells they are of.
+
+    `scale` is by how much more than their noise (variance) the best leaves, `wider` by how much deviations grow.
+    """
 
     fits: list[BodyFit]
     cells: Cells
@@ -75,7 +82,9 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     fits, weights = explained.weights((SPHERE, FACE))
     curvatures = np.array([f.surface.q[3] for f in fits])
     mean = float(weights @ curvatures)
-    spreads = np.array([f.covariance[3, 3] for f in fits]) * explained.scale * explained.wider**2 + (curvatures - mean) ** 2
+    spreads = (
+        np.array([f.covariance[3, 3] for f in fits]) * explained.scale * explained.wider**2 + (curvatures - mean) ** 2
+    )
     sd = math.sqrt(float(weights @ spreads))
     if mean < SIGNIFICANCE * sd or mean * fits[0].surface.rim < FLATTEST:
         raise IllConditioned(

@@ -21,7 +21,11 @@ COARSE = 7  # pixels a side, in which the window is looked for
 SEEN = 0.4  # share of such a square that must be valid
 LOW, TOP = 0.5, 0.8  # of the way up from the lowest to the highest, from which the window, and its middle, reach
 BASE = 0.05  # quantile of what is seen, that is lowest
-INNER, INNER_CELLS, OUTER_CELLS = 0.5, 220, 230  # reach of the finer cells, of the window's; and how many there are of each
+INNER, INNER_CELLS, OUTER_CELLS = (
+    0.5,
+    220,
+    230,
+)  # reach of the finer cells, of the window's; and how many there are of each
 LEAST = 60
 
 
@@ -110,7 +114,9 @@ def window_of(surface: FloatArray) -> Window:
     """
     height, seen, x, y = _coarse(surface)
     if np.count_nonzero(seen) < LEAST // 2:
-        raise IllConditioned("hardly any pixel has depth, so that no contact is seen; keep the membrane in view and free of reflections")
+        raise IllConditioned(
+            "hardly any pixel has depth, so that no contact is seen; keep the membrane in view and free of reflections"
+        )
     ranked = np.sort(height[seen])
     peak, base = float(ranked[-5:].mean()), float(ranked[int(BASE * ranked.size)])
     low, top = (_around_top(height, seen, base + share * (peak - base)) for share in (LOW, TOP))
@@ -124,7 +130,11 @@ def _coarse(surface: FloatArray) -> tuple[Array, MaskArray, Array, Array]:
     rows, columns = surface.shape[0] // COARSE, surface.shape[1] // COARSE
     cut = surface[: rows * COARSE, : columns * COARSE]
     finite = np.isfinite(cut[..., 2])
-    squares = np.where(finite[..., None], cut, 0.0).reshape(rows, COARSE, columns, COARSE, 3).sum(axis=(1, 3), dtype=np.float64)
+    squares = (
+        np.where(finite[..., None], cut, 0.0)
+        .reshape(rows, COARSE, columns, COARSE, 3)
+        .sum(axis=(1, 3), dtype=np.float64)
+    )
     count = finite.reshape(rows, COARSE, columns, COARSE).sum(axis=(1, 3))
     means = squares / np.maximum(count, 1)[..., None]
     return means[..., 2], count > SEEN * COARSE**2, means[..., 0], means[..., 1]

@@ -24,8 +24,14 @@ FARTHEST = 0.25  # of the width of what is looked at
 LENGTHS = np.geomspace(0.6, 6.8, 15)  # pixels
 CUT = 4.5  # standard deviations beyond which a difference is no noise
 LEAST_WHITE = 0.01  # of the variance: what is shared is never known better
-NEAR, UNSEEN = 0.35, 0.15  # of a cell's side, up to which noise is its own; of the white noise's power, up to which smooth noise is nothing
-TAKEN, MOST_TAKEN = 10.0, 0.5  # independent errors that a fit takes into its parameters, and the share of a part that it may
+NEAR, UNSEEN = (
+    0.35,
+    0.15,
+)  # of a cell's side, up to which noise is its own; of the white noise's power, up to which smooth noise is nothing
+TAKEN, MOST_TAKEN = (
+    10.0,
+    0.5,
+)  # independent errors that a fit takes into its parameters, and the share of a part that it may
 SURE = 3.0  # standard deviations of a variance by so many pixels, below which smooth parts are chance
 LEAST_PART = 1e-3
 
@@ -88,7 +94,7 @@ def noise_left(residuals: Array, floor: float) -> NoiseParts:
     if not known.any():
         return NoiseParts(floor)
     lags, halves = lags[known], halves[known]
-    parts = np.concatenate([np.ones((len(lags), 1)), 1.0 - np.exp(-(lags[:, None] ** 2) / (4.0 * LENGTHS ** 2))], axis=1)
+    parts = np.concatenate([np.ones((len(lags), 1)), 1.0 - np.exp(-(lags[:, None] ** 2) / (4.0 * LENGTHS**2))], axis=1)
     found, _ = nnls(parts / halves[:, None], np.ones(len(lags)))
     total = max(float(found.sum()), floor)
     pixels = np.count_nonzero(np.isfinite(residuals))
@@ -103,7 +109,9 @@ def noise_left(residuals: Array, floor: float) -> NoiseParts:
 
 def _half_square(residuals: Array, lag: int, cut: float) -> float:
     """Return half the mean square of differences over a lag, along both axes, without those beyond the cut."""
-    apart = np.concatenate([(residuals[lag:] - residuals[:-lag]).ravel(), (residuals[:, lag:] - residuals[:, :-lag]).ravel()])
+    apart = np.concatenate(
+        [(residuals[lag:] - residuals[:-lag]).ravel(), (residuals[:, lag:] - residuals[:, :-lag]).ravel()]
+    )
     with np.errstate(invalid="ignore"):
         kept = apart[np.abs(apart) <= cut]
     return 0.5 * float(kept @ kept) / kept.size if kept.size else 0.0

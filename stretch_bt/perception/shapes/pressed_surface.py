@@ -22,7 +22,10 @@ RATIO = (0.6, 0.6)  # mean and deviation of ln(T_j / T_i) / 2: from a sheet pull
 BENT, BENT_SD = (-0.12, 0.0, 0.0, 0.0, 0.0, 0.0), (0.2, 0.2, 0.05, 0.08, 0.08, 0.1)
 FLAT = 0.1  # standard deviation of the curvature of a face times the size
 KINK_SD = (0.3, 0.1)
-ROUND, ROUND_SD = 0.3e-3, 0.4e-3  # m, over which the edge of a face bends the membrane: its fillet times the sine of the slope
+ROUND, ROUND_SD = (
+    0.3e-3,
+    0.4e-3,
+)  # m, over which the edge of a face bends the membrane: its fillet times the sine of the slope
 LARGEST = (0.4, 0.4, 0.4, 0.4, 0.5)  # steps of q[4:9]
 
 

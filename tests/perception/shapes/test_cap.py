@@ -134,7 +134,12 @@ def test_the_curvature_of_a_cap_is_within_its_deviation(radius, degrees, noise):
 @pytest.mark.parametrize("noise", [WHITE_03, WHITE_05, BOTH])
 @pytest.mark.parametrize(
     ("kind", "size", "degrees", "reason"),
-    [("face", 6e-3, 25, "no radius"), ("face", 12e-3, 15, "no radius"), ("cone", 8e-3, 35, "cone"), ("cone", 12e-3, 25, "cone")],
+    [
+        ("face", 6e-3, 25, "no radius"),
+        ("face", 12e-3, 15, "no radius"),
+        ("cone", 8e-3, 35, "cone"),
+        ("cone", 12e-3, 25, "cone"),
+    ],
 )
 def test_neither_a_face_nor_a_cone_has_a_radius(kind, size, degrees, reason, noise):
     for seed in range(2):

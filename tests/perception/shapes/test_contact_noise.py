@@ -10,7 +10,9 @@ def power(noise):
     return noise.white + sum(4 * np.pi * length**2 * variance for variance, length in noise.smooth)
 
 
-@pytest.mark.parametrize(("white", "smooth", "length"), [(1.0, 0.0, 1.0), (0.5, 0.5, 2.5), (0.1, 1.0, 3.0), (0.1, 1.0, 1.1)])
+@pytest.mark.parametrize(
+    ("white", "smooth", "length"), [(1.0, 0.0, 1.0), (0.5, 0.5, 2.5), (0.1, 1.0, 3.0), (0.1, 1.0, 1.1)]
+)
 def test_white_and_smooth_parts_are_told_apart(white, smooth, length):
     true = NoiseParts(white**2, ((smooth**2, length),) if smooth else ())
     for seed in range(2):
