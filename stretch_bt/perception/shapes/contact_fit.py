@@ -18,6 +18,7 @@ Array = npt.NDArray[np.float64]
 
 SIZES = np.geomspace(0.1, 0.95, 8)  # of the rim along i, over the window's, that are tried
 RATIOS = (0.0, 0.6, 1.2)  # halves of the logarithm of the tensions' ratio, by which the rim is longer along i
+LONGER = 0.25  # of a ratio, by which the logarithms of a rim's semi-axes differ from their mean
 UNIT = 0.02  # of what a shape is linear in, to see its form
 AROUND = np.geomspace(0.4, 2.2, 8)  # sizes of rims, over that of another surface, that are tried
 APART = 0.25  # of the logarithms of size and ratio, by which another start is another one
@@ -54,10 +55,11 @@ def starts(cells: Cells, window: Window, kind: int, whiten: Whiten) -> list[Pres
 
 def starts_around(surface: PressedSurface, cells: Cells, kind: int, whiten: Whiten, most: int) -> list[PressedSurface]:
     """Return at most so many starts of a kind, best first: rims as that of a surface and round ones, greater or smaller."""
-    own, alike = surface.q[4:9], surface.q[4:9].copy()
-    alike[:2], alike[4] = 0.5 * (own[0] + own[1]), 0.0
+    own = surface.q[4:9]
+    mean = 0.5 * (own[0] + own[1])
+    forms = [own] + [np.array([mean + LONGER * r, mean - LONGER * r, own[2], own[3], r]) for r in RATIOS]
     larger = np.array([1.0, 1.0, 0.0, 0.0, 0.0])
-    rims = [form + larger * math.log(share) for form in (own, alike) for share in AROUND]
+    rims = [form + larger * math.log(share) for form in forms for share in AROUND]
     return _best_of(rims, cells, kind, whiten, most)
 
 
