@@ -1,10 +1,10 @@
 """The sphere under a contact of the sheet, from one frame; run as `python benchmarks/perception_sphere_contact.py [draws]`.
 
 The sheet is the finite-strain solver's, stretched 10 to 60 mm. The bound is that of all pixels that truly touch, for white
-noise. Where the contact is looked for is found by `find_contact`, or is the true mask, or an ellipse about it that is
-30 % too long along i, 40 % too small, or half as long as it should be. Held to: median radius within 5 %, rms of 1/R at
-most 3 bounds. Under noise that is alike over many pixels, averaged over eight frames, no bound is given: a radius is
-refused, or stated with a deviation that the error is compared with.
+noise. Where the contact is looked for is found by `find_contact`, or is the true mask, or an ellipse about it 40 % too
+small. Held to: median radius within 5 %, rms of the error over stated 0.7 to 1.3, none over five. Under noise that is
+alike over many pixels, averaged over eight frames, no bound is given: a radius is refused, or stated with a deviation that
+the error is compared with.
 """
 
 from __future__ import annotations
@@ -112,9 +112,7 @@ def within(long: float, wide: float) -> Start:
 STARTS: dict[str, Start] = {
     "found": as_found,
     "true": within(1.0, 1.0),
-    "30 % long": within(1.3, 1.0),
     "0.6 small": within(0.6, 0.6),
-    "0.5 short": within(0.5, 1.0),
 }
 
 
@@ -147,7 +145,7 @@ def white_rows(caps: list[Cap], draws: int) -> Iterator[str]:
     yield "white 0.3 mm, one frame, caps of 30 degrees and more"
     yield "R mm stretch depth  cap  start      bound %  median R  rms/bound  bias/bound  stated/rms  lost  refused  ms"
     for label, start in STARTS.items():
-        rows, held, missed = [], 0, 0
+        rows, scores, held, missed = [], list[float](), 0, 0
         for cap in (c for c in caps if c.angle >= 30.0):
             found, lost, refused, ms = fits(cap, WHITE_03, start, draws)
             head = f"{name(cap)}  {label:9s}  {100 * cap.bound:7.2f}"
@@ -164,12 +162,14 @@ def white_rows(caps: list[Cap], draws: int) -> Iterator[str]:
             )
             if cap.radius >= 10e-3:
                 held += 1
-                missed += rms > 3.0 * cap.bound or abs(ratio - 1.0) > 0.05
+                scores += list(np.abs(error) / found[:, 1])
+                missed += max(scores[-len(error) :]) > 5.0 or abs(ratio - 1.0) > 0.05
                 rows.append((rms / cap.bound, abs(ratio - 1.0)))
         worst, typical = np.array(rows).max(axis=0), np.median(rows, axis=0)
         yield (
             f"{label}, R 10 to 30: {missed} of {held} presses miss; rms/bound median {typical[0]:.2f}, largest {worst[0]:.2f};"
-            f" median R off by {100 * typical[1]:.1f} %, largest {100 * worst[1]:.1f} %\n"
+            f" median R off by {100 * typical[1]:.1f} %, largest {100 * worst[1]:.1f} %;"
+            f" error over stated {np.sqrt(np.mean(np.square(scores))):.2f}, largest {max(scores):.1f}\n"
         )
 
 
