@@ -47,7 +47,7 @@ class FitObject(Behavior):
     height: Out[Length | None] = port(truth="height")  # of the top above the table
     radius: Out[Length | None] = port(
         truth="radius"
-    )  # of a disc, a half-cylinder, the largest dome or a circle of wire, outside
+    )  # of a disc, half-cylinder, circle of wire (outside) or the largest dome
     side: Out[Length | None] = port(truth="side")  # of a triangle of wire, along its middle
     radius_1: Out[Length | None] = port(truth="radius_1")  # of the largest dome
     radius_2: Out[Length | None] = port(truth="radius_2")  # of the second dome

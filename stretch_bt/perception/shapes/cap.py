@@ -36,7 +36,10 @@ FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the n
 STEPS, CLOSE = 12, 0.02
 ALIKE = 1.3  # by which deviations grow where all noise is smooth: they lean on how far it reaches, which is known to a tenth
 TEMPER = 1.5  # nats of evidence that count as one: neither noise nor skirt are exact
-SIGNIFICANCE = 5.0  # a curvature below this many standard deviations carries no radius
+SIGNIFICANCE, SIGNIFICANCE_ALIKE = (
+    5.0,
+    7.0,
+)  # a curvature below this many standard deviations carries no radius; where all noise is smooth
 FLATTEST = 0.06  # rad between the middle of a cap and its rim, below which it is as flat as the skirt is known
 CLEAR_OF_CONE = 0.0  # nats by which a sphere must explain the contact better than a cone
 NEAR = 0.4  # of the logarithm of a rim's size, within which a start is the same
@@ -89,7 +92,10 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
         np.array([f.covariance[3, 3] for f in fits]) * explained.scale * explained.wider**2 + (curvatures - mean) ** 2
     )
     sd = math.hypot(math.sqrt(float(weights @ spreads)), mean * _model_error(fits[0].surface))
-    if mean < SIGNIFICANCE * sd or mean * fits[0].surface.rim < FLATTEST:
+    if (
+        mean < (SIGNIFICANCE if explained.wider == 1.0 else SIGNIFICANCE_ALIKE) * sd
+        or mean * fits[0].surface.rim < FLATTEST
+    ):
         raise IllConditioned(
             f"the cap carries no radius: its curvature, {mean / explained.cells.size:.3g} 1/m, has a standard deviation of"
             f" {sd / explained.cells.size:.2g} 1/m; press deeper, average more frames, or measure a flat face (`measure_contact`)"
