@@ -143,7 +143,7 @@ def sheet(body: Body, pole: float) -> Sheet:
 
     leaves.terminal = ends.terminal = True  # type: ignore[attr-defined]
     first = 1e-5
-    options = {"rtol": 1e-9, "atol": 1e-12, "max_step": 0.5e-3}
+    options: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-12, "max_step": 0.5e-3}
     inner = solve_ivp(rates, (first, 0.2), [pole, pole, 0.0, 0.0, pole * first, 1.0], events=leaves, **options)
     at = inner.y[:, -1].copy()
     at[2], at[5] = body.meridian(body.left)[0], 0.0
@@ -249,7 +249,7 @@ def bound(view: View, noise: Noise) -> float:
         alike = np.zeros_like(apart)
     covariance = alike + np.diag(white / count)
     information = jacobian.T @ cho_solve(cho_factor(covariance), jacobian)
-    return float(np.sqrt(np.linalg.inv(information)[3, 3])) / scale**2 / k
+    return float(np.sqrt(np.linalg.inv(information)[3, 3]) / scale**2 / k)
 
 
 @dataclass

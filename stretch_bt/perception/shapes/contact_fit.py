@@ -111,7 +111,7 @@ def fit_body(surface: PressedSurface, cells: Cells, whiten: Whiten, *, steps: in
     for _ in range(steps):
         normal, slope = _normal(surface, cells, left, whiten, mean, weight)
         for _ in range(DAMPED[2]):
-            step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope)
+            step = np.asarray(np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope), float)
             moved = surface.moved(step)
             moved_left = _left(moved, cells, left)
             moved_cost = _cost(moved, moved_left, whiten, mean, weight)
@@ -127,7 +127,7 @@ def fit_body(surface: PressedSurface, cells: Cells, whiten: Whiten, *, steps: in
     normal, _ = _normal(surface, cells, left, whiten, mean, weight)
     evidence = -0.5 * cost - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(sd).sum())
     misfit = float(np.sum(whiten(left) ** 2))
-    return BodyFit(surface, np.linalg.inv(normal), left, misfit, evidence)
+    return BodyFit(surface, np.asarray(np.linalg.inv(normal), float), left, misfit, evidence)
 
 
 def _left(surface: PressedSurface, cells: Cells, before: Array) -> Array:
