@@ -73,35 +73,52 @@ def rim_of(kind: Any, q: Any, harmonics: Any) -> Any:
     return h0, p, s, fall, slope
 
 
-@kernel("void(int64,float64[::1],float64[::1],float64[::1],float64[::1],float64[:,::1])")
-def fill_all(kind: Any, q: Any, x: Any, y: Any, height: Any, bent: Any) -> None:
-    """Fill the height (n,) of a membrane over a body at places (n,), and its derivatives (6, n) by q[9:15]."""
+@kernel("void(float64[::1],float64[::1],float64[::1],float64[:,::1])")
+def fill_places(q: Any, x: Any, y: Any, place: Any) -> None:
+    """Fill the elliptic coordinates (4, n) of places (n,): exp(tau), tau, cos psi and sin psi; exp(tau) is 0 inside the rim."""
     a, b, k = math.exp(q[4]), math.exp(q[5]), math.exp(q[8])
-    harmonics = np.empty((4, HARMONICS))
-    h0, p, s, fall, slope = rim_of(kind, q, harmonics)
-    angle = math.atan(slope)
-    sine, cosine = max(math.sin(angle), LEAST_SLOPE), math.cos(angle)
-    begin = math.acosh(1.0 / sine)
     size, flat = 0.5 * (a + b / k), (a - b / k) / (a + b / k)
-    width = abs(q[17]) / size if kind == FACE else 0.0
     for i in range(x.size):
         dx, dy = x[i] - q[6], y[i] - q[7]
         if dx * dx / (a * a) + dy * dy / (b * b) <= 1.0:
-            height[i] = top_at(kind, q, x[i], y[i])[0]
-            bent[:, i] = 0.0
+            place[0, i] = 0.0
             continue
         w = complex(dx / size, dy / (k * size))
         root = (w * w - 4.0 * flat) ** 0.5
         if w.real * root.real + w.imag * root.imag < 0.0:
             root = -root
         z = 0.5 * (w + root)
-        grown = max(abs(z), 1.0)
-        e, tau = z / abs(z), math.log(grown)
+        far = abs(z)
+        place[0, i] = max(far, 1.0)
+        place[1, i] = math.log(place[0, i])
+        place[2, i], place[3, i] = z.real / far, z.imag / far
+
+
+@kernel("void(int64,float64[::1],float64[::1],float64[::1],float64[:,::1],float64[::1],float64[:,::1])")
+def fill_over(kind: Any, q: Any, x: Any, y: Any, place: Any, height: Any, bent: Any) -> None:
+    """Fill the height (n,) of a membrane over a body at places (n,) with their coordinates, and its derivatives (6, n) by q[9:15]."""
+    a, b, k = math.exp(q[4]), math.exp(q[5]), math.exp(q[8])
+    harmonics = np.empty((4, HARMONICS))
+    h0, p, s, fall, slope = rim_of(kind, q, harmonics)
+    angle = math.atan(slope)
+    sine, cosine = max(math.sin(angle), LEAST_SLOPE), math.cos(angle)
+    begin = math.acosh(1.0 / sine)
+    size = 0.5 * (a + b / k)
+    width = abs(q[17]) / size if kind == FACE else 0.0
+    for i in range(x.size):
+        grown, tau = place[0, i], place[1, i]
+        if grown == 0.0:
+            height[i] = top_at(kind, q, x[i], y[i])[0]
+            bent[:, i] = 0.0
+            continue
+        dx, dy = x[i] - q[6], y[i] - q[7]
+        e = complex(place[2, i], place[3, i])
         e2 = e * e
-        rounded = tau
+        rounded, far = tau, grown
         if width > 0.0:
             rounded = 0.5 * tau * tau / width if tau < width else tau - 0.5 * width
-        h = h0 + p * dx + s * dy + harmonics[0, 0] - fall * cosine * (math.acosh(math.exp(rounded) / sine) - begin)
+            far = math.exp(rounded)
+        h = h0 + p * dx + s * dy + harmonics[0, 0] - fall * cosine * (math.acosh(far / sine) - begin)
         turn = e
         up, down = grown, 1.0 / grown
         for n in range(1, HARMONICS):
@@ -126,20 +143,31 @@ def fill_all(kind: Any, q: Any, x: Any, y: Any, height: Any, bent: Any) -> None:
 @kernel("void(int64,float64[::1],float64[::1],float64[::1],float64[::1])")
 def fill_pressed(kind: Any, q: Any, x: Any, y: Any, height: Any) -> None:
     """Fill the height (n,) of a membrane over a body at places (n,)."""
-    fill_all(kind, q, x, y, height, np.empty((BENT, x.size)))
+    place = np.empty((4, x.size))
+    fill_places(q, x, y, place)
+    fill_over(kind, q, x, y, place, height, np.empty((BENT, x.size)))
 
 
 @kernel("void(int64,float64[::1],float64[::1],float64[::1],float64[::1],float64[:,::1])")
 def fill_pressed_jacobian(kind: Any, q: Any, x: Any, y: Any, height: Any, jacobian: Any) -> None:
-    """Fill the height (n,) and its derivatives (p, n) by the parameters, by differences where it is not linear in them."""
-    fill_all(kind, q, x, y, height, jacobian[9 : 9 + BENT])
+    """Fill the height (n,) and its derivatives (p, n) by the parameters, by differences where it is not linear in them.
+
+    The coordinates of the places change with the rim alone, q[4:9].
+    """
+    place, other = np.empty((4, x.size)), np.empty((4, x.size))
+    fill_places(q, x, y, place)
+    fill_over(kind, q, x, y, place, height, jacobian[9 : 9 + BENT])
     jacobian[0] = 1.0
     moved, unused = q.copy(), np.empty((BENT, x.size))
     for p in range(1, q.size):
         if 9 <= p < 9 + BENT:
             continue
         moved[p] = q[p] + STEP
-        fill_all(kind, moved, x, y, jacobian[p], unused)
+        if 4 <= p < 9:
+            fill_places(moved, x, y, other)
+            fill_over(kind, moved, x, y, other, jacobian[p], unused)
+        else:
+            fill_over(kind, moved, x, y, place, jacobian[p], unused)
         moved[p] = q[p]
         for i in range(x.size):
             jacobian[p, i] = (jacobian[p, i] - height[i]) / STEP
