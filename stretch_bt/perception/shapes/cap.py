@@ -12,7 +12,7 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
 from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_body, starts, starts_around
-from stretch_bt.perception.shapes.contact_noise import NoiseParts, Whiten, noise_left, whitener
+from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface
 from stretch_bt.perception.types import Contact, Sphere
 
@@ -42,6 +42,10 @@ SIGNIFICANCE, SIGNIFICANCE_ALIKE = (
 )  # a curvature below this many standard deviations carries no radius; where all noise is smooth
 FLATTEST = 0.06  # rad between the middle of a cap and its rim, below which it is as flat as the skirt is known
 CLEAR_OF_CONE = 0.0  # nats by which a sphere must explain the contact better than a cone
+THINNED, BESIDE = (
+    3,
+    12.0,
+)  # of how many cells one is searched with; nats below the best of a kind that its second may have there
 NEAR = 0.4  # of the logarithm of a rim's size, within which a start is the same
 SMALL, WIDER = 0.35, 2.8  # of the window's size, below which a rim is small in it; rims that it is then made wide
 MISFIT = 2.0  # of the noise's variance, beyond which a contact is no such shape
@@ -138,27 +142,33 @@ def _explain(contact: Contact) -> _Explained:
     best = max(rough, key=lambda f: f.evidence)
     noise = noise_left(_residuals(contact, best.surface, window, cells), (1e-6 * window.size) ** 2)
     noise = noise.seen_by(cells)
-    shared = noise.shared(cells) if noise.smooth else None
-    fits = _searched(rough, cells, whitener(noise.own(cells, SEARCHED), shared), STARTS if noise.smooth else FEW_STARTS)
-    whiten = whitener(noise.own(cells, LEAST_OWN), shared)
+    fits = _searched(rough, _thinned(cells), noise)
+    whiten = whitener(noise.own(cells, LEAST_OWN), noise.shared(cells) if noise.smooth else None)
     fits = [fit_body(f.surface, cells, whiten, steps=STEPS, close=CLOSE) for f in fits]
     freedom = max(cells.z.size - COMMON, 1)
     alike = noise.white / float(np.median(cells.count)) < LEAST_OWN**2 * noise.variance
     return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0)
 
 
-def _searched(rough: list[BodyFit], cells: Cells, whiten: Whiten, starts_of: dict[int, int]) -> list[BodyFit]:
+def _thinned(cells: Cells) -> Cells:
+    """Return a part of the cells, which is enough to find where to begin."""
+    return cells.some(np.arange(cells.z.size) % THINNED == 0)
+
+
+def _searched(rough: list[BodyFit], cells: Cells, noise: NoiseParts) -> list[BodyFit]:
     """Return the two best fits of each kind from many starts, each cell with an error of its own that hides all that is fine.
 
-    Without it smooth noise makes the probability so rugged that a fit ends beside its top.
+    Without it smooth noise makes the probability so rugged that a fit ends beside its top. A second one far less probable is left out.
     """
+    whiten = whitener(noise.own(cells, SEARCHED), noise.shared(cells) if noise.smooth else None)
     kept = list[BodyFit]()
-    for kind, most in starts_of.items():
+    for kind, most in (STARTS if noise.smooth else FEW_STARTS).items():
         base = next((f for f in rough if f.surface.kind == kind), rough[0]).surface
         begun = starts_around(base, cells, kind, whiten, most)
         begun += [base] if base.kind == kind and not any(_near(base, s) for s in begun) else []
         fits = [fit_body(s, cells, whiten, steps=SEARCH_STEPS, close=FIRST_CLOSE) for s in begun]
-        for fit in sorted(fits, key=lambda f: -f.evidence):
+        ranked = sorted(fits, key=lambda f: -f.evidence)
+        for fit in (f for f in ranked if f.evidence > ranked[0].evidence - BESIDE):
             if sum(k.surface.kind == kind for k in kept) < 2 and not any(fit.surface.like(k.surface) for k in kept):
                 kept.append(fit)
     return kept
@@ -173,7 +183,10 @@ def _rough(contact: Contact, window: Window) -> tuple[Window, Cells, list[BodyFi
     cells = cells_of(contact, window)
     stated = max(contact.noise**2 * max(contact.noise_area, 1.0), (1e-6 * window.size) ** 2)
     whiten = whitener(NoiseParts(stated).own(cells, 0.0))
-    begun = [s for kind in (SPHERE, FACE) for s in starts(cells, window, kind, whiten)]
+    few = _thinned(cells)
+    begun = [
+        s for kind in (SPHERE, FACE) for s in starts(few, window, kind, whitener(NoiseParts(stated).own(few, 0.0)))
+    ]
     fits = [fit_body(s, cells, whiten, steps=FIRST_STEPS, close=FIRST_CLOSE) for s in begun]
     if not fits:
         return window, cells, fits
