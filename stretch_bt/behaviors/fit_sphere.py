@@ -19,9 +19,7 @@ class FitSphere(Behavior):
     instant = True
     contact: In[Contact]  # the contact and the surface around it
     before: In[Sphere | None] = None  # an earlier fit of the same object
-    sphere: Out[Sphere] = port(
-        truth={"radius": "radius"}
-    )  # radius, centre and curvature, each with its standard deviation
+    sphere: Out[Sphere] = port(truth={"radius": "radius"})  # radius, centre and curvature with their deviations
     min_significance: In[float] = port(3.0, min=1.0, doc="accept when the curvature exceeds this many sd")
 
     def update(self) -> Status:
