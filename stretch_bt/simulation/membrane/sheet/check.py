@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from stretch_bt.errors import Impossible, NoEquilibrium
+from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.placed import Placed
 from stretch_bt.simulation.membrane.sheet.layout import Layout
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
@@ -26,6 +27,7 @@ _WRAPPED = 0.02  # share of the pressure on flanks that look away from the sheet
 _PIERCED = 0.15  # height of a body's peak over the sheet, over the depth
 _DOUBT = 0.25  # error of the force over that
 _CREEPING = 1e-3  # largest nodal force left, over the force
+_ON_BORDER = 0.05  # share of the pressure next to the sharp edge in which a height field ends
 _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a third of the depth if that is more
 
 
@@ -92,12 +94,27 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
             "the sheet is not in contact although it was pressed: it slid off beside the indenter, or the press is too "
             "shallow to be told from rounding"
         )
+    _check_borders(problem, outcome)
     for contact, row in zip(problem.contacts, totals, strict=True):
         if contact.body.indenter.flat == 0 and row[6] > _WRAPPED * row[3]:
             raise NoEquilibrium("the sheet wraps around the indenter past its widest place (limit point)")
         sunk = row[3] / max(row[4], 1e-300) / contact.stiffness
         if sunk * result.sheet.unit > _SUNK * max(contact.body.indenter.tip_radius, 0.3 * result.load.travel):
             raise NoEquilibrium("the indenter sinks through the sheet: the press is past its limit point")
+
+
+def _check_borders(problem: Problem, outcome: Outcome) -> None:
+    """Raise NoEquilibrium where the sheet rests on the border of a height field."""
+    for contact in problem.contacts:
+        body = contact.body.indenter
+        if isinstance(body, HeightField):
+            points, pressure = problem.pressures(contact, outcome.control)
+            border = body.at_border(points, problem.mesh.finest * problem.unit / 3)
+            if pressure[border].sum() > _ON_BORDER * pressure.sum():
+                raise NoEquilibrium(
+                    "the sheet rests on the border of the height field, beyond which no heights are known: let the grid "
+                    "reach to where nothing touches"
+                )
 
 
 def check_reach(mesh: Mesh, bodies: Sequence[Placed], flat: Array, unit: float) -> None:
