@@ -51,7 +51,10 @@ def found(bench, steps):
         ("looks: {seen: $a}, set: {b: a}, set: {out: b}", 10.0),
         ("looks: {seen: $out}, looks: {name: again, seen: $out}", 20.0),
         ("looks: {seen: $a}, looks: {name: again, seen: $b, value: 2}, set: {a: b, b: a}, set: {out: a}", 20.0),
-        ("looks: {seen: $a}, looks: {name: again, seen: $b, value: 2}, set: {a: b, b: a}, set: {out: b}", None),  # none rather than a wrong one
+        (
+            "looks: {seen: $a}, looks: {name: again, seen: $b, value: 2}, set: {a: b, b: a}, set: {out: b}",
+            None,
+        ),  # none rather than a wrong one
         ("looks: {seen: $a}, looks: {name: again, seen: $b, value: 2}, set: {out: b}", 10.0),
         ("looks: {ball: $ball}, set: {out: ball.radius}", 3.0),
         ("looks: {seen: $a}, set: {out: 2 * a}", None),
@@ -66,7 +69,9 @@ def test_the_truth_is_of_what_the_node_found(bench, steps, known):
     assert truth["roundness"] == 7.0
 
 
-@pytest.mark.parametrize(("role", "truth"), [(In[float], "top"), (Out[float], 3), (Out[float], {"radius": "the radius"})])
+@pytest.mark.parametrize(
+    ("role", "truth"), [(In[float], "top"), (Out[float], 3), (Out[float], {"radius": "the radius"})]
+)
 def test_only_outputs_have_truths_and_these_have_names(role, truth):
     with pytest.raises(PortError, match="truth"):
         type("Wrong", (Behavior,), {"__annotations__": {"x": role}, "x": port(truth=truth)})
