@@ -110,7 +110,7 @@ def test_bending_over_a_sharp_tip_is_known_less_well():
         for shape in ("cone:45deg", "sphere:20mm")
     }
     sharp, blunt = ([p.force_error / p.force for p in pair] for pair in relative.values())
-    assert sharp[1] > sharp[0] + 0.009
+    assert sharp[1] > 0.01 > 2 * sharp[0]
     assert blunt[1] == pytest.approx(blunt[0], abs=1e-3)
 
 

@@ -21,7 +21,8 @@ _OVERHANG, _SLID = 0.1, 35.0  # over the part of the depth by which a tip stands
 _SHARP = 0.01
 _SETTLED, _SETTLED_SHALLOW = 0.004, 0.015
 _WITH_FRICTION = 0.002
-_SIDE_ADDED, _SIDE_FLAT, _SIDE, _SIDE_TILTED = 1.5, 0.3, 0.03, 0.03
+_SIDE_ADDED, _SIDE_ADDED_FLAT, _SIDE = 1.5, 0.3, 0.03
+_SIDE_FLAT, _SIDE_TILTED = 0.012, 0.03  # how far a rim, and one that the indenter stands on, spoils the force across
 
 
 def relative_error(
@@ -53,7 +54,7 @@ def relative_error(
     shallow
         Whether so little of the sheet touches that what is not exact is known less well.
     edge
-        1 where no edge of the sheet is near; more next to one, and where the indenter's axis is about over it.
+        0 where no edge of the sheet is near; else by how much it spoils the force of a taut sheet, over the force.
     sharp
         Whether a sheet with bending stiffness lies on a tip that is sharper than it is thick.
     added, overhang
@@ -64,7 +65,7 @@ def relative_error(
     base = _FLAT * scale**2 if flat else _ROUND * (scale**1.7 if scale > 1 else scale**2) / math.sqrt(max(nodes, 1))
     settled = (_SETTLED_SHALLOW if shallow else _SETTLED) * min(max(scale, 1.0), 2.0)
     return math.hypot(
-        base * edge * (1 + _SLACK * math.exp(-strain / _TAUT)),
+        math.hypot(base, edge) * (1 + _SLACK * math.exp(-strain / _TAUT)),
         (_PER_POINT_FLAT if flat else _PER_POINT) / max(nodes, 1),
         _ADDED * added * math.hypot(1.0, added / _STRAINED),
         overhang * math.hypot(_OVERHANG, _SLID * added),
@@ -88,10 +89,6 @@ def side_error(relative: float, sideways: float, added: tuple[float, float], *, 
     flat, tilted
         Whether the indenter has a face and rim, and whether it is tilted: it then stands on its rim.
     """
-    return math.hypot(
-        relative if flat else 0.6 * relative,
-        _SIDE * sideways,
-        _SIDE_ADDED * added[0],
-        _SIDE_FLAT * added[1] if flat else 0.0,
-        _SIDE_TILTED if flat and tilted else 0.0,
-    )
+    rim = (_SIDE_TILTED if tilted else _SIDE_FLAT) if flat else 0.0
+    along = math.hypot(relative, _SIDE_ADDED_FLAT * added[1]) if flat else 0.6 * relative
+    return math.hypot(along, _SIDE * sideways, _SIDE_ADDED * added[0], rim)

@@ -20,7 +20,7 @@ __all__ = ["Layout"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _OVER_EDGE = 1.0  # sheet units between an indenter's axis and the edge of the sheet
-_OVER, _BESIDE = 9.0, 2.0  # how much an edge of the sheet spoils the force that is over it, or beside it
+_OVER, _BESIDE = 0.010, 0.005  # of the force that is over an edge of the sheet, or beside it
 _SLACK = 0.003  # strain between the clamps
 
 Zones = tuple[list[Zone], list[Zone]]
@@ -99,7 +99,7 @@ class Layout:
         ]
         if min(axis for _, axis in rooms) < _OVER_EDGE:
             return _OVER
-        return _BESIDE if min(min(tip, axis - self.depth) for tip, axis in rooms) < 0 else 1.0
+        return _BESIDE if min(min(tip, axis - self.depth) for tip, axis in rooms) < 0 else 0.0
 
     def _zones(self, body: Placed) -> Zones:
         """Return zones on the unstretched sheet; widths and sizes are kept, places are carried back."""
