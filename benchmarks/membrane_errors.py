@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from benchmarks.membrane_random import Case
 from stretch_bt.errors import NoEquilibrium
@@ -134,7 +135,7 @@ def compare(case: Case, kind: Kind) -> Compared | None:
     return Compared(z, found.force_error / force, (x, y), found.side_error / force)
 
 
-def ratios(compared: list[Compared]) -> tuple[np.ndarray, np.ndarray]:
+def ratios(compared: list[Compared]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return errors over stated errors, along z (n,) and across (2 n,)."""
     along = np.array([c.along / c.stated for c in compared])
     return along, np.array([part / c.stated_across for c in compared for part in c.across])

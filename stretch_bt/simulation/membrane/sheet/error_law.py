@@ -10,13 +10,13 @@ import math
 
 __all__ = ["relative_error", "side_error"]
 
-_ROUND, _FLAT = (
-    0.022,
-    0.0012,
-)  # of the force on the default mesh; under round tips over the root of the points in contact
-_SLACK, _TAUT = 14.0, 0.02  # a slack sheet is this much worse, which fades over this strain
+# of the force on the default mesh; under round tips over the root of the points in contact
+_ROUND, _FLAT = 0.018, 0.001
+_SLACK, _TAUT = 12.0, 0.02  # a slack sheet is this much worse, which fades over this strain
 _PER_POINT, _PER_POINT_FLAT = 0.15, 0.8
 _ADDED, _STRAINED = 0.3, 0.02  # what a first-order correction leaves over, as a part of it; more where it is large
+_ADDED_ACROSS = 0.2
+_RIM = 0.002  # where the indenter stands on its rim
 _OVERHANG, _SLID = 0.1, 35.0  # over the part of the depth by which a tip stands out; the latter times that correction
 _SHARP = 0.01
 _SETTLED, _SETTLED_SHALLOW = 0.004, 0.015
@@ -35,7 +35,9 @@ def relative_error(
     sharp: bool,
     exact: bool,
     shallow: bool = False,
+    tilted: bool = False,
     added: float = 0.0,
+    across: float = 0.0,
     overhang: float = 0.0,
     has_friction: bool = False,
 ) -> float:
@@ -57,8 +59,12 @@ def relative_error(
         0 where no edge of the sheet is near; else by how much it spoils the force of a taut sheet, over the force.
     sharp
         Whether a sheet with bending stiffness lies on a tip that is sharper than it is thick.
-    added, overhang
-        What the correction to rigid contact adds, over the force, and how far a tip stands out of the sheet, over the depth.
+    tilted
+        Whether the indenter is tilted: one with a rim then stands on it.
+    added, across
+        What the correction to rigid contact adds along z and across, over the force.
+    overhang
+        How far a tip stands out of the sheet, over the depth.
     has_friction
         Whether there is friction: the springs that points stick by, and the path, are then known to 0.2 %.
     """
@@ -68,6 +74,8 @@ def relative_error(
         math.hypot(base, edge) * (1 + _SLACK * math.exp(-strain / _TAUT)),
         (_PER_POINT_FLAT if flat else _PER_POINT) / max(nodes, 1),
         _ADDED * added * math.hypot(1.0, added / _STRAINED),
+        _ADDED_ACROSS * across,
+        _RIM if flat and tilted else 0.0,
         overhang * math.hypot(_OVERHANG, _SLID * added),
         _SHARP if sharp else 0.0,
         0.0 if exact else settled,

@@ -72,7 +72,7 @@ class Layout:
         """Whether a body has a flat top."""
         return any(b.indenter.flat > 0 for b in self.bodies)
 
-    def error(self, nodes: int, added: float, overhang: float) -> float:
+    def error(self, nodes: int, added: float, across: float, overhang: float) -> float:
         """Return the estimated error of the force over the force; the arguments are those of `relative_error`."""
         return relative_error(
             self.scale,
@@ -83,7 +83,9 @@ class Layout:
             sharp=self.sheet.effects.bending and any(b.indenter.feature < self.sheet.thickness for b in self.bodies),
             exact=self.settings.exact or self.settings.corrected,
             shallow=self.depth < _SHALLOW,
+            tilted=self.load.tilt != (0.0, 0.0),
             added=added,
+            across=across,
             overhang=overhang,
             has_friction=self.sheet.effects.friction > 0,
         )
