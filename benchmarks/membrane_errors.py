@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.membrane_random import Case
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.cone import Cone
@@ -26,6 +25,17 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.press import GAUGE, WIDTH, press
 from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
+
+
+class Case(NamedTuple):
+    """A press of the default membrane: lengths in m, angles in rad."""
+
+    indenter: Indenter
+    stretch: float
+    depth: float
+    at: tuple[float, float]
+    tilt: tuple[float, float]
+
 
 Draw = Callable[[np.random.Generator], Case]
 
@@ -125,7 +135,7 @@ def compare(case: Case, kind: Kind) -> Compared | None:
     """Return the error of a press, None where it or its reference has no equilibrium."""
     fine = Settings(coarsen=kind.finer, growth=1.35, budget=3000)
     try:
-        found, finer = (case.press(settings=settings).detail for settings in (kind.settings, fine))
+        found, finer = (press(**case._asdict(), settings=settings).detail for settings in (kind.settings, fine))
     except NoEquilibrium:
         return None
     assert isinstance(found, SheetPress)
