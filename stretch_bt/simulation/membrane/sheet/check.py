@@ -74,10 +74,11 @@ def _errors(layout: Layout, nodes: int, force: Array, more: RigidForce, pierced:
     """Return the estimated errors of a force (3,) along z and of either part across, in units of the problem."""
     along, added = abs(float(force[2])) or 1.0, np.abs(more.added)
     across = float(np.hypot(added[0], added[1])) / along
-    relative = layout.error(nodes, float(added[2]) / along, across, pierced)
+    sideways = float(np.hypot(force[0], force[1])) / along
+    relative = layout.error(nodes, float(added[2]) / along, across, sideways, pierced)
     side = side_error(
         relative,
-        float(np.hypot(force[0], force[1])) / along,
+        sideways,
         (across, float(added[2]) / along),
         flat=layout.flat,
         tilted=layout.load.tilt != (0.0, 0.0),

@@ -16,6 +16,7 @@ _SLACK, _TAUT = 12.0, 0.02  # a slack sheet is this much worse, which fades over
 _PER_POINT, _PER_POINT_FLAT = 0.15, 0.8
 _ADDED, _STRAINED = 0.3, 0.02  # what a first-order correction leaves over, as a part of it; more where it is large
 _ADDED_ACROSS = 0.2
+_SLIPPING = 0.02
 _RIM = 0.002  # where the indenter stands on its rim
 _OVERHANG, _SLID = 0.1, 45.0  # over the part of the depth by which a tip stands out; the latter times that correction
 _SHARP = 0.01
@@ -38,6 +39,7 @@ def relative_error(
     tilted: bool = False,
     added: float = 0.0,
     across: float = 0.0,
+    sideways: float = 0.0,
     overhang: float = 0.0,
     has_friction: bool = False,
 ) -> float:
@@ -63,6 +65,8 @@ def relative_error(
         Whether the indenter is tilted: one with a rim then stands on it.
     added, across
         What the correction to rigid contact adds along z and across, over the force.
+    sideways
+        Force across over that along z: where the sheet is about to slip off, it is the larger one.
     overhang
         How far a tip stands out of the sheet, over the depth.
     has_friction
@@ -75,6 +79,7 @@ def relative_error(
         (_PER_POINT_FLAT if flat else _PER_POINT) / max(nodes, 1),
         _ADDED * added * math.hypot(1.0, added / _STRAINED),
         _ADDED_ACROSS * across,
+        _SLIPPING * sideways**2,
         _RIM if flat and tilted else 0.0,
         overhang * math.hypot(_OVERHANG, _SLID * added),
         _SHARP if sharp else 0.0,

@@ -72,7 +72,7 @@ class Layout:
         """Whether a body has a flat top."""
         return any(b.indenter.flat > 0 for b in self.bodies)
 
-    def error(self, nodes: int, added: float, across: float, overhang: float) -> float:
+    def error(self, nodes: int, added: float, across: float, sideways: float, overhang: float) -> float:
         """Return the estimated error of the force over the force; the arguments are those of `relative_error`."""
         return relative_error(
             self.scale,
@@ -86,6 +86,7 @@ class Layout:
             tilted=self.load.tilt != (0.0, 0.0),
             added=added,
             across=across,
+            sideways=sideways,
             overhang=overhang,
             has_friction=self.sheet.effects.friction > 0,
         )
