@@ -87,6 +87,7 @@ class Again(NamedTuple):
         """How far the two forces are apart, in stated errors of the first; infinite without a second."""
         if self.second is None:
             return math.inf
+        assert self.first.force_error is not None
         return abs(self.second.force - self.first.force) / self.first.force_error
 
 
@@ -111,6 +112,7 @@ def solve(case: Case) -> Outcome:
         reason = none.reason
     milliseconds = (time.process_time() - began) * 1e3
     if found is not None:
+        assert found.force_error is not None
         values = (found.force, found.force_error, found.residual, found.contact.area)
         assert all(math.isfinite(v) for v in values), case
         assert found.balance < 1e-6, case

@@ -210,6 +210,16 @@ def test_press_shows_its_warnings_beside_its_answer(cli):
     assert "finer mesh" in err
 
 
+@pytest.mark.parametrize("solver", ["hertz", "axisymmetric"])
+def test_press_states_no_error_of_a_model_whose_error_is_unknown(cli, solver):
+    wanted = ["--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "10mm", "--solver", solver]
+    code, out, err = cli("press", *wanted)
+    assert (code, "error is not known" in out, "within" in out) == (0, True, False)
+    assert "no error of the force is stated" in err
+    _, out, _ = cli("press", *wanted, "--json")
+    assert json.loads(out)["force_error_N"] is None
+
+
 def test_press_without_an_answer_says_so(cli):
     code, out, _ = cli("press", "--indenter", "sphere:8mm", "--stretch", "80mm", "--depth", "60mm", "--json")
     assert code == 1

@@ -29,6 +29,14 @@ __all__ = ["SOLVERS", "ContactPatch", "PressResult", "press"]
 
 SHEAR_MODULUS = 47.4e3  # Pa, the neo-Hookean value of EcoFlex 00-50 from its 100 % modulus of 83 kPa
 WIDTH, THICKNESS, GAUGE = 0.090, 0.002, 0.100
+_ROUND = (
+    "the axisymmetric solver stands a round membrane in for the rectangular one: no error of the force is stated, as that "
+    "of the model is not known; the sheet solver states one"
+)
+_CALIBRATED = (
+    "the hertz solver gives the law that was calibrated on another hand, not the force of this membrane: no error of the "
+    "force is stated, as that of the model is not known; the sheet solver states one"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +55,12 @@ class ContactPatch:
 class PressResult:
     """A press: force and its estimated error, N, along z; `seconds` is CPU time of the solve.
 
+    `force_error` is None where the solver is a model of the membrane whose own error is not known; a warning says so.
     `detail` is what the solver itself returned: a SheetPress can start another press.
     """
 
     force: float
-    force_error: float
+    force_error: float | None
     contact: ContactPatch
     balance: float
     iterations: int
@@ -211,13 +220,13 @@ def _axisymmetric(request: _Request) -> PressResult:
     area = 2 * math.pi * (body.diameter / 2) ** 2 * (1 - math.cos(solved.contact_angle))
     return PressResult(
         solved.force,
-        solved.force_error,
+        None,
         ContactPatch(area, radius, 0),
         solved.residual,
         solved.iterations,
         solved.residual,
         solved.seconds,
-        ("the axisymmetric solver stands a round membrane in for the rectangular one",),
+        (_ROUND,),
         solved,
     )
 
@@ -240,19 +249,20 @@ def _hertz(request: _Request) -> PressResult:
     model.range.check(depth=request.depth)
     began = time.process_time()
     radius, shape = body.diameter / 2, "sphere" if isinstance(body, Sphere) else "cylinder"
-    modulus, sd = model.modulus(radius, request.stretch)
+    modulus, _ = model.modulus(radius, request.stretch)
     # the calibration is that of the membrane of the hand; a force is proportional to shear modulus x thickness
     scale = sheet.material.shear_modulus * sheet.thickness / (SHEAR_MODULUS * THICKNESS)
     force = scale * float(hertz_force(shape, request.depth, modulus, radius=radius))
     touching = math.sqrt(radius * request.depth) if shape == "sphere" else radius
     return PressResult(
         force,
-        force * math.hypot(model.relative_sd, sd / modulus),
+        None,
         ContactPatch(math.pi * touching**2, touching, 0),
         0.0,
         0,
         0.0,
         time.process_time() - began,
+        (_CALIBRATED,),
     )
 
 

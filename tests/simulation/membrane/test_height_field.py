@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.simulation import press
 from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.parse import parse_indenter
@@ -127,6 +127,20 @@ def test_equal_fields_are_equal_and_start_each_other():
     assert warm.detail.shape.mesh is first.detail.shape.mesh
     with pytest.raises(ValueError, match="read-only"):
         BALL.heights[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("half", "depth", "surface"),
+    [
+        (0.003, 0.003, lambda x, y: -(x**2 + y**2) / 0.024),
+        (0.006, 0.006, lambda x, y: -(x**2 + y**2) / 0.024),
+        (0.008, 0.001, lambda x, y: -(x**2) / 0.02 + 0 * y),  # a ridge from border to border
+    ],
+)
+def test_a_sheet_that_rests_on_the_border_is_no_answer(half, depth, surface):
+    bump = field(surface, round(2 * half / 0.25e-3) + 1)
+    with pytest.raises(NoEquilibrium, match="border of the height field"):
+        press(bump, 0.03, depth)
 
 
 def test_a_file_of_heights(tmp_path):

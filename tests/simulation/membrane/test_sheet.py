@@ -110,7 +110,7 @@ def test_bending_over_a_sharp_tip_is_known_less_well():
         for shape in ("cone:45deg", "sphere:20mm")
     }
     sharp, blunt = ([p.force_error / p.force for p in pair] for pair in relative.values())
-    assert sharp[1] > sharp[0] + 0.009
+    assert sharp[1] > 0.01 > 2 * sharp[0]
     assert blunt[1] == pytest.approx(blunt[0], abs=1e-3)
 
 
@@ -241,7 +241,10 @@ def test_solvers_agree_roughly_and_speak_one_json():
             "force_N", "force_error_N", "contact", "balance", "iterations", "residual", "seconds",
         }  # fmt: skip
         assert set(document["contact"]) == {"area_mm2", "radius_mm", "nodes"}
-        assert document["force_error_N"] >= 0
+    assert found["sheet"].force_error > 0
+    for solver in ("hertz", "axisymmetric"):  # 84 and 12 % off the sheet: models whose own error is not known
+        assert found[solver].to_json()["force_error_N"] is None
+        assert any("no error" in warning for warning in found[solver].warnings)
     assert found["axisymmetric"].force == pytest.approx(found["sheet"].force, rel=0.3)
 
 

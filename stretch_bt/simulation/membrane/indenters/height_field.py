@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.indenters.base import Array, Gap, Solid, Zone, empty_gap, positive, spacing
@@ -179,6 +180,11 @@ class HeightField(Solid):
         gap = empty_gap(len(points))
         ground(points / self.pitch + self._middle, self._coefficients, self._nodes, self.winding, *gap)
         return Gap(gap.distance * self.pitch, gap.normal, gap.curvature / self.pitch)
+
+    def at_border(self, points: Array, least: float) -> npt.NDArray[np.bool_]:
+        """Return which points (n, 3), m, own frame, are within a pitch, or `least`, m, of the grid's border, or beside it."""
+        inner = self._middle[:2] * self.pitch - max(self.pitch, least)
+        return np.asarray((np.abs(points[:, :2]) > inner).any(axis=1))
 
     def top(self, rotation: Array) -> float:
         """Return the height of its highest point above the origin, m."""

@@ -8,7 +8,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from stretch_bt.errors import Impossible, NoEquilibrium
+from stretch_bt.simulation.membrane.indenters.height_field import HeightField
 from stretch_bt.simulation.membrane.indenters.placed import Placed
+from stretch_bt.simulation.membrane.sheet.error_law import side_error
 from stretch_bt.simulation.membrane.sheet.layout import Layout
 from stretch_bt.simulation.membrane.sheet.mesh import Mesh
 from stretch_bt.simulation.membrane.sheet.newton import Newton, Outcome
@@ -24,8 +26,8 @@ OUT_OF_REACH = "the indenter does not reach the flat sheet, which rests as it is
 
 _WRAPPED = 0.02  # share of the pressure on flanks that look away from the sheet
 _PIERCED = 0.15  # height of a body's peak over the sheet, over the depth
-_DOUBT = 0.25  # error of the force over that
 _CREEPING = 1e-3  # largest nodal force left, over the force
+_ON_BORDER = 0.05  # share of the pressure next to the sharp edge in which a height field ends
 _SUNK = 0.1  # mean penetration over the radius of the body's tip, or over a third of the depth if that is more
 
 
@@ -44,12 +46,14 @@ def measure(
         )
     scale, force, inner = sheet.force_unit, here.force + more.added, here.gradient[1:-1]
     strength, nodes = float(np.linalg.norm(force)) or 1.0, int(here.totals[:, 5].sum())
+    error, side = _errors(layout, nodes, force, more, pierced)
     return SheetPress(
         sheet=sheet,
         load=layout.load,
         settings=layout.settings,
         force=force * scale,
-        force_error=((layout.error(nodes) + _DOUBT * pierced) * float(force[2]) + more.doubt) * scale,
+        force_error=error * scale,
+        side_error=side * scale,
         reaction=(here.reaction - more.added) * scale,
         balance=float(np.linalg.norm(inner.sum(axis=(0, 1)))) / strength,
         shape=Shape(problem.mesh, outcome.control, sheet.unit),
@@ -64,6 +68,23 @@ def measure(
         warnings=tuple(_warnings(problem, here, positive=newton.positive, settles=settles)),
         memory=memory,
     )
+
+
+def _errors(layout: Layout, nodes: int, force: Array, more: RigidForce, pierced: float) -> tuple[float, float]:
+    """Return the estimated errors of a force (3,) along z and of either part across, in units of the problem."""
+    along, added = abs(float(force[2])) or 1.0, np.abs(more.added)
+    across = float(np.hypot(added[0], added[1])) / along
+    sideways = float(np.hypot(force[0], force[1])) / along
+    relative = layout.error(nodes, float(added[2]) / along, across, sideways, pierced)
+    side = side_error(
+        relative,
+        sideways,
+        (across, float(added[2]) / along),
+        flat=layout.flat,
+        tilted=layout.load.tilt != (0.0, 0.0),
+    )
+    error = math.hypot(relative * along, float(more.withheld[2]))
+    return error, math.hypot(side * along, *more.withheld[:2].tolist())
 
 
 def _warnings(problem: Problem, here: Evaluation, *, positive: bool, settles: bool) -> Iterator[str]:
@@ -92,12 +113,27 @@ def check(result: SheetPress, problem: Problem, outcome: Outcome) -> None:
             "the sheet is not in contact although it was pressed: it slid off beside the indenter, or the press is too "
             "shallow to be told from rounding"
         )
+    _check_borders(problem, outcome)
     for contact, row in zip(problem.contacts, totals, strict=True):
         if contact.body.indenter.flat == 0 and row[6] > _WRAPPED * row[3]:
             raise NoEquilibrium("the sheet wraps around the indenter past its widest place (limit point)")
         sunk = row[3] / max(row[4], 1e-300) / contact.stiffness
         if sunk * result.sheet.unit > _SUNK * max(contact.body.indenter.tip_radius, 0.3 * result.load.travel):
             raise NoEquilibrium("the indenter sinks through the sheet: the press is past its limit point")
+
+
+def _check_borders(problem: Problem, outcome: Outcome) -> None:
+    """Raise NoEquilibrium where the sheet rests on the border of a height field."""
+    for contact in problem.contacts:
+        body = contact.body.indenter
+        if isinstance(body, HeightField):
+            points, pressure = problem.pressures(contact, outcome.control)
+            border = body.at_border(points, problem.mesh.finest * problem.unit / 3)
+            if pressure[border].sum() > _ON_BORDER * pressure.sum():
+                raise NoEquilibrium(
+                    "the sheet rests on the border of the height field, beyond which no heights are known: let the grid "
+                    "reach to where nothing touches"
+                )
 
 
 def check_reach(mesh: Mesh, bodies: Sequence[Placed], flat: Array, unit: float) -> None:

@@ -20,6 +20,7 @@ __all__ = ["Layout"]
 _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less than the default elements resolve
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _OVER_EDGE = 1.0  # sheet units between an indenter's axis and the edge of the sheet
+_OVER, _BESIDE = 0.010, 0.005  # of the force that is over an edge of the sheet, or beside it
 _SLACK = 0.003  # strain between the clamps
 
 Zones = tuple[list[Zone], list[Zone]]
@@ -66,16 +67,27 @@ class Layout:
         """Return the place (2,) on the unstretched sheet that a stretched one has over a place."""
         return np.multiply(at, self.sheet.outline.back(span / 100)) / self.unit
 
-    def error(self, nodes: int) -> float:
-        """Return the estimated error of the force over the force, with so many quadrature points in contact."""
+    @property
+    def flat(self) -> bool:
+        """Whether a body has a flat top."""
+        return any(b.indenter.flat > 0 for b in self.bodies)
+
+    def error(self, nodes: int, added: float, across: float, sideways: float, overhang: float) -> float:
+        """Return the estimated error of the force over the force; the arguments are those of `relative_error`."""
         return relative_error(
             self.scale,
             self.strain,
             nodes,
-            flat=any(b.indenter.flat > 0 for b in self.bodies),
+            flat=self.flat,
             edge=self._edge(),
             sharp=self.sheet.effects.bending and any(b.indenter.feature < self.sheet.thickness for b in self.bodies),
             exact=self.settings.exact or self.settings.corrected,
+            shallow=self.depth < _SHALLOW,
+            tilted=self.load.tilt != (0.0, 0.0),
+            added=added,
+            across=across,
+            sideways=sideways,
+            overhang=overhang,
             has_friction=self.sheet.effects.friction > 0,
         )
 
@@ -89,8 +101,8 @@ class Layout:
             for z in zones
         ]
         if min(axis for _, axis in rooms) < _OVER_EDGE:
-            return 12.0
-        return 3.0 if min(min(tip, axis - self.depth) for tip, axis in rooms) < 0 else 1.0
+            return _OVER
+        return _BESIDE if min(min(tip, axis - self.depth) for tip, axis in rooms) < 0 else 0.0
 
     def _zones(self, body: Placed) -> Zones:
         """Return zones on the unstretched sheet; widths and sizes are kept, places are carried back."""

@@ -138,6 +138,15 @@ class Problem:
             )  # fmt: skip
         return excess, lift
 
+    def pressures(self, contact: Contact, control: Array) -> tuple[Array, Array]:
+        """Return the Gauss points (n, 3), m, near a body as it sees them, and the pressure (n,) at each times its area."""
+        elements, gap = self._gaps(contact, control)
+        x, y = self.mesh.touch
+        row, column = np.divmod(elements, self.mesh.x.elements)
+        area = (y.weight[row][:, :, None] * x.weight[column][:, None, :]).reshape(-1)
+        sunk = np.maximum(contact.offset - gap.distance / self.unit, 0.0)
+        return seen(self.mesh, contact.body, control, self.unit, elements), contact.stiffness * sunk * area
+
     def _gaps(self, contact: Contact, control: Array) -> tuple[npt.NDArray[np.int64], Gap]:
         """Return the elements that may touch at a Gauss point, and the gaps at their points, or what these surely exceed.
 

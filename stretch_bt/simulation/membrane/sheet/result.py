@@ -120,8 +120,8 @@ class SheetPress:
     """One equilibrium of the sheet; SI units, membrane frame.
 
     `force` (3,) is that of the indenter on the sheet, friction included, `reaction` (3,) that of the sheet on the clamps;
-    `balance` is how far the two are from cancelling, over the force. `force_error` is the estimated discretisation error
-    of force[2], N; those across may be larger.
+    `balance` is how far the two are from cancelling, over the force. `force_error` is the standard deviation of force[2], N,
+    by the mesh, and `side_error` that of force[0] and of force[1].
     `residual` is the largest nodal force left over, over the force. `pivot` is the sign of the smallest pivot of the
     tangent without friction, of this shape where it is exact or corrected and else of one a step before: +1 for a stable
     equilibrium. `nodes` counts the quadrature points in contact. `seconds` is the CPU time of the solve.
@@ -132,6 +132,7 @@ class SheetPress:
     settings: Settings
     force: Array
     force_error: float
+    side_error: float
     reaction: Array
     balance: float
     shape: Shape

@@ -18,14 +18,14 @@ from stretch_bt.simulation.membrane.sheet.spline import Array
 __all__ = ["RigidForce", "rigid_energy", "rigid_force"]
 
 _FIRST_ORDER = 0.2  # of the force; more is no small change, as where a sheet hardly resists to slide off a wire
-_DOUBT = 0.3  # what a first-order correction leaves over, as a part of it
+_NOTHING = np.zeros(3)
 
 
 class RigidForce(NamedTuple):
-    """What rigid bodies add to the force (3,), and how far that may be off along z, in units of the problem."""
+    """What rigid bodies add to the force (3,), and what is no small change and not added (3,), in units of the problem."""
 
     added: Array
-    doubt: float
+    withheld: Array
 
 
 def rigid_energy(problem: Problem, outcome: Outcome) -> float:
@@ -52,4 +52,4 @@ def rigid_force(newton: Newton, outcome: Outcome) -> RigidForce:
     follow = newton.solve(excess[1:-1])
     more = whole - lift[:, 1:-1].reshape(3, -1) @ follow.ravel()
     small = newton.positive and np.linalg.norm(more) <= _FIRST_ORDER * np.linalg.norm(outcome.evaluation.force)
-    return RigidForce(more, _DOUBT * abs(float(more[2]))) if small else RigidForce(np.zeros(3), abs(float(more[2])))
+    return RigidForce(more, _NOTHING) if small else RigidForce(_NOTHING, more)

@@ -51,7 +51,8 @@ class Settings:
         """Return settings for a control loop: steps of about 1 mm, each started from the last, as quick as `error` allows.
 
         `error` bounds that of the force over the force under spheres, at depths of 3 mm and more and stretches of 10 mm
-        and more; the measure is a mesh of 0.5 mm.
+        and more; the measure is a mesh of 0.5 mm. It does not bound how two presses differ: in steps of 0.01 mm the force of
+        the coarsest settings may fall by 0.3 % as the depth grows.
         """
         for reached, (coarsen, growth, corrected) in _WITHIN.items():
             if error >= reached:

@@ -28,7 +28,7 @@ from stretch_bt.threads import one_thread
 
 __all__ = ["solve"]
 
-_NONE = RigidForce(np.zeros(3), 0.0)
+_NONE = RigidForce(np.zeros(3), np.zeros(3))
 _PASSES = 8
 _UNSETTLED = 1e-2  # change of an offset over the depth after the last pass
 _COARSE = 2.5

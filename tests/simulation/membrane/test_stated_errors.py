@@ -1,0 +1,76 @@
+"""Errors of forces beside what is stated of them; `python -m benchmarks.membrane_errors` draws many more presses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stretch_bt.simulation import press
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+
+# indenter, stretch, depth, place, force on elements 0.3 times as long that grow by 1.35, 0.2 times under cones
+PRESSES = {
+    "ordinary": (
+        ("sphere:10mm", 0.01, 0.003, (0, 0), (0.0, 0.0, 0.05502)),
+        ("sphere:20mm", 0.03, 0.008, (0.005, 0.003), (-0.00429, 0.00287, 0.52198)),
+        ("sphere:30mm", 0.06, 0.012, (0, 0), (0.0, 0.0, 1.43267)),
+        ("sphere:15mm", 0.08, 0.006, (-0.004, 0.007), (0.00291, 0.00296, 0.54185)),
+        ("sphere:25mm", 0.02, 0.010, (0.002, -0.010), (-0.00250, -0.01614, 0.62375)),
+        ("sphere:12mm", 0.05, 0.005, (0, 0.006), (0.0, 0.00191, 0.32951)),
+        ("sphere:28mm", 0.077, 0.002, (0, 0), (0.0, 0.0, 0.15360)),
+        ("sphere:22mm", 0.04, 0.004, (0.006, 0.006), (-0.00144, 0.00133, 0.24559)),
+    ),
+    "rims": (
+        ("cylinder:20mm", 0.03, 0.008, (0, 0), (0.0, 0.0, 0.83335)),
+        ("cube:20mm", 0.05, 0.010, (0.004, 0.004), (-0.01313, 0.00935, 1.50443)),
+        ("cylinder:12mm", 0.06, 0.005, (0.003, -0.006), (-0.00177, -0.00238, 0.51761)),
+        ("cube:30mm", 0.02, 0.006, (0, 0), (0.0, 0.0, 0.69719)),
+        ("cube:15mm", 0.07, 0.012, (-0.005, 0.002), (0.02391, 0.00544, 1.76878)),
+        ("cylinder:28mm", 0.04, 0.003, (0.005, 0.005), (-0.00133, 0.00107, 0.41970)),
+    ),
+    "slack": (
+        ("sphere:20mm", 0.0, 0.004, (0.030, 0.028), (-0.00020, 0.00050, 0.00693)),
+        ("sphere:12mm", 0.003, 0.012, (0.028, -0.004), (-0.02790, -0.00347, 0.18013)),
+        ("sphere:25mm", 0.001, 0.006, (-0.020, 0.030), (0.00149, 0.00722, 0.06858)),
+        ("sphere:20mm", 0.003, 0.007, (-0.027, 0.002), (0.00524, 0.00039, 0.07573)),
+    ),
+    "steep cones": (
+        ("cone:60deg", 0.03, 0.006, (0, 0), (0.0, 0.0, 0.23470)),
+        ("cone:70deg", 0.06, 0.007, (-0.009, -0.001), (0.00322, -0.00337, 0.36369)),
+        ("cone:67deg", 0.01, 0.0115, (0.006, 0.012), (-0.00384, 0.01222, 0.35456)),
+        ("cone:65deg", 0.08, 0.005, (0, 0), (0.0, 0.0, 0.27748)),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", PRESSES)
+def test_a_stated_error_is_the_size_of_the_error(kind):
+    found = [(press(*case, at=at).detail, force) for *case, at, force in PRESSES[kind]]
+    errors = np.array([(p.force - force) / p.force_error for p, force in found])[:, 2]
+    assert 0.7 < math.sqrt(np.mean(errors**2)) < 1.3
+    assert np.abs(errors).max() < 2.5
+    across = np.array([(p.force - force)[:2] / p.side_error for p, force in found])
+    assert np.abs(across).max() < 2.5
+
+
+def test_a_jump_between_meshes_is_within_what_settled_presses_state():
+    quick = Settings.within(0.03)
+    for depth in (0.5e-3, 2e-3):  # shallower than this, elements are halved
+        above, below = (press("sphere:20mm", 0.03, depth * part, settings=quick) for part in (1.001, 0.999))
+        jump = abs(above.force / below.force - 1 - 0.003)
+        assert jump < 1.5 * math.hypot(above.force_error / above.force, below.force_error / below.force)
+
+
+def test_forces_across_are_known_less_well_where_the_indenter_stands_on_its_rim():
+    level, tilted, ball = (
+        press(shape, 0.03, 0.008, tilt=tilt).detail
+        for shape, tilt in (("cube:20mm", (0, 0)), ("cube:20mm", (0.1, 0)), ("sphere:20mm", (0.1, 0)))
+    )
+    shares = [p.side_error / p.force[2] for p in (ball, level, tilted)]
+    assert 0 < shares[0] < shares[1] < shares[2] < 0.1
+
+
+def test_a_ball_about_to_slip_off_an_edge_is_known_less_well():
+    found = press("sphere:12.5mm", 0.0211, 0.00977, at=(0.03899, 0.02203), tilt=(-0.0216, 0.0331)).detail
+    assert np.hypot(*found.force[:2]) > found.force[2]
+    assert found.force_error > 0.1 * found.force[2]
