@@ -135,13 +135,13 @@ def off(size: ContactSize, corners: Array) -> float:
     return float(np.abs(told - radii(corners, angles, EDGE)).max()) / stated
 
 
-def measured(press: Press, noise: Noise, seed: int) -> ContactSize:
+def measured(press: Press, noise: Noise, seed: int, fillet_sd: float = 0.1e-3) -> ContactSize:
     """Return the size of a press seen with noise; labels are what the smoothed height shows, as a segmentation has them."""
     points, valid = deproject(observe(seen(press), noise, seed))
     points = to_membrane(points, PLANE_DISTANCE)
     height, _ = smooth(np.where(valid, points[..., 2], 0.0).astype(np.float32), valid.astype(np.float32), 6.0)
     labels = np.where(valid, np.where(height > 0.85 * height.max(), 2, 1), 255).astype(np.uint8)
-    return measure_contact(points, labels, stretch=press.stretch)
+    return measure_contact(points, labels, stretch=press.stretch, fillet_sd=fillet_sd)
 
 
 def outcomes(name: str, kind: str, corners: Array, press: Press, seeds: int) -> Iterator[tuple[str, str]]:

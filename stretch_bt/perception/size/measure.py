@@ -22,7 +22,7 @@ from stretch_bt.perception.types import FloatArray, LabelArray
 
 __all__ = ["diameters", "measure_contact"]
 
-FILLET, FILLET_SD = 1e-3, 0.1e-3  # m, of the object's edge, where the caller knows no better
+FILLET, FILLET_SD = 1e-3, 0.58e-3  # m, of the object's edge, where the caller knows no better: any from 0 to 2 mm
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
 BESIDE, MOST_BESIDE = 6e-3, 0.4  # m outside the rim, and the share of the contact there that is another contact
 HIGH = 0.93  # of the depth, from which a place may be another contact
@@ -151,9 +151,9 @@ def unlike_width(misfit: Misfit, name: str) -> float:
     """
     if misfit.chi2 > OTHER:
         raise IllConditioned(
-            f"the contact is neither a circle, nor an ellipse along the axes, nor a rectangle: its outline lies {1e3 * misfit.off:.1f} mm off"
-            f" the {name} that explains it best, outside and inside in {misfit.harmonic} places around it; name a shape (`hypothesis`) to take it for granted, or take"
-            " the outline as it is (`outline_of`)"
+            "the contact is neither a circle, nor an ellipse along the axes, nor a rectangle: its outline lies"
+            f" {1e3 * misfit.off:.1f} mm off the {name} that explains it best, outside and inside in {misfit.harmonic} places around it;"
+            " name a shape (`hypothesis`) to take it for granted, or take the outline as it is (`outline_of`)"
         )
     share = ANY + (1.0 - ANY) * (1.0 - math.exp(-((misfit.chi2 / UNLIKE) ** 2)))
     return 2.0 * share * misfit.off
