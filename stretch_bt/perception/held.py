@@ -53,7 +53,8 @@ def _share_behind(cleaned: Cleaned, far: float) -> float:
     rows, columns = cleaned.box
     z = cleaned.points[rows].reshape(rows.stop - rows.start, -1, 3)[:, columns, 2]
     behind: MaskArray = cleaned.seen & (z < -far)
-    return float(np.count_nonzero(opened(behind)) / max(np.count_nonzero(cleaned.seen), 1)) if behind.any() else 0.0
+    seen = int(np.count_nonzero(cleaned.seen))
+    return int(np.count_nonzero(opened(behind))) / seen if behind.any() else 0.0
 
 
 def _off(height: Image, seen: MaskArray) -> float:

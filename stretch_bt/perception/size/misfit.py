@@ -51,7 +51,7 @@ def misfit_of(shape: Hypothesis, fit: Fit, cells: Cells) -> Misfit:
     radius = math.sqrt(np.count_nonzero(shape.outside(fit.q, x, y) < 0.0) / math.pi) * cells.pitch
     theirs += np.diag((np.repeat(HARMONICS, 2) / (WIDTH * radius)) ** 2)
     mixed = np.linalg.solve(own, cross)
-    covariance = np.linalg.inv(theirs - cross.T @ mixed)
+    covariance: Array = np.asarray(np.linalg.inv(theirs - cross.T @ mixed), dtype=np.float64)
     found = covariance @ (basis @ (weights * residuals) - mixed.T @ (jacobian @ (weights * residuals)))
     each = [_chi2(found[k : k + 2], covariance[k : k + 2, k : k + 2], MISSED[k // 2]) for k in range(0, len(found), 2)]
     clearest = int(np.argmax(each))

@@ -159,7 +159,8 @@ def _flat(case: _Case) -> None:
     fits: dict[str, Fitted] = {fitted.name: fitted for fitted in outlines(rays.places)}
     best = max(f.evidence for f in fits.values())
     round_ = unlike_circle(rays.places, fits["circle"])
-    case.unlike.update(disc=round_, wire_circle=round_, block=unlike_rectangle(rays.places, fits["rectangle"]))
+    case.unlike["disc"] = case.unlike["wire_circle"] = round_
+    case.unlike["block"] = unlike_rectangle(rays.places, fits["rectangle"])
     size = float(np.median(np.hypot(*(rays.places - top.middle).T)))
     hollow = is_hollow(case.views, top.middle, size)
     floor, fillet, views = case.floor, case.fillet, case.views
