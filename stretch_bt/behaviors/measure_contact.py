@@ -17,7 +17,9 @@ class MeasureContact(Behavior):
     contact: In[Contact]  # surface and labels of the contact, and the stretch where it is known
     hypothesis: In[Wanted] = port("auto", doc="a shape, or the simplest that none clearly beats")
     fillet: In[Length] = port(1e-3, min=0.0, doc="radius of the object's edge, which no frame shows")
-    fillet_sd: In[Length] = port(0.1e-3, min=0.0, doc="its standard deviation")
+    fillet_sd: In[Length] = port(
+        0.58e-3, min=0.0, doc="its standard deviation; that of any radius from 0 to 2 mm unless told"
+    )
     skirt: In[Skirt] = "thin"  # of a sheet that does not resist bending, or of one that does
     mount_prestretch: In[Length] = port(
         0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"

@@ -20,6 +20,8 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     ------
     NoContact
         No pixel is in contact, or none is valid.
+    IllConditioned
+        What is seen is no membrane in its plane, or too noisy.
     InvalidInput
         The frame does not say how far the camera is from the flat membrane.
     """

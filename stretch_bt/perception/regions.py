@@ -17,6 +17,7 @@ __all__ = [
     "filled",
     "hull",
     "inner_half",
+    "opened",
     "parts",
     "placed",
     "touching",
@@ -100,6 +101,13 @@ def widened(mask: MaskArray, pixels: float) -> MaskArray:
         return mask
     outside = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 3)
     return np.asarray(outside <= pixels)
+
+
+def opened(mask: MaskArray) -> MaskArray:
+    """Return what of a mask lies in squares of three by three of its pixels."""
+    import cv2
+
+    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), dtype=np.uint8)) > 0)
 
 
 def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:

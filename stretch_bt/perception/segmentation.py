@@ -13,6 +13,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.correlation import area_of
 from stretch_bt.perception.faces import Effort, Patch, flat_or_round, highest, holds_summit, with_above_plane
+from stretch_bt.perception.held import check_held
 from stretch_bt.perception.lateral import lateral
 from stretch_bt.perception.regions import Box, border, bounds, enlarge_mask, parts, placed
 from stretch_bt.perception.robust import quantile
@@ -79,7 +80,8 @@ def segment(points: FloatArray, valid: MaskArray, *, rule: Rule = "mean", stretc
     Raises
     ------
     IllConditioned
-        Noise of the camera is taken for more places in contact than an object makes.
+        Noise of the camera is taken for more places in contact than an object makes, or points in the membrane frame show no membrane:
+        their ends stand out of its plane, or some lie far behind it.
     """
     return classify(points, valid, rule=rule, stretch=stretch).labels
 
@@ -113,6 +115,8 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
         return mean_scale(place, moves, expected, ratio) if rule == "mean" else either_scale(place, moves)
 
     coarse, crowded, effort = at(COARSE, None), None, Effort()
+    if cleaned.towards > 0:
+        check_held(cleaned, coarse.ground.whole)
     best: tuple[Scale, list[Patch]] | None = None
     for kernel in _kernels(coarse.clearness):
         scale = coarse if kernel == COARSE else at(kernel, coarse.ratio)

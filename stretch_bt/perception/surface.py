@@ -36,13 +36,14 @@ SHARED = 0.4  # bins; noise shared over less is white as far as bins can tell
 class Cleaned:
     """The part of an image that holds its valid pixels, without flying pixels.
 
-    `height` (h, w) float32 is z towards the camera, m, above `level`, 0 in holes; `valid` the pixels that are left. `box`
-    places them in the whole image of shape `shape`, of which `points` are the rows of x, y, z, m, one after another.
+    `height` (h, w) float32 is z towards the camera, m, above `level`, 0 in holes; `valid` the pixels that are left, `seen` those before
+    that are finite. `box` places them in the whole image of shape `shape`, of which `points` are the rows of x, y, z, m, one after another.
     `pitch` is the distance of neighbours, m, and `towards` is +1 where z points to the camera (membrane frame), -1 where
     away (camera frame).
     """
 
     height: Image
+    seen: MaskArray
     valid: MaskArray
     points: FloatArray
     box: Box
@@ -169,9 +170,11 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
     rows = np.require(points, precision, ["C", "W"]).reshape(len(points), -1)
     height = np.empty(seen.shape, dtype=np.float32)
     fill_height(rows, seen, box[0].start, box[1].start, level, towards, height)
-    seen &= np.abs(height) < pitch * max(seen.shape)  # saturated pixels, or what is far behind the membrane
-    kept = seen & ~flying_pixels(height, seen, pitch)
-    return Cleaned(height, kept, rows, box, valid.shape, pitch, towards * level, towards)
+    near_by = seen & (
+        np.abs(height) < pitch * max(seen.shape)
+    )  # no saturated pixels, nor what is far behind the membrane
+    kept = near_by & ~flying_pixels(height, near_by, pitch)
+    return Cleaned(height, seen, kept, rows, box, valid.shape, pitch, towards * level, towards)
 
 
 def surface_of(points: FloatArray, valid: MaskArray, kernel: float) -> Surface | None:

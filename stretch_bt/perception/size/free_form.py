@@ -49,6 +49,7 @@ class FreeForm:
     """
 
     name = "free_form"
+    ratio = RATIO
     handicap = HANDICAP
 
     def __init__(self, context: Context, prior: BoxPrior | None = None) -> None:

@@ -52,6 +52,7 @@ class Hypothesis(Protocol):
     """
 
     name: str
+    ratio: int  # place in q of the logarithm of the tensions' ratio
     handicap: float  # share of the depth by which its residuals must be smaller than those of a simpler shape
 
     def starts(self, start: Start) -> list[Array]:

@@ -13,6 +13,7 @@ from stretch_bt.perception.size.cells import Cells, cells_of
 from stretch_bt.perception.size.choose import choose
 from stretch_bt.perception.size.fit import Fit
 from stretch_bt.perception.size.hypothesis import HYPOTHESES, Context, Hypothesis, Measured, Value
+from stretch_bt.perception.size.misfit import Misfit, misfit_of
 from stretch_bt.perception.size.prior import SkirtPrior, shipped_prior
 from stretch_bt.perception.size.result import ContactSize, Diameters
 from stretch_bt.perception.size.start import start_of
@@ -21,11 +22,15 @@ from stretch_bt.perception.types import FloatArray, LabelArray
 
 __all__ = ["diameters", "measure_contact"]
 
-FILLET, FILLET_SD = 1e-3, 0.1e-3  # m, of the object's edge, where the caller knows no better
+FILLET, FILLET_SD = 1e-3, 0.58e-3  # m, of the object's edge, where the caller knows no better: any from 0 to 2 mm
 STRIP, SEEN = 6e-3, 0.7  # m around the rim, and the share of it that must be seen; until then the sd grows
 BESIDE, MOST_BESIDE = 6e-3, 0.4  # m outside the rim, and the share of the contact there that is another contact
 HIGH = 0.93  # of the depth, from which a place may be another contact
 FACE, FEWEST = 1.5e-3, 12  # m inside the rim from where the face is flat, and the fewest cells to judge it by
+#: chi2 of an outline's clearest harmonic from which it is another outline, and the scale of chi2 over which that becomes likely; 68 frames
+#: of circles and rectangles reach 5, and hexagons that none of 0.3 mm hides begin at 6 (`python -m benchmarks.outline_kinds`)
+OTHER, UNLIKE = 12.0, 5.0
+ANY = 0.3  # share of an outline's deviation that counts where it is no clearer than noise
 ROUND, LEAST_BOW = 5.0, 0.3e-3  # standard deviations and m by which the middle of a round face stands above its rim
 
 
@@ -76,7 +81,8 @@ def measure_contact(
     stretch : float, m, or None
         Of the membrane, if known, that of its mounts included: the skirt's prior is several times narrower with it.
     hypothesis : str
-        A shape to fit, or "auto": a circle unless the evidence is clearly for another.
+        A shape to fit, or "auto": a circle unless the evidence is clearly for another. A shape that is named is taken for granted, with
+        "auto" the outline must be that of the shape, and how far it seems off enters the deviations.
     fillet, fillet_sd : float, m
         Radius of the object's edge and its standard deviation. A frame does not show it, and 1 mm of it is up to 1.8 mm of
         the diameter.
@@ -90,7 +96,7 @@ def measure_contact(
     NoContact
         Nothing is valid, or nothing in contact.
     IllConditioned
-        The frame does not determine a size; `.reason` says why.
+        The frame does not determine a size, or the outline is that of no shape; `.reason` says why.
     InvalidInput
         A shape, type or unit is wrong.
     """
@@ -108,22 +114,49 @@ def measure_contact(
             " move the hand over the middle of the object"
         )
     (x, x_sd), (y, y_sd) = size.center
+    unlike = 0.0
+    if hypothesis == "auto" and shape.name != "free_form":
+        unlike = unlike_width(misfit_of(shape, fit, cells), shape.name)
     return ContactSize(
         shape.name,
         found.evidence,
         (x, y),
         (x_sd, y_sd),
         size.diameter_i[0],
-        _with_rivals(size.diameter_i, [(s.measure(f.q, f.covariance).diameter_i, p) for s, f, p in found.rivals]),
+        math.hypot(
+            unlike,
+            _with_rivals(size.diameter_i, [(s.measure(f.q, f.covariance).diameter_i, p) for s, f, p in found.rivals]),
+        ),
         size.diameter_j[0],
-        _with_rivals(size.diameter_j, [(s.measure(f.q, f.covariance).diameter_j, p) for s, f, p in found.rivals]),
+        math.hypot(
+            unlike,
+            _with_rivals(size.diameter_j, [(s.measure(f.q, f.covariance).diameter_j, p) for s, f, p in found.rivals]),
+        ),
         *size.depth,
         fit.noise,
         size.sides and (size.sides[0][0], size.sides[1][0]),
-        size.sides and (size.sides[0][1], size.sides[1][1]),
+        size.sides and (math.hypot(unlike, size.sides[0][1]), math.hypot(unlike, size.sides[1][1])),
         size.rotation and size.rotation[0],
         size.rotation and size.rotation[1],
     )
+
+
+def unlike_width(misfit: Misfit, name: str) -> float:
+    """Return by how much a width is unsure, m, since the outline may be that of another shape.
+
+    Raises
+    ------
+    IllConditioned
+        It surely is.
+    """
+    if misfit.chi2 > OTHER:
+        raise IllConditioned(
+            "the contact is neither a circle, nor an ellipse along the axes, nor a rectangle: its outline lies"
+            f" {1e3 * misfit.off:.1f} mm off the {name} that explains it best, outside and inside in {misfit.harmonic} places around it;"
+            " name a shape (`hypothesis`) to take it for granted, or take the outline as it is (`outline_of`)"
+        )
+    share = ANY + (1.0 - ANY) * (1.0 - math.exp(-((misfit.chi2 / UNLIKE) ** 2)))
+    return 2.0 * share * misfit.off
 
 
 def _with_rivals(chosen: Value, rivals: Sequence[tuple[Value, float]]) -> float:

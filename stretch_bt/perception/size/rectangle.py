@@ -36,6 +36,7 @@ class Rectangle:
     """
 
     name = "rectangle"
+    ratio = RATIO
     handicap = 0.0
 
     def __init__(self, context: Context, prior: BoxPrior | None = None) -> None:

@@ -20,6 +20,7 @@ from stretch_bt.perception.solids.domes import domes, domes_of, evidence_of_dome
 from stretch_bt.perception.solids.outline import Fitted, outlines, rays_of
 from stretch_bt.perception.solids.result import KINDS, Dimension, Kind, Solid, Weighed
 from stretch_bt.perception.solids.top import Top, height_map, peaks_of, top_of
+from stretch_bt.perception.solids.unlike import unlike_circle, unlike_rectangle
 from stretch_bt.perception.solids.views import View, views_of
 from stretch_bt.perception.solids.wire import is_hollow, wire_circle, wire_triangle
 from stretch_bt.perception.types import Contact
@@ -56,6 +57,7 @@ class _Case:
         self.surfaces: dict[Kind, Surface] = dict(SURFACES)
         self.evidence: dict[Kind, float] = {}
         self.refused: dict[Kind, str] = {}
+        self.unlike: dict[Kind, str] = {}
 
     def offer(self, kind: Kind, evidence: float, made: Made, at: tuple[Array, float] | None = None) -> None:
         """Offer a kind, with its middle (2,), m, world, and its heading, rad, where these are not those of the top."""
@@ -64,6 +66,8 @@ class _Case:
 
     def agreed(self, kind: Kind) -> Mapping[str, Dimension]:
         """Return the dimensions of a kind; raises IllConditioned also where the presses showed that it is another."""
+        if why := self.unlike.get(kind):
+            raise IllConditioned(why)
         found = self.made[kind]()
         if self.relief is None:
             return found
@@ -154,6 +158,9 @@ def _flat(case: _Case) -> None:
         return
     fits: dict[str, Fitted] = {fitted.name: fitted for fitted in outlines(rays.places)}
     best = max(f.evidence for f in fits.values())
+    round_ = unlike_circle(rays.places, fits["circle"])
+    case.unlike["disc"] = case.unlike["wire_circle"] = round_
+    case.unlike["block"] = unlike_rectangle(rays.places, fits["rectangle"])
     size = float(np.median(np.hypot(*(rays.places - top.middle).T)))
     hollow = is_hollow(case.views, top.middle, size)
     floor, fillet, views = case.floor, case.fillet, case.views

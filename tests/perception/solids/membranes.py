@@ -52,6 +52,27 @@ def rounded(length, width, corner, height, heading=0.0):
     return z
 
 
+def prism(corners, height):
+    """An upright prism over a convex outline through corners (n, 2), counter-clockwise."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(sides, axis=1)
+    along = sides / lengths[:, None]
+    normals = np.column_stack([along[:, 1], -along[:, 0]])
+
+    def z(x, y):
+        out = np.full(x.shape, -np.inf)
+        near = np.full(x.shape, np.inf)
+        for corner, t, n, length in zip(corners, along, normals, lengths, strict=True):
+            dx, dy = x - corner[0], y - corner[1]
+            out = np.maximum(out, dx * n[0] + dy * n[1])
+            on = np.clip(dx * t[0] + dy * t[1], 0.0, length)
+            near = np.minimum(near, np.hypot(dx - on * t[0], dy - on * t[1]))
+        away = np.where(out > 0, near, out)
+        return height - FALL * bend(away + inset() + GENTLE, 0.3 * MM)
+
+    return z
+
+
 def disc(diameter, height):
     return lambda x, y: height - FALL * bend(np.hypot(x, y) - diameter / 2 + inset() + GENTLE, 0.3 * MM)
 

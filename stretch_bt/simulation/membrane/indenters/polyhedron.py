@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -53,7 +54,11 @@ class Polyhedron(Solid):
         return hash(self._key)
 
     def __repr__(self) -> str:
-        return f"Polyhedron({len(self.vertices)} vertices, {len(self.triangles)} triangles, edge={self.edge:g})"
+        # what solved presses are kept by
+        digest = hashlib.sha256(self._key[0] + self._key[1]).hexdigest()[:8]
+        return (
+            f"Polyhedron({len(self.vertices)} vertices, {len(self.triangles)} triangles, edge={self.edge:g}, {digest})"
+        )
 
     @cached_property
     def _key(self) -> tuple[bytes, bytes, float, bool]:

@@ -1,0 +1,64 @@
+"""Telling a held membrane from a room: it stands in its plane at the ends that hold it, and nowhere far behind it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.regions import opened, valid_box
+from stretch_bt.perception.surface import Cleaned, Surface
+from stretch_bt.perception.types import MaskArray
+
+__all__ = ["check_held"]
+
+# `python -m benchmarks.no_membrane`: solved presses to 30 mm deep at stretches of 0 to 60 mm, with 1 mm of noise, reach 0.07 at the
+# ends and have nothing behind the plane; no frame of a person at 0.45 to 1 m, wherever its plane is said to be, keeps to all three.
+END = 0.1  # of the length seen, by which the median of an end may stand off the plane
+STRIP = 0.05  # of the length seen, which counts as its end
+BEHIND = 0.1  # of the length seen, that a membrane hangs behind its plane at most
+FEW = 0.005  # share of the pixels that may lie farther behind, beside single ones that fly
+LEAST = 8  # bins along each side from which ends can be told
+
+Image = npt.NDArray[np.float32]
+
+
+def check_held(cleaned: Cleaned, surface: Surface) -> None:
+    """Raise IllConditioned unless points in the membrane frame may be those of a membrane held in the plane z = 0.
+
+    Either the first and last rows or the first and last columns must stand near the plane; a side that an object lifts may leave it.
+    `surface` is that of the cleaned points, which lack what is far behind.
+    """
+    box = valid_box(surface.valid)
+    seen, height = surface.valid[box], surface.smooth[box] + np.float32(surface.level)
+    if min(seen.shape) < LEAST:
+        return
+    length = max(seen.shape) * surface.pitch
+    behind = _share_behind(cleaned, BEHIND * length)
+    if behind > FEW:
+        raise IllConditioned(
+            f"this is no membrane: {100 * behind:.1f} % of what is seen lies more than {1e3 * BEHIND * length:.0f} mm behind the plane of the"
+            " flat membrane; look where the camera points, correct `plane_distance`, and leave out what is not the membrane (`mask_membrane`)"
+        )
+    off = min(_off(height, seen), _off(height.T, seen.T), key=abs)
+    if abs(off) > END * length:
+        raise IllConditioned(
+            f"this is no membrane, or none in its plane: an end of what is seen stands {1e3 * off:.0f} mm out of the plane of the flat"
+            " membrane, where the fingers hold it; look where the camera points, correct `plane_distance`, and let all of the membrane be seen"
+        )
+
+
+def _share_behind(cleaned: Cleaned, far: float) -> float:
+    """Return the share of the pixels seen that lie more than `far`, m, behind the plane, in patches of three by three and more."""
+    rows, columns = cleaned.box
+    z = cleaned.points[rows].reshape(rows.stop - rows.start, -1, 3)[:, columns, 2]
+    behind: MaskArray = cleaned.seen & (z < -far)
+    seen = int(np.count_nonzero(cleaned.seen))
+    return int(np.count_nonzero(opened(behind))) / seen if behind.any() else 0.0
+
+
+def _off(height: Image, seen: MaskArray) -> float:
+    """Return how far the first or the last rows stand off the plane, m: the median of the end that stands farther."""
+    strip = max(2, round(STRIP * len(height)))
+    ends = [np.median(height[rows][seen[rows]]) for rows in (slice(strip), slice(-strip, None))]
+    return float(max(ends, key=abs))

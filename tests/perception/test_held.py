@@ -1,0 +1,55 @@
+"""Frames that show no membrane are refused for that; frames of a membrane are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.no_membrane import LENS, UNIT, frame_of, rooms
+from stretch_bt.errors import IllConditioned
+from stretch_bt.frames import DepthFrame
+from stretch_bt.perception import find_contact, load_depth_png, mask_membrane
+
+ROOMS = rooms()
+
+
+def cut(frame, distance, size):
+    placed = replace(frame, plane_distance=distance)
+    return placed if size is None else mask_membrane(placed, gauge=size, width=0.9 * size, stretch=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "distance", "size"),
+    [
+        ("tilted floor", 0.4, None),
+        ("hand before a wall", 0.4, None),
+        ("hand before a wall", 0.4, 0.1),
+        ("ball before a wall", 0.4, 0.3),
+        ("ball before nothing", 0.35, None),
+        ("wall", 0.2, 0.1),
+        ("steps", 0.3, None),
+        ("corner", 0.5, 0.1),
+    ],
+)
+def test_a_room_is_no_membrane(name, distance, size):
+    with pytest.raises(IllConditioned, match=r"no membrane.*look where the camera points"):
+        find_contact(cut(frame_of(ROOMS[name]), distance, size))
+
+
+@pytest.mark.parametrize("size", [None, 0.1, 0.3])
+def test_a_person_is_no_membrane(data, size):
+    for path in sorted((data / "sr305").glob("*.png"))[::3]:
+        frame = load_depth_png(path, unit=UNIT, intrinsics=LENS)
+        for distance in (0.5, 0.6, 0.7):
+            with pytest.raises(IllConditioned, match="no membrane"):
+                find_contact(cut(frame, distance, size))
+
+
+def test_a_membrane_that_is_lifted_at_one_side_and_seen_by_a_wild_camera_stays_one(surfaces):
+    depth = surfaces.render(surfaces.disc_press(8e-3, 20e-3), surfaces.camera(), x0=25e-3)
+    rng = np.random.default_rng(0)
+    seen = surfaces.noisy(depth, 0.3e-3, rng)
+    seen[rng.random(seen.shape) < 0.02] += np.float32(0.1)  # pixels that fly
+    raw = np.rint(seen / UNIT).astype(np.uint16)
+    frame = DepthFrame(raw, UNIT, surfaces.camera(), 0.0, 0, surfaces.PLANE_DISTANCE)
+    assert len(find_contact(frame).points) > 500
