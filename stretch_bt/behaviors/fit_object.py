@@ -45,9 +45,7 @@ class FitObject(Behavior):
     length: Out[Length | None] = port(truth="length")  # the longer side of the top, or the length of a crest
     width: Out[Length | None] = port(truth="width")  # the shorter side of the top
     height: Out[Length | None] = port(truth="height")  # of the top above the table
-    radius: Out[Length | None] = port(
-        truth="radius"
-    )  # of a disc, half-cylinder, circle of wire (outside) or the largest dome
+    radius: Out[Length | None] = port(truth="radius")  # of a disc, half-cylinder, circle of wire or the largest dome
     side: Out[Length | None] = port(truth="side")  # of a triangle of wire, along its middle
     radius_1: Out[Length | None] = port(truth="radius_1")  # of the largest dome
     radius_2: Out[Length | None] = port(truth="radius_2")  # of the second dome

@@ -58,13 +58,13 @@ def test_it_comes_along_where_the_hand_holds_it_harder_than_table_and_weight(cas
         assert lowest == pytest.approx(0.0, abs=1e-5)
         return
     assert contact.force == pytest.approx((0.0, 0.0, -WEIGHT), abs=1e-3)
-    assert lowest == pytest.approx(truth["height"] - 0.035, abs=1.5e-4), "its top is where the membrane is lowest"
+    assert lowest == pytest.approx(truth["height"] - 0.035, abs=2e-4), "its top is where the membrane is lowest, but for what it bends between the edges"
     assert world._past[-1].thing.lump.x == pytest.approx(0.02), "it goes with the hand"
     assert world.standing().top == pytest.approx(truth["height"], abs=5e-4)
 
 
 def test_a_hand_that_rises_is_pulled_ever_harder_up_to_what_the_bond_bears():
-    heights = [0.0255, 0.026, 0.0265, 0.030]
+    heights = [0.0253, 0.0256, 0.0259, 0.030]
     forces = [led("tack: on", 0.0, (0.0, 0.024), (0.0, z))[1].force[2] for z in heights]
     assert 0 > forces[0] > forces[1] > forces[2] > -0.1
     assert forces[3] == 0
