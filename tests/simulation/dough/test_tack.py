@@ -58,7 +58,9 @@ def test_it_comes_along_where_the_hand_holds_it_harder_than_table_and_weight(cas
         assert lowest == pytest.approx(0.0, abs=1e-5)
         return
     assert contact.force == pytest.approx((0.0, 0.0, -WEIGHT), abs=1e-3)
-    assert lowest == pytest.approx(truth["height"] - 0.035, abs=2e-4), "its top is where the membrane is lowest, but for what it bends between the edges"
+    assert lowest == pytest.approx(truth["height"] - 0.035, abs=2e-4), (
+        "its top is where the membrane is lowest, but for its bend"
+    )
     assert world._past[-1].thing.lump.x == pytest.approx(0.02), "it goes with the hand"
     assert world.standing().top == pytest.approx(truth["height"], abs=5e-4)
 
