@@ -102,4 +102,5 @@ def camera_off(context: Context, points: FloatArray, labels: LabelArray, distanc
     if z.size < LEAST_FLAT:
         return STATIC * distance
     noise = MAD_TO_SD * quantile(np.abs(np.diff(z))) / math.sqrt(2.0)
-    return math.sqrt(max(float(np.mean(z.astype(np.float64) ** 2)) - noise**2, 0.0))
+    off = math.sqrt(max(float(np.mean(z.astype(np.float64) ** 2)) - noise**2, 0.0))
+    return min(off, STATIC * distance)  # a membrane that hangs stands off its plane as well

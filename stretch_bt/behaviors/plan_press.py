@@ -55,7 +55,7 @@ class PlanPress(ModelBehavior):
                 plan = mechanics.next_press(
                     self.force_model(), self.radius, found.series, found.last, self.drop, limits, needed=self.least
                 )
-        except IllConditioned:
+        except mechanics.NoHarderPress:
             if self.least is None or found.series.drop.value < self.least:
                 raise
             self.hardest = True

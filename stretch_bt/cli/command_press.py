@@ -86,7 +86,7 @@ def _show(result: Any) -> None:
     fields = result.to_json()
     contact = fields["contact"]
     error = fields["force_error_N"]
-    within = "its error is not known" if error is None else f"within {error:.2g} N"
+    within = "its error is not known" if error is None else f"standard deviation {error:.2g} N"
     typer.echo(f"force    {fields['force_N']:.4g} N, {within}")
     radius = "" if contact["radius_mm"] is None else f", as large as a disc of radius {contact['radius_mm']:.3g} mm"
     typer.echo(f"contact  {contact['area_mm2']:.4g} mm^2{radius}")

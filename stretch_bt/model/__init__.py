@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stretch_bt.model.palpation.active import next_look as next_look
     from stretch_bt.model.palpation.indentation import next_indentation as next_indentation
     from stretch_bt.model.palpation.planning import Limits as Limits
+    from stretch_bt.model.palpation.planning import NoHarderPress as NoHarderPress
     from stretch_bt.model.palpation.planning import next_press as next_press
     from stretch_bt.model.palpation.series import POWER as POWER
     from stretch_bt.model.palpation.series import ROBOT as ROBOT
@@ -48,6 +49,7 @@ _HOMES = {
     "MembraneModel": "force.membrane",
     "calibrate": "calibration.calibrate",
     "Limits": "palpation.planning",
+    "NoHarderPress": "palpation.planning",
     "Looks": "palpation.active",
     "POWER": "palpation.series",
     "STIFFENING": "palpation.series",

@@ -84,7 +84,14 @@ def track_height(
         )
     noise = _noise(points, valid, np.concatenate(found))
     others = sample(points[..., 2], valid)
-    tops = [top for places in found for top in _tops(points, valid, _some(places), noise, others, curvature)]
+    tops, refusals = list[Estimate](), list[IllConditioned]()
+    for places in found:
+        try:
+            tops += _tops(points, valid, _some(places), noise, others, curvature)
+        except IllConditioned as refusal:
+            refusals.append(refusal)
+    if not tops:
+        raise refusals[0]
     return _within(max(tops, key=lambda top: top.value), reach)
 
 

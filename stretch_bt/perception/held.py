@@ -18,6 +18,7 @@ END = 0.1  # of the length seen, by which the median of an end may stand off the
 STRIP = 0.05  # of the length seen, which counts as its end
 BEHIND = 0.1  # of the length seen, that a membrane hangs behind its plane at most
 FEW = 0.005  # share of the pixels that may lie farther behind, beside single ones that fly
+SHORTEST = 0.06  # m: what is seen of a membrane over less may all be lifted
 LEAST = 8  # bins along each side from which ends can be told
 
 Image = npt.NDArray[np.float32]
@@ -34,6 +35,8 @@ def check_held(cleaned: Cleaned, surface: Surface) -> None:
     if min(seen.shape) < LEAST:
         return
     length = max(seen.shape) * surface.pitch
+    if length < SHORTEST:
+        return
     behind = _share_behind(cleaned, BEHIND * length)
     if behind > FEW:
         raise IllConditioned(

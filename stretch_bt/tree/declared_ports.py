@@ -79,7 +79,8 @@ def _truth(cls: type, name: str, role: Role, given: Any) -> Mapping[str, str]:
     if role is not Role.OUTPUT:
         raise PortError(f"{cls.__name__}.{name}: only an output port can have a truth")
     named = {"": given} if isinstance(given, str) else given
-    if not isinstance(named, Mapping) or not all(isinstance(q, str) and q.isidentifier() for q in named.values()):
+    words = [*named.values(), *(() if named is not given else named)] if isinstance(named, Mapping) else []
+    if not words or not all(isinstance(word, str) and word.isidentifier() for word in words):
         raise PortError(
             f"{cls.__name__}.{name}: its truth is {given!r}; write the name of a quantity that a scene knows, such as 'deflection',"
             " or a mapping from attributes of the output to such names"

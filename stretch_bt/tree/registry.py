@@ -97,6 +97,7 @@ def node(cls: B) -> B:
             raise RegistryError(f"node {name!r}: a port cannot be called {declared.name!r}; the word is reserved")
         _check_bounds(name, declared)
         _check_limit(name, declared)
+        _check_truth(name, declared, info.types[declared.name])
         _check_default(name, declared, cls.ports)
     try:
         inspect.signature(cls).bind("main/path")
@@ -126,6 +127,15 @@ def _check_limit(name: str, declared: Port) -> None:
         hint = did_you_mean(str(declared.limit), LIMITED)
         message = f"node {name!r}, port {declared.name!r}: no cell has a limit {declared.limit!r}"
         raise RegistryError(f"{message}; {hint or 'write one of ' + ', '.join(LIMITED)}")
+
+
+def _check_truth(name: str, declared: Port, type_: Type) -> None:
+    known = {"", *(attributes(type_.cls) if type_.family is Family.OBJECT and type_.cls is not None else ())}
+    for wrong in declared.truth.keys() - known:
+        hint = did_you_mean(wrong, sorted(known - {""})) or "write the attribute of the output that is compared"
+        raise RegistryError(
+            f"node {name!r}, port {declared.name!r}: its truth is of {wrong!r}, which it has not; {hint}"
+        )
 
 
 def _check_default(name: str, declared: Port, ports: Mapping[str, Port]) -> None:

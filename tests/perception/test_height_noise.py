@@ -50,6 +50,15 @@ def test_of_two_contacts_the_highest_counts_and_labels_choose_the_other():
     assert min(tops) < surface.top - 3e-4
 
 
+def test_a_second_contact_that_is_one_row_leaves_the_height_of_the_first():
+    surface = surface_of("sphere", 1)
+    contact = find_contact(seen(surface, NOISES["white 0.3"], np.random.default_rng(3)))
+    valid = np.isfinite(contact.surface[..., 2])
+    labels = contact.labels.copy()
+    labels[3, 20 : 20 + np.count_nonzero(labels == CONTACT) // 4] = CONTACT
+    assert track_height(contact.surface, valid, labels) == track_height(contact.surface, valid, contact.labels)
+
+
 @pytest.mark.parametrize(
     ("noise", "area"), [("white 0.3", 1), ("SR305", 10), ("bench", 110), ("shared 0.3, 5 px", 314)]
 )

@@ -70,11 +70,22 @@ def test_the_truth_is_of_what_the_node_found(bench, steps, known):
 
 
 @pytest.mark.parametrize(
-    ("role", "truth"), [(In[float], "top"), (Out[float], 3), (Out[float], {"radius": "the radius"})]
+    ("role", "truth"), [(In[float], "top"), (Out[float], 3), (Out[float], {"radius": "the radius"}), (Out[float], {})]
 )
 def test_only_outputs_have_truths_and_these_have_names(role, truth):
     with pytest.raises(PortError, match="truth"):
         type("Wrong", (Behavior,), {"__annotations__": {"x": role}, "x": port(truth=truth)})
+
+
+def test_an_attribute_that_an_output_has_not_is_refused(own_nodes):
+    with pytest.raises(registry.RegistryError, match="did you mean 'radius'"):
+        registry.node(
+            type(
+                "Wrong",
+                (Behavior,),
+                {"__doc__": "Look.", "__annotations__": {"x": Out[Ball]}, "x": port(truth={"raduis": "radius"})},
+            )
+        )
 
 
 def test_a_scene_knows_what_ports_are_compared_with():

@@ -39,10 +39,13 @@ class ObjectLaw:
     def deflection(self, log_force: Array) -> tuple[Array, Array, Array]:
         """Return deflections (n,), m, at logarithms of F / F_ref (n,), local exponents (n,), and derivatives by c, n and s (n, 3)."""
         bend, r = self.bend, np.exp(np.clip(log_force / (self.power + max(self.bend, 0.0)), -700, 50))
+        highest = (
+            0.9 * self.power / -bend if bend < 0 else np.inf
+        )  # beyond it the force of one that softens falls again
         for _ in range(ROUNDS):
             exponent = self.power + bend * r
             step = (self.power * np.log(r) + bend * (r - 1) - log_force) / np.maximum(exponent, 0.1 * self.power)
-            r = r * np.exp(np.clip(-step, -1.0, 1.0))
+            r = np.minimum(r * np.exp(np.clip(-step, -1.0, 1.0)), highest)
             if np.max(np.abs(step), initial=0.0) < EXACT:
                 break
         exponent = np.maximum(self.power + bend * r, 0.1 * self.power)

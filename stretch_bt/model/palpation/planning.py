@@ -15,7 +15,17 @@ from stretch_bt.model.palpation.indentation import next_indentation
 from stretch_bt.model.palpation.series import ROBOT, Series
 from stretch_bt.units import KINDS, Estimate, format_quantity
 
-__all__ = ["MARGIN", "Limits", "Plan", "hardest_trusted", "next_press", "off_by", "press_at", "stretches"]
+__all__ = [
+    "MARGIN",
+    "Limits",
+    "NoHarderPress",
+    "Plan",
+    "hardest_trusted",
+    "next_press",
+    "off_by",
+    "press_at",
+    "stretches",
+]
 
 MARGIN = 3.0  # standard deviations by which the next force exceeds the last
 PAST = 0.5  # standard deviations by which the planned drop exceeds the wanted one
@@ -56,6 +66,10 @@ class Plan:
     drop: float
 
 
+class NoHarderPress(IllConditioned):
+    """No press within the limits is harder than the latest."""
+
+
 def next_press(
     model: ForceModel,
     radius: float,
@@ -87,7 +101,7 @@ def next_press(
             return planned
     hardest = _hardest(model, radius, fit, last, limits)
     if hardest is None:
-        raise IllConditioned(
+        raise NoHarderPress(
             f"no press within the limits of depth, force and stretch is harder than this one; {fit.too_little()}"
             if fit.drop.value <= MARGIN * fit.drop.sd
             else f"the object gave way by {fit.drop.value * 1e3:.2f} mm of {(needed or drop) * 1e3:.2f} mm under {fit.force.value:.2f} N, which is "

@@ -41,7 +41,6 @@ SIGNIFICANCE, SIGNIFICANCE_ALIKE = (
     7.0,
 )  # a curvature below this many standard deviations carries no radius; where all noise is smooth
 FLATTEST = 0.06  # rad between the middle of a cap and its rim, below which it is as flat as the skirt is known
-CLEAR_OF_CONE = 0.0  # nats by which a sphere must explain the contact better than a cone
 THINNED, BESIDE = (
     3,
     12.0,
@@ -124,9 +123,9 @@ def _check_shape(explained: _Explained) -> None:
             f"neither a sphere nor a flat face explains the contact: the best leaves {math.sqrt(explained.scale):.1f} times the noise;"
             " fit another shape (`fit_shape`), or press one object at a time"
         )
-    if explained.best(SPHERE) < explained.best(CONE) + CLEAR_OF_CONE:
+    if explained.best(SPHERE) < explained.best(CONE):
         raise IllConditioned(
-            "a cone explains the contact as well as a sphere does, so that it has no certain radius; press deeper, or average more"
+            "a cone explains the contact better than a sphere does, so that it has no certain radius; press deeper, or average more"
             " frames"
         )
 

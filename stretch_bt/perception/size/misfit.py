@@ -48,7 +48,8 @@ def misfit_of(shape: Hypothesis, fit: Fit, cells: Cells) -> Misfit:
     own = (jacobian * weights) @ jacobian.T + against @ against.T
     own += 1e-12 * np.diag(np.diag(own))
     cross, theirs = (jacobian * weights) @ basis.T, (basis * weights) @ basis.T
-    radius = math.sqrt(np.count_nonzero(shape.outside(fit.q, x, y) < 0.0) / math.pi) * cells.pitch
+    size = shape.measure(fit.q, fit.covariance)
+    radius = 0.5 * math.sqrt(size.diameter_i[0] * size.diameter_j[0])
     theirs += np.diag((np.repeat(HARMONICS, 2) / (WIDTH * radius)) ** 2)
     mixed = np.linalg.solve(own, cross)
     covariance: Array = np.asarray(np.linalg.inv(theirs - cross.T @ mixed), dtype=np.float64)
