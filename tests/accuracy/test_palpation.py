@@ -31,7 +31,7 @@ def test_each_run_has_its_errors_and_the_time_of_the_robot(rows):
         (f"{series.name}: least", kind) for series in FEW[:2] for kind in domain_palpation.KINDS
     ]
     for row in found:
-        assert 0 <= row.error < 0.3
+        assert 0 <= row.error < (0.3 if row.setting.startswith("palpate") else 0.5)
         assert 8 < row.robot_seconds < 30
         assert row.cpu_seconds > 0
         assert row.to_json()["robot_seconds"] == row.robot_seconds

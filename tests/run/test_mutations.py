@@ -258,12 +258,12 @@ def test_no_required_port_and_no_bound_of_a_loop_can_be_left_out(sample: str, tm
 def test_no_number_can_be_pushed_out_of_its_bounds(sample: str, tmp_path: Path) -> None:
     root = plain(sample)
     for name, spec in root["params"].items():
-        for bound, factor in (("min", 0.9), ("max", 1.1)):
+        for bound, way in (("min", -0.1), ("max", 0.1)):
             if bound not in spec:
                 continue
             text = str(spec[bound])
             number, unit = (text, "") if not NUMBER_AND_UNIT.fullmatch(text) else text.split()
-            outside = float(number) * factor if float(number) else -1.0
+            outside = float(number) + way * abs(float(number)) if float(number) else -1.0
             value = f"{outside:g} {unit}".strip() if unit else (int(outside) if spec["type"] == "int" else outside)
             if spec["type"] == "int":
                 value = int(number) + (1 if bound == "max" else -1)

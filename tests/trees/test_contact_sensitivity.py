@@ -68,7 +68,7 @@ def test_a_cylinder_is_felt_to_a_millimetre_and_an_interrupted_map_is_gone_on_wi
     assert all(found.i == found.j == 0.0 for found in rows[0].found if found.refused)
     ours = [press.of("fit") for press in rows[1:]]
     assert all(abs(found.i - 0.02) < 1e-3 and abs(found.j - 0.02) < 1.5e-3 for found in ours), ours
-    assert all(0 < found.i_sd < 1e-3 for found in ours)
+    assert all(0 < found.i_sd < 1.5e-3 for found in ours)  # the edge's radius, which no frame shows, is 1 ± 0.58 mm
     # the paper's segmentation takes in much of the skirt
     assert 0 < out["error"]["value"] < 1.0 < out["error_paper_width"]["value"]
     assert out["error"]["unit"] == "mm"
