@@ -14,6 +14,7 @@ from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, 
 from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_body, starts, starts_around
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface
+from stretch_bt.perception.shapes.sphere import center_of
 from stretch_bt.perception.types import Contact, Sphere
 
 __all__ = ["fit_contact_sphere"]
@@ -210,24 +211,15 @@ def _residuals(contact: Contact, surface: PressedSurface, window: Window, cells:
 
 def _sphere(fit: BodyFit, k: float, sd: float, explained: _Explained) -> Sphere:
     """Return a sphere of a curvature, in units of the cells' size, with the top that a fit has."""
-    c, p1, p2, _ = fit.surface.q[:4]
     cells = explained.cells
-    d0 = 1.0 / math.sqrt(1.0 + p1 * p1 + p2 * p2)
-    d3 = d0**3
-    by_parameters = np.array(
-        [
-            [0.0, (1 + p2 * p2) * d3 / k, -p1 * p2 * d3 / k, -p1 * d0 / k**2],
-            [0.0, -p1 * p2 * d3 / k, (1 + p1 * p1) * d3 / k, -p2 * d0 / k**2],
-            [1.0, p1 * d3 / k, p2 * d3 / k, d0 / k**2],
-        ]
-    )
+    center, by_parameters = center_of(np.array([*fit.surface.q[:3], k]))
     covariance = fit.covariance[:4, :4] * explained.scale * explained.wider**2
     covariance[3, 3] = sd**2
     spread = np.sqrt(np.einsum("ij,jk,ik->i", by_parameters, covariance, by_parameters).clip(0.0))
     return Sphere(
         radius=cells.size / k,
         radius_sd=cells.size * sd / k**2,
-        center=cells.origin + cells.size * np.array([p1 * d0 / k, p2 * d0 / k, c - d0 / k]),
+        center=cells.origin + cells.size * center,
         center_sd=cells.size * spread,
         curvature=k / cells.size,
         curvature_sd=sd / cells.size,

@@ -13,7 +13,7 @@ from stretch_bt.perception.shapes.sight import Noise, Sight, sighted
 from stretch_bt.perception.shapes.sphere_kernel import fill_sphere
 from stretch_bt.perception.types import FloatArray, Sphere
 
-__all__ = ["SphereSurface", "fit_sphere", "settle_sphere", "sphere_of"]
+__all__ = ["SphereSurface", "center_of", "fit_sphere", "settle_sphere", "sphere_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -140,29 +140,33 @@ def _check_silhouette(settled: Settled[SphereSurface], sight: Sight) -> None:
         )
 
 
+def center_of(q: Array) -> tuple[Array, Array]:
+    """Return the centre (3,) of a SphereSurface and its derivatives (3, 4) by its parameters, in their unit."""
+    c, p1, p2, k = q
+    d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
+    d3 = d0**3
+    by_parameters = [
+        [0.0, (1 + p2 * p2) * d3 / k, -p1 * p2 * d3 / k, -p1 * d0 / k**2],
+        [0.0, -p1 * p2 * d3 / k, (1 + p1 * p1) * d3 / k, -p2 * d0 / k**2],
+        [1.0, p1 * d3 / k, p2 * d3 / k, d0 / k**2],
+    ]
+    return np.array([p1 * d0 / k, p2 * d0 / k, c - d0 / k]), np.array(by_parameters)
+
+
 def sphere_of(settled: Settled[SphereSurface], sight: Sight) -> Sphere:
     """Return the sphere in the caller's frame, m, or refuse one without a clear curvature."""
     settled.check("sphere")
-    c, p1, p2, k = settled.surface.q
-    sd = settled.sd(3)
+    k, sd = settled.surface.q[3], settled.sd(3)
     # On few points of great noise the tangent at the best curvature promises more than the points can tell.
     check_curvature(
         k, max(sd, abs(k) / _gain_on_plane(settled, sight)), alike=settled.area > 1.0 and not settled.explained
     )
     _check_silhouette(settled, sight)
-    d0 = 1.0 / np.sqrt(1.0 + p1 * p1 + p2 * p2)
-    d3 = d0**3
-    by_parameters = np.array(
-        [
-            [0.0, (1 + p2 * p2) * d3 / k, -p1 * p2 * d3 / k, -p1 * d0 / k**2],
-            [0.0, -p1 * p2 * d3 / k, (1 + p1 * p1) * d3 / k, -p2 * d0 / k**2],
-            [1.0, p1 * d3 / k, p2 * d3 / k, d0 / k**2],
-        ]
-    )
+    center, by_parameters = center_of(settled.surface.q)
     return Sphere(
         radius=float(sight.size / abs(k)),
         radius_sd=float(sight.size * sd / k**2),
-        center=sight.place(np.array([p1 * d0 / k, p2 * d0 / k, c - d0 / k])),
+        center=sight.place(center),
         center_sd=sight.size * sight.spread(by_parameters, settled.covariance),
         curvature=float(k / sight.size),
         curvature_sd=sd / sight.size,
