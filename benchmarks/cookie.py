@@ -37,6 +37,11 @@ AXES = 12
 ROUND, POOR = 0.97, 0.93
 NOISE = ("correlated_noise", "white_noise", "fixed_pattern", "repeatability", "latency", "arm_force_noise")
 PAPER, FAST = "form_cookie", "form_cookie_fast"
+SENSED = {
+    "circularity_sensed": "circularity_true",
+    "pixel_chain": "pixel_chain_true",
+    "thickness": "thickness_true",
+}
 BOUNDS = {PAPER: 120.0, FAST: 78.0}  # s of rolling: so many readings, or looks, so far apart
 
 
@@ -145,6 +150,7 @@ def made(tree: str, seed: int, spin: float | None = None) -> dict[str, Any]:
         "status": result.status,
         "reason": result.reason,
         "outputs": outputs,
+        "sds": {name: out["sd"] for name, out in result.outputs.items()},
         "thickness_true": truth.get("thickness"),
         "rolled": watch.rolled,
         "reached": watch.reached,
@@ -224,6 +230,8 @@ def table(tree: str, rows: list[dict[str, Any]]) -> str:
         "pixel_chain",
     ):
         lines.append(f"  mean {name:20s} {_mean(r['outputs'].get(name) for r in good)}")
+    for name, true in SENSED.items():
+        lines.append(f"  error of {name:19s} {_errors(good, name, true)}")
     lines += [
         f"  cookies under {POOR} low-pass    {sum(v < POOR for v in low)} of {len(good)}",
         f"  radius sd over mean at the stop  {_quantiles(spread, (50, 90))} (median, 90th percentile; {len(stops)} stops)",
@@ -238,6 +246,17 @@ def table(tree: str, rows: list[dict[str, Any]]) -> str:
         ratios = ", ".join(f"{r['seed']} (E/Y {r['modulus'] / r['yield_stress']:.0f})" for r in at)
         lines.append(f"  {len(at)} x {at[0]['status']}: {reason}: seeds {ratios}")
     return "\n".join(lines)
+
+
+def _errors(rows: list[dict[str, Any]], name: str, true: str) -> str:
+    """Return what is sensed less the truth, and that over its stated deviation."""
+    pairs = [(r["outputs"].get(name), r["outputs"].get(true, r.get(true)), r.get("sds", {}).get(name)) for r in rows]
+    found = np.array([(told - known, sd) for told, known, sd in pairs if None not in (told, known, sd)]).reshape(-1, 2)
+    if not len(found):
+        return "-"
+    off, over = found[:, 0], np.abs(found[:, 0]) / found[:, 1]
+    rms = float(np.sqrt(np.mean(over**2)))
+    return f"{off.mean():+.4f} +- {off.std():.4f}, over stated: rms {rms:.2f}, most {over.max():.1f}"
 
 
 def _mean(values: Iterable[float | None]) -> str:

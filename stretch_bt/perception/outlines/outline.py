@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,8 @@ class Outline:
     """A closed line around a region, with what it encloses.
 
     `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations are
-    those of the border's own roughness: that a region is a pixel too wide all around cannot be seen from it.
+    those of the border's own roughness: that a region is a pixel too wide all around cannot be seen from it. `hidden` is the
+    standard deviation of what a circularity misses of the body that is not in the line.
     """
 
     vertices: FloatArray
@@ -45,10 +47,12 @@ class Outline:
     area_sd: Area
     perimeter: Length
     perimeter_sd: Length
+    hidden: float = 0.0
 
     def roundness(self, method: Method = "contour") -> Roundness:
         """Return the circularity with its standard deviation and the method."""
-        return roundness(self.vertices, method=method)
+        found = roundness(self.vertices, method=method)
+        return replace(found, circularity_sd=math.hypot(found.circularity_sd, self.hidden))
 
 
 def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: int = CONTACT) -> Outline:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import InvalidInput, NoContact
-from stretch_bt.perception import highest_of, outline_at
+from stretch_bt.perception import circularity, highest_of, outline_at
 
 PITCH = 0.4e-3
 
@@ -21,7 +21,12 @@ def over(reach, noise=0.0, top=0.012):
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 @pytest.mark.parametrize(("oval", "low", "high"), [(0.0, 0.985, 1.005), (0.15, 0.96, 0.988)])
 def test_the_line_is_as_round_as_the_body(noise, oval, low, high):
+    turn = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+    body = (1 + oval * np.cos(2 * turn))[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
     found = outline_at(over(lambda a: 0.012 * (1 + oval * np.cos(2 * a)), noise), 0.0015)
+    for method in ("contour", "low_pass"):
+        told = found.roundness(method)
+        assert abs(told.circularity - circularity(body, method=method)) < 2 * told.circularity_sd
     assert low < found.roundness("low_pass").circularity < high
     assert found.area == pytest.approx(np.pi * (0.012 + 0.0015 / 0.3) ** 2, rel=0.05)
 
