@@ -32,9 +32,8 @@ mocks:
   - {match: "**/press", after: 200 ms}
   - {match: "**/average_frames", after: 100 ms, outputs: {frame: {}}}
   - {match: "**/segment_contact", outputs: {contact: {}}}
-  - match: "**/track_height"
-    outputs: {height: [{value: 99.1 mm, sd: 0.01 mm}, {value: 98.3 mm, sd: 0.01 mm}]}
-    then: repeat_last
+  - {match: main/feel/track_height, outputs: {height: {value: 99.1 mm, sd: 0.05 mm}}}
+  - {match: main/until/feel/track_height, outputs: {height: {value: 96.9 mm, sd: 0.05 mm}}}
   - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
   - {match: "**/retract", after: 250 ms}
 """
