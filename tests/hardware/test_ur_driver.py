@@ -185,6 +185,21 @@ def test_a_hand_that_lags_or_ends_elsewhere_is_told():
     assert "did not arrive: it is 5.0 mm off" in after(ride, 3.0).judge(off)
 
 
+@pytest.mark.parametrize("speed", [0.003, 0.005, 0.05, 0.25])
+def test_a_hand_that_stands_still_anywhere_on_its_way_is_told_as_soon(speed):
+    """Where little of the way is left it is not behind by much, but then it has to settle: that together took 1.1 s."""
+    ride = Ride.through([Pose(), Pose((0.02, 0.0, 0.0))], speed, 0.5, 0.0005)
+    end, soon = ride.profile.duration, max(0.8, 0.35 + 0.0015 / speed)
+    for since in np.linspace(0.0, end, 97)[1:]:
+        stands = after(ride, since).setpoint
+        if np.linalg.norm(np.subtract(stands.position, (0.02, 0.0, 0.0))) <= ride.tolerance:
+            continue
+        times = since + np.arange(0.0, 3.0, 0.01)
+        verdict, when = next((v, t) for t in times if (v := after(ride, t).judge(stands)) is not MotionState.MOVING)
+        assert "behind" in verdict or "did not arrive" in verdict
+        assert when - since <= soon
+
+
 @pytest.mark.parametrize("turn", [0.3, np.pi, -3.0])
 def test_half_a_turn_is_the_same_whichever_way_it_is_written(turn):
     ride = after(Ride.through([Pose(), Pose(rotation=(0.0, 0.0, turn))], 0.05, 0.5, 0.001), 100.0)

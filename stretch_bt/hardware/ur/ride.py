@@ -17,7 +17,7 @@ __all__ = ["Ride"]
 
 #: how far the hand may be behind its setpoint: m, and s of its way
 _BEHIND, _BEHIND_TIME = 0.0015, 0.3
-#: how long it may take to settle, s, and how near the target that is over at once, m
+#: how long it may take to settle, s, while what it may be behind shrinks, and how near the target that is over at once, m
 _SETTLING, _SETTLED = 0.5, 5e-5
 #: what turns an angle into a distance, m
 _LEVER = 0.1
@@ -66,14 +66,15 @@ class Ride:
         """Return how the motion stands with the hand at a place, or what is wrong."""
         wanted = self.setpoint
         off = max(math.dist(place.position, wanted.position), _LEVER * _angle(place, wanted))
+        late = max(self.gone - self.profile.duration, 0.0) / _SETTLING
+        most = (_BEHIND + _BEHIND_TIME * self.speed) * (1.0 - late)
         if self.gone < self.profile.duration:
-            most = _BEHIND + _BEHIND_TIME * self.speed
             if off > most:
                 return f"the arm does not follow: it is {1e3 * off:.1f} mm behind; look for what holds it, and at the speed slider"
             return MotionState.MOVING
         if off <= _SETTLED:
             return MotionState.DONE
-        if self.gone < self.profile.duration + _SETTLING:
+        if late < 1.0 and off <= max(most, self.tolerance):
             return MotionState.MOVING
         if off <= self.tolerance:
             return MotionState.DONE
