@@ -15,7 +15,7 @@ from stretch_bt.perception.types import UNDEFORMED, FloatArray, LabelArray, Mask
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = ["Mounting", "camera_off", "height_of_top", "keep_how", "told_by_membrane"]
+__all__ = ["Mounting", "camera_off", "height_of_top", "keep_how", "left_of_pattern", "told_by_membrane"]
 
 TOLD = "told"
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
@@ -88,6 +88,12 @@ def _by_membrane(
     except IllConditioned:
         return None
     return found if abs(found.value - contact.value) < APART * math.hypot(found.sd, contact.sd) else None
+
+
+def left_of_pattern(context: Context) -> Length:
+    """Return what a learned static error misses of the camera's, m; 0 where none is learned."""
+    pattern: Pattern | None = context.memory.get(Pattern)
+    return pattern.left if pattern is not None else 0.0
 
 
 def camera_off(context: Context, points: FloatArray, labels: LabelArray, distance: Length) -> Length:

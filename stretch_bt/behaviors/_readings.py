@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from stretch_bt.behaviors._membrane import height_of_top
+from stretch_bt.behaviors._membrane import height_of_top, left_of_pattern, told_by_membrane
 from stretch_bt.model import Series
 from stretch_bt.model.palpation.balance import presses_of
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
@@ -135,10 +135,13 @@ def frames_at(context: Context, press: Reading) -> int:
     return sum(reading.frames for reading in of_press(readings_of(context), press))
 
 
-def noise_at(context: Context, press: Reading) -> Length:
-    """Return by how much a height of a press is off in one frame, m, as its readings state it."""
+def noise_at(context: Context, press: Reading) -> tuple[Length, Length]:
+    """Return by how much a height of a press is off in one frame, m, as its readings state it, and what of it more frames leave, m."""
     readings = of_press(readings_of(context), press)
-    return math.sqrt(sum(reading.sd**2 * reading.frames for reading in readings) / len(readings))
+    left = 0.0 if told_by_membrane(context) else left_of_pattern(context)
+    white = [max(reading.sd**2 - left**2, 0.0) * reading.frames for reading in readings]
+    noise = math.sqrt(sum(white) / len(white))
+    return noise, math.hypot(left, fixed_part(noise))
 
 
 def reading_sd(stated: float, frames: int, frame_noise: float) -> float:

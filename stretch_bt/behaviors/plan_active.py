@@ -2,7 +2,7 @@
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._models import ModelBehavior, within_range
-from stretch_bt.behaviors._readings import Fitted, fitted, fixed_part, frames_at, noise_at
+from stretch_bt.behaviors._readings import Fitted, Reading, fitted, fixed_part, frames_at, noise_at
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.active import Choice
 from stretch_bt.tree.ports import In, Out, Status, port
@@ -80,8 +80,15 @@ class PlanActive(ModelBehavior):
             return False
         return stiffness.sd <= self.wanted * stiffness.value
 
+    def _noise(self, press: Reading) -> tuple[Length, Length]:
+        """Return by how much a height is off in one frame, m, and what of it more frames leave, m."""
+        if self.frame_noise:
+            return self.frame_noise, fixed_part(self.frame_noise)
+        noise, fixed = noise_at(self.context, press)
+        return max(noise, LEAST_NOISE), fixed
+
     def _choice(self, found: Fitted) -> Choice | None:
-        noise = max(self.frame_noise or noise_at(self.context, found.last), LEAST_NOISE)
+        noise, fixed = self._noise(found.last)
         with within_range():
             return mechanics.next_look(
                 self.force_model(),
@@ -92,7 +99,7 @@ class PlanActive(ModelBehavior):
                 mechanics.Limits(
                     self.contact_height - self.max_depth, self.max_force, self.max_stretch, self.stretch_step
                 ),
-                mechanics.Looks(noise, fixed_part(noise), self.robot_sd, float(frames_at(self.context, found.last))),
+                mechanics.Looks(noise, fixed, self.robot_sd, float(frames_at(self.context, found.last))),
                 mechanics.Costs(self.press_speed, self.change_time, self.frame_time, self.settle),
                 least=self.least_gain,
                 at_press=self.at_press,
