@@ -30,7 +30,7 @@ BEND = 0.35  # share of the radius of curvature within which a quadratic is a sp
 SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
 LEAST_POINTS = 12
 
-MOST = 40_000  # points, whose height is known to far less than a camera's count, and not better by more
+MOST = 20_000  # points, whose height is known to far less than a camera's count, and not better by more
 RUN = 64  # neighbours that are kept together, since they show how far noise is alike
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
-from stretch_bt.perception.smooth import covered, derivative, gaussian
+from stretch_bt.perception.smooth import covered, derivative
 from stretch_bt.perception.surface import Cleaned
 from stretch_bt.perception.types import MaskArray
 
@@ -65,32 +65,35 @@ class NoiseSpectrum:
         areas = 4.0 * math.pi * self.lengths**2
         return float((self.variances * np.minimum(areas / pixels, 1.0)) @ (areas > 0.0))
 
-    def shared(self, design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> Array:
-        """Return the covariance (k, k) of sums of pixels, weighed by `design` (k, n), at rows and columns (n,), of all parts but the white."""
+    def shared(self, design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], every: int = 1) -> Array:
+        """Return the covariance (k, k) of sums of pixels, weighed by `design` (k, n), at rows and columns (n,), of all parts but the white.
+
+        `every` says that they are those of every second, third ... row and column.
+        """
         total = np.zeros((len(design), len(design)))
         for variance, length in zip(self.variances, self.lengths, strict=True):
             if variance > 0.0 and length > 0.0:
-                total += variance * _alike(design, rows, columns, float(length))
+                total += variance * _alike(design, rows, columns, float(length), every)
         return total
 
 
-def _alike(design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], length: float) -> Array:
+def _alike(
+    design: Array, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], length: float, every: int
+) -> Array:
     """Return the sums over all pairs of pixels of their weights and correlation exp(-d^2 / 4 length^2), (k, k)."""
     import cv2
 
-    step = max(1, int(length / CELLS))
-    sigma = length / step
-    pad = math.ceil(3.5 * sigma)
-    v, u = (rows - rows.min()) // step + pad, (columns - columns.min()) // step + pad
-    shape = int(v.max()) + pad + 1, int(u.max()) + pad + 1
-    cells, kernel = v * shape[1] + u, gaussian(sigma, 0)
-    summed = np.stack([np.bincount(cells, row, shape[0] * shape[1]) for row in design])
+    step = every * max(1, int(length / CELLS / every))
+    reach = math.ceil(5.0 * length / step)
+    kernel = np.exp(-((np.arange(-reach, reach + 1) * step / length) ** 2) / 4.0)
+    v, u = (rows - rows.min()) // step, (columns - columns.min()) // step
+    shape = int(v.max()) + 1, int(u.max()) + 1
+    summed = np.stack([np.bincount(v * shape[1] + u, row, shape[0] * shape[1]) for row in design])
     images = (
         cv2.sepFilter2D(row.reshape(shape), cv2.CV_64F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
         for row in summed
     )
-    blurred = np.stack([np.asarray(image).ravel() for image in images])
-    return np.asarray(blurred @ blurred.T / float(kernel @ kernel) ** 2)
+    return np.asarray(summed @ np.stack([np.asarray(image).ravel() for image in images]).T)
 
 
 def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpectrum:

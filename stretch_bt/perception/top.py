@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -54,7 +55,7 @@ class Points:
         """Return the covariance (k, k), m^2, of sums of the points' noise weighed by `design` (k, n), but for the white part of it."""
         if self.noise is None:
             return np.zeros((len(design), len(design)))
-        return self.noise.shared(design, self.places // self.wide, self.places % self.wide)
+        return self.noise.shared(design, self.places // self.wide, self.places % self.wide, self.every)
 
 
 def settled(design: Array, z: Array) -> tuple[Array, float]:
@@ -101,14 +102,23 @@ class Top:
         x, y = x / self.size, y / self.size
         bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
         design = np.stack([np.ones_like(x), x, y, *bent])
-        self.q, sd = settled(design, cloud[2] - offset)
-        self.sd = sd  # of one point, m
-        self.misfit = _misfit(x, y, cloud[2] - offset - self.q @ design, sd, points.noise)
-        gain = np.linalg.inv(design @ design.T)
-        self.covariance: Array = np.asarray(gain * sd * sd + gain @ points.shared(design) @ gain, dtype=np.float64)
+        self.q, self.sd = settled(design, cloud[2] - offset)  # `sd` of one point, m
+        self._points, self._design, self._left = points, design, cloud[2] - offset - self.q @ design
         self.q[0] += offset
         if even:
-            self.q, self.covariance = EVEN @ self.q, EVEN @ self.covariance @ EVEN.T
+            self.q = EVEN @ self.q
+
+    @cached_property
+    def misfit(self) -> float:
+        """By how much the surface is no quadratic, m, rms."""
+        return _misfit(self._design[1], self._design[2], self._left, self.sd, self._points.noise)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance (6, 6) of `q`."""
+        gain = np.linalg.inv(self._design @ self._design.T)
+        own = gain * self.sd**2 + gain @ self._points.shared(self._design) @ gain
+        return np.asarray(EVEN @ own @ EVEN.T if len(own) < len(EVEN) else own, dtype=np.float64)
 
     def bent(self, known: Estimate | None) -> Top:
         """Return it with the curvature, 1/m, that something else knows, the same in all directions; or as it is where it is clearly not so."""
@@ -138,6 +148,12 @@ class Top:
         return Estimate(
             float(row @ self.q) / 2.0, math.hypot(float(np.sqrt(row @ self.covariance @ row)) / 2.0, self.misfit)
         )
+
+    @property
+    def is_convex(self) -> bool:
+        """Whether it has a vertex."""
+        kx, kxy, ky = self.q[3:].tolist()
+        return bool(kx + ky > 0.0 and kx * ky > kxy * kxy)
 
     def curved_along(self, axis: Array) -> float:
         """Return the convexity along an axis (2,), in standard deviations."""

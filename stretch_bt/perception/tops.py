@@ -36,6 +36,7 @@ SEEN = 110, 160  # rows and columns to either side of the contact in which noise
 FAR = 18  # pixels from the contact at which the skirt bends little
 WIDEST = 3.2  # radii of the contact, as far as which the surroundings reach
 LEAST_FAR = 6.0  # lengths of noise, as far as which they reach at least
+ENOUGH = 6_000  # pixels of the surroundings, of which noise that is alike leaves far more than white noise does
 
 
 class Window(NamedTuple):
@@ -152,13 +153,15 @@ def window_of(places: Places, shape: tuple[int, ...]) -> tuple[Box, MaskArray]:
 
 
 def surroundings(points: FloatArray, valid: MaskArray, touching: Points, noise: NoiseSpectrum) -> Points:
-    """Return the points around a contact, in contact or not, of every pixel or of every second or third where noise is alike over more."""
+    """Return the points around a contact, in contact or not, of every pixel, or of fewer where noise is alike over more or they are many."""
     length = math.sqrt(noise.area / (4.0 * math.pi))
     step = min(max(int(length), 1), 3)
     rows, columns = touching.places // touching.wide, touching.places % touching.wide
     middle = quantile(rows.astype(np.float64)), quantile(columns.astype(np.float64))
     radius = math.sqrt(2.0 * quantile((rows - middle[0]) ** 2.0 + (columns - middle[1]) ** 2.0))
     more = math.ceil(max(WIDEST * radius, LEAST_FAR * length))
+    seen = [min(int(m) + more + 1, n) - max(int(m) - more, 0) for m, n in zip(middle, valid.shape, strict=True)]
+    step = max(step, math.ceil(math.sqrt(seen[0] * seen[1] / ENOUGH)))
     v = np.arange(max(int(middle[0]) - more, 0), min(int(middle[0]) + more + 1, valid.shape[0]), step)
     u = np.arange(max(int(middle[1]) - more, 0), min(int(middle[1]) + more + 1, valid.shape[1]), step)
     places = (v[:, None] * valid.shape[1] + u).reshape(-1)

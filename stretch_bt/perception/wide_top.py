@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +25,7 @@ PATCHES = 5.0  # independent values that a disc must hold before its quadratic t
 CLEAR = 0.03  # of the depth, below whose error no wider disc can tell the height better
 SMALL = 3.0  # times noise that is alike, which if it is below CLEAR does not choose what is taken for contact
 LEAST_POINTS = 30
+ROUGHLY = 1500  # points that show about where a top has its vertex
 
 
 def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
@@ -35,37 +35,38 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     enough = faint or len(contact) >= PATCHES * contact.noise.area
     if enough and top.sd < CLEAR * abs(top.value):
         return top
-    found = [top] if enough else []
-    found += _wider(contact, around)
-    return min(found, key=lambda height: height.sd, default=top)
+    return _surest(top if enough else None, contact, around) or top
 
 
-def _wider(contact: Points, around: Points) -> Iterator[Estimate]:
+def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate | None:
+    """Return the surest of a height, m, and those by wider discs; None where there is none."""
     x, y, _ = contact.cloud
     start = np.array([quantile(x), quantile(y)])
     radius = math.sqrt(2.0 * quantile((x - start[0]) ** 2 + (y - start[1]) ** 2))
     pixel = math.sqrt(math.pi / len(contact)) * radius  # m
     assert contact.noise is not None
     least = math.sqrt(PATCHES * contact.noise.area / math.pi) * pixel
-    radii = sorted({max(share * radius, least) for share in RADII})
-    for wide in radii:
+    for wide in sorted({max(share * radius, least) for share in RADII}):
+        if best is not None and best.sd < float(np.interp(wide / radius, RADII, OFF)) * abs(best.value):
+            break  # what the skirt adds grows with the disc
         try:
             found = _of_disc(around, start, wide, wide / radius)
         except (IllConditioned, np.linalg.LinAlgError):
             continue
-        if found is not None:
-            yield found
+        if found is not None and (best is None or found.sd < best.sd):
+            best = found
+    return best
 
 
 def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Estimate | None:
     """Return the height by the disc of a radius, m, which is such a share of the contact's; None where it shows no top."""
-    for _ in range(2):
+    for most in (ROUGHLY, around.places.size):
         x, y = around.cloud[0] - middle[0], around.cloud[1] - middle[1]
         near = np.flatnonzero(x * x + y * y <= radius * radius)
         if near.size < LEAST_POINTS:
             return None
-        top = Top(around.at(near), middle, even=False)
-        if top.significance <= 0.0:
+        top = Top(around.at(near[:: -(-near.size // most)]), middle, even=False)
+        if not top.is_convex:
             return None
         middle = top.vertex(0.5 * radius)
     seen = top.estimate(0.5 * radius)
