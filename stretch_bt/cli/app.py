@@ -15,7 +15,7 @@ from stretch_bt import cli
 from stretch_bt.cli.output import EXIT_BAD_INPUT, emit_json, report_error
 from stretch_bt.cli.start import main
 from stretch_bt.cli.stops import stops
-from stretch_bt.errors import StretchError
+from stretch_bt.errors import StretchError, writable
 
 __all__ = ["app", "carry_out", "main"]
 
@@ -69,10 +69,10 @@ def carry_out() -> None:
         app()
     except StretchError as error:
         if "--json" in sys.argv:
-            emit_json({"error": type(error).__name__, "reason": str(error)})
+            emit_json({"error": type(error).__name__, "reason": writable(error)})
         sys.exit(report_error(error))
     except OSError as error:
-        typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
+        typer.secho(f"error: {writable(error)}", fg=typer.colors.RED, err=True)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, SystemExit):
         if not stops.names or stops.way == "note":

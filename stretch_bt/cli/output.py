@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 from stretch_bt.cli.outlet import answers
 from stretch_bt.cli.stops import EXIT_BAD_INPUT, EXIT_INTERRUPTED, stops
-from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError
+from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError, writable
 from stretch_bt.run.signals import signals
 
 __all__ = [
@@ -62,7 +62,7 @@ def report_error(error: StretchError) -> int:
             if isinstance(error, NoAnswer)
             else "error"
         )
-        typer.secho(f"{kind}: {error}", fg=typer.colors.RED, err=True)
+        typer.secho(f"{kind}: {writable(error)}", fg=typer.colors.RED, err=True)
     return exit_code(error)
 
 

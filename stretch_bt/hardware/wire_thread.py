@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from queue import Empty, Queue
 from typing import Any, Generic, Protocol, TypeVar
 
-from stretch_bt.errors import DeviceFault, DeviceLost
+from stretch_bt.errors import DeviceFault, DeviceLost, writable
 from stretch_bt.hardware.latched import Latched
 
 __all__ = ["Sample", "Wire", "WireClosed", "WireError", "WireThread"]
@@ -255,5 +255,5 @@ def _refuse(future: Future[Any], error: Exception) -> None:
 def _as_wire_error(error: Exception) -> WireError:
     if isinstance(error, WireError):
         return error
-    text = str(error) or "no reason given"
+    text = writable(error) or "no reason given"
     return WireError(text if isinstance(error, OSError) else f"{type(error).__name__}: {text}")

@@ -6,9 +6,20 @@ from contextlib import nullcontext
 
 import pytest
 
-from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.output import emit_json, report_error
 from stretch_bt.cli.stops import stops
+from stretch_bt.errors import StretchError
 from stretch_bt.run.signals import signals
+
+
+class Speechless(StretchError):
+    def __str__(self):
+        raise ValueError("no words")
+
+
+def test_an_error_whose_text_cannot_be_made_is_reported_all_the_same(capsys):
+    assert report_error(Speechless()) == 1
+    assert "Speechless whose text cannot be made" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("last", [False, True])
