@@ -14,7 +14,16 @@ if TYPE_CHECKING:
 
 from stretch_bt.cli.outlet import answers
 from stretch_bt.cli.stops import EXIT_BAD_INPUT, EXIT_INTERRUPTED, stops
-from stretch_bt.errors import DeviceFault, Diagnostic, FileError, InvalidInput, MissingExtra, NoAnswer, StretchError, writable
+from stretch_bt.errors import (
+    DeviceFault,
+    Diagnostic,
+    FileError,
+    InvalidInput,
+    MissingExtra,
+    NoAnswer,
+    StretchError,
+    writable,
+)
 from stretch_bt.run.signals import signals
 
 __all__ = [

@@ -130,7 +130,9 @@ def test_a_loss_stays_also_where_the_wire_would_work_again(begin, wire, error):
     thread.wait_for_end()
     value = wire.value
     for _ in range(2):
-        with pytest.raises(DeviceLost, match=r"d: the connection broke \(.*(cable|cannot be made).*\); start a new run"):
+        with pytest.raises(
+            DeviceLost, match=r"d: the connection broke \(.*(cable|cannot be made).*\); start a new run"
+        ):
             thread.latest()
         with pytest.raises(DeviceLost, match="start a new run"):
             thread.do(lambda w: 1)
