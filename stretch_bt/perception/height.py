@@ -9,13 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.perception.high_part import high_part
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.surface import check_points, clean
 from stretch_bt.perception.top import Places, Points, Top, settled
 from stretch_bt.perception.tops import contacts, summits, surroundings, window_of
-from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
+from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.perception.wide_top import by_wide_discs
 from stretch_bt.units import Estimate
 
@@ -29,6 +30,7 @@ AROUND = 1.5  # radii of those within which a top is sought
 BEND = 0.35  # share of the radius of curvature within which a quadratic is a sphere to a thousandth of the radius
 SAG = 0.15  # of the depth; standard deviation of how far a round top falls within RIM, over presses of spheres of 5 to 60 mm
 LEAST_POINTS = 12
+PARTS = 2  # high parts of a contact that are tried
 
 MOST = 20_000  # points, whose height is known to far less than a camera's count, and not better by more
 RUN = 64  # neighbours that are kept together, since they show how far noise is alike
@@ -92,7 +94,28 @@ def track_height(
             refusals.append(refusal)
     if not tops:
         raise refusals[0]
-    return _within(max(tops, key=lambda top: top.value), reach)
+    return _within(_highest(points, valid, labels == CONTACT, noise, others, curvature, tops), reach)
+
+
+def _highest(
+    points: FloatArray,
+    valid: MaskArray,
+    touching: MaskArray,
+    noise: NoiseSpectrum | None,
+    others: FloatArray,
+    curvature: Estimate | None,
+    tops: list[Estimate],
+) -> Estimate:
+    """Return the highest of tops, m, or that of the part of all pixels in contact (h, w) that stands clearly higher."""
+    for left in range(PARTS, -1, -1):
+        top = max(tops, key=lambda top: top.value)
+        part = high_part(points, valid, touching, noise, top) if noise is not None else None
+        if part is None:
+            break
+        if left == 0 or not part.is_enough:
+            return part.height
+        tops = list(_tops(points, valid, _some(part.places), noise, others, curvature))
+    return top
 
 
 def _tops(

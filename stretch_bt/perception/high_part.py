@@ -1,0 +1,80 @@
+"""What of a contact stands clearly above the top that was found in it: then skirt was taken for contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.top import Places
+from stretch_bt.perception.types import FloatArray, MaskArray
+from stretch_bt.units import Estimate
+
+__all__ = ["HighPart", "high_part"]
+
+WIDE = 9  # pixels along a side, of the means that are compared
+MEDIAN = 5  # pixels along a side, of the median that takes away single wild ones
+LEAST_ABOVE, BEYOND = (
+    3.0,
+    1.5,
+)  # standard deviations, at least, and past what the highest of as many means stands above them all
+FALL = 0.15  # of its height, by which a top falls within the part that shows it
+LEAST = 60  # pixels of such a part
+PATCHES = 2.0  # independent values that it must hold to show a top
+BENT = 0.03  # of its height, by which a top falls within such a mean, or less
+
+
+@dataclass(frozen=True, slots=True)
+class HighPart:
+    """Pixels (n,) that hang together about the highest mean of a contact; `height`, m, is that mean.
+
+    `is_enough` says whether they are as many as show a top.
+    """
+
+    places: Places
+    height: Estimate
+    is_enough: bool
+
+
+def high_part(
+    points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum, top: Estimate
+) -> HighPart | None:
+    """Return the high part of all pixels in contact (h, w), or None where its highest mean is not clearly above `top`, m.
+
+    A membrane that touches nothing has no summit: where it stands higher, there is the top.
+    """
+    import cv2
+
+    box = _box(touching)
+    touching = touching[box]
+    seen = valid[box] & np.isfinite(points[box][..., 2])
+    z = np.where(seen, points[box][..., 2], 0.0).astype(np.float32)
+    share = cv2.blur(seen.astype(np.float32), (WIDE, WIDE))
+    mean = cv2.blur(np.where(seen, cv2.medianBlur(z, MEDIAN), np.float32(0)), (WIDE, WIDE)) / np.maximum(share, 0.5)
+    mean[~touching | (share < 0.9)] = -np.inf
+    off = math.sqrt(noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2)
+    highest = float(mean.max())
+    above = max(
+        LEAST_ABOVE, BEYOND + math.sqrt(2.0 * math.log(1.0 + np.count_nonzero(touching) / max(noise.area, WIDE**2)))
+    )
+    if not highest > top.value + above * math.hypot(top.sd, off):
+        return None
+    _, parts = cv2.connectedComponents((mean > highest - max(above * off, FALL * abs(highest))).view(np.uint8))
+    rows, columns = np.nonzero(parts == parts[np.unravel_index(int(mean.argmax()), mean.shape)])
+    if rows.size < LEAST:
+        return None
+    found: npt.NDArray[np.intp] = (rows + box[0].start) * valid.shape[1] + columns + box[1].start
+    enough = rows.size >= PATCHES * noise.area
+    return HighPart(found, Estimate(highest, math.hypot(off, BENT * highest)), enough)
+
+
+def _box(touching: MaskArray) -> tuple[slice, slice]:
+    """Return the box of an image that holds all of a mask (h, w), with a margin."""
+    v, u = (
+        slice(max(int(np.argmax(line)) - WIDE, 0), line.size - max(int(np.argmax(line[::-1])) - WIDE, 0))
+        for line in (touching.any(axis=1), touching.any(axis=0))
+    )
+    return v, u
