@@ -54,7 +54,11 @@ def cell(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("node", BEYOND)
+#: whose limit is met as another of them
+ALIKE = ("set_stretch: {stretch: 10 mm, speed: 60 mm/s}", "press: {depth: 9 mm}", "move_over: {x: 60 mm, y: 0 mm}")
+
+
+@pytest.mark.parametrize("node", [pytest.param(n, marks=[pytest.mark.slow] * (n in ALIKE)) for n in BEYOND])
 def test_a_plan_beyond_a_limit_fails_by_its_port_and_the_tree_goes_on(cell, tmp_path, node):
     tree, name = tmp_path / "tree.yaml", node.partition(":")[0]
     tree.write_text(TREE.format(node=node), "utf-8")

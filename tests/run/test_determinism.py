@@ -31,8 +31,8 @@ def log_of(job: dict[str, Any], out: Path, seed: int = 0) -> bytes:
 def test_the_same_seed_gives_the_same_log_in_one_process(
     jobs: dict[str, dict[str, Any]], name: str, tmp_path: Path
 ) -> None:
-    logs = [log_of(jobs[name], tmp_path / str(n)) for n in range(3)]
-    assert logs[0] == logs[1] == logs[2]
+    logs = [log_of(jobs[name], tmp_path / str(n)) for n in range(2)]
+    assert logs[0] == logs[1]
     assert len(logs[0].splitlines()) > 20
 
 
@@ -43,20 +43,22 @@ def test_another_seed_gives_other_readings(jobs: dict[str, dict[str, Any]], tmp_
     assert first.splitlines()[1:] != second.splitlines()[1:], "not only the seed in the header"
 
 
-@pytest.mark.parametrize("name", ["twin", "mocks"])
 def test_fresh_processes_with_other_hash_seeds_give_the_same_log(
-    jobs: dict[str, dict[str, Any]], name: str, tmp_path: Path
+    jobs: dict[str, dict[str, Any]], tmp_path: Path
 ) -> None:
-    job = {key: str(value) for key, value in jobs[name].items()}
-    digests = set()
+    asked = {name: {key: str(value) for key, value in job.items()} for name, job in jobs.items()}
+    digests: dict[str, set[str]] = {name: set() for name in jobs}
     for hash_seed in ("1", "4242"):
         out = tmp_path / hash_seed
-        code = f"from stretch_bt.run.task import run; run(**{job!r}, out={str(out)!r})"
+        calls = "; ".join(f"run(**{job!r}, out={str(out / name)!r})" for name, job in asked.items())
         env = {**os.environ, "PYTHONHASHSEED": hash_seed}
+        code = f"from stretch_bt.run.task import run; {calls}"
         subprocess.run([sys.executable, "-c", code], check=True, env=env, cwd=tmp_path, timeout=120)
-        digests.add(hashlib.sha256((out / "events.jsonl").read_bytes()).hexdigest())
-    digests.add(hashlib.sha256(log_of(jobs[name], tmp_path / "here")).hexdigest())
-    assert len(digests) == 1
+        for name, seen in digests.items():
+            seen.add(hashlib.sha256((out / name / "events.jsonl").read_bytes()).hexdigest())
+    for name, seen in digests.items():
+        seen.add(hashlib.sha256(log_of(jobs[name], tmp_path / name)).hexdigest())
+        assert len(seen) == 1, name
 
 
 def test_nothing_of_the_place_or_the_hour_is_in_the_log(jobs: dict[str, dict[str, Any]], tmp_path: Path) -> None:

@@ -63,20 +63,20 @@ def test_hundreds_of_runs_leave_nothing(bench: Any, tmp_path: Path) -> None:
             tree = build(load_program(path).require(), context)
             assert bench.run(tree, context=context, watchers=[type(bench.events)()]).status == "SUCCESS"
 
-    cycle(50)
+    cycle(30)
     before = held()
     tracemalloc.start()
     try:
-        cycle(50)
+        cycle(30)
         gc.collect()
         start = tracemalloc.get_traced_memory()[0]
-        cycle(400)
+        cycle(150)
         after = held()
         grown = tracemalloc.get_traced_memory()[0] - start
     finally:
         tracemalloc.stop()
     assert after == before
-    assert grown < 400 * 100, f"{grown / 400:.0f} bytes a cycle"
+    assert grown < 150 * 100, f"{grown / 150:.0f} bytes a cycle"
 
 
 def test_runs_with_a_record_leave_nothing(tmp_path: Path) -> None:

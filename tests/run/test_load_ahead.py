@@ -22,20 +22,21 @@ class Imports(Onlooker):
         known.update(sys.modules)
 
 imports = Imports()
-result = run(sys.argv[1], out=sys.argv[2], watch=lambda runner: runner.watchers.append(imports))
+params = json.loads(sys.argv[3])
+result = run(sys.argv[1], out=sys.argv[2], params=params, watch=lambda runner: runner.watchers.append(imports))
 print(json.dumps([result.status, sorted(name for name in late if not name.startswith("stretch_bt.simulation"))]))
 """
 
 
 @pytest.mark.parametrize(
-    "tree",
+    ("tree", "params"),
     [
-        "palpate_stiffness",
-        *(pytest.param(tree, marks=pytest.mark.slow) for tree in ("form_cookie_fast", "reconstruct")),
+        ("palpate_stiffness", {"touch_frames": 2, "sensing_frames": 2, "hold": 0.0, "settle": 0.0}),
+        *(pytest.param(tree, {}, marks=pytest.mark.slow) for tree in ("form_cookie_fast", "reconstruct")),
     ],
 )
-def test_a_task_loads_nothing_while_it_runs(tmp_path, tree):
-    asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record"]
+def test_a_task_loads_nothing_while_it_runs(tmp_path, tree, params):
+    asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record", json.dumps(params)]
     done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout) == ["SUCCESS", []]
 
@@ -54,6 +55,6 @@ def test_the_twin_itself_imports_nothing_in_a_tick(tmp_path):
     program = PROGRAM.replace("load_ahead()\nknown", "known").replace(
         'if not name.startswith("stretch_bt.simulation")', ""
     )
-    asked = [sys.executable, "-c", program, tmp_path / "tree.yaml", tmp_path / "record"]
+    asked = [sys.executable, "-c", program, tmp_path / "tree.yaml", tmp_path / "record", "{}"]
     done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout) == ["SUCCESS", []]

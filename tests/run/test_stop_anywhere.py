@@ -9,6 +9,7 @@ import signal
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -190,9 +191,9 @@ def check_replay(trouble: Trouble, result: RunResult) -> None:
         assert again.first_difference["tick"] >= trouble.tick
 
 
-@pytest.mark.parametrize(("ways", "every"), [(1, 2), pytest.param(4, 1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("ways", "every"), [(1, 5), pytest.param(4, 1, marks=pytest.mark.slow)])
 def test_ticks_under_mocks(ways: int, every: int, tmp_path: Path) -> None:
-    """Every second tick in one way, in turn; or each in all four."""
+    """Every fifth tick in one way, in turn; or each in all four."""
     (tmp_path / "mocks.yaml").write_text(MOCKS, encoding="utf-8")
     mocks = tmp_path / "mocks.yaml"
     whole = run(TREE, mocks=mocks, out=tmp_path / "whole")
@@ -208,26 +209,29 @@ def test_ticks_under_mocks(ways: int, every: int, tmp_path: Path) -> None:
     asked = len(range(1, whole.ticks + 1, every)) * ways // 4
     assert made["SIGINT"] in (asked, asked + 1)
     assert made["SIGTERM"] in (asked, asked + 1)
-    assert min(made.values()) > 0.85 * asked
+    assert min(made.values()) >= asked - 1 if every > 1 else min(made.values()) > 0.85 * asked
 
 
 @pytest.fixture(scope="module")
 def small_twin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A cell that begins close above the object and takes fewer frames: the same task in half the ticks."""
-    path = tmp_path_factory.mktemp("cell") / "small.yaml"
-    path.write_text(CELL, encoding="utf-8")
-    return {"cell": path, "scene": "water_balloon", "params": {"frames": 2}}
+    folder = tmp_path_factory.mktemp("cell")
+    (folder / "small.yaml").write_text(CELL, encoding="utf-8")
+    shipped = files("stretch_bt") / "trees" / "scenes" / "water_balloon.yaml"
+    (folder / "scene.yaml").write_text(shipped.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
+    params = {"frames": 2, "touch_frames": 4, "sensing_frames": 4, "hold": 0.0, "settle": 0.0, "model": "paper"}
+    return {"cell": folder / "small.yaml", "scene": folder / "scene.yaml", "params": params}
 
 
-def test_eight_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any]) -> None:
+def test_four_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any]) -> None:
     whole = run(TREE, out=tmp_path / "whole", **small_twin)
     assert whole.status == "SUCCESS"
-    chosen = sorted(random.Random(7).sample(range(1, whole.ticks), 8))
+    chosen = sorted(random.Random(7).sample(range(1, whole.ticks), 4))
     for number, tick in enumerate(chosen):
         trouble, result = stopped(WAYS[number % 4], tick, tmp_path / str(tick), **small_twin)
         assert trouble.made
         check_end(trouble, result)
-        if number % 5 == 0:
+        if number in (0, 3):
             check_replay(trouble, result)
 
 

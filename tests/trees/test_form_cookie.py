@@ -33,7 +33,11 @@ def values(result):
 
 
 @pytest.mark.parametrize(
-    ("tree", "params"), [("form_cookie", {}), ("form_cookie_fast", {"blind": 0.2, "max_width": 1.2})]
+    ("tree", "params"),
+    [
+        pytest.param("form_cookie", {}, marks=pytest.mark.slow),
+        ("form_cookie_fast", {"blind": 0.2, "max_width": 1.2}),
+    ],
 )
 def test_a_cube_becomes_a_disc(cookie, tree, params):
     result = cookie(tree, **params)

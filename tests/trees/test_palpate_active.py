@@ -22,7 +22,7 @@ def palpate(run, pressed, tmp_path):
     return palpated
 
 
-@pytest.mark.parametrize(("balloon", "seed"), [("water", 1), ("seeds", 3)])
+@pytest.mark.parametrize(("balloon", "seed"), [pytest.param("water", 1, marks=pytest.mark.slow), ("seeds", 3)])
 def test_the_wanted_deviation_is_reached_at_forces_that_never_fall(palpate, balloon, seed):
     result, forces = palpate(balloon, seed)
     assert result.status == "SUCCESS", result.reason
@@ -36,6 +36,7 @@ def test_the_wanted_deviation_is_reached_at_forces_that_never_fall(palpate, ball
     assert all(after > 0.98 * before for before, after in pairwise(forces))
 
 
+@pytest.mark.slow
 def test_less_is_wanted_in_less_time_and_a_bound_of_presses_holds(palpate):
     hurried, _ = palpate("pudding", 2, wanted=0.15, hold=0.0, settle=0.0)
     careful, _ = palpate("pudding", 2, wanted=0.06, hold=0.0, settle=0.0)

@@ -7,7 +7,13 @@ import pytest
 
 
 @pytest.mark.parametrize(
-    ("scene", "seed"), [("air_balloon", 0), ("water_balloon", 1), ("pudding_balloon", 2), ("seeds_balloon", 3)]
+    ("scene", "seed"),
+    [
+        pytest.param("air_balloon", 0, marks=pytest.mark.slow),
+        ("water_balloon", 1),
+        pytest.param("pudding_balloon", 2, marks=pytest.mark.slow),
+        ("seeds_balloon", 3),
+    ],
 )
 def test_each_output_lies_by_the_truth_within_its_stated_error(run, scene, seed):
     result = run("palpate_stiffness", scene=scene, seed=seed)
@@ -49,7 +55,7 @@ effects: {white_noise: on, correlated_noise: on, fixed_pattern: on, drift: on, q
 """
 
 
-@pytest.mark.parametrize("seed", [0, 3])
+@pytest.mark.parametrize("seed", [0, pytest.param(3, marks=pytest.mark.slow)])
 def test_all_noise_of_the_bench_camera_is_borne(run, tmp_path, seed):
     scene = tmp_path / "noisy.yaml"
     scene.write_text(NOISY, encoding="utf-8")
@@ -104,6 +110,7 @@ def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_fa
     assert all(after > 0.98 * before for before, after in pairwise(forces))
 
 
+@pytest.mark.slow
 def test_what_gives_way_for_seconds_is_held_and_the_time_is_told(run):
     result = run("palpate_stiffness", scene="pudding_balloon", seed=1, params={"hold": 5.0, "settle": 3.0})
     assert result.status == "SUCCESS", result.reason
@@ -143,7 +150,7 @@ tolerance: {stiffness: 5 %, height: 0.3 mm}
 """
 
 
-@pytest.mark.parametrize("tree", ["palpate_stiffness", "palpate_active"])
+@pytest.mark.parametrize("tree", ["palpate_stiffness", pytest.param("palpate_active", marks=pytest.mark.slow)])
 def test_a_stiff_object_ends_with_the_stiffness_that_it_showed(run, tmp_path, tree):
     scene = tmp_path / "stiff.yaml"
     scene.write_text(STIFF, encoding="utf-8")

@@ -74,7 +74,9 @@ HARD = {
 }
 
 
-@pytest.mark.parametrize("name", HARD)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "a press that hits a limit")) for name in HARD]
+)
 def test_a_hard_case_ends_as_expected(reconstruct, name):
     given, status, reason = HARD[name]
     result = reconstruct(**given)

@@ -174,13 +174,13 @@ def test_a_model_file_that_changed_since_is_told(record, tmp_path):
     assert "curves: hand.json, which was written again after the run began" in panel(RecordReader(tmp_path / "record"))
 
 
-@pytest.mark.parametrize("tree", ["palpate_stiffness", "palpate_active"])
+@pytest.mark.parametrize("tree", [pytest.param("palpate_stiffness", marks=pytest.mark.slow), "palpate_active"])
 def test_a_palpation_in_the_twin_has_its_panel(tmp_path, tree):
     scene = tmp_path / "scene.yaml"
     own = files("stretch_bt") / "trees" / "scenes" / "seeds_balloon.yaml"
     scene.write_text(own.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
     ForceModel.default().save(tmp_path / "hand.json")
-    params = {"model": str(tmp_path / "hand.json"), "touch_frames": 8, "sensing_frames": 8, "hold": 0.0, "settle": 0.0}
+    params = {"model": str(tmp_path / "hand.json"), "touch_frames": 4, "sensing_frames": 4, "hold": 0.0, "settle": 0.0}
     result = stretch_bt.run(tree, scene=scene, params=params, out=tmp_path / "record")
     html = (tmp_path / "record" / "report.html").read_text("utf-8")
     assert html.index("<h2>Palpation</h2>") < html.index("<h2>Nodes over time</h2>")
