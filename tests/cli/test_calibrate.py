@@ -27,7 +27,7 @@ def record(tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("model", ["membrane", "paper", "sheet"])
+@pytest.mark.parametrize("model", ["membrane", "paper", pytest.param("sheet", marks=pytest.mark.slow)])
 def test_a_calibration_is_written_and_predicts(cli, record, tmp_path, model):
     out = tmp_path / "hand.json"
     code, printed, _ = cli("calibrate", record, "--out", out, "--model", model, "--json")
