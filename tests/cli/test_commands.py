@@ -168,7 +168,7 @@ def test_a_new_node_runs_in_a_tree(cli, tmp_path):
     assert json.loads(done.stdout)["outputs"]["k"] == {"value": 0.5, "unit": "N/mm", "sd": None}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_a_signal_ends_with_130_and_a_whole_record(tmp_path, number):
     command = [sys.executable, "-m", "stretch_bt.cli", "run", "palpate_stiffness", "--json", "--out", "record"]
     process = subprocess.Popen(

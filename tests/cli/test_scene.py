@@ -87,7 +87,9 @@ def test_explain_of_a_scene_with_a_mistake(cli, scene):
     assert f"{name}:5:11 error[effect-impossible]" in err
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "round" else []) for name in SHOWN]
+)
 def test_show_draws_three_panels(cli, scene, tmp_path, name):
     after, said = SHOWN[name]
     code, out, err = cli("scene", "show", scene(name, after))

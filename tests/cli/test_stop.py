@@ -91,7 +91,7 @@ def running(tree):
         run.send_signal(2)
 
 
-@pytest.mark.parametrize("fingers", ["5 mm/s", "60 mm/s"])
+@pytest.mark.parametrize("fingers", [pytest.param("5 mm/s", marks=pytest.mark.slow), "60 mm/s"])
 def test_beside_a_run_it_stops_arm_and_fingers_and_the_run_ends(cli, cell, fingers):
     arm, gripper = cell["ur"], cell["urcap"]
     with running(TREE.replace("SPEED", fingers)) as run:

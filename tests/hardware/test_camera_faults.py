@@ -50,6 +50,8 @@ ENDS = [
     ("restart", {}, DeviceFault, "the camera was restarted"),
     ("jump", {}, DeviceFault, "its clock jumped ahead by"),
 ]
+#: of these, what others stand for, by what is seen of them and said
+ALIKE = {"reset", "slow", "late"}
 # (fault, parameters, the counter that shows it)
 HARMLESS = [
     ("loss", {"part": 0.4}, "lost"),
@@ -116,7 +118,10 @@ def test_every_fault_is_in_a_table():
     assert {row[0] for row in (*ENDS, *HARMLESS)} | OTHERS == set(RealsenseStandIn.FAULTS)
 
 
-@pytest.mark.parametrize(("fault", "parameters", "kind", "said"), ENDS)
+@pytest.mark.parametrize(
+    ("fault", "parameters", "kind", "said"),
+    [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in ALIKE else []) for row in ENDS],
+)
 def test_a_fault_stays_until_a_new_run(camera, fault, parameters, kind, said):
     device, stand_in = camera
     fresh(device)

@@ -11,6 +11,11 @@ from stretch_bt.simulation.effects import Active, Effect, registry
 from stretch_bt.simulation.scene import load_scene, scene_names
 
 SPEED = 0.1  # m/s
+#: scenes that have on what another one has on
+ALIKE = {
+    *("calibration_cone", "calibration_cylinder", "paper_pyramid", "wire_circle", "wire_triangle"),
+    *("wooden_bridge", "wooden_half_cylinder", "wooden_prism"),
+}
 
 
 def hooks(effect):
@@ -58,7 +63,9 @@ def watched(monkeypatch):
     return watch
 
 
-@pytest.mark.parametrize("name", scene_names())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in ALIKE else []) for name in scene_names()]
+)
 def test_what_is_off_is_never_touched(name, watched, make_cell, clock, advance):
     scene = load_scene(name)
     calls, on = watched(scene)

@@ -89,6 +89,8 @@ def test_the_fastest_for_a_peak_comes_to_it_and_no_faster_one_does(stopping):
 #: what the connection does meanwhile: holds readings back for almost `lost_after`, or sends no new one from the touch on
 FAILS = {"late": {"delay": 0.17}, "repeat": {}}
 PRESSES = [(0.02, 20e3), (0.05, 5e3), (0.05, 200e3), (0.1, 20e3), (0.25, 200e3)]
+#: presses that lie between others
+BETWEEN = {PRESSES[1], PRESSES[3]}
 WALL = 0.15
 
 
@@ -161,7 +163,10 @@ def within(pressed, least, most):
     raise AssertionError(found)
 
 
-@pytest.mark.parametrize(("speed", "stiffness"), PRESSES)
+@pytest.mark.parametrize(
+    ("speed", "stiffness"),
+    [pytest.param(*press, marks=[pytest.mark.slow] if press in BETWEEN else []) for press in PRESSES],
+)
 def test_the_stand_ins_arm_comes_to_what_is_computed_and_not_beyond(pressed, speed, stiffness):
     within(
         lambda: pressed(speed, stiffness, None),

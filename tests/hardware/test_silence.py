@@ -75,11 +75,10 @@ def silenced(folder, servers, host, phase, camera):
     ("phase", "camera"),
     [
         ("approach", True),
-        ("roll", False),
         ("set_stretch", False),
         *(
             pytest.param(*case, marks=pytest.mark.slow)
-            for case in (("approach", False), ("roll", True), ("set_stretch", True))
+            for case in (("approach", False), ("roll", False), ("roll", True), ("set_stretch", True))
         ),
     ],
 )
@@ -128,7 +127,9 @@ def send(number, processes):
             os.kill(pid, number)
 
 
-@pytest.mark.parametrize(("camera", "phase"), [(False, "set_stretch"), (True, "approach")])
+@pytest.mark.parametrize(
+    ("camera", "phase"), [pytest.param(False, "set_stretch", marks=pytest.mark.slow), (True, "approach")]
+)
 def test_a_driver_that_is_stopped_when_its_run_is_killed_is_not_left(
     request, servers, own_hosts, tmp_path, camera, phase
 ):

@@ -54,9 +54,16 @@ OWN = [
     ("load", {"fz": 50.0}, "N in one sample is past 40 N"),
     ("wall", {"height": 0.18, "stiffness": 20000.0}, "N is past the limit of the cell|N in one sample is past"),
 ]
+#: faults that another one here stands for, by what the arm sees of them and says
+ALIKE = {"close", "reset", "slow", "garbage", "safeguard_stop", "violation", "home", "stall", "wall", "power_off"}
 POWER = [("emergency_stop", "emergency stop: release the button"), ("power_off", "the control script ended")]
 #: of a controller before it is connected, and one that does no harm
 OTHERS = {"registers", "local", "loss"}
+
+
+def rows(table):
+    """Return a table for parametrize, those that others stand for marked slow."""
+    return [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in ALIKE else []) for row in table]
 
 
 @pytest.fixture(scope="module")
@@ -154,7 +161,7 @@ def test_every_fault_is_in_a_table():
     assert named | OTHERS == set(Ur5StandIn.FAULTS)
 
 
-@pytest.mark.parametrize(("fault", "parameters", "said"), LOSSES, ids=lambda p: p if isinstance(p, str) else "")
+@pytest.mark.parametrize(("fault", "parameters", "said"), rows(LOSSES), ids=lambda p: p if isinstance(p, str) else "")
 def test_a_loss_ends_the_motion_and_nothing_moves_until_a_new_run(moving, fault, parameters, said):
     cell, arm, motion = moving()
     cell.stand_in.inject(fault, parameters)
@@ -170,7 +177,7 @@ def test_a_loss_ends_the_motion_and_nothing_moves_until_a_new_run(moving, fault,
     goes_again(arm)
 
 
-@pytest.mark.parametrize(("fault", "parameters", "said"), OWN, ids=lambda p: p if isinstance(p, str) else "")
+@pytest.mark.parametrize(("fault", "parameters", "said"), rows(OWN), ids=lambda p: p if isinstance(p, str) else "")
 def test_a_fault_of_the_controller_ends_the_motion(moving, fault, parameters, said):
     cell, arm, motion = moving()
     cell.stand_in.inject(fault, parameters)
@@ -191,7 +198,7 @@ def test_a_fault_of_the_controller_ends_the_motion(moving, fault, parameters, sa
     goes_again(arm)
 
 
-@pytest.mark.parametrize(("fault", "said"), POWER)
+@pytest.mark.parametrize(("fault", "said"), rows(POWER))
 def test_without_power_the_fault_stays_until_a_person_was_at_the_pendant(moving, fault, said):
     cell, arm, motion = moving()
     cell.stand_in.inject(fault)
@@ -370,8 +377,15 @@ def test_a_motion_that_nobody_looks_at_is_stopped(moving):
     goes_again(arm)
 
 
-@pytest.mark.parametrize("loaded", ["false", "true"])
-@pytest.mark.parametrize(("model", "load", "most"), [("ur5", 20.0, r"1[12]\.\d N"), ("ur5e", 20.0, r"4\.\d N")])
+@pytest.mark.parametrize(
+    ("model", "load", "most", "loaded"),
+    [
+        ("ur5", 20.0, r"1[12]\.\d N", "false"),
+        pytest.param("ur5", 20.0, r"1[12]\.\d N", "true", marks=pytest.mark.slow),
+        pytest.param("ur5e", 20.0, r"4\.\d N", "false", marks=pytest.mark.slow),
+        ("ur5e", 20.0, r"4\.\d N", "true"),
+    ],
+)
 def test_a_load_at_opening_is_refused_unless_the_cell_file_allows_it(
     stand_in, live_cell, clock, model, load, most, loaded
 ):

@@ -49,7 +49,7 @@ def clients(program, host):
     return json.loads(done.stdout.splitlines()[-1])
 
 
-@pytest.mark.parametrize("model", MODELS_OF)
+@pytest.mark.parametrize("model", ["ur", pytest.param("ur5e", marks=pytest.mark.slow)])
 def test_the_real_clients_find_a_controller(controller, model):
     stand_in = controller(model)
     found = clients("tour", stand_in.host)
@@ -76,7 +76,7 @@ def test_a_cb3_has_no_contact_detection_and_says_that_it_is_done(controller):
     assert newer.state()["height"] == pytest.approx(0.185, abs=0.001)
 
 
-@pytest.mark.parametrize("model", MODELS_OF)
+@pytest.mark.parametrize("model", [pytest.param("ur", marks=pytest.mark.slow), "ur5e"])
 def test_a_program_of_ones_own_runs_between_those_of_the_client(controller, model):
     found = clients("custom", controller(model).host)
     assert found == dict.fromkeys(found, True)

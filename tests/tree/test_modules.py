@@ -176,7 +176,14 @@ def test_a_record_executes_no_module_unless_it_is_trusted(folders):
     assert said == [f"executing {trees.resolve() / name}.py" for name in ("own_nodes", "own_helper")]
 
 
-@pytest.mark.parametrize("carried", ["own_nodes.py", "../own_nodes.py", "own_nodes/__init__.py", "a/b/own_nodes.py"])
+@pytest.mark.parametrize(
+    "carried",
+    [
+        "own_nodes.py",
+        "../own_nodes.py",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("own_nodes/__init__.py", "a/b/own_nodes.py")),
+    ],
+)
 def test_a_record_that_carries_a_module_executes_none(folders, carried):
     """Written as by an attacker, with digests that hold: the module as if it were a tree that the tree imports."""
     trees, elsewhere = folders
