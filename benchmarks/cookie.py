@@ -35,7 +35,7 @@ from stretch_bt.simulation.dough.lump import Lump
 
 AXES = 12
 ROUND, POOR = 0.97, 0.93
-NOISE = ("correlated_noise", "white_noise", "fixed_pattern", "repeatability", "latency", "arm_force_noise")
+NOISE = ("sag", "correlated_noise", "white_noise", "fixed_pattern", "repeatability", "latency", "arm_force_noise")
 PAPER, FAST = "form_cookie", "form_cookie_fast"
 SENSED = {
     "circularity_sensed": "circularity_true",
