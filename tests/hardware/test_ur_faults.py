@@ -55,7 +55,7 @@ OWN = [
     ("wall", {"height": 0.18, "stiffness": 20000.0}, "N is past the limit of the cell|N in one sample is past"),
 ]
 #: faults that another one here stands for, by what the arm sees of them and says
-ALIKE = {"close", "reset", "slow", "garbage", "safeguard_stop", "violation", "home", "stall", "wall", "power_off"}
+ALIKE = {"close", "reset", "slow", "garbage", "home", "stall", "wall"}
 POWER = [("emergency_stop", "emergency stop: release the button"), ("power_off", "the control script ended")]
 #: of a controller before it is connected, and one that does no harm
 OTHERS = {"registers", "local", "loss"}
