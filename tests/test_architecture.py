@@ -16,8 +16,13 @@ SOURCES = sorted(
 )
 
 
+NAMED = re.compile(rf"(?:\b(?:from|import)\s|[,;\\])\s*(?:{'|'.join(LINKS)})\b")
+
+
 def imported(path):
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    """Return what a file imports, if it may import a link; to parse them all takes seconds."""
+    text = path.read_text("utf-8")
+    for node in ast.walk(ast.parse(text)) if NAMED.search(text) else ():
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0:

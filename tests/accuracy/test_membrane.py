@@ -8,6 +8,7 @@ import pytest
 
 from stretch_bt.accuracy import domain_membrane, measure, peers
 from stretch_bt.accuracy.membrane import cases as table
+from stretch_bt.accuracy.membrane import known
 from stretch_bt.accuracy.membrane.errors import Reference
 from stretch_bt.accuracy.points import REFERENCE
 from stretch_bt.errors import NoEquilibrium
@@ -34,6 +35,7 @@ def rows():
     with pytest.MonkeyPatch.context() as patch:
         for package in ("mujoco", "newton"):
             patch.setitem(sys.modules, package, None)
+        patch.setattr(known, "_ROUND", known._ROUND[1:])  # a stretched membrane is shot three times as fast
         return list(measure(["membrane"], quick=True))
 
 
@@ -91,9 +93,9 @@ def test_a_peer_is_held_to_the_sheet(monkeypatch):
         def press():
             raise AttributeError("no such name")
 
-    known = {"one": Peer, "two": Restless, "three": Changed}
-    monkeypatch.setattr(peers, "PEERS", tuple(known))
-    monkeypatch.setattr(peers, "import_module", lambda name: known[name.rpartition(".")[2]])
+    made = {"one": Peer, "two": Restless, "three": Changed}
+    monkeypatch.setattr(peers, "PEERS", tuple(made))
+    monkeypatch.setattr(peers, "import_module", lambda name: made[name.rpartition(".")[2]])
     exact, none, failed = peers.points()
     assert exact.setting == "peer: exact"
     assert exact.error < 0.004

@@ -58,7 +58,12 @@ def test_a_top_that_does_not_fall_is_given_up(press):
 
 
 @pytest.mark.parametrize(
-    ("limits", "lowest"), [(None, 0.030), (Limits(depth="12 mm"), 0.048), (Limits(depth="40 mm"), 0.030)]
+    ("limits", "lowest"),
+    [
+        pytest.param(None, 0.030, marks=pytest.mark.slow),
+        (Limits(depth="12 mm"), 0.048),
+        (Limits(depth="40 mm"), 0.030),
+    ],
 )
 def test_no_step_goes_deeper_than_the_cell_allows(press, limits, lowest):
     node, arm = press([1.0], [DONE], limits=limits, thickness=0.020)

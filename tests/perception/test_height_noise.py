@@ -25,8 +25,19 @@ def found(shape, noise, draws):
     return np.array(ratios), refused
 
 
-@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
-@pytest.mark.parametrize("noise", ["white 0.3", "shared 0.3, 3 px", "bench, 8 frames", "SR305"])
+@pytest.mark.parametrize(
+    ("noise", "shape"),
+    [
+        ("white 0.3", "sphere"),
+        pytest.param("white 0.3", "cylinder", marks=pytest.mark.slow),
+        pytest.param("shared 0.3, 3 px", "sphere", marks=pytest.mark.slow),
+        ("shared 0.3, 3 px", "cylinder"),
+        ("bench, 8 frames", "sphere"),
+        pytest.param("bench, 8 frames", "cylinder", marks=pytest.mark.slow),
+        pytest.param("SR305", "sphere", marks=pytest.mark.slow),
+        ("SR305", "cylinder"),
+    ],
+)
 def test_a_height_is_off_by_what_it_states(shape, noise):
     ratios, refused = found(shape, noise, 16)
     assert refused == 0

@@ -50,7 +50,7 @@ def test_few_vertices_are_the_corners_of_a_polygon(corners):
     assert found.sd == 0.0
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(
     scale=st.floats(1e-4, 1e4),
     shift=st.tuples(st.floats(-10, 10), st.floats(-10, 10)),

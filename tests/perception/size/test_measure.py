@@ -24,8 +24,16 @@ def surface_of(press, noise, seed):
     return points, np.where(valid, np.where(height > 0.85 * height.max(), 2, 1), 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("press", PRESSES, ids=["slack", "middle", "tight"])
-@pytest.mark.parametrize(("noise", "within"), [(WHITE_05, 0.6e-3), (CORRELATED, 3e-3)], ids=["white", "correlated"])
+@pytest.mark.parametrize(
+    ("press", "noise", "within"),
+    [
+        pytest.param(press, noise, within, id=f"{how}-{name}", marks=pytest.mark.slow if how == slow else ())
+        for press, name, slow in zip(
+            PRESSES, ("slack", "middle", "tight"), ("correlated", "white", "correlated"), strict=True
+        )
+        for noise, within, how in ((WHITE_05, 0.6e-3, "white"), (CORRELATED, 3e-3, "correlated"))
+    ],
+)
 def test_a_cylinder_is_a_circle_of_its_diameter(press, noise, within):
     for seed in range(3):
         size = measure_contact(*surface_of(press, noise, seed), stretch=press.stretch, fillet_sd=0.0)

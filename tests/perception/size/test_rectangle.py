@@ -28,7 +28,7 @@ def contact_of(press, seed=0):
     return find_contact(observe(seen(press), WHITE_05, seed))
 
 
-@pytest.mark.parametrize("name", PRESSES)
+@pytest.mark.parametrize("name", ["turned", pytest.param("slack", marks=pytest.mark.slow), "square"])
 def test_a_box_is_found_to_be_a_rectangle_of_its_sides(name):
     press = PRESSES[name]
     contact = contact_of(press)

@@ -138,7 +138,7 @@ def test_a_face_over_which_the_membrane_hangs_is_none_unless_its_edges_lift_it(k
 
 
 def test_what_no_shape_explains_is_told_by_its_extents_unless_a_shape_is_taken_for_granted():
-    felt = m.felt(m.block(40 * MM, 28 * MM, 20 * MM, HEADING), 20 * MM)
+    felt = m.felt(m.block(40 * MM, 28 * MM, 20 * MM, HEADING), 20 * MM, places=((0.0, 0.0),))
     alone = mapped("block", np.zeros(2))
     assert fit_object(*felt, relief=alone).kind == "block"
     along, across = placed(np.zeros(2))

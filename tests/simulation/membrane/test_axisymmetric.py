@@ -1,10 +1,16 @@
 import pytest
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
+from stretch_bt.simulation.membrane import axisymmetric
 from stretch_bt.simulation.membrane.axisymmetric import CircularMembrane
 from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
 
-OPEN_VALUES = [(1.0, 0.3, 0.12680261), (1.2, 0.3, 0.54221102), (1.5, 0.6, 1.21905393)]
+# that of a stretch of 1.2 is asked for at another scale below
+OPEN_VALUES = [
+    (1.0, 0.3, 0.12680261),
+    pytest.param(1.2, 0.3, 0.54221102, marks=pytest.mark.slow),
+    (1.5, 0.6, 1.21905393),
+]
 
 
 @pytest.mark.parametrize(("prestretch", "depth", "force"), OPEN_VALUES)
@@ -16,7 +22,9 @@ def test_known_forces(prestretch, depth, force):
     assert press.profile[-1] == pytest.approx([1.0, 0.0], abs=1e-9)
 
 
-@pytest.mark.parametrize("material", [NeoHookean(1.0), MooneyRivlin(1.0, 0.2)], ids=repr)
+@pytest.mark.parametrize(
+    "material", [pytest.param(NeoHookean(1.0), marks=pytest.mark.slow), MooneyRivlin(1.0, 0.2)], ids=repr
+)
 def test_force_is_the_derivative_of_the_energy(material):
     membrane = CircularMembrane(1.0, 1.0, material, 1.2)
     below, above = (membrane.press(0.2, 0.3 + step).energy for step in (-2e-4, 2e-4))
@@ -46,6 +54,8 @@ def test_bad_membranes(fields):
         CircularMembrane(**{"radius": 1.0, "thickness": 1.0, "material": NeoHookean(1.0)} | fields)
 
 
-def test_a_press_that_cannot_be_shot_is_given_up():
+@pytest.mark.parametrize("rates", [50_000, pytest.param(axisymmetric._MOST_RATES, marks=pytest.mark.slow)])
+def test_a_press_that_cannot_be_shot_is_given_up(monkeypatch, rates):
+    monkeypatch.setattr(axisymmetric, "_MOST_RATES", rates)
     with pytest.raises(NoEquilibrium, match="press deeper"):
         CircularMembrane(0.05, 0.002, NeoHookean(47.4e3)).press(0.01, 1e-6)

@@ -83,7 +83,10 @@ def test_a_smooth_energy_converges_at_order_four():
     assert 3.7 < math.log2((energies[0] - energies[1]) / (energies[1] - energies[2])) < 4.3
 
 
-@pytest.mark.parametrize(("prestretch", "depth"), [(1.05, 0.1), (1.2, 0.3), (1.5, 0.1)])
+@pytest.mark.parametrize(
+    ("prestretch", "depth"),
+    [pytest.param(1.05, 0.1, marks=pytest.mark.slow), (1.2, 0.3), pytest.param(1.5, 0.1, marks=pytest.mark.slow)],
+)
 def test_a_press_converges_to_the_axisymmetric_one(prestretch, depth):
     exact = axisymmetric(prestretch, depth)
     still = math.pi / prestretch**2 * energy(RUBBER, prestretch, prestretch)

@@ -18,7 +18,7 @@ def moduli(trends, indenter, gauge, pulls, fit_depth=10):
     return np.array([trends.effective_modulus(indenter, gauge, pull, fit_depth, FAST)[0] for pull in pulls])
 
 
-@pytest.mark.parametrize(("gauge", "mount"), [(0.100, 0.0), (0.075, 0.012)])
+@pytest.mark.parametrize(("gauge", "mount"), [pytest.param(0.100, 0.0, marks=pytest.mark.slow), (0.075, 0.012)])
 def test_stiffness_rises_with_stretch_like_a_logarithm(trends, gauge, mount):
     stretch = np.linspace(0.0, 0.06, 7)
     found = moduli(trends, "sphere:20mm", gauge, (mount + stretch).tolist())
