@@ -15,11 +15,12 @@ from stretch_bt.perception.types import UNDEFORMED, FloatArray, LabelArray, Mask
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = ["Mounting", "camera_off", "height_of_top", "keep_how", "left_of_pattern", "told_by_membrane"]
+__all__ = ["Mounting", "camera_off", "height_of_top", "keep_how", "left_of_pattern", "strain_of", "told_by_membrane"]
 
 TOLD = "told"
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
 STATIC = 2.5e-3  # of the distance, by which a depth camera is off in places where nothing shows it (SR300 and SR305, 0.5 mm at 0.2 m)
+MOUNTED, LEAST_STRAIN = 0.1, 0.01  # strain of a membrane whose mount nobody told, and of a slack one that is pressed
 LEAST_FLAT = 200  # pixels of the undeformed membrane that show it
 
 
@@ -88,6 +89,14 @@ def _by_membrane(
     except IllConditioned:
         return None
     return found if abs(found.value - contact.value) < APART * math.hypot(found.sd, contact.sd) else None
+
+
+def strain_of(context: Context, stretch: Length) -> float:
+    """Return by how much the free membrane is stretched at a stretch, m, as a part of its gauge."""
+    mount: Mounting | None = context.memory.get(Mounting)
+    gauge = context.hand.geometry.gauge
+    mounted = mount.prestretch / gauge if mount is not None else MOUNTED
+    return max(mounted + stretch / gauge, LEAST_STRAIN)
 
 
 def left_of_pattern(context: Context) -> Length:

@@ -1,9 +1,11 @@
 """Tracking the height of the object's top."""
 
 import math
+from contextlib import suppress
 
 from stretch_bt import perception
-from stretch_bt.behaviors._membrane import camera_off, height_of_top, keep_how
+from stretch_bt.behaviors._membrane import camera_off, height_of_top, keep_how, strain_of
+from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
@@ -17,7 +19,8 @@ class TrackHeight(Behavior):
 
     With a contact the height is that of its top, and of the highest where there are several: in the world when the frame knows where the
     hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and by how much the camera is off
-    over all of the contact: what `approach` could not take off, or else what the undeformed membrane shows.
+    over all of the contact: what `approach` could not take off, or else what the undeformed membrane shows. Over a flat top the membrane
+    stands a little higher, as its edges bend it; that is taken off.
 
     Without a contact it is how far the highest place has risen above the first frames, on any soft sensor.
 
@@ -58,12 +61,20 @@ class TrackHeight(Behavior):
             self.context, points, valid, contact.labels, frame.stretch or 0.0, self._curvature()
         )
         keep_how(self.context, by_membrane=by_membrane)
-        off = (
-            0.0
-            if by_membrane
-            else camera_off(self.context, contact.surface, contact.labels, frame.plane_distance or 0.0)
-        )
-        return Estimate(top.value + (frame.hand_height or 0.0), math.hypot(top.sd, off))
+        if not by_membrane:
+            top = self._as_touched(top, contact, frame)
+        return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
+
+    def _as_touched(self, top: Estimate, contact: Contact, frame: DepthFrame) -> Estimate:
+        """Return the height of what is touched, as far as the contact tells it: a flat top lifts the membrane by its edges."""
+        off = camera_off(self.context, contact.surface, contact.labels, frame.plane_distance or 0.0)
+        lift = Estimate(0.0, 0.0)
+        if self.sphere is None:
+            thickness = self.context.hand.geometry.thickness
+            with suppress(NoAnswer):
+                strain = strain_of(self.context, frame.stretch or 0.0)
+                lift = perception.lift_off(contact.surface, contact.labels, top.value, thickness, strain)
+        return Estimate(top.value - lift.value, math.hypot(top.sd, off, lift.sd))
 
     def _curvature(self) -> Estimate | None:
         return None if self.sphere is None else Estimate(self.sphere.curvature, self.sphere.curvature_sd)

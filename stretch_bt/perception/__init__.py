@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stretch_bt.perception.deprojection import to_membrane as to_membrane
     from stretch_bt.perception.deprojection import view_rays as view_rays
     from stretch_bt.perception.detect import ContactDetector as ContactDetector
+    from stretch_bt.perception.drum import lift_off as lift_off
     from stretch_bt.perception.hanging import pulled_down as pulled_down
     from stretch_bt.perception.height import top_of_points as top_of_points
     from stretch_bt.perception.height import track_height as track_height
@@ -136,6 +137,7 @@ _MODULES = {
     "frame_noise": "noise",
     "fuse_contact": "clouds.fuse",
     "highest_of": "outlines.level",
+    "lift_off": "drum",
     "load_depth_png": "io",
     "load_depth_stack": "io",
     "mask_membrane": "mask",
@@ -208,6 +210,7 @@ __all__ = [
     "frame_noise",
     "fuse_contact",
     "highest_of",
+    "lift_off",
     "load_depth_png",
     "load_depth_stack",
     "mask_membrane",

@@ -142,6 +142,12 @@ class Top:
         return float(self.q[3] + self.q[5]) / 2.0 / self.size**2
 
     @property
+    def curvature_sd(self) -> float:
+        """Standard deviation of that, 1/m."""
+        row = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.5])
+        return math.sqrt(max(float(row @ self.covariance @ row), 0.0)) / self.size**2
+
+    @property
     def sag(self) -> Estimate:
         """How far it falls, m, as far out as makes the mean of a disc half of that lower than its top."""
         row = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 1.0])

@@ -1,0 +1,68 @@
+"""How far a membrane that resists bending stands above a flat top: its edges lift it, and it spans the rest as a drum."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.perception.robust import quantile
+from stretch_bt.perception.top import Points, Top
+from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray
+from stretch_bt.units import Estimate
+
+__all__ = ["lift_off"]
+
+# Over 300 discs and blocks of 12 to 40 mm with edges of 0.5 to 10 mm under the solved sheet, 1 and 2 mm thick, pressed 3 to 14 mm deep at
+# stretches of 0 to 60 mm (`python -m benchmarks.lift_off`): the powers of depth, thickness, strain and half the size, all in m, the
+# factor, and the standard deviation as a part of it.
+FACTOR, DEPTH, THICKNESS, STRAIN, SIZE = 5.54, 0.855, 1.355, -0.368, -0.429
+PART = 0.4
+SLOPE = 40.0  # 1/m; slope of the skirt over the depth of the press: a round top whose membrane leaves it without a bend has it at its rim
+INSIDE = 0.75  # of the contact's radius, within which its curvature is told
+MOST, LEAST = 4000, 30  # points of the contact that are looked at
+
+
+def lift_off(points: FloatArray, labels: LabelArray, height: float, thickness: float, strain: float) -> Estimate:
+    """Return how far the membrane stands above the top of what it touches, m: none over a round top, all of it over a flat one.
+
+    Parameters
+    ----------
+    points : (h, w, 3) float, m, membrane frame
+    labels : (h, w) uint8
+        Classes as `segment` gives them.
+    height : m
+        That of the membrane's top above its clamps.
+    thickness : m
+        Of the membrane.
+    strain
+        By which the free membrane is stretched in its mounts, above 0.
+
+    Raises
+    ------
+    InvalidInput
+        Thickness or strain is not above 0.
+    NoContact, IllConditioned
+        Too little is seen of the contact to tell whether it is flat.
+    """
+    if not (thickness > 0.0 and strain > 0.0):
+        raise InvalidInput(f"thickness and strain must be above 0, not {thickness} m and {strain}")
+    cloud = points.reshape(-1, 3)[labels.reshape(-1) == CONTACT]
+    cloud = cloud[np.isfinite(cloud).all(axis=1)][:: max(1, len(cloud) // MOST)].astype(np.float64).T
+    if cloud.shape[1] < LEAST:
+        raise NoContact(
+            f"only {cloud.shape[1]} points in contact have depth, too few to tell whether the top is flat; press deeper"
+        )
+    middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
+    away = (cloud[0] - middle[0]) ** 2 + (cloud[1] - middle[1]) ** 2
+    radius = math.sqrt(2.0 * quantile(away))
+    near = np.ascontiguousarray(cloud[:, away <= (INSIDE * radius) ** 2])
+    if height <= 0.0 or radius <= 0.0 or near.shape[1] < LEAST:
+        raise IllConditioned(f"a contact that stands {1e3 * height:.2g} mm high tells no lift; press deeper")
+    top = Top(Points(near, np.arange(near.shape[1])), middle, even=True)
+    most = FACTOR * height**DEPTH * thickness**THICKNESS * strain**STRAIN * radius**SIZE
+    tangent = SLOPE * height / radius
+    flat = min(max(1.0 - top.curvature / tangent, 0.0), 1.0)
+    unsure = top.curvature_sd / tangent
+    return Estimate(flat * most, most * min(math.hypot(PART * flat, unsure), 1.0))
