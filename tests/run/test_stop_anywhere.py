@@ -191,9 +191,11 @@ def check_replay(trouble: Trouble, result: RunResult) -> None:
         assert again.first_difference["tick"] >= trouble.tick
 
 
-@pytest.mark.parametrize(("ways", "every"), [(1, 5), pytest.param(4, 1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("ways", "every"), [(1, 10), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((1, 5), (4, 1)))]
+)
 def test_ticks_under_mocks(ways: int, every: int, tmp_path: Path) -> None:
-    """Every fifth tick in one way, in turn; or each in all four."""
+    """Every tenth or fifth tick in one way, in turn; or each in all four."""
     (tmp_path / "mocks.yaml").write_text(MOCKS, encoding="utf-8")
     mocks = tmp_path / "mocks.yaml"
     whole = run(TREE, mocks=mocks, out=tmp_path / "whole")
