@@ -52,8 +52,8 @@ ENDS = [
 ]
 #: of these, what others stand for, by what is seen of them and said
 ALIKE = {"reset", "slow", "late", "loss", "clock", "dark", "truncate", "garbage", "jump"}
-#: left out by the same judgement of a frame, which `test_camera_frames.py` holds to each
-ALIKE_HARMLESS = {"reorder", "clock", "stale", "dark"}
+#: those of which a lasting one is in the default run
+LASTING = {"repeat", "stale", "torn", "corrupt"}
 # (fault, parameters, the counter that shows it)
 HARMLESS = [
     ("loss", {"part": 0.4}, "lost"),
@@ -143,7 +143,7 @@ def test_a_fault_stays_until_a_new_run(camera, fault, parameters, kind, said):
 
 @pytest.mark.parametrize(
     ("fault", "parameters", "counter"),
-    [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in ALIKE_HARMLESS else []) for row in HARMLESS],
+    [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in LASTING else []) for row in HARMLESS],
 )
 def test_a_frame_that_is_bad_is_left_out_and_does_no_harm(camera, fault, parameters, counter):
     device, stand_in = camera
