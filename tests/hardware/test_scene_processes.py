@@ -42,7 +42,6 @@ QUIET = """\
 format: stretch-scene/1
 object: {type: sphere, diameter: 30 mm, rigid: true}
 effects: {arm_force_noise: {sd: 1 mN}, force_sensor_noise: {sd: 1 mN}, fixed_pattern: off}
-fidelity: hertz
 """
 TWIN_PROCESS = "stretch_bt.hardware.emulators.twin_process"
 #: where the hand is above the lump, pressing it, and after it rolled it, (x, height), m; and by how much it goes on at once, m
@@ -94,7 +93,7 @@ def difference(frame, wanted):
 def test_an_object_goes_back_to_what_it_was_with_every_new_cell(tmp_path, own_hosts):
     """What is served again knows nothing of what was served before, and nothing of it is left."""
     scene = tmp_path / "scene.yaml"
-    scene.write_text(QUIET)
+    scene.write_text(QUIET + "fidelity: hertz\n")
     for _ in range(2):
         with serving_elsewhere(["ur"], scene=str(scene), host=next(own_hosts)) as servers:
             pids = [process.pid for process in servers.processes]
