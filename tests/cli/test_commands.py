@@ -168,7 +168,8 @@ def test_a_new_node_runs_in_a_tree(cli, tmp_path):
     assert json.loads(done.stdout)["outputs"]["k"] == {"value": 0.5, "unit": "N/mm", "sd": None}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_with_130_and_a_whole_record(tmp_path, number):
     command = [sys.executable, "-m", "stretch_bt.cli", "run", "palpate_stiffness", "--json", "--out", "record"]
     process = subprocess.Popen(
@@ -210,7 +211,7 @@ def test_press_shows_its_warnings_beside_its_answer(cli):
     assert "finer mesh" in err
 
 
-@pytest.mark.parametrize("solver", ["hertz", "axisymmetric"])
+@pytest.mark.parametrize("solver", ["hertz", pytest.param("axisymmetric", marks=pytest.mark.slow)])
 def test_press_states_no_error_of_a_model_whose_error_is_unknown(cli, solver):
     wanted = ["--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "10mm", "--solver", solver]
     code, out, err = cli("press", *wanted)

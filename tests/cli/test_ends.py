@@ -110,7 +110,9 @@ def test_the_handler_stands_before_anything_heavy_is_imported():
     assert {*long, "json", "typing", "re"}.isdisjoint(loaded)
 
 
-@pytest.mark.parametrize("command", [("run", "tree.yaml"), ("check", "tree.yaml")])
+@pytest.mark.parametrize(
+    "command", [("run", "tree.yaml"), pytest.param(("check", "tree.yaml"), marks=pytest.mark.slow)]
+)
 def test_a_signal_while_modules_are_imported_is_answered_with_the_json(own, command):
     env = {**os.environ, "STAGE": "import"}
     ended = called(*command, "--json", env=env, capture_output=True)
@@ -167,13 +169,16 @@ def test_a_full_standard_error_stops_neither_ticks_nor_end(own, full, options):
     assert (ended.returncode, status) == (0, "SUCCESS")
 
 
+@pytest.mark.slow
 def test_a_signal_is_heard_behind_a_full_standard_error(own, full):
     env = {**os.environ, "WORDS": str(3 * ROOM), "STAGE": "tick"}
     ended = called("run", "tree.yaml", "--json", env=env, stdout=subprocess.PIPE, stderr=full)
     assert (ended.returncode, json.loads(ended.stdout)["status"]) == (130, "INTERRUPTED")
 
 
-@pytest.mark.parametrize("closed", ["1>&-", pytest.param("2>&-", marks=pytest.mark.slow), "0<&- 1>&- 2>&-"])
+@pytest.mark.parametrize(
+    "closed", [*(pytest.param(one, marks=pytest.mark.slow) for one in ("1>&-", "2>&-")), "0<&- 1>&- 2>&-"]
+)
 def test_closed_outputs_change_nothing_of_a_run(own, closed):
     line = f"exec {' '.join(COMMAND)} run tree.yaml --json --out record {closed}"
     ended = subprocess.run(line, shell=True, capture_output=True, timeout=LONG)

@@ -80,7 +80,9 @@ def test_what_it_refuses_moves_nothing(cli, behind):
     assert not behind.controller.running
 
 
-@pytest.mark.parametrize(("typed", "goes"), [("y\n", True), ("n\n", False), ("", False)])
+@pytest.mark.parametrize(
+    ("typed", "goes"), [("y\n", True), ("", False), pytest.param("n\n", False, marks=pytest.mark.slow)]
+)
 def test_it_asks_and_does_not_move_without_a_yes(cli, behind, monkeypatch, tmp_path, typed, goes):
     (tmp_path / "typed").write_text(typed)
     with (tmp_path / "typed").open() as answers:

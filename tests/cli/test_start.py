@@ -106,7 +106,10 @@ LOST = {
 }
 
 
-@pytest.mark.parametrize(("case", "end"), LOST.items())
+@pytest.mark.parametrize(
+    ("case", "end"),
+    [pytest.param(*row, marks=[pytest.mark.slow] * (k in (1, 2, 4))) for k, row in enumerate(LOST.items())],
+)
 def test_a_run_whose_output_is_lost_ends_with_the_code_of_its_task(own, case, end):
     (outputs, does), (code, is_told) = case, end
     ended = in_shell(f"run tree.yaml --json --out record {outputs}", IN_TICK=does)
@@ -120,7 +123,7 @@ CLOSES = ["os.close(1)", "sys.stdout.close(); sys.stderr.close(); sys.__stdout__
 PRINTS = "os.write(1, b'!'); os.system('echo !'); print('!'); print('!', file=sys.__stdout__, flush=True)"
 
 
-@pytest.mark.parametrize("does", [*CLOSES, PRINTS])
+@pytest.mark.parametrize("does", [*CLOSES[:2], pytest.param(CLOSES[2], marks=pytest.mark.slow), PRINTS])
 def test_nothing_that_a_node_does_to_standard_output_is_in_the_document(own, does):
     ended = in_shell("run tree.yaml --json", IN_TICK=does)
     assert (ended.returncode, json.loads(ended.stdout)["status"]) == (0, "SUCCESS")

@@ -154,7 +154,7 @@ def test_a_script_whose_client_is_gone_is_stopped(cli, cell):
     assert cell["ur"].state()["moved"] == rest["moved"]
 
 
-@pytest.mark.parametrize("ran_before", [False, True])
+@pytest.mark.parametrize("ran_before", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_program_of_somebody_else_is_told_and_goes_on(cli, cell, ran_before):
     """Also where a script of ours ended before: what it wrote in its registers stays."""
     if ran_before:

@@ -1,15 +1,16 @@
 """The page of commissioning is followed on stand-ins, command by command; and its table of peak forces is what the code computes."""
 
+import io
 import os
 import re
 import runpy
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from stretch_bt import check
+from stretch_bt.cli.app import main
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.peak_force import peak_force
@@ -69,23 +70,31 @@ def test_every_command_of_the_page_is_followed_or_named_apart():
     assert sorted({*commands()}) == sorted({*FOLLOWED, *APART})
 
 
-def test_the_page_can_be_followed_on_the_stand_ins(folder):
+@pytest.fixture
+def followed(folder, monkeypatch, capfd):
+    """Carry out a command in the folder of the page, with a yes to what it asks: (exit code, standard output, standard error)."""
+    monkeypatch.chdir(folder)
+
+    def follow(command):
+        monkeypatch.setattr(sys, "argv", command.split())
+        monkeypatch.setattr(sys, "stdin", io.StringIO("y\n"))
+        with pytest.raises(SystemExit) as exited:
+            main()
+        return exited.value.code or 0, *capfd.readouterr()
+
+    return follow
+
+
+def test_the_page_can_be_followed_on_the_stand_ins(followed):
     try:
         library()
     except ImportError as error:
         pytest.skip(str(error))
     with serving_elsewhere(["ur", "robotiq", "ati", "realsense"], host=HOST):
         for command in (line for line in commands() if line in FOLLOWED):
-            done = subprocess.run(
-                [sys.executable, "-m", "stretch_bt.cli", *command.split()[1:]],
-                cwd=folder,
-                input="y\n",
-                capture_output=True,
-                text=True,
-                timeout=100,
-            )
+            ended, out, err = followed(command)
             code, said = FOLLOWED[command]
-            assert (done.returncode, said in done.stdout) == (code, True), f"{command}\n{done.stdout}\n{done.stderr}"
+            assert (ended, said in out) == (code, True), f"{command}\n{out}\n{err}"
 
 
 CELL = """\

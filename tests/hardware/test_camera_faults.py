@@ -51,7 +51,9 @@ ENDS = [
     ("jump", {}, DeviceFault, "its clock jumped ahead by"),
 ]
 #: of these, what others stand for, by what is seen of them and said
-ALIKE = {"reset", "slow", "late"}
+ALIKE = {"reset", "slow", "late", "loss", "clock", "dark", "truncate", "garbage", "jump"}
+#: those of which a lasting one is in the default run
+LASTING = {"repeat", "stale", "torn", "corrupt"}
 # (fault, parameters, the counter that shows it)
 HARMLESS = [
     ("loss", {"part": 0.4}, "lost"),
@@ -120,7 +122,7 @@ def test_every_fault_is_in_a_table():
 
 @pytest.mark.parametrize(
     ("fault", "parameters", "kind", "said"),
-    [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in ALIKE else []) for row in ENDS],
+    [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in ALIKE or row[1] else []) for row in ENDS],
 )
 def test_a_fault_stays_until_a_new_run(camera, fault, parameters, kind, said):
     device, stand_in = camera
@@ -139,7 +141,10 @@ def test_a_fault_stays_until_a_new_run(camera, fault, parameters, kind, said):
     assert anew(device).value.raw.any()
 
 
-@pytest.mark.parametrize(("fault", "parameters", "counter"), HARMLESS)
+@pytest.mark.parametrize(
+    ("fault", "parameters", "counter"),
+    [pytest.param(*row, marks=[pytest.mark.slow] if row[0] in LASTING else []) for row in HARMLESS],
+)
 def test_a_frame_that_is_bad_is_left_out_and_does_no_harm(camera, fault, parameters, counter):
     device, stand_in = camera
     before = getattr(device.driver.counters(), counter)

@@ -19,7 +19,9 @@ NETWORK = ("robotiq-rtu", "robotiq-tcp", "urcap")
 TIMEOUT = "300 ms"
 #: wires on which these losses are what they are on the first one
 ALIKE = ("robotiq-tcp", "robotiq-serial")
-LIKE_RTU = ("reset", "slow", "late", "truncate", "garbage")
+OF_THEIR_OWN = ("drop", "refuse")
+#: that the second driver takes as the first one does
+LIKE_RTU = ("reset", "slow", "late", "truncate", "corrupt")
 
 # (kinds, fault, parameters, what the fault says)
 LOSSES = [
@@ -42,6 +44,11 @@ OWN = [
     ("deactivate", {}, "lost its activation"),
     ("stall", {}, "the fingers do not move"),
 ]
+
+
+def repeats(kind, fault):
+    """Return whether a loss is on a wire what it is on another one."""
+    return fault not in OF_THEIR_OWN if kind in ALIKE else kind == "urcap" and fault in LIKE_RTU
 
 
 @pytest.fixture
@@ -82,7 +89,7 @@ def test_every_fault_is_in_a_table():
 @pytest.mark.parametrize(
     ("kind", "fault", "parameters", "said"),
     [
-        pytest.param(k, f, p, s, marks=[pytest.mark.slow] if k in ALIKE and f in LIKE_RTU else [])
+        pytest.param(k, f, p, s, marks=[pytest.mark.slow] if repeats(k, f) else [])
         for kinds, f, p, s in LOSSES
         for k in kinds
     ],
@@ -115,8 +122,15 @@ def test_a_loss_ends_the_motion_and_nothing_moves_until_a_new_run(moving, clock,
     eventually(lambda: cell.stand_in.state()["moving"])
 
 
-@pytest.mark.parametrize(("fault", "parameters", "said"), OWN, ids=lambda p: str(p)[:24])
-@pytest.mark.parametrize("kind", ["robotiq-rtu", "urcap"])
+@pytest.mark.parametrize(
+    ("kind", "fault", "parameters", "said"),
+    [
+        pytest.param(kind, *row, marks=[pytest.mark.slow] if kind == "urcap" and 0 < k < len(FAULTS) else [])
+        for kind in ("robotiq-rtu", "urcap")
+        for k, row in enumerate(OWN)
+    ],
+    ids=lambda p: str(p)[:24],
+)
 def test_a_fault_of_the_gripper_ends_the_motion(moving, clock, advance, kind, fault, parameters, said):
     cell, gripper, motion = moving(kind)
     cell.stand_in.inject(fault, parameters)
@@ -172,7 +186,7 @@ def test_what_happens_while_the_fingers_stand_is_told_once_by_a_reading(make_cel
     assert gripper.state is DeviceState.READY
 
 
-@pytest.mark.parametrize("kind", NETWORK)
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=[pytest.mark.slow] * (k in ALIKE)) for k in NETWORK])
 def test_fingers_whose_wire_broke_once_are_held_on_a_new_connection(moving, clock, kind):
     cell, _, motion = moving(kind)
     cell.stand_in.inject("reset")
@@ -221,7 +235,7 @@ def test_an_object_blocks_the_fingers_either_way(make_cell, advance, kind):
 
 
 @pytest.mark.parametrize("fault", ["corrupt", "truncate", "garbage", "freeze", "slow"])
-@pytest.mark.parametrize("kind", ALL)
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=[pytest.mark.slow] * (k in ALIKE)) for k in ALL])
 def test_one_bad_answer_is_asked_for_again(make_cell, advance, kind, fault):
     """And an answer that came too late is never taken for one to a later question."""
     cell = make_cell(kind, timeout=TIMEOUT)

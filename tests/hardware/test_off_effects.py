@@ -14,6 +14,7 @@ SPEED = 0.1  # m/s
 #: scenes that have on what another one has on
 ALIKE = {
     *("calibration_cone", "calibration_cylinder", "paper_pyramid", "wire_circle", "wire_triangle"),
+    *("air_balloon", "seeds_balloon", "pudding_balloon", "wooden_cube", "paper_cube", "paper_half_cylinder"),
     *("wooden_bridge", "wooden_half_cylinder", "wooden_prism"),
 }
 

@@ -90,10 +90,12 @@ def difference(frame, wanted):
     return float(np.median(np.abs(seen - wanted)[both]))
 
 
-def test_an_object_goes_back_to_what_it_was_with_every_new_cell(own_hosts):
+def test_an_object_goes_back_to_what_it_was_with_every_new_cell(tmp_path, own_hosts):
     """What is served again knows nothing of what was served before, and nothing of it is left."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(QUIET + "fidelity: hertz\n")
     for _ in range(2):
-        with serving_elsewhere(["ur"], scene="calibration_sphere", host=next(own_hosts)) as servers:
+        with serving_elsewhere(["ur"], scene=str(scene), host=next(own_hosts)) as servers:
             pids = [process.pid for process in servers.processes]
             assert servers.stand_ins["ur"].state()["height"] == pytest.approx(0.2)
         assert not any(os.path.exists(f"/proc/{pid}") for pid in pids)  # noqa: PTH110

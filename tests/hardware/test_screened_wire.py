@@ -66,7 +66,9 @@ def test_the_rest_of_the_wire_is_as_it_is():
     assert (wire.connect, wire.go, wire.hold) == (answers.connect, answers.go, answers.hold)
 
 
-@pytest.mark.parametrize("kind", ["robotiq-rtu", "robotiq-tcp", "urcap"])
+@pytest.mark.parametrize(
+    "kind", ["robotiq-rtu", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("robotiq-tcp", "urcap"))]
+)
 def test_some_wild_positions_do_no_harm(make_cell, kind):
     cell = make_cell(kind)
     gripper = cell.devices["gripper"]

@@ -75,10 +75,15 @@ def silenced(folder, servers, host, phase, camera):
     ("phase", "camera"),
     [
         ("approach", True),
-        ("set_stretch", False),
         *(
             pytest.param(*case, marks=pytest.mark.slow)
-            for case in (("approach", False), ("roll", False), ("roll", True), ("set_stretch", True))
+            for case in (
+                ("set_stretch", False),
+                ("approach", False),
+                ("roll", False),
+                ("roll", True),
+                ("set_stretch", True),
+            )
         ),
     ],
 )
@@ -128,7 +133,7 @@ def send(number, processes):
 
 
 @pytest.mark.parametrize(
-    ("camera", "phase"), [pytest.param(False, "set_stretch", marks=pytest.mark.slow), (True, "approach")]
+    ("camera", "phase"), [(False, "set_stretch"), pytest.param(True, "approach", marks=pytest.mark.slow)]
 )
 def test_a_driver_that_is_stopped_when_its_run_is_killed_is_not_left(
     request, servers, own_hosts, tmp_path, camera, phase

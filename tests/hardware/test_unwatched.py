@@ -48,7 +48,7 @@ MOVES = {
 }
 
 
-@pytest.mark.parametrize("device", MOVES)
+@pytest.mark.parametrize("device", ["arm", pytest.param("gripper", marks=pytest.mark.slow)])
 def test_a_node_that_hangs_has_what_moves_stopped(own_hosts, tmp_path, monkeypatch, device):
     step, place, (begin, most) = MOVES[device]
     monkeypatch.setattr(registry, "_nodes", registry.load_all())  # what is registered here is forgotten after it
@@ -67,7 +67,7 @@ def test_a_node_that_hangs_has_what_moves_stopped(own_hosts, tmp_path, monkeypat
     assert begin < rest < most
 
 
-@pytest.mark.parametrize("kind", ["robotiq-rtu", "urcap"])
+@pytest.mark.parametrize("kind", ["robotiq-rtu", pytest.param("urcap", marks=pytest.mark.slow)])
 def test_fingers_that_nobody_looks_at_are_held(make_cell, clock, kind):
     cell = make_cell(kind)
     gripper = cell.devices["gripper"]

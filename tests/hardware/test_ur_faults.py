@@ -55,7 +55,20 @@ OWN = [
     ("wall", {"height": 0.18, "stiffness": 20000.0}, "N is past the limit of the cell|N in one sample is past"),
 ]
 #: faults that another one here stands for, by what the arm sees of them and says
-ALIKE = {"close", "reset", "slow", "garbage", "home", "stall", "wall"}
+ALIKE = {
+    "close",
+    "reset",
+    "slow",
+    "late",
+    "truncate",
+    "garbage",
+    "home",
+    "no_solution",
+    "violation",
+    "stall",
+    "wall",
+    "power_off",
+}
 POWER = [("emergency_stop", "emergency stop: release the button"), ("power_off", "the control script ended")]
 #: of a controller before it is connected, and one that does no harm
 OTHERS = {"registers", "local", "loss"}
@@ -224,7 +237,7 @@ def test_a_part_of_the_packages_is_enough(moving):
     ("prepare", "said"),
     [
         (lambda s: s.inject("registers"), "already in use"),
-        (lambda s: s.inject("power_off"), "switch power and brakes on"),
+        pytest.param(lambda s: s.inject("power_off"), "switch power and brakes on", marks=pytest.mark.slow),
         (lambda s: s.inject("protective_stop", {"locked": 0.0}), "protective stop: .* unlock it at the pendant"),
         (lambda s: s.controller.load(iter(lambda: None, 0), 0.0), "runs a program"),
     ],
@@ -324,7 +337,7 @@ def test_a_stop_that_would_take_longer_than_the_watchdog_waits_is_made_sooner(st
         cell.close()
 
 
-@pytest.mark.parametrize("limit", ["force", "depth"])
+@pytest.mark.parametrize("limit", ["force", pytest.param("depth", marks=pytest.mark.slow)])
 def test_an_arm_that_stands_past_a_limit_is_in_fault_until_a_new_run(moving, limit):
     cell, arm, _ = moving()
     arm.stop()
@@ -467,7 +480,9 @@ time.sleep(60)
 """
 
 
-@pytest.mark.parametrize("both", [False, True], ids=["the run alone", "its driver too"])
+@pytest.mark.parametrize(
+    "both", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["the run alone", "its driver too"]
+)
 def test_killing_the_run_stops_the_arm_and_leaves_no_process(stand_in, live_cell, both):
     behind, _ = stand_in("ur")
     path = live_cell("ur", "rtde", behind.host, **DEADLINES)

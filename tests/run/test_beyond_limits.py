@@ -55,14 +55,22 @@ def cell(tmp_path_factory):
 
 
 #: whose limit is met as another of them
-ALIKE = ("set_stretch: {stretch: 10 mm, speed: 60 mm/s}", "press: {depth: 9 mm}", "move_over: {x: 60 mm, y: 0 mm}")
+ALIKE = (
+    "set_stretch: {stretch: 10 mm, speed: 60 mm/s}",
+    "press: {depth: 9 mm}",
+    "press: {depth: 5 mm, speed: 30 mm/s}",
+    "move_over: {x: 60 mm, y: 0 mm}",
+)
 
 
 @pytest.mark.parametrize("node", [pytest.param(n, marks=[pytest.mark.slow] * (n in ALIKE)) for n in BEYOND])
 def test_a_plan_beyond_a_limit_fails_by_its_port_and_the_tree_goes_on(cell, tmp_path, node):
+    own = Path(stretch_bt.__file__).parent / "trees" / "scenes" / "calibration_cylinder.yaml"
+    quick = tmp_path / "scene.yaml"
+    quick.write_text(own.read_text("utf-8") + "fidelity: hertz\n", "utf-8")
     tree, name = tmp_path / "tree.yaml", node.partition(":")[0]
     tree.write_text(TREE.format(node=node), "utf-8")
-    result = run(tree, cell=cell, scene="calibration_cylinder", out=tmp_path / "record")
+    result = run(tree, cell=cell, scene=quick, out=tmp_path / "record")
     assert (result.status, result.outputs["caught"]["value"]) == ("SUCCESS", True), result.reason
     events = [json.loads(line) for line in (tmp_path / "record" / "events.jsonl").read_text("utf-8").splitlines()]
     own = [event for event in events if event.get("path", event.get("owner", "")).endswith(f"/{name}")]

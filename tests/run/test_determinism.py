@@ -2,6 +2,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,9 @@ def test_another_seed_gives_other_readings(jobs: dict[str, dict[str, Any]], tmp_
 def test_fresh_processes_with_other_hash_seeds_give_the_same_log(
     jobs: dict[str, dict[str, Any]], tmp_path: Path
 ) -> None:
+    own = files("stretch_bt") / "trees" / "scenes" / "water_balloon.yaml"
+    (tmp_path / "scene.yaml").write_text(own.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
+    jobs["twin"]["scene"] = tmp_path / "scene.yaml"
     asked = {name: {key: str(value) for key, value in job.items()} for name, job in jobs.items()}
     digests: dict[str, set[str]] = {name: set() for name in jobs}
     for hash_seed in ("1", "4242"):

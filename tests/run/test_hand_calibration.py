@@ -33,6 +33,7 @@ SCENE = """\
 format: stretch-scene/1
 object: {type: sphere, diameter: 20 mm, rigid: true, base: 40 mm}
 hand: {camera: {x: X mm, y: Y mm, z: Z mm, tilt_x: A deg, tilt_y: B deg}}
+fidelity: hertz
 """
 WIRED = """\
 format: stretch-cell/1
@@ -163,7 +164,7 @@ def test_nothing_moves_without_a_word_and_a_fault_on_the_way_stops_the_fingers(w
     assert not (tmp_path / "no.yaml").exists()
 
 
-@pytest.mark.parametrize("fault", [None, "drop", "another interrupt"])
+@pytest.mark.parametrize("fault", [None, "drop", pytest.param("another interrupt", marks=pytest.mark.slow)])
 def test_an_interrupt_on_the_way_stops_the_fingers_or_says_that_they_go_on_and_writes_nothing(
     wired, tmp_path, monkeypatch, fault
 ):

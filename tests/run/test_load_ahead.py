@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from importlib.resources import files
 
 import pytest
 
@@ -22,8 +23,7 @@ class Imports(Onlooker):
         known.update(sys.modules)
 
 imports = Imports()
-params = json.loads(sys.argv[3])
-result = run(sys.argv[1], out=sys.argv[2], params=params, watch=lambda runner: runner.watchers.append(imports))
+result = run(sys.argv[1], out=sys.argv[2], **json.loads(sys.argv[3]), watch=lambda runner: runner.watchers.append(imports))
 print(json.dumps([result.status, sorted(name for name in late if not name.startswith("stretch_bt.simulation"))]))
 """
 
@@ -31,12 +31,17 @@ print(json.dumps([result.status, sorted(name for name in late if not name.starts
 @pytest.mark.parametrize(
     ("tree", "params"),
     [
-        ("palpate_stiffness", {"touch_frames": 2, "sensing_frames": 2, "hold": 0.0, "settle": 0.0}),
+        ("palpate_stiffness", {"touch_frames": 2, "sensing_frames": 2, "hold": 0.0, "settle": 0.0, "model": "paper"}),
         *(pytest.param(tree, {}, marks=pytest.mark.slow) for tree in ("form_cookie_fast", "reconstruct")),
     ],
 )
 def test_a_task_loads_nothing_while_it_runs(tmp_path, tree, params):
-    asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record", json.dumps(params)]
+    options = {"params": params}
+    if params:
+        own = files("stretch_bt") / "trees" / "scenes" / "water_balloon.yaml"
+        (tmp_path / "scene.yaml").write_text(own.read_text("utf-8") + "fidelity: hertz\n", "utf-8")
+        options["scene"] = str(tmp_path / "scene.yaml")
+    asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record", json.dumps(options)]
     done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout) == ["SUCCESS", []]
 

@@ -25,7 +25,7 @@ T = TypeVar("T")
 SAMPLES = [Path(__file__).parent / "samples" / "every_construct.yaml", *(shipped(f"{t}.yaml") for t in shipped_trees())]
 TEXTS = {path.stem: path.read_text("utf-8") for path in SAMPLES}
 #: what each says is much of what another of the samples says
-ALIKE = ("palpate_active", "palpate_stiffness", "form_cookie", "form_cookie_fast", "contact_sensitivity")
+ALIKE = ("palpate_active", "palpate_stiffness", "form_cookie", "form_cookie_fast", "contact_sensitivity", "reconstruct")
 samples = pytest.mark.parametrize(
     "sample", [pytest.param(name, marks=[pytest.mark.slow] * (name in ALIKE)) for name in TEXTS]
 )

@@ -142,7 +142,9 @@ def test_what_a_tree_can_reach_is_found_with_its_path(held, case):
         assert (one.line, one.column) == (3, 10)
 
 
-@pytest.mark.parametrize("cell", ["lab_ur5", "lab_ur5e", "simulated"])
+@pytest.mark.parametrize(
+    "cell", ["lab_ur5", *(pytest.param(cell, marks=pytest.mark.slow) for cell in ("lab_ur5e", "simulated"))]
+)
 @pytest.mark.parametrize("tree", sorted(TREES.glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_trees_ask_for_nothing_that_shipped_cells_do_not_allow(tree, cell):
     found = check(tree, cell=cell)

@@ -191,9 +191,11 @@ def check_replay(trouble: Trouble, result: RunResult) -> None:
         assert again.first_difference["tick"] >= trouble.tick
 
 
-@pytest.mark.parametrize(("ways", "every"), [(1, 5), pytest.param(4, 1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("ways", "every"), [(1, 10), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((1, 5), (4, 1)))]
+)
 def test_ticks_under_mocks(ways: int, every: int, tmp_path: Path) -> None:
-    """Every fifth tick in one way, in turn; or each in all four."""
+    """Every tenth or fifth tick in one way, in turn; or each in all four."""
     (tmp_path / "mocks.yaml").write_text(MOCKS, encoding="utf-8")
     mocks = tmp_path / "mocks.yaml"
     whole = run(TREE, mocks=mocks, out=tmp_path / "whole")
@@ -223,11 +225,13 @@ def small_twin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return {"cell": folder / "small.yaml", "scene": folder / "scene.yaml", "params": params}
 
 
-def test_four_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any]) -> None:
+@pytest.mark.parametrize("numbers", [(0, 3), pytest.param((1, 2), marks=pytest.mark.slow)])
+def test_four_ticks_in_the_twin(tmp_path: Path, small_twin: dict[str, Any], numbers: tuple[int, ...]) -> None:
     whole = run(TREE, out=tmp_path / "whole", **small_twin)
     assert whole.status == "SUCCESS"
     chosen = sorted(random.Random(7).sample(range(1, whole.ticks), 4))
-    for number, tick in enumerate(chosen):
+    for number in numbers:
+        tick = chosen[number]
         trouble, result = stopped(WAYS[number % 4], tick, tmp_path / str(tick), **small_twin)
         assert trouble.made
         check_end(trouble, result)

@@ -53,8 +53,18 @@ def executed(folder):
     return sorted(path.name for path in folder.rglob("*.ran"))
 
 
-@pytest.mark.parametrize("python", [(COMMAND,), (sys.executable, "-m", "stretch_bt.cli")])
-@pytest.mark.parametrize("verb", ["check", "run", "show"])
+PYTHON = (sys.executable, "-m", "stretch_bt.cli")
+
+
+@pytest.mark.parametrize(
+    ("python", "verb"),
+    [
+        ((COMMAND,), "check"),
+        (PYTHON, "run"),
+        *(pytest.param((COMMAND,), verb, marks=pytest.mark.slow) for verb in ("run", "show")),
+        *(pytest.param(PYTHON, verb, marks=pytest.mark.slow) for verb in ("check", "show")),
+    ],
+)
 def test_a_module_of_the_current_folder_is_not_executed(folders, python, verb):
     trees, elsewhere = folders
     put(elsewhere, "their_nodes.py")
@@ -95,15 +105,22 @@ def test_a_library_below_the_tree_brings_modules_and_one_elsewhere_does_not(fold
     assert executed(elsewhere) == []
 
 
-@pytest.mark.parametrize("name", ["json", "numpy", "colorsys", "stretch_bt"])
-def test_a_module_beside_the_tree_takes_no_installed_name(folders, name):
+def found_in_each(cwd, paths):
+    """Return the one finding in each of some trees."""
+    found = json.loads(command(cwd, "check", *map(str, paths), "--json").stdout)
+    assert [finding["file"] for finding in found] == [str(path) for path in paths]
+    return found
+
+
+def test_a_module_beside_the_tree_takes_no_installed_name(folders):
     trees, elsewhere = folders
-    put(trees, f"{name}.py")
-    put(trees, "tree.yaml", TREE % (name, ""))
-    [found] = json.loads(command(elsewhere, "check", str(trees / "tree.yaml"), "--json").stdout)
-    assert found["code"] == "import"
-    assert "has the name of another one" in found["message"]
-    assert found["hint"] == "rename the module beside the tree"
+    names = ["json", "numpy", "colorsys", "stretch_bt"]
+    for name in names:
+        put(trees / name, f"{name}.py")
+    for found in found_in_each(elsewhere, [put(trees / name, "tree.yaml", TREE % (name, "")) for name in names]):
+        assert found["code"] == "import"
+        assert "has the name of another one" in found["message"]
+        assert found["hint"] == "rename the module beside the tree"
     assert executed(trees) == []
 
 
@@ -148,21 +165,23 @@ def test_mocks_bring_the_modules_of_a_tree_beside_them_only(folders, beside):
     assert executed(trees) == (["own_nodes.py.ran"] if beside else [])
 
 
-@pytest.mark.parametrize("name", ["..own", ".own", "a-b", "own.py/x", "own nodes", "/own", "typer.__main__"])
-def test_what_is_no_name_of_a_module_is_said(folders, name):
+def test_what_is_no_name_of_a_module_is_said(folders):
     trees, elsewhere = folders
-    put(trees, "tree.yaml", TREE % (f"'{name}'", ""))
-    [found] = json.loads(command(elsewhere, "check", str(trees / "tree.yaml"), "--json").stdout)
-    assert found["code"] == "import"
-    assert "not the name of a Python module" in found["message"], found
+    names = ["..own", ".own", "a-b", "own.py/x", "own nodes", "/own", "typer.__main__"]
+    paths = [put(trees, f"tree{k}.yaml", TREE % (f"'{name}'", "")) for k, name in enumerate(names)]
+    for found in found_in_each(elsewhere, paths):
+        assert found["code"] == "import"
+        assert "not the name of a Python module" in found["message"], found
 
 
 def test_a_record_executes_no_module_unless_it_is_trusted(folders):
+    """And a replay knows the modules that its nodes import from beside the tree."""
     trees, elsewhere = folders
     put(trees, "own_nodes.py", "import own_helper\n" + LEAVE + NODE)
     put(trees, "own_helper.py", LEAVE)
     put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
     assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
+    assert "own_helper" in json.loads((elsewhere / "record" / "run.json").read_text())["modules"]
     for left in executed(trees):
         (trees / left).unlink()
     refused = command(elsewhere, "replay", "record", "--json")
@@ -171,6 +190,8 @@ def test_a_record_executes_no_module_unless_it_is_trusted(folders):
     assert executed(trees) == []
     trusted = command(elsewhere, "replay", "record", "--trust", "--json")
     assert json.loads(trusted.stdout)["identical"]
+    assert json.loads(trusted.stdout)["others"] == []
+    assert "another module" not in trusted.stderr
     assert executed(trees) == ["own_helper.py.ran", "own_nodes.py.ran"]
     said = [line for line in trusted.stderr.splitlines() if line.startswith("executing")]
     assert said == [f"executing {trees.resolve() / name}.py" for name in ("own_nodes", "own_helper")]
@@ -180,8 +201,10 @@ def test_a_record_executes_no_module_unless_it_is_trusted(folders):
     "carried",
     [
         "own_nodes.py",
-        "../own_nodes.py",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("own_nodes/__init__.py", "a/b/own_nodes.py")),
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("../own_nodes.py", "own_nodes/__init__.py", "a/b/own_nodes.py")
+        ),
     ],
 )
 def test_a_record_that_carries_a_module_executes_none(folders, carried):
@@ -221,18 +244,6 @@ def test_a_replay_says_when_its_nodes_are_others(folders):
     [other] = json.loads(done.stdout)["others"]
     assert str(module.resolve()) in other
     assert other in done.stderr
-
-
-def test_a_replay_knows_the_modules_that_its_nodes_import_from_beside_the_tree(folders):
-    trees, elsewhere = folders
-    put(trees, "own_helper.py", "")
-    put(trees, "own_nodes.py", "import own_helper\n" + NODE)
-    put(trees, "tree.yaml", TREE % ("own_nodes", ", own_node: {}"))
-    assert command(elsewhere, "run", str(trees / "tree.yaml"), "--out", "record", "-q").returncode == 0
-    assert "own_helper" in json.loads((elsewhere / "record" / "run.json").read_text())["modules"]
-    done = command(elsewhere, "replay", "record", "--trust", "--json")
-    assert json.loads(done.stdout)["others"] == []
-    assert "another module" not in done.stderr
 
 
 def test_reading_a_tree_leaves_the_path_as_it_was(folders):
