@@ -146,7 +146,13 @@ def test_the_membrane_is_first_taken_where_it_is_softest(characterize):
     targets, said = [], []
     for condition in (True, False):
         result = characterize(
-            params={"diameters": [0.02], "stretches": [0.01, 0.04], "trials": 1, "condition": condition}
+            params={
+                "diameters": [0.02],
+                "stretches": [0.01, 0.04],
+                "depths": [0.0, 0.004],
+                "trials": 1,
+                "condition": condition,
+            }
         )
         table = table_of(result)
         where = table.contact_height[0]

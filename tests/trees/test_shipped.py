@@ -17,6 +17,8 @@ MOCKS = Path(__file__).parent / "mocks"
 TREES = shipped_trees()
 #: trees that move an arm
 MOVING = [tree for tree in TREES if "arm" in load_program(tree).document.devices]
+#: those of them that are interrupted in the default run
+QUICK = ("palpate_stiffness", "reconstruct")
 #: N, at which a run is interrupted
 PRESSED = 0.3
 ENDINGS = ("success", "failure")
@@ -82,7 +84,7 @@ class Interrupts(Onlooker):
             signal.raise_signal(signal.SIGINT)
 
 
-@pytest.mark.parametrize("tree", [pytest.param(t, marks=[pytest.mark.slow] * t.startswith("form")) for t in MOVING])
+@pytest.mark.parametrize("tree", [pytest.param(t, marks=[pytest.mark.slow] * (t not in QUICK)) for t in MOVING])
 def test_the_hand_is_raised_from_the_object_when_a_run_is_interrupted(run, tree):
     onlookers = []
 
