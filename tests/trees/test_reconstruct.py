@@ -76,7 +76,7 @@ HARD = {
 
 
 #: in the default run
-QUICK_ENDS = ("no contact at all", "the first press beside the object")
+QUICK_ENDS = ("no contact at all", "an object outside the reach", "the first press beside the object")
 
 
 @pytest.mark.parametrize(
@@ -92,6 +92,7 @@ def test_a_hard_case_ends_as_expected(reconstruct, name):
         assert abs(result.outputs["height"]["value"] - 40.0) < 0.5
 
 
+@pytest.mark.slow
 def test_an_object_that_moved_between_presses_ends_the_run_and_is_not_averaged_in(reconstruct, monkeypatch):
     asked, confirm = [], SimulatedOperator.confirm
 
