@@ -159,7 +159,9 @@ def test_false_alarms_keep_their_rate_where_noise_is_shared(kernel, memory):
     assert alarms <= 3 * 1e-2 * 450
 
 
-@pytest.mark.parametrize("step", [0.03e-3, 0.1e-3, 0.33e-3])
+@pytest.mark.parametrize(
+    "step", [pytest.param(0.03e-3, marks=pytest.mark.slow), 0.1e-3, pytest.param(0.33e-3, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize(("kernel", "most"), [(0.0, 0.4e-3), (3.0, 2e-3), (6.0, 4e-3)])
 def test_a_press_that_begins_slowly_is_seen_at_once(kernel, most, step):
     v, u = np.mgrid[: SIZE[0], : SIZE[1]]

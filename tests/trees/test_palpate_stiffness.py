@@ -103,6 +103,7 @@ def test_an_object_that_does_not_deform_is_refused_with_the_least_that_its_stiff
     assert float(re.search(r"under (\S+) N", result.reason)[1]) > 1.0, "it was pressed before it was refused"
 
 
+@pytest.mark.slow
 def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_falls(run, pressed):
     forces, watch = pressed
     params = {"max_depth": 0.011, "sensing_depth": 0.010}

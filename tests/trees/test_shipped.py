@@ -18,7 +18,7 @@ TREES = shipped_trees()
 #: trees that move an arm
 MOVING = [tree for tree in TREES if "arm" in load_program(tree).document.devices]
 #: those of them that are interrupted in the default run
-QUICK = ("palpate_stiffness", "reconstruct")
+QUICK = ("reconstruct",)
 #: N, at which a run is interrupted
 PRESSED = 0.3
 ENDINGS = ("success", "failure")
