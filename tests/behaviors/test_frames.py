@@ -194,7 +194,9 @@ def test_approach_gives_up_where_nothing_is(
     assert opened.devices["arm"].pose(1.0).value.height == pytest.approx(0.095)
 
 
-@pytest.mark.parametrize("scene", ["water_balloon", "wooden_cube", "wire_circle", "calibration_cone"])
+@pytest.mark.parametrize(
+    "scene", ["water_balloon", "wooden_cube", pytest.param("wire_circle", marks=pytest.mark.slow), "calibration_cone"]
+)
 def test_approach_refuses_to_begin_in_contact(
     approached: Callable[..., Any], virtual_clock: VirtualClock, scene: str
 ) -> None:

@@ -85,7 +85,7 @@ def test_a_flat_face_is_a_full_disc(surfaces, frame, diameter, depth, least):
     assert (labels[valid & (r < 0.4 * diameter)] == CONTACT).all()
 
 
-@pytest.mark.parametrize("focal", [240.0, 480.0, 960.0])
+@pytest.mark.parametrize("focal", [240.0, 480.0, pytest.param(960.0, marks=pytest.mark.slow)])
 def test_classes_do_not_depend_on_the_pixel_pitch(surfaces, focal):
     lens = surfaces.camera(int(213 * focal / 480), int(333 * focal / 480), focal)
     depth = surfaces.render(surfaces.sphere_press(20e-3, np.radians(35)), lens)
@@ -299,7 +299,9 @@ def test_height_needs_contact_points():
         track_height(points, valid, everywhere)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.15, 0.3, 0.6])
+@pytest.mark.parametrize(
+    "noise", [0.0, pytest.param(0.15, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow), 0.6]
+)
 def test_steps_of_depth_enter_the_deviation_of_a_flat_top_as_far_as_noise_leaves_them(noise):
     step, rng = 0.125e-3, np.random.default_rng(3)
     y, x = np.mgrid[:40, :40] * 4e-4
@@ -348,7 +350,7 @@ def seen_from(distance, profile, lens):
     return 0.5 * (low + high)
 
 
-@pytest.mark.parametrize("rule", ["mean", "either"])
+@pytest.mark.parametrize("rule", ["mean", pytest.param("either", marks=pytest.mark.slow)])
 @settings(max_examples=8)
 @given(
     distance=st.sampled_from([0.15, 0.2, 0.3]),

@@ -141,8 +141,14 @@ def correlated(kernel, memory, count, seed, sd=0.3e-3):
         yield sd * last
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.6, 0.8])
-@pytest.mark.parametrize("kernel", [0.0, 3.0, 8.0])
+@pytest.mark.parametrize(
+    ("kernel", "memory"),
+    [
+        pytest.param(kernel, memory, marks=[pytest.mark.slow] * ((kernel, memory) not in ((0.0, 0.0), (8.0, 0.8))))
+        for kernel in (0.0, 3.0, 8.0)
+        for memory in (0.0, 0.6, 0.8)
+    ],
+)
 def test_false_alarms_keep_their_rate_where_noise_is_shared(kernel, memory):
     alarms = 0
     for seed in range(3):
@@ -153,7 +159,9 @@ def test_false_alarms_keep_their_rate_where_noise_is_shared(kernel, memory):
     assert alarms <= 3 * 1e-2 * 450
 
 
-@pytest.mark.parametrize("step", [0.03e-3, 0.1e-3, 0.33e-3])
+@pytest.mark.parametrize(
+    "step", [pytest.param(0.03e-3, marks=pytest.mark.slow), 0.1e-3, pytest.param(0.33e-3, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize(("kernel", "most"), [(0.0, 0.4e-3), (3.0, 2e-3), (6.0, 4e-3)])
 def test_a_press_that_begins_slowly_is_seen_at_once(kernel, most, step):
     v, u = np.mgrid[: SIZE[0], : SIZE[1]]

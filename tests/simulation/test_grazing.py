@@ -17,7 +17,9 @@ from stretch_bt.simulation.scene.sections import MOUNT_PRESTRETCH, SHEAR_MODULUS
 SHEET = (0.090, 0.100, 0.002, NeoHookean(SHEAR_MODULUS), MOUNT_PRESTRETCH)
 
 
-@pytest.mark.parametrize("body", [Sphere(0.020), Cone(0.7854, 0.0005)], ids=["sphere", "cone"])
+@pytest.mark.parametrize(
+    "body", [Sphere(0.020), pytest.param(Cone(0.7854, 0.0005), marks=pytest.mark.slow)], ids=["sphere", "cone"]
+)
 @pytest.mark.parametrize(
     "effects", [(), pytest.param((Friction(Friction.Parameters()),), marks=pytest.mark.slow)], ids=["plain", "friction"]
 )

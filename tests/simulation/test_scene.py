@@ -141,7 +141,9 @@ def test_an_unknown_scene_is_refused(name, said, hint):
     assert hint in caught.value.diagnostics[0].hint
 
 
-@pytest.mark.parametrize("name", scene_names())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (n % 3 > 0)) for n, name in enumerate(sorted(scene_names()))]
+)
 def test_shipped_scenes_load_fit_the_schema_and_make_a_world(name):
     path = Path(str(files("stretch_bt"))) / "trees" / "scenes" / f"{name}.yaml"
     jsonschema.validate(load(path).plain(), scene_schema())

@@ -22,7 +22,8 @@ TASKS = {
     "contact_sensitivity": {**ONE, "depths": [0.0, 0.006, 0.011]},
 }
 #: in the default run
-QUICK = ["palpate_stiffness"]
+QUICK = ["characterize"]
+QUICK_EMPTY = ["form_cookie", "palpate_stiffness"]
 #: under which there always is an indenter
 MOUNTED = {"characterize", "contact_sensitivity"}
 EMPTY = """\
@@ -69,7 +70,13 @@ def test_a_task_runs_again_and_again(run, left_at, tree, times):
         record = result.record
 
 
-@pytest.mark.parametrize("tree", sorted(TASKS.keys() - MOUNTED))
+@pytest.mark.parametrize(
+    "tree",
+    [
+        pytest.param(tree, marks=[pytest.mark.slow] * (tree not in QUICK_EMPTY))
+        for tree in sorted(TASKS.keys() - MOUNTED)
+    ],
+)
 def test_over_an_empty_table_a_task_fails_with_its_reason_and_raises_the_hand(run, tmp_path, tree):
     scene = tmp_path / "empty.yaml"
     scene.write_text(EMPTY)

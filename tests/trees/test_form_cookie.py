@@ -106,11 +106,11 @@ GIVEN_UP = {
 }
 
 
-#: the longest of them
-LONG = ("too stiff to be pressed flat", "nothing is under the hand any more")
+#: those of them in the default run
+QUICK = ("nothing was met", "too small", "sticks to the membrane")
 
 
-@pytest.mark.parametrize("why", [pytest.param(why, marks=[pytest.mark.slow] * (why in LONG)) for why in GIVEN_UP])
+@pytest.mark.parametrize("why", [pytest.param(why, marks=[pytest.mark.slow] * (why not in QUICK)) for why in GIVEN_UP])
 def test_what_cannot_be_shaped_is_given_up_with_the_reason(cookie, why):
     thing, more = GIVEN_UP[why]
     result = cookie("form_cookie_fast", thing, **{**BRIEF, **more})
@@ -122,7 +122,8 @@ def test_what_cannot_be_shaped_is_given_up_with_the_reason(cookie, why):
 @pytest.mark.parametrize(
     ("why", "thing"),
     [
-        *((why, GIVEN_UP[why][0]) for why in ("nothing was met", "too small", "too large")),
+        ("too large", GIVEN_UP["too large"][0]),
+        *(pytest.param(why, GIVEN_UP[why][0], marks=pytest.mark.slow) for why in ("nothing was met", "too small")),
         pytest.param("still does not hold after 3 passes", "edge: 25 mm", marks=pytest.mark.slow),
     ],
 )

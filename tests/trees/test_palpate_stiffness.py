@@ -10,7 +10,7 @@ import pytest
     ("scene", "seed"),
     [
         pytest.param("air_balloon", 0, marks=pytest.mark.slow),
-        ("water_balloon", 1),
+        pytest.param("water_balloon", 1, marks=pytest.mark.slow),
         pytest.param("pudding_balloon", 2, marks=pytest.mark.slow),
         ("seeds_balloon", 3),
     ],
@@ -55,7 +55,8 @@ effects: {white_noise: on, correlated_noise: on, fixed_pattern: on, drift: on, q
 """
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 3])
 def test_all_noise_of_the_bench_camera_is_borne(run, tmp_path, seed):
     scene = tmp_path / "noisy.yaml"
     scene.write_text(NOISY, encoding="utf-8")
@@ -74,6 +75,7 @@ effects: {white_noise: on, correlated_noise: on, fixed_pattern: on, drift: on, q
 """
 
 
+@pytest.mark.slow
 def test_a_soft_spring_is_pressed_until_the_readings_tell_that_it_is_one(run, tmp_path):
     """The prior of the power is not of springs: three touches and a press to 1.5 mm read it a tenth soft."""
     scene = tmp_path / "spring.yaml"
@@ -91,6 +93,7 @@ effects: {white_noise: on, correlated_noise: on, fixed_pattern: on}
 """
 
 
+@pytest.mark.slow
 def test_an_object_that_does_not_deform_is_refused_with_the_least_that_its_stiffness_is(run, tmp_path):
     scene = tmp_path / "rigid.yaml"
     scene.write_text(RIGID, encoding="utf-8")
@@ -100,6 +103,7 @@ def test_an_object_that_does_not_deform_is_refused_with_the_least_that_its_stiff
     assert float(re.search(r"under (\S+) N", result.reason)[1]) > 1.0, "it was pressed before it was refused"
 
 
+@pytest.mark.slow
 def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_falls(run, pressed):
     forces, watch = pressed
     params = {"max_depth": 0.011, "sensing_depth": 0.010}

@@ -17,15 +17,22 @@ MOCKS = Path(__file__).parent / "mocks"
 TREES = shipped_trees()
 #: trees that move an arm
 MOVING = [tree for tree in TREES if "arm" in load_program(tree).document.devices]
+#: those of them that are interrupted in the default run
+QUICK = ("reconstruct",)
 #: N, at which a run is interrupted
 PRESSED = 0.3
 ENDINGS = ("success", "failure")
 
-#: run in a process of its own, so that what it imports is its own doing
+#: run in one process of their own, so that what it imports is its own doing
 SCRIPT = """
 import json, sys
 from stretch_bt import run
-results = [run(sys.argv[1], mocks=mocks, out=f"{mocks}.record").to_json() for mocks in sys.argv[2:]]
+each, given = int(sys.argv[1]), sys.argv[2:]
+trees, mocks = given[: len(given) // (each + 1)], given[len(given) // (each + 1) :]
+results = [
+    [run(tree, mocks=m, out=f"{m}.record").to_json() for m in mocks[each * n : each * (n + 1)]]
+    for n, tree in enumerate(trees)
+]
 heavy = ("stretch_bt.simulation", "stretch_bt.hardware.cell", "stretch_bt.hardware.driver", "stretch_bt.hardware.simulated",
          "stretch_bt.hardware.replay", "stretch_bt.hardware.monitored", "cv2", "pymodbus", "rtde_control", "rtde_receive")
 print(json.dumps([results, [m for m in sys.modules if m.startswith(heavy)]]))
@@ -43,15 +50,22 @@ def test_checks_clean(tree):
     assert check(shipped(f"{tree}.yaml")) == []
 
 
-@pytest.mark.parametrize("tree", TREES)
-def test_ticks_to_its_ends_under_mocks(tree, tmp_path):
-    mocks = []
-    for ending in ENDINGS:
-        mocks.append(shutil.copy(MOCKS / f"{tree}_{ending}.yaml", tmp_path))
-        assert check(mocks[-1]) == []
-    command = [sys.executable, "-W", "error", "-c", SCRIPT, tree, *mocks]
+@pytest.fixture(scope="module")
+def ticked(tmp_path_factory):
+    """Return by tree its results under the mocks of each ending, and what all of them together imported."""
+    folder = tmp_path_factory.mktemp("mocks")
+    mocks = [shutil.copy(MOCKS / f"{tree}_{ending}.yaml", folder) for tree in TREES for ending in ENDINGS]
+    command = [sys.executable, "-W", "error", "-c", SCRIPT, str(len(ENDINGS)), *TREES, *mocks]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     results, imported = json.loads(done.stdout)
+    return dict(zip(TREES, results, strict=True)), imported
+
+
+@pytest.mark.parametrize("tree", TREES)
+def test_ticks_to_its_ends_under_mocks(tree, ticked):
+    for ending in ENDINGS:
+        assert check(MOCKS / f"{tree}_{ending}.yaml") == []
+    results, imported = ticked[0][tree], ticked[1]
     for ending, result in zip(ENDINGS, results, strict=True):
         assert (result["status"], result["unmet"]) == (ending.upper(), []), result["reason"]
         assert result["truth"] == {}
@@ -82,7 +96,7 @@ class Interrupts(Onlooker):
             signal.raise_signal(signal.SIGINT)
 
 
-@pytest.mark.parametrize("tree", [pytest.param(t, marks=[pytest.mark.slow] * t.startswith("form")) for t in MOVING])
+@pytest.mark.parametrize("tree", [pytest.param(t, marks=[pytest.mark.slow] * (t not in QUICK)) for t in MOVING])
 def test_the_hand_is_raised_from_the_object_when_a_run_is_interrupted(run, tree):
     onlookers = []
 

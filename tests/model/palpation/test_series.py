@@ -97,8 +97,8 @@ SPREAD = [(0.0, 1e-3 * depth) for depth in (2, 3, 4, 5, 6, 10)]
 @pytest.mark.parametrize(
     ("name", "law"),
     [
-        ("spring", skin(400.0, 1.0, 0.0)),
-        ("elastic ball", skin(400.0, 1.5, 0.0)),
+        pytest.param("spring", skin(400.0, 1.0, 0.0), marks=pytest.mark.slow),
+        pytest.param("elastic ball", skin(400.0, 1.5, 0.0), marks=pytest.mark.slow),
         ("filled skin", skin(400.0, 1.17, 0.15)),
     ],
 )
@@ -118,8 +118,16 @@ def test_one_prior_serves_a_spring_a_ball_and_a_filled_skin(name, law):
 
 
 @pytest.mark.parametrize("draws", [50, pytest.param(150, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("looks", [1, 12])
-@pytest.mark.parametrize("stiffness", [250.0, 600.0, 1100.0])
+@pytest.mark.parametrize(
+    ("stiffness", "looks"),
+    [
+        pytest.param(
+            stiffness, looks, marks=[pytest.mark.slow] * ((stiffness, looks) not in ((250.0, 12), (1100.0, 1)))
+        )
+        for stiffness in (250.0, 600.0, 1100.0)
+        for looks in (1, 12)
+    ],
+)
 def test_errors_are_as_large_as_stated(stiffness, looks, draws):
     """Draws of noise, of the robot's place, of the object's power and of the model's factor; the last press may be looked at often."""
     noise, off, at = np.random.default_rng(7), [], []

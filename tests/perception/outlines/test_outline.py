@@ -11,12 +11,15 @@ PITCH = outlines.PITCH
 SHAPES = ("disc", "oval", "square", "triangle")
 
 
-@pytest.mark.parametrize("size", [25e-3, 60e-3])
+@pytest.mark.parametrize("size", [25e-3, pytest.param(60e-3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("shape", "jitter", "limit"),
     [("disc", 0, 2e-3), ("oval", 0, 2e-3), ("square", 0, 0.01), ("triangle", 0, 0.01)]
     + [("disc", 1, 0.02), ("oval", 1, 0.02), ("square", 1, 0.05), ("triangle", 1, 0.05)]
-    + [("disc", 0.3, 0.01), ("oval", 0.3, 0.01), ("square", 0.3, 0.04), ("triangle", 0.3, 0.03)],
+    + [
+        pytest.param(*case, marks=pytest.mark.slow)
+        for case in (("disc", 0.3, 0.01), ("oval", 0.3, 0.01), ("square", 0.3, 0.04), ("triangle", 0.3, 0.03))
+    ],
 )
 def test_circularity_of_the_contour_is_right_with_and_without_jitter(shape, size, jitter, limit):
     clean = outlines.outline(shape, size)
@@ -27,7 +30,7 @@ def test_circularity_of_the_contour_is_right_with_and_without_jitter(shape, size
 
 
 @pytest.mark.parametrize("method", ["contour", "low_pass", "pixel_chain"])
-@pytest.mark.parametrize("shape", ["disc", "square"])
+@pytest.mark.parametrize("shape", ["disc", pytest.param("square", marks=pytest.mark.slow)])
 def test_circularity_states_its_spread(shape, method):
     clean = outlines.outline(shape)
     found = [circularity(outlines.jittered(clean, PITCH, seed), method=method) for seed in range(20)]
@@ -80,8 +83,11 @@ def test_uneven_vertices_are_sampled_anew():
     assert circularity(half_disc, method="low_pass") == pytest.approx(truth, abs=0.05)
 
 
-@pytest.mark.parametrize("flips", [0.0, 0.25])
-@pytest.mark.parametrize(("shape", "limit"), [("disc", 0.02), ("oval", 0.02), ("square", 0.035)])
+@pytest.mark.parametrize("flips", [pytest.param(0.0, marks=pytest.mark.slow), 0.25])
+@pytest.mark.parametrize(
+    ("shape", "limit"),
+    [("disc", 0.02), pytest.param("oval", 0.02, marks=pytest.mark.slow), ("square", 0.035)],
+)
 def test_outline_of_a_mask(shape, flips, limit):
     found = [outline_of(outlines.mask(shape, seed=seed, flips=flips), PITCH) for seed in range(10)]
     area = np.array([o.area for o in found])

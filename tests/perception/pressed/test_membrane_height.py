@@ -50,7 +50,7 @@ def told(
     return membrane_height(points, valid, MountedMembrane(gauge, width, thickness, span, hang), curvature, 0.95 * depth)
 
 
-@settings(max_examples=35)
+@settings(max_examples=20)
 @given(
     st.floats(0.015, 0.05),
     st.floats(0.006, 0.09),
@@ -69,7 +69,7 @@ def test_height_within_its_deviation_whatever_the_press(radius, span, depth, bes
     assert 0.98 * steep < height.sd < math.hypot(1.02 * steep, OFFSET)
 
 
-@pytest.mark.parametrize(("sd", "alike"), [(3e-4, 0.0), (1e-4, 3.0)])
+@pytest.mark.parametrize(("sd", "alike"), [(3e-4, 0.0), pytest.param(1e-4, 3.0, marks=pytest.mark.slow)])
 def test_its_deviation_is_that_of_many_draws(sd, alike):
     off = []
     for seed in range(60):

@@ -122,7 +122,7 @@ def contact_over(kind, size, degrees, noise, seed):
 WHITE_05, BOTH = Noise(white=0.5e-3), Noise(white=0.2e-3, correlated=0.2e-3, kernel=2.5)
 
 
-@pytest.mark.parametrize("noise", [WHITE_03, WHITE_05, BOTH])
+@pytest.mark.parametrize("noise", [WHITE_03, *(pytest.param(n, marks=pytest.mark.slow) for n in (WHITE_05, BOTH))])
 @pytest.mark.parametrize(("radius", "degrees"), [(14e-3, 30), (25e-3, 20), (10e-3, 40), (8e-3, 55), (35e-3, 25)])
 def test_the_curvature_of_a_cap_is_within_its_deviation(radius, degrees, noise):
     for seed in range(2):
@@ -131,7 +131,7 @@ def test_the_curvature_of_a_cap_is_within_its_deviation(radius, degrees, noise):
         assert fit.curvature_sd < 0.15 / radius
 
 
-@pytest.mark.parametrize("noise", [WHITE_03, WHITE_05, BOTH])
+@pytest.mark.parametrize("noise", [*(pytest.param(n, marks=pytest.mark.slow) for n in (WHITE_03, WHITE_05)), BOTH])
 @pytest.mark.parametrize(
     ("kind", "size", "degrees", "reason"),
     [

@@ -48,13 +48,18 @@ SHAPES = {
 
 
 #: shapes that another of the same kind stands for
-ALIKE = ("ridge", "ridge turned the other way")
+ALIKE = ("turned block", "ridge", "ridge turned the other way")
+
+
+@cache
+def felt_of(name, presses=2):
+    height, top, *_ = SHAPES[name]
+    return m.felt(height, top, places=m.PLACES[-presses:])
 
 
 @cache
 def found_of(name, presses=2):
-    height, top, *_ = SHAPES[name]
-    return fit_object(*m.felt(height, top, places=m.PLACES[-presses:]))
+    return fit_object(*felt_of(name, presses))
 
 
 @pytest.mark.parametrize("presses", [2, pytest.param(3, marks=pytest.mark.slow)])
@@ -144,7 +149,7 @@ def test_a_dimension_says_by_how_much_the_roundness_of_the_membrane_moved_it():
     length = found_of("block").dimensions["length"]
     assert length.steps["membrane"] == pytest.approx(2 * m.inset(), abs=0.1 * MM)
     assert length.seen == pytest.approx(0.040 - 2 * (m.inset() + m.GENTLE), abs=0.15 * MM)
-    sharper = fit_object(*m.felt(m.block(0.040, 0.030, 0.040), 0.040), fillet=0.2 * MM, fillet_sd=0.0)
+    sharper = fit_object(*felt_of("block"), fillet=0.2 * MM, fillet_sd=0.0)
     assert sharper.dimensions["length"].value < length.value - 1.0 * MM
 
 
@@ -172,16 +177,17 @@ def test_a_shape_that_is_asked_for_is_taken_or_refused():
 
 def test_a_top_wider_than_every_view_is_measured_between_views_or_as_extents():
     height = m.block(0.100, 0.030, 0.040)
-    middle = fit_object(*m.felt(height, 0.040, places=MIDDLE))
+    felt = m.felt(height, 0.040, places=MIDDLE)
+    middle = fit_object(*felt)
     assert middle.kind == "extents"
     assert middle.height == pytest.approx(0.040, abs=0.3 * MM)
     assert "press nearer" in middle.ranking[0].refused
     with pytest.raises(IllConditioned, match="press nearer"):
-        fit_object(*m.felt(height, 0.040, places=MIDDLE), shape="block")
+        fit_object(*felt, shape="block")
 
 
 def test_hard_cases_end_with_a_reason():
-    cloud, contacts = m.felt(m.block(0.040, 0.030, 0.040), 0.040)
+    cloud, contacts = felt_of("block")
     with pytest.raises(NoContact, match="no contact"):
         fit_object(cloud, [])
     with pytest.raises(NoContact, match="no point"):

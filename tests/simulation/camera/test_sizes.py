@@ -50,7 +50,7 @@ def designs(case):
     return inside, np.linalg.pinv(free)[0], np.linalg.pinv(even)[3] / radius**2
 
 
-@pytest.mark.parametrize("thing", [ROUND, FLAT])
+@pytest.mark.parametrize("thing", [ROUND, pytest.param(FLAT, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("camera", "name"), [(c, n) for c in PRESETS for n in PRESETS[c] if n in NOISES])
 def test_estimates_are_right_within_a_factor_of_two(name, camera, thing, expose):
     case = case_of(thing, camera)

@@ -9,7 +9,7 @@ from stretch_bt.simulation.membrane.materials import MooneyRivlin, NeoHookean
 OPEN_VALUES = [
     (1.0, 0.3, 0.12680261),
     pytest.param(1.2, 0.3, 0.54221102, marks=pytest.mark.slow),
-    (1.5, 0.6, 1.21905393),
+    pytest.param(1.5, 0.6, 1.21905393, marks=pytest.mark.slow),
 ]
 
 

@@ -32,11 +32,12 @@ def loads(detail):
 @pytest.fixture(scope="module")
 def stroke():
     """A sphere dragged 10 mm to the right and back, mu = 0.3, by one state a mm."""
-    state = rubbed(0.3, at=(-0.005, 0.0))
+    rough = Settings(coarsen=2.0)
+    state = rubbed(0.3, at=(-0.005, 0.0), settings=rough)
     there, back = np.arange(-4, 6) * 1e-3, np.arange(4, -5, -1) * 1e-3
     states = []
     for x in [*there, *back, -0.005, *there]:
-        state = rubbed(0.3, at=(float(x), 0.0), start=state)
+        state = rubbed(0.3, at=(float(x), 0.0), start=state, settings=rough)
         states.append(state)
     return states[: len(there)], states[len(there) :]
 
@@ -77,10 +78,11 @@ def test_no_friction_is_the_limit_of_little():
 
 
 def test_increments_hardly_matter():
-    coarse = rubbed(0.5, depth=0.008)
+    rough = Settings(coarsen=2.0)
+    coarse = rubbed(0.5, depth=0.008, settings=rough)
     state = None
-    for depth in np.arange(1, 33) * 0.25e-3:
-        state = rubbed(0.5, depth=float(depth), start=state)
+    for depth in np.arange(1, 17) * 0.5e-3:
+        state = rubbed(0.5, depth=float(depth), start=state, settings=rough)
     assert state.force == pytest.approx(coarse.force, rel=1e-3)
 
 
@@ -137,11 +139,12 @@ def test_much_friction_holds_points_where_they_touched():
 
 
 def test_symmetry_and_scale_are_exact():
-    options = {"depth": 0.004, "at": (0.011, 0.007)}
+    rough = Settings(coarsen=2.0)
+    options = {"depth": 0.004, "at": (0.011, 0.007), "settings": rough}
     base = rubbed(0.4, **options)
     for sx, sy in ((-1, 1), (1, -1)):
         assert rubbed(0.4, **options | {"at": (sx * 0.011, sy * 0.007)}).force == pytest.approx(base.force, rel=1e-8)
-    big = {"indenter": Sphere(0.2), "stretch": 0.3, "depth": 0.04, "at": (0.11, 0.07)}
+    big = {"indenter": Sphere(0.2), "stretch": 0.3, "depth": 0.04, "at": (0.11, 0.07), "settings": rough}
     scaled = rubbed(0.4, **big, gauge=1.0, width=0.9, thickness=0.02, shear_modulus=47.4e9)
     assert scaled.force == pytest.approx(base.force * 1e8, rel=1e-8)
 

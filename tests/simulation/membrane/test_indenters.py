@@ -81,7 +81,11 @@ def test_normal_and_curvature_are_derivatives_of_the_distance(shape, tilt):
 
 
 @pytest.mark.parametrize("tilt", TILTS)
-@pytest.mark.parametrize("shape", SHAPES, ids=repr)
+@pytest.mark.parametrize(
+    "shape",
+    [pytest.param(s, marks=[pytest.mark.slow] * (isinstance(s, Turned) and s.indenter is BUMP)) for s in SHAPES],
+    ids=repr,
+)
 def test_the_highest_point_is_at_the_depth(shape, tilt):
     (body,) = place(shape, (0.0, 0.0), tilt, 0.01)
     rng = np.random.default_rng(2)

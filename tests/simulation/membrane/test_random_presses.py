@@ -4,7 +4,7 @@ from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation import press
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
-SAMPLE = 24
+SAMPLE = 12
 
 
 @pytest.fixture(scope="module")

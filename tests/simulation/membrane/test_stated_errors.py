@@ -43,7 +43,9 @@ PRESSES = {
 }
 
 
-@pytest.mark.parametrize("kind", PRESSES)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=[pytest.mark.slow] * (k in ("rims", "steep cones"))) for k in PRESSES]
+)
 def test_a_stated_error_is_the_size_of_the_error(kind):
     found = [(press(*case, at=at).detail, force) for *case, at, force in PRESSES[kind]]
     errors = np.array([(p.force - force) / p.force_error for p, force in found])[:, 2]

@@ -28,7 +28,7 @@ def test_stiffness_rises_with_stretch_like_a_logarithm(trends, gauge, mount):
     assert trends.linear_r2(np.log(x), taut) > 0.985
 
 
-@pytest.mark.parametrize("pull", [0.01, 0.04])
+@pytest.mark.parametrize("pull", [0.01, pytest.param(0.04, marks=pytest.mark.slow)])
 def test_stiffness_falls_with_diameter_and_force_rises(trends, pull):
     shapes = [f"sphere:{d}mm" for d in (10, 15, 20, 25, 30)]
     found = np.array([trends.effective_modulus(s, 0.1, pull, 10, FAST)[0] for s in shapes])
@@ -41,7 +41,10 @@ def test_the_page_states_a_mount_for_both_gauges_and_each_fit_depth():
     assert [row[:2] for row in MOUNTS] == [(g, d) for g in (100, 75) for d in (5, 10, 15)]
 
 
-@pytest.mark.parametrize(("gauge", "fit_depth", "shear_modulus", "prestretch"), MOUNTS)
+@pytest.mark.parametrize(
+    ("gauge", "fit_depth", "shear_modulus", "prestretch"),
+    [pytest.param(*mount, marks=[pytest.mark.slow] * (number % 3 > 0)) for number, mount in enumerate(MOUNTS)],
+)
 def test_the_stated_mount_spans_4_to_9_kilopascal(trends, gauge, fit_depth, shear_modulus, prestretch):
     ends = moduli(trends, "sphere:20mm", gauge / 1e3, (prestretch / 1e3, prestretch / 1e3 + 0.06), int(fit_depth))
     np.testing.assert_allclose(ends * shear_modulus * 1e3 / SHEAR_MODULUS, [4e3, 9e3], rtol=0.02)

@@ -35,7 +35,11 @@ def pressed(scene, depth, heading=0.0, at=(0.0, 0.0)):
     return press(turn(scene.object.body(), heading), 0.0, depth, at=at, **options)
 
 
-@pytest.mark.parametrize("name", SCENES)
+#: another of the same kind stands for them
+ALIKE = ("wooden_prism", "wooden_half_cylinder", "paper_cube", "wire_triangle", "calibration_cylinder", "wire_circle")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in ALIKE)) for n in SCENES])
 def test_it_stands_as_high_as_it_should_and_the_sheet_presses_on_it(name):
     scene = load_scene(name)
     specimen = scene.object.specimen(Active())
@@ -46,7 +50,10 @@ def test_it_stands_as_high_as_it_should_and_the_sheet_presses_on_it(name):
     assert 0.5 < Case(scene, scene.object.rough()).force / centred.force < 2.0
 
 
-@pytest.mark.parametrize("name", ["wooden_prism", "glass_snowman", "paper_pyramid"])
+@pytest.mark.parametrize(
+    "name",
+    ["wooden_prism", *(pytest.param(name, marks=pytest.mark.slow) for name in ("glass_snowman", "paper_pyramid"))],
+)
 def test_turned_and_off_centre_it_takes_a_similar_force(name):
     scene = load_scene(name)
     forces = [
@@ -69,7 +76,7 @@ def test_paper_gives_way_by_less_than_three_millimetres_and_by_about_what_the_ad
         assert 0.4 < verdicts[effect].estimate / drop < 2.5
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in ALIKE[:-1])) for n in SCENES])
 def test_with_all_its_effects_its_force_rises_from_nothing(name):
     from stretch_bt.simulation.effects import registry
 
