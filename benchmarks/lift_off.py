@@ -14,13 +14,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from stretch_bt.simulation.membrane.materials.neo_hookean import NeoHookean
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.perception.drum import DEPTH, FACTOR, PART, SIZE, STRAIN, THICKNESS
 from stretch_bt.simulation.fidelity.sheet import _SEEN, _grid
 from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.materials.neo_hookean import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.result import Load

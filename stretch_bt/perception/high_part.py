@@ -63,7 +63,7 @@ def high_part(
     if not highest > top.value + above * math.hypot(top.sd, off):
         return None
     _, parts = cv2.connectedComponents((mean > highest - max(above * off, FALL * abs(highest))).view(np.uint8))
-    rows, columns = np.nonzero(parts == parts[np.unravel_index(int(mean.argmax()), mean.shape)])
+    rows, columns = np.nonzero(np.asarray(parts) == int(np.asarray(parts).flat[int(mean.argmax())]))
     if rows.size < LEAST:
         return None
     found: npt.NDArray[np.intp] = (rows + box[0].start) * valid.shape[1] + columns + box[1].start
@@ -75,6 +75,6 @@ def _box(touching: MaskArray) -> tuple[slice, slice]:
     """Return the box of an image that holds all of a mask (h, w), with a margin."""
     v, u = (
         slice(max(int(np.argmax(line)) - WIDE, 0), line.size - max(int(np.argmax(line[::-1])) - WIDE, 0))
-        for line in (touching.any(axis=1), touching.any(axis=0))
+        for line in (np.asarray(touching.any(axis=1)), np.asarray(touching.any(axis=0)))
     )
     return v, u

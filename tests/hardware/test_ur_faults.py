@@ -64,7 +64,6 @@ ALIKE = {
     "garbage",
     "home",
     "no_solution",
-    "violation",
     "stall",
     "wall",
     "power_off",
