@@ -42,6 +42,7 @@ def rows():
         return list(measure(["membrane"], quick=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("prefix", BOUNDS)
 def test_errors_stay_below_their_bounds(rows, prefix):
     found = [row for row in rows if row.setting.startswith(prefix)]
@@ -51,6 +52,7 @@ def test_errors_stay_below_their_bounds(rows, prefix):
         assert row.cpu_seconds > 0
 
 
+@pytest.mark.slow
 def test_every_row_has_an_error_or_says_why_not(rows):
     for row in rows:
         answered = row.status in ("ok", "reference")
@@ -60,6 +62,7 @@ def test_every_row_has_an_error_or_says_why_not(rows):
     assert any(row.status.startswith("no_equilibrium") for row in rows)  # 8 mm under a sphere of 8 mm
 
 
+@pytest.mark.slow
 def test_finer_elements_err_less(rows):
     surface = {
         row.setting.partition(": ")[2]: row.error
@@ -70,6 +73,7 @@ def test_finer_elements_err_less(rows):
     assert surface["4 mm"] < surface["8 mm"]
 
 
+@pytest.mark.slow
 def test_absent_peers_are_skipped_and_say_what_to_install(rows):
     skipped = [row for row in rows if row.status.startswith("skipped")]
     assert {row.setting for row in skipped} == {"MuJoCo flex", "Newton VBD"}
@@ -137,6 +141,7 @@ def test_cases_and_settings_have_names_of_their_own():
     assert stretches == {0.0, 0.01, 0.03, 0.06, 0.08}
 
 
+@pytest.mark.slow
 def test_the_reference_is_finer_than_what_is_held_to_it(rows):
     for case in table.cases(False):
         fine, coarse = table.reference_settings(case)

@@ -22,7 +22,6 @@ TASKS = {
     "contact_sensitivity": {**ONE, "depths": [0.0, 0.006, 0.011]},
 }
 #: in the default run
-QUICK = ["characterize"]
 QUICK_EMPTY = ["form_cookie", "palpate_stiffness"]
 #: under which there always is an indenter
 MOUNTED = {"characterize", "contact_sensitivity"}
@@ -58,13 +57,11 @@ def last_target(record):
     return sent[-1].get("target") or sent[-1]["path"][-1]
 
 
-@pytest.mark.parametrize(
-    ("tree", "times"),
-    [*((tree, 2) for tree in QUICK), *(pytest.param(tree, 3, marks=pytest.mark.slow) for tree in TASKS)],
-)
-def test_a_task_runs_again_and_again(run, left_at, tree, times):
+@pytest.mark.slow
+@pytest.mark.parametrize("tree", TASKS)
+def test_a_task_runs_three_times_in_a_row(run, left_at, tree):
     record, scene = None, yaml.safe_load((SHIPPED / f"{tree}.yaml").read_text())["scene"]
-    for _ in range(times):
+    for _ in range(3):
         result = run(tree, cell=left_at(record), scene=scene, params=TASKS[tree])
         assert result.status == "SUCCESS", result.reason
         record = result.record

@@ -103,7 +103,7 @@ INFO = ("tree", "sources", "set", "seed", "scene", "cell", "hand", "limits", "mo
 HEADER = ("tree", "params", "seed", "scene", "cell", "keys", "versions", "files")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.sampled_from(INFO), st.sampled_from(HEADER), st.tuples(*[JSON] * 5))
 def test_a_record_that_somebody_put_together_gives_no_traceback(field: str, entry: str, values: Any) -> None:
     """Its digests hold, and anything may stand in its files."""

@@ -24,6 +24,7 @@ def test_a_sample_ends_in_a_force_or_a_reason(random_presses, sample):
     assert sum(o.found is not None for o in sample) > 0.7 * SAMPLE
 
 
+@pytest.mark.slow
 def test_a_sample_again_on_half_the_mesh(random_presses, sample):
     assert sorted(a.ratio for a in random_presses.solve_again(sample, 4))[2] <= 3
 
