@@ -265,7 +265,8 @@ def test_a_newer_controller_has_to_be_in_remote_control(stand_in, live_cell, clo
     try:
         motion = cell.devices["arm"].move(Pose((0, 0, 0.19)), speed=0.1, owner="a")
         eventually(lambda: motion.poll() is MotionState.DONE)
-        assert behind.state()["height"] == pytest.approx(0.19, abs=1e-4)
+        # done is within the arm's tolerance; on a busy machine it settles after that
+        eventually(lambda: abs(behind.state()["height"] - 0.19) < 1e-4)
     finally:
         cell.close()
 
