@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.perception.drum import DEPTH, FACTOR, PART, SIZE, STRAIN, THICKNESS
+from stretch_bt.perception.drum import PART, lift_of_flat
 from stretch_bt.simulation.fidelity.sheet import _SEEN, _grid
 from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -61,8 +61,7 @@ def drawn(rng: np.random.Generator) -> Drawn:
 
 def by_law(press: Drawn) -> float:
     """Return the lift of a flat top by the law, m."""
-    powers = press.depth**DEPTH * press.thickness**THICKNESS * press.strain**STRAIN
-    return float(FACTOR * powers * press.half**SIZE)
+    return lift_of_flat(press.depth, press.half, press.thickness, press.strain)
 
 
 def main() -> None:

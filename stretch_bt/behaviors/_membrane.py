@@ -99,10 +99,10 @@ def strain_of(context: Context, stretch: Length) -> float:
     return max(mounted + stretch / gauge, LEAST_STRAIN)
 
 
-def left_of_pattern(context: Context) -> Length:
-    """Return what a learned static error misses of the camera's, m; 0 where none is learned."""
+def left_of_pattern(context: Context) -> Length | None:
+    """Return what a learned static error misses of the camera's, m; None where none is learned."""
     pattern: Pattern | None = context.memory.get(Pattern)
-    return pattern.left if pattern is not None else 0.0
+    return pattern.left if pattern is not None else None
 
 
 def camera_off(context: Context, points: FloatArray, labels: LabelArray, distance: Length) -> Length:
@@ -110,9 +110,9 @@ def camera_off(context: Context, points: FloatArray, labels: LabelArray, distanc
 
     `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes, `distance` that of the flat membrane.
     """
-    pattern: Pattern | None = context.memory.get(Pattern)
-    if pattern is not None:
-        return pattern.left
+    left = left_of_pattern(context)
+    if left is not None:
+        return left
     z = points[..., 2][(labels == UNDEFORMED) & np.isfinite(points[..., 2])]
     if z.size < LEAST_FLAT:
         return STATIC * distance

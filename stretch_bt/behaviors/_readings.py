@@ -138,7 +138,7 @@ def frames_at(context: Context, press: Reading) -> int:
 def noise_at(context: Context, press: Reading) -> tuple[Length, Length]:
     """Return by how much a height of a press is off in one frame, m, as its readings state it, and what of it more frames leave, m."""
     readings = of_press(readings_of(context), press)
-    left = 0.0 if told_by_membrane(context) else left_of_pattern(context)
+    left = 0.0 if told_by_membrane(context) else left_of_pattern(context) or 0.0
     white = [max(reading.sd**2 - left**2, 0.0) * reading.frames for reading in readings]
     noise = math.sqrt(sum(white) / len(white))
     return noise, math.hypot(left, fixed_part(noise))

@@ -7,12 +7,11 @@ import math
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
-from stretch_bt.perception.robust import quantile
-from stretch_bt.perception.top import Points, Top
+from stretch_bt.perception.top import Points, Top, disc_of
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray
 from stretch_bt.units import Estimate
 
-__all__ = ["lift_off"]
+__all__ = ["lift_of_flat", "lift_off"]
 
 # Over 300 discs and blocks of 12 to 40 mm with edges of 0.5 to 10 mm under the solved sheet, 1 and 2 mm thick, pressed 3 to 14 mm deep at
 # stretches of 0 to 60 mm (`python -m benchmarks.lift_off`): the powers of depth, thickness, strain and half the size, all in m, the
@@ -22,6 +21,11 @@ PART = 0.4
 SLOPE = 40.0  # 1/m; slope of the skirt over the depth of the press: a round top whose membrane leaves it without a bend has it at its rim
 INSIDE = 0.75  # of the contact's radius, within which its curvature is told
 MOST, LEAST = 4000, 30  # points of the contact that are looked at
+
+
+def lift_of_flat(height: float, radius: float, thickness: float, strain: float) -> float:
+    """Return how far the membrane stands above a flat top whose contact has a radius, m."""
+    return float(FACTOR * height**DEPTH * thickness**THICKNESS * strain**STRAIN * radius**SIZE)
 
 
 def lift_off(points: FloatArray, labels: LabelArray, height: float, thickness: float, strain: float) -> Estimate:
@@ -54,14 +58,12 @@ def lift_off(points: FloatArray, labels: LabelArray, height: float, thickness: f
         raise NoContact(
             f"only {cloud.shape[1]} points in contact have depth, too few to tell whether the top is flat; press deeper"
         )
-    middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
-    away = (cloud[0] - middle[0]) ** 2 + (cloud[1] - middle[1]) ** 2
-    radius = math.sqrt(2.0 * quantile(away))
+    middle, away, radius = disc_of(cloud)
     near = np.ascontiguousarray(cloud[:, away <= (INSIDE * radius) ** 2])
     if height <= 0.0 or radius <= 0.0 or near.shape[1] < LEAST:
         raise IllConditioned(f"a contact that stands {1e3 * height:.2g} mm high tells no lift; press deeper")
     top = Top(Points(near, np.arange(near.shape[1])), middle, even=True)
-    most = FACTOR * height**DEPTH * thickness**THICKNESS * strain**STRAIN * radius**SIZE
+    most = lift_of_flat(height, radius, thickness, strain)
     tangent = SLOPE * height / radius
     flat = min(max(1.0 - top.curvature / tangent, 0.0), 1.0)
     unsure = top.curvature_sd / tangent

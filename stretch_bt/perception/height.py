@@ -14,7 +14,7 @@ from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
 from stretch_bt.perception.surface import check_points, clean
-from stretch_bt.perception.top import Places, Points, Top, settled
+from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, summits, surroundings, window_of
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.perception.wide_top import by_wide_discs
@@ -199,9 +199,7 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
 def _best(points: Points, step: float, known: Estimate | None = None) -> Estimate:
     """Return the height from a disc that the membrane's bend at the rim leaves alone."""
     cloud = points.cloud
-    middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
-    away = _away(cloud, middle)
-    radius = math.sqrt(2.0 * quantile(away))
+    middle, away, radius = disc_of(cloud)
     reach = RIM * radius
     near = _disc(points, away, reach)
     top = Top(near, middle, even=False).bent(known)

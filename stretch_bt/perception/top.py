@@ -15,7 +15,7 @@ from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import TUKEY, quantile, scale_of
 from stretch_bt.units import Estimate
 
-__all__ = ["Places", "Points", "Top", "settled"]
+__all__ = ["Places", "Points", "Top", "disc_of", "settled"]
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
@@ -56,6 +56,14 @@ class Points:
         if self.noise is None:
             return np.zeros((len(design), len(design)))
         return self.noise.shared(design, self.places // self.wide, self.places % self.wide, self.every)
+
+
+def disc_of(cloud: Array) -> tuple[Array, Array, float]:
+    """Return the middle (2,) of points (3, n), m, their squared distances (n,) from it, and the radius of a disc that they fill."""
+    middle = np.array([quantile(cloud[0]), quantile(cloud[1])])
+    x, y = cloud[0] - middle[0], cloud[1] - middle[1]
+    away = np.asarray(x * x + y * y)
+    return middle, away, math.sqrt(2.0 * quantile(away))
 
 
 def settled(design: Array, z: Array) -> tuple[Array, float]:

@@ -160,10 +160,11 @@ def surroundings(points: FloatArray, valid: MaskArray, touching: Points, noise: 
     middle = quantile(rows.astype(np.float64)), quantile(columns.astype(np.float64))
     radius = math.sqrt(2.0 * quantile((rows - middle[0]) ** 2.0 + (columns - middle[1]) ** 2.0))
     more = math.ceil(max(WIDEST * radius, LEAST_FAR * length))
-    seen = [min(int(m) + more + 1, n) - max(int(m) - more, 0) for m, n in zip(middle, valid.shape, strict=True)]
-    step = max(step, math.ceil(math.sqrt(seen[0] * seen[1] / ENOUGH)))
-    v = np.arange(max(int(middle[0]) - more, 0), min(int(middle[0]) + more + 1, valid.shape[0]), step)
-    u = np.arange(max(int(middle[1]) - more, 0), min(int(middle[1]) + more + 1, valid.shape[1]), step)
+    (top, bottom), (left, right) = (
+        (max(int(m) - more, 0), min(int(m) + more + 1, n)) for m, n in zip(middle, valid.shape, strict=True)
+    )
+    step = max(step, math.ceil(math.sqrt((bottom - top) * (right - left) / ENOUGH)))
+    v, u = np.arange(top, bottom, step), np.arange(left, right, step)
     places = (v[:, None] * valid.shape[1] + u).reshape(-1)
     places = places[valid.reshape(-1)[places]]
     cloud = np.asarray(points.reshape(-1, 3)[places].T, dtype=np.float64)

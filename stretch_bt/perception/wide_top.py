@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.robust import quantile
-from stretch_bt.perception.top import Points, Top
+from stretch_bt.perception.top import Points, Top, disc_of
 from stretch_bt.units import Estimate
 
 __all__ = ["by_wide_discs"]
@@ -44,9 +43,7 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
 
 def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate | None:
     """Return the surest of a height, m, and those by wider discs; None where there is none."""
-    x, y, _ = contact.cloud
-    start = np.array([quantile(x), quantile(y)])
-    radius = math.sqrt(2.0 * quantile((x - start[0]) ** 2 + (y - start[1]) ** 2))
+    start, _, radius = disc_of(contact.cloud)
     pixel = math.sqrt(math.pi / len(contact)) * radius  # m
     assert contact.noise is not None
     least = math.sqrt(PATCHES * contact.noise.area / math.pi) * pixel
