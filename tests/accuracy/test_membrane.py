@@ -8,7 +8,6 @@ import pytest
 
 from stretch_bt.accuracy import domain_membrane, measure, peers
 from stretch_bt.accuracy.membrane import cases as table
-from stretch_bt.accuracy.membrane import known, presses
 from stretch_bt.accuracy.membrane.errors import Reference
 from stretch_bt.accuracy.points import REFERENCE
 from stretch_bt.errors import NoEquilibrium
@@ -35,10 +34,6 @@ def rows():
     with pytest.MonkeyPatch.context() as patch:
         for package in ("mujoco", "newton"):
             patch.setitem(sys.modules, package, None)
-        patch.setattr(known, "_ROUND", known._ROUND[1:])  # a stretched membrane is shot three times as fast
-        # the references cost most, and under a sphere a coarser one is good enough
-        few = [case._replace(finest=0.8e-3) if case.shape.startswith("sphere") else case for case in table.cases(True)]
-        patch.setattr(presses, "cases", lambda quick: few)
         return list(measure(["membrane"], quick=True))
 
 
