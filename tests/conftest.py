@@ -1,5 +1,6 @@
 import os
 import signal
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,19 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if item.path.relative_to(_FOLDER).as_posix().startswith(BY_THE_CLOCK):
             item.add_marker(pytest.mark.flaky(reruns=AGAIN, condition=lateness.was_late))
+
+
+@pytest.fixture(scope="session")
+def at_hertz():
+    """Return what writes a shipped scene into a folder at the fidelity that is known at once, and returns its path."""
+
+    def write(name, folder):
+        shipped = files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml"
+        path = folder / "scene.yaml"
+        path.write_text(shipped.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
+        return path
+
+    return write
 
 
 @pytest.hookimpl(tryfirst=True)

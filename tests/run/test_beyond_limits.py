@@ -64,10 +64,8 @@ ALIKE = (
 
 
 @pytest.mark.parametrize("node", [pytest.param(n, marks=[pytest.mark.slow] * (n in ALIKE)) for n in BEYOND])
-def test_a_plan_beyond_a_limit_fails_by_its_port_and_the_tree_goes_on(cell, tmp_path, node):
-    own = Path(stretch_bt.__file__).parent / "trees" / "scenes" / "calibration_cylinder.yaml"
-    quick = tmp_path / "scene.yaml"
-    quick.write_text(own.read_text("utf-8") + "fidelity: hertz\n", "utf-8")
+def test_a_plan_beyond_a_limit_fails_by_its_port_and_the_tree_goes_on(cell, at_hertz, tmp_path, node):
+    quick = at_hertz("calibration_cylinder", tmp_path)
     tree, name = tmp_path / "tree.yaml", node.partition(":")[0]
     tree.write_text(TREE.format(node=node), "utf-8")
     result = run(tree, cell=cell, scene=quick, out=tmp_path / "record")

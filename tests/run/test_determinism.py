@@ -2,7 +2,7 @@ import hashlib
 import os
 import subprocess
 import sys
-from importlib.resources import files
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -45,11 +45,9 @@ def test_another_seed_gives_other_readings(jobs: dict[str, dict[str, Any]], tmp_
 
 
 def test_fresh_processes_with_other_hash_seeds_give_the_same_log(
-    jobs: dict[str, dict[str, Any]], tmp_path: Path
+    jobs: dict[str, dict[str, Any]], at_hertz: Callable[[str, Path], Path], tmp_path: Path
 ) -> None:
-    own = files("stretch_bt") / "trees" / "scenes" / "water_balloon.yaml"
-    (tmp_path / "scene.yaml").write_text(own.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
-    jobs["twin"]["scene"] = tmp_path / "scene.yaml"
+    jobs["twin"]["scene"] = at_hertz("water_balloon", tmp_path)
     asked = {name: {key: str(value) for key, value in job.items()} for name, job in jobs.items()}
     digests: dict[str, set[str]] = {name: set() for name in jobs}
     for hash_seed in ("1", "4242"):

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from importlib.resources import files
 
 import pytest
 
@@ -35,12 +34,10 @@ print(json.dumps([result.status, sorted(name for name in late if not name.starts
         *(pytest.param(tree, {}, marks=pytest.mark.slow) for tree in ("form_cookie_fast", "reconstruct")),
     ],
 )
-def test_a_task_loads_nothing_while_it_runs(tmp_path, tree, params):
+def test_a_task_loads_nothing_while_it_runs(at_hertz, tmp_path, tree, params):
     options = {"params": params}
     if params:
-        own = files("stretch_bt") / "trees" / "scenes" / "water_balloon.yaml"
-        (tmp_path / "scene.yaml").write_text(own.read_text("utf-8") + "fidelity: hertz\n", "utf-8")
-        options["scene"] = str(tmp_path / "scene.yaml")
+        options["scene"] = str(at_hertz("water_balloon", tmp_path))
     asked = [sys.executable, "-c", PROGRAM, tree, tmp_path / "record", json.dumps(options)]
     done = subprocess.run(asked, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout) == ["SUCCESS", []]

@@ -9,7 +9,6 @@ import signal
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -215,14 +214,12 @@ def test_ticks_under_mocks(ways: int, every: int, tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def small_twin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def small_twin(tmp_path_factory: pytest.TempPathFactory, at_hertz: Callable[[str, Path], Path]) -> dict[str, Any]:
     """A cell that begins close above the object and takes fewer frames: the same task in half the ticks."""
     folder = tmp_path_factory.mktemp("cell")
     (folder / "small.yaml").write_text(CELL, encoding="utf-8")
-    shipped = files("stretch_bt") / "trees" / "scenes" / "water_balloon.yaml"
-    (folder / "scene.yaml").write_text(shipped.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
     params = {"frames": 2, "touch_frames": 4, "sensing_frames": 4, "hold": 0.0, "settle": 0.0, "model": "paper"}
-    return {"cell": folder / "small.yaml", "scene": folder / "scene.yaml", "params": params}
+    return {"cell": folder / "small.yaml", "scene": at_hertz("water_balloon", folder), "params": params}
 
 
 @pytest.mark.parametrize("numbers", [(0, 3), pytest.param((1, 2), marks=pytest.mark.slow)])

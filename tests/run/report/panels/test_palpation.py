@@ -2,7 +2,6 @@
 
 import os
 import re
-from importlib.resources import files
 
 import pytest
 
@@ -175,10 +174,8 @@ def test_a_model_file_that_changed_since_is_told(record, tmp_path):
 
 
 @pytest.mark.parametrize("tree", [pytest.param("palpate_stiffness", marks=pytest.mark.slow), "palpate_active"])
-def test_a_palpation_in_the_twin_has_its_panel(tmp_path, tree):
-    scene = tmp_path / "scene.yaml"
-    own = files("stretch_bt") / "trees" / "scenes" / "seeds_balloon.yaml"
-    scene.write_text(own.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
+def test_a_palpation_in_the_twin_has_its_panel(at_hertz, tmp_path, tree):
+    scene = at_hertz("seeds_balloon", tmp_path)
     ForceModel.default().save(tmp_path / "hand.json")
     params = {"model": str(tmp_path / "hand.json"), "touch_frames": 4, "sensing_frames": 4, "hold": 0.0, "settle": 0.0}
     result = stretch_bt.run(tree, scene=scene, params=params, out=tmp_path / "record")
