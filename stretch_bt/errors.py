@@ -166,6 +166,10 @@ class NoAnswer(StretchError):
         super().__init__(self.reason)
 
 
+class UnsetKey(NoAnswer):
+    """A key, or a field of a record, is read that has no value."""
+
+
 class NoContact(NoAnswer):
     """Nothing is in contact where a contact is needed."""
 
@@ -228,10 +232,6 @@ class BeyondLimits(LimitExceeded, NoAnswer):
 
 class NotReady(DeviceFault):
     """A command was given to a device that is closed or in fault."""
-
-
-class UnsetKey(StretchError):
-    """A key is read before anything wrote it."""
 
 
 class NodeError(StretchError):

@@ -8,7 +8,7 @@ from stretch_bt.source.compose import parse
 from stretch_bt.source.fit import validate
 from stretch_bt.source.read import load, read_text, resolve
 from stretch_bt.source.suggest import closest, did_you_mean, unknown_key
-from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value
+from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value, is_nothing, is_null
 
 __all__ = [
     "TRUTHS",
@@ -19,6 +19,8 @@ __all__ = [
     "Value",
     "closest",
     "did_you_mean",
+    "is_nothing",
+    "is_null",
     "load",
     "parse",
     "read_text",

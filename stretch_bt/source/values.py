@@ -11,7 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic
 
-__all__ = ["TRUTHS", "Map", "Mark", "Scalar", "Seq", "Value"]
+__all__ = ["TRUTHS", "Map", "Mark", "Scalar", "Seq", "Value", "is_nothing", "is_null"]
 
 #: truths of YAML 1.1, which are text in YAML 1.2
 TRUTHS = {
@@ -120,6 +120,16 @@ class Map:
 
 
 Value = Scalar | Seq | Map
+
+
+def is_nothing(value: Value) -> bool:
+    """Whether nothing is written after a key, as after both in `{frame, contact}`; an explicit `null` is something."""
+    return isinstance(value, Scalar) and not value.text and not value.quoted
+
+
+def is_null(value: Value) -> bool:
+    """Whether `null` or `~` is written."""
+    return isinstance(value, Scalar) and bool(value.text) and value.value is None
 
 
 def _core_value(text: str) -> Any:

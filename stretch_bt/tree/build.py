@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 import py_trees
 
-from stretch_bt.errors import NoAnswer, NodeError
+from stretch_bt.errors import NoAnswer, NodeError, UnsetKey
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.cell import MISSING, Cell
@@ -113,14 +113,17 @@ class _Frame:
 class _Computed(Cell):
     """An input fed by an expression: worked out at each read."""
 
-    __slots__ = ("thunk",)
+    __slots__ = ("error_of", "thunk")
 
-    def __init__(self, name: str, thunk: Callable[[], Any]) -> None:
-        super().__init__(name)
-        self.thunk = thunk
+    def __init__(self, name: str, thunk: Callable[[], Any], error_of: Callable[[], float | None] | None) -> None:
+        super().__init__(name, value=None)
+        self.thunk, self.error_of = thunk, error_of
 
     def read(self) -> Any:
         return self.thunk()
+
+    def error(self) -> float | None:
+        return None if self.error_of is None else self.error_of()
 
 
 def _tee(target: Cell, target_sd: Cell) -> Cell:
@@ -227,6 +230,11 @@ class Builder:
         assert wire.expression is not None
         return bind(wire.expression, self)
 
+    def thunk_or_none(self, wire: Wire) -> Callable[[], Any]:
+        """Return what gives the value of a wire, and None where it is a name as it is that holds nothing."""
+        thunk = self.thunk(wire)
+        return _present(thunk, None) if isinstance(wire.source, Name) and not wire.is_constant else thunk
+
     def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
         """Return what reads a name of the present tree, and the attributes left to follow."""
         symbol = self.frame.scope.resolve(parts)
@@ -274,10 +282,7 @@ class Builder:
         node.device_names = dict(part.devices)
         self.devices.update(part.devices.values())
         for declared in part.info.of(Role.INPUT):
-            wire = part.inputs.get(declared.name)
-            thunk = self.thunk(wire or Wire(part.mark, value=declared.default))
-            bounded = wire is not None and not wire.is_constant and (declared.min, declared.max) != (None, None)
-            node.wiring[declared.name] = _bounded(thunk, declared, part.info.types[declared.name]) if bounded else thunk
+            node.wiring[declared.name] = self.port(part, declared)
         for declared in part.info.of(Role.OUTPUT):
             cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
             sd = part.outputs.get(f"{declared.name}_sd")
@@ -285,6 +290,34 @@ class Builder:
                 cell = _tee(cell, self.cell(sd[0]))
             node.sinks[declared.name] = cell
         return node
+
+    def port(self, part: Leaf, declared: Port) -> Callable[[], Any]:
+        """Return what reads an input port: what it is wired to, else the error of what its quantity is wired to, else its default."""
+        default, wire = declared.default, part.inputs.get(declared.name)
+        quantity = part.inputs.get(declared.name.removesuffix("_sd")) if declared.name.endswith("_sd") else None
+        if wire is None and quantity is not None and (error := self.error_of(quantity)) is not None:
+            return _carried(error, default, declared.name)
+        if wire is None:
+            return lambda: default
+        thunk = self.thunk(wire)
+        if not wire.is_constant and (wire.optional or wire.may_be_absent or declared.check({}).optional):
+            thunk = _present(thunk, default)
+        bounded = not wire.is_constant and (declared.min, declared.max) != (None, None)
+        return _bounded(thunk, declared, part.info.types[declared.name]) if bounded else thunk
+
+    def error_of(self, wire: Wire) -> Callable[[], float | None] | None:
+        """Return what reads the error of a wire's value; None where a value of its kind carries none."""
+        if not isinstance(wire.source, Name):
+            return None
+        symbol = self.frame.scope.resolve(wire.source.parts)
+        rest = wire.source.parts[symbol.used :]
+        if symbol.origin is Origin.PARAM and not rest:
+            beside = self.frame.signature.document.params.get(f"{symbol.name}_sd")
+            return None if beside is None else lambda: beside.value
+        if symbol.origin is not Origin.KEY:
+            return None
+        cell = self.frame.cells[symbol.name]
+        return cell.error if not rest else lambda: _error_of_field(cell, rest)
 
     def call(self, part: Call, path: str) -> CallNode:
         """Build a called tree with cells of its own."""
@@ -308,13 +341,50 @@ class Builder:
     def input_cell(self, declared: Declared, wire: Wire | None, path: str) -> Cell:
         """Return the cell of an input: the caller's own, a constant, or one that is worked out at each read."""
         if wire is None:
-            return Cell(f"{path}/{declared.name}", declared.default)
+            absent = declared.default is None
+            return Cell(f"{path}/{declared.name}", MISSING if absent else declared.default)
+        error = self.error_of(wire)
         if wire.is_constant:
-            return Cell(f"{path}/{declared.name}", wire.value)
+            cell = Cell(f"{path}/{declared.name}", MISSING if wire.value is None else wire.value)
+            cell.sd = None if error is None else error()
+            return cell
         key = wire.single_key()
         if key is not None:
             return self.cell(key)
-        return _Computed(f"{path}/{declared.name}", self.thunk(wire))
+        return _Computed(f"{path}/{declared.name}", self.thunk(wire), error)
+
+
+def _present(thunk: Callable[[], Any], default: Any) -> Callable[[], Any]:
+    """Return what gives the default of a port, or None, where a key holds nothing."""
+    absent = None if default is MISSING else default
+
+    def read() -> Any:
+        try:
+            return thunk()
+        except UnsetKey:
+            return absent
+
+    return read
+
+
+def _carried(error: Callable[[], float | None], default: Any, name: str) -> Callable[[], Any]:
+    """Return what gives the error of a value, and the default of the port where there is none."""
+
+    def read() -> Any:
+        sd = error()
+        if sd is None and default is MISSING:
+            raise UnsetKey(f"{name} is not given, and the value of {name.removesuffix('_sd')} has no standard deviation")
+        return default if sd is None else sd
+
+    return read
+
+
+def _error_of_field(cell: Cell, parts: tuple[str, ...]) -> float | None:
+    """Return the field `x_sd` that stands beside a field `x` of a record."""
+    value = cell.value
+    for part in (*parts[:-1], f"{parts[-1]}_sd"):
+        value = getattr(value, part, None)
+    return value if isinstance(value, float) else None
 
 
 def _bounded(thunk: Callable[[], Any], declared: Port, type_: Type) -> Callable[[], Any]:

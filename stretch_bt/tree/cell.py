@@ -43,11 +43,16 @@ class Cell:
             raise UnsetKey(f"${self.name} is read before anything wrote it{self.blocked and '; ' + self.blocked}")
         return self.value
 
+    def error(self) -> float | None:
+        """Return the standard deviation of the value, or None where it has none."""
+        return self.sd
+
     def read_sd(self) -> float:
         """Return the standard deviation of the value; raises UnsetKey when it has none."""
-        if self.value is MISSING or self.sd is None:
+        sd = self.error()
+        if self.value is MISSING or sd is None:
             raise UnsetKey(f"${self.name} has no standard deviation")
-        return self.sd
+        return sd
 
     def reset(self, value: Any = MISSING) -> None:
         """Go back to a default, or to unset."""

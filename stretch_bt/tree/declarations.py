@@ -7,10 +7,10 @@ from contextlib import suppress
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput
-from stretch_bt.source import Map, Scalar, Value, closest, did_you_mean, unknown_key
+from stretch_bt.source import Map, Scalar, Value, closest, did_you_mean, is_nothing, unknown_key
 from stretch_bt.tree.document import Declared
-from stretch_bt.tree.types import ANY, Type, named
-from stretch_bt.tree.values import Refused, check_bounds, literal, refuse
+from stretch_bt.tree.types import ANY, UNKNOWN, Family, Type, joined, named
+from stretch_bt.tree.values import Refused, check_bounds, is_none, literal, literal_type, refuse
 from stretch_bt.units import KINDS, kind_of, parse_quantity, parse_unit
 
 __all__ = ["Declarations", "known_keys"]
@@ -49,8 +49,9 @@ class Declarations:
             spec = known_keys(spec, (*FIELDS, *more), f"a {what}", self.found)
             type_value = spec.get("type")
         else:
-            type_value, spec = spec, Map((), spec.mark)
-        made = Declared(key.text, self.type(key, type_value, what), key.mark, doc=self.text(spec.get("doc")))
+            type_value, spec = None if is_nothing(spec) else spec, Map((), spec.mark)
+        type_ = self.type(key, type_value, what) if type_value is not None else self.of_values(key, spec, what)
+        made = Declared(key.text, type_, key.mark, doc=self.text(spec.get("doc")))
         made.has_default = "default" in spec
         for read in (self.bounds, self.default, self.unit, self.scene):
             try:
@@ -68,7 +69,19 @@ class Declarations:
             return ""
         return " ".join(value.text.split())
 
-    def type(self, key: Scalar, value: Value | None, what: str) -> Type:
+    def of_values(self, key: Scalar, spec: Map, what: str) -> Type:
+        """Return the type that default and bounds have by themselves; without any, what writes or reads a key gives it one."""
+        given = [value for name in ("default", "min", "max") if (value := spec.get(name)) is not None]
+        found: Type | None = UNKNOWN
+        for value in given:
+            found = found and joined(found, UNKNOWN if is_none(value) else literal_type(value))
+        if found and (found is not UNKNOWN or (what != "parameter" and not given)):
+            return found
+        message, hint = f"{what} {key.text!r} has no type", "add 'type: Length', or another type"
+        self.found.append(key.mark.error("type-missing", message, hint))
+        return ANY
+
+    def type(self, key: Scalar, value: Value, what: str) -> Type:
         """Read the name of a type."""
         if not isinstance(value, Scalar) or not value.text:
             message, hint = f"{what} {key.text!r} has no type", "add 'type: Length', or another type"
@@ -102,6 +115,8 @@ class Declarations:
         """Read `default`."""
         value = spec.get("default")
         if value is not None and made.type is not ANY:
+            if is_none(value) and made.type.family is not Family.STR:
+                return
             default = literal(value, made.type, made.name)
             made.default = default
             check_bounds(default, made.type, made.min, made.max, value.mark, made.name)

@@ -31,6 +31,10 @@ class Declared:
     max: float | None = None
     doc: str = ""
     scene: bool = False
+    #: whether it is a bare name of a list, whose type, bounds and default follow from the ports that it reaches
+    listed: bool = False
+    may_be_absent: bool = False  # an input: each port that it reaches keeps its own default where no caller gives it
+    inferred: bool = False  # a key that no one declared; `mark` is its first writer
 
 
 @dataclass(slots=True)
@@ -38,6 +42,7 @@ class Param(Declared):
     """A constant of a file, given at load; `value` holds what the file, or `--set`, says."""
 
     value: Any = None
+    used: bool = False
 
 
 @dataclass(slots=True)
@@ -62,6 +67,8 @@ class Signature:
     outs: dict[str, Declared] = field(default_factory=dict)
     keys: dict[str, Declared] = field(default_factory=dict)
     doc: str = ""
+    settled: bool = False  # whether every name has its type
+    read: set[str] = field(default_factory=set)  # names that something in the body may read
 
     def declared(self, name: str) -> Declared | None:
         """Return the input, output or key of this name."""

@@ -12,10 +12,11 @@ from typing import Any
 
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, parse, read_text
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, is_nothing, parse, read_text
 from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations, known_keys
 from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Signature
+from stretch_bt.tree.expression import FUNCTIONS
 from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, example, literal
@@ -169,7 +170,8 @@ class _Headings:
                 self.doc.devices[key.text] = DeviceDecl(key.text, interface, key.mark)
 
     def good_name(self, key: Scalar, what: str) -> bool:
-        reserved = ("params", "task", "true", "false", "and", "or", "not")
+        reserved = ("params", "task", "none", "true", "false", "and", "or", "not")
+        reserved += tuple(FUNCTIONS) if what in ("parameter", "key") else ()
         if re.fullmatch(r"[A-Za-z_]\w*", key.text, re.ASCII) and key.text not in reserved:
             return True
         self.error(
@@ -261,11 +263,23 @@ class _Headings:
         inner = Map(tuple((k, v) for k, v in body.pairs if k.text not in ("in", "out", "keys", "doc")), body.mark)
         found = Signature(key.text, key.mark, self.doc, inner, doc=self.declarations.text(body.get("doc")))
         for field, table in (("in", found.ins), ("out", found.outs), ("keys", found.keys)):
-            for name, spec in self.entries(body.get(field), field):
+            for name, spec in self.border(body.get(field), field):
                 self.add_key(found, table, name, spec)
         if found.ins and found.name == "main" and not self.doc.prefix:
             at, hint = body.key("in").mark, "make it a parameter, under 'params:', or a key"
             self.error(at, "key-unknown", "'main' is called by nobody, so it has no 'in'", hint)
+        return found
+
+    def border(self, value: Value | None, what: str) -> list[tuple[Scalar, Value]]:
+        """Return names with their declarations, which a list of names leaves empty."""
+        if not isinstance(value, Seq) or what == "keys":
+            return self.entries(value, what)
+        found: list[tuple[Scalar, Value]] = []
+        for item in value.items:
+            if isinstance(item, Scalar):
+                found.append((item, Scalar("", False, item.mark)))
+            else:
+                self.error(item.mark, "type-mismatch", f"{what} takes a list of names", f"write '{what}: [depth, stretch]'")
         return found
 
     def main_keys(self, value: Value | None) -> None:
@@ -298,7 +312,9 @@ class _Headings:
             self.error(name.mark, "key-duplicate", f"${name.text} has the name of a device", "rename one of them")
         else:
             more = ("scene",) if table is tree.outs and tree.name == "main" else ()
-            table[name.text] = self.declarations.read(name, spec, "key", more)
+            declared = self.declarations.read(name, spec, "key", more)
+            declared.listed = table is tree.ins and is_nothing(spec)
+            table[name.text] = declared
 
 
 def _nearby(target: str, base: Path) -> str:

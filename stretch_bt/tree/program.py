@@ -13,6 +13,7 @@ from stretch_bt.tree import headings, registry
 from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
 from stretch_bt.tree.flow import CONSTRUCTS
+from stretch_bt.tree.keys import settle_types
 from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
@@ -122,6 +123,7 @@ class _Checker:
         self.found[:] = sorted(seen, key=lambda d: (order.get(d.file, 99), d.line, d.column))
 
     def read(self, signature: Signature) -> None:
+        self.found += settle_types(signature)
         reader = Reader(signature)
         finish_value = signature.body.get("finally")
         rest = type(signature.body)(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, unknown_key
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, is_nothing, unknown_key
 from stretch_bt.tree import registry
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow import CONSTRUCTS, Broken, Call, Leaf, Part
@@ -17,9 +17,9 @@ from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.set_keys import SetKeys
 from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.port import Port, Role
-from stretch_bt.tree.registry import RESERVED, NodeInfo
+from stretch_bt.tree.registry import RESERVED, RETIRED, NodeInfo
 from stretch_bt.tree.types import Type
-from stretch_bt.tree.values import braces, sample
+from stretch_bt.tree.values import braces, sample, written
 from stretch_bt.tree.wiring import Wiring
 
 __all__ = ["Reader"]
@@ -29,11 +29,12 @@ Words = dict[str, tuple[Scalar, Value]]
 
 #: constructs in which a reserved word belongs to what stands inside: a key to be set, a node whose result is changed
 _OWN_WORDS = ("set", "invert", "force_success", "force_failure")
+#: constructs in whose braces a name may stand
+_CONDITIONS = ("check", "guard")
 #: modifiers, from the innermost to the outermost
 _AROUND = (
     ("timeout", Timeout.around),
     ("retry", Retry.around),
-    ("while", Guard.around),
     ("guard", Guard.around),
     ("skip_if", SkipIf.around),
     ("log", Log.around),
@@ -65,6 +66,7 @@ class Reader(Wiring):
                 self.error(value.mark, "body-missing", "there is no node here", hint)
                 return None
             return self.place(value, Map((), value.mark), {})
+        value = self.spelt(value)
         words = {key.text: (key, v) for key, v in value if key.text in RESERVED}
         kinds: list[tuple[Scalar, Value]] = [(key, v) for key, v in value if key.text not in RESERVED]
         if "run" in value and "with" in value and isinstance(value.get("run"), Scalar):
@@ -92,6 +94,18 @@ class Reader(Wiring):
         words.pop(key.text, None)
         return self.place(key, given, words)
 
+    def spelt(self, value: Map) -> Map:
+        """Put right the words of older files, and note them."""
+        if not any(word in value for word in RETIRED):
+            return value
+        pairs = []
+        for key, given in value:
+            if (word := RETIRED.get(key.text)) is not None:
+                self.error(key.mark, "retired", f"{key.text!r} is no longer a word of the language", f"write {word!r}")
+                key = Scalar(word, False, key.mark)
+            pairs.append((key, given))
+        return Map(tuple(pairs), value.mark)
+
     def strange_words(self, pairs: list[tuple[Scalar, Value]], taken: list[str]) -> None:
         """Note what stands beside a node and is neither a reserved word nor a node."""
         for key, value in pairs:
@@ -114,12 +128,10 @@ class Reader(Wiring):
         """Read a node, construct or call with the reserved words inside and beside it."""
         words = dict(beside)
         if isinstance(given, Map) and key.text not in _OWN_WORDS:
+            given = self.spelt(given)
             for inner, value in given:
-                if inner.text in RESERVED and inner.text in words:
-                    message = f"{inner.text!r} is given inside and beside the node"
-                    self.error(inner.mark, "key-duplicate", message, "keep one")
-                elif inner.text in RESERVED:
-                    words[inner.text] = (inner, value)
+                if inner.text in RESERVED:
+                    self.word_inside(key, inner, value, words)
             given = Map(tuple((k, v) for k, v in given if k.text not in RESERVED), given.mark)
         part = self.kind(key, given)
         part.name = self.name(words["name"][1]) if "name" in words else None
@@ -132,6 +144,18 @@ class Reader(Wiring):
             if word in words:
                 part = around(self, part, words[word][1])
         return part
+
+    def word_inside(self, key: Scalar, inner: Scalar, value: Value, words: Words) -> None:
+        """Take a word that stands among the ports: the name of a condition; any other belongs beside the node."""
+        if inner.text in words:
+            message = f"{inner.text!r} is given inside and beside the node"
+            self.error(inner.mark, "key-duplicate", message, "keep one")
+            return
+        words[inner.text] = (inner, value)
+        if not (inner.text == "name" and key.text in _CONDITIONS):
+            message = f"{inner.text!r} stands among the ports of {key.text!r}"
+            hint = f"put it beside the node: '{{{key.text}: ..., {inner.text}: {written(value)}}}'"
+            self.error(inner.mark, "retired", message, hint)
 
     def is_known(self, name: str) -> bool:
         """Whether a name is that of a construct, a tree or a node."""
@@ -183,10 +207,8 @@ class Reader(Wiring):
         return found
 
     def node(self, name: str) -> NodeInfo | None:
-        """Find a node, also one written with the name of the module that it was imported under."""
-        found = registry.lookup(name)
-        prefix, dot, last = name.rpartition(".")
-        return registry.lookup(last) if found is None and dot and prefix in self.document.modules else found
+        """Find a node by what the file calls it."""
+        return registry.find(name, self.document.modules)
 
     def name(self, value: Value | None) -> str | None:
         """Read the name given to a place."""
@@ -224,25 +246,57 @@ class Reader(Wiring):
             return None
         outputs = info.outputs
         meant = self.unknown(ports, info.name, [*info.ports, *outputs], required)
-        for key, given in ports:
+        for key, written in ports:
             declared = info.ports.get(key.text)
+            if declared is not None and declared.role is Role.DEVICE:
+                if not is_nothing(written):
+                    self.device(found, declared, written)
+                continue
+            given = self.full(key, written)
+            if given is None:
+                continue
             if declared is not None and declared.role is Role.INPUT:
                 self.input(found.inputs, key, given, info.types[key.text], f"{info.name}.{key.text}", declared)
-            elif declared is not None and declared.role is Role.DEVICE:
-                self.device(found, declared, given)
             elif key.text in outputs:
                 self.sink(found.outputs, key, given, outputs[key.text], f"{info.name}.{key.text}")
+        self.records_in(found, {p.name: (info.types[p.name], p.required) for p in info.of(Role.INPUT)}, ports, mark)
+        self.records_out(found, outputs, ports, mark)
         for name in required:
-            if name not in ports and name not in meant:
+            carried = name.endswith("_sd") and found.inputs.get(name.removesuffix("_sd"))
+            if name not in ports and name not in meant and name not in found.inputs and not (carried and carried.source):
                 self.missing(mark, info.name, name, info.types[name])
         for declared in info.of(Role.DEVICE):
-            if declared.name not in ports:
+            if declared.name not in ports or is_nothing(ports.get(declared.name) or Map((), mark)):
                 self.default_device(found, declared, mark)
         return found
 
+    def records_in(self, found: Leaf | Call, inputs: dict[str, tuple[Type, bool]], ports: Map, mark: Mark) -> None:
+        """Wire each record that is left out to the key of its name, where there is one."""
+        for name, (type_, required) in inputs.items():
+            declared = self.signature.declared(name)
+            if name not in ports and type_.is_record and declared is not None and type_.accepts(declared.type):
+                wire = self.value(Scalar(f"${name}", False, mark), type_, f"{found.label}.{name}")
+                if wire is not None:
+                    wire.optional = not required
+                    found.inputs[name] = wire
+
+    def records_out(self, found: Leaf | Call, outputs: dict[str, Type], ports: Map, mark: Mark) -> None:
+        """Write each record that is left out to the key of its name, where something reads that."""
+        for name, type_ in outputs.items():
+            declared = self.signature.declared(name)
+            if name in ports or not type_.is_record or declared is None or not declared.type.accepts(type_):
+                continue
+            if name in self.signature.read and name not in self.signature.ins:
+                found.outputs[name] = (name, mark)
+                found.left_out.add(name)
+
     def missing(self, mark: Mark, what: str, name: str, type_: Type) -> None:
         """Note an input that must be given and is not."""
-        self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", f"add '{name}: {sample(type_)}'")
+        hint = f"add '{name}: {sample(type_)}'"
+        if type_.is_record:
+            givers = [info.name for info in registry.load_all().values() if type_ in info.outputs.values()]
+            hint = f"nothing before it writes {name!r}; {', '.join(map(repr, givers[:3])) or 'some node'} gives one, or {hint}"
+        self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", hint)
 
     def device(self, found: Leaf, declared: Port, value: Value) -> None:
         """Wire a device port to a declared device."""
@@ -312,7 +366,10 @@ class Reader(Wiring):
             return None
         found = Call(mark, target)
         meant = self.unknown(ports, target.name, [*target.ins, *target.outs], required)
-        for key, given in ports:
+        for key, written in ports:
+            given = self.full(key, written)
+            if given is None:
+                continue
             if key.text in target.ins:
                 declared = target.ins[key.text]
                 self.input(found.inputs, key, given, declared.type, f"{target.name}.{key.text}", declared)
@@ -321,8 +378,10 @@ class Reader(Wiring):
                 self.error(key.mark, "output-of-scene", message, "leave it out")
             elif key.text in target.outs:
                 self.sink(found.outputs, key, given, target.outs[key.text].type, f"{target.name}.{key.text}")
+        self.records_in(found, {d.name: (d.type, not d.has_default) for d in target.ins.values()}, ports, mark)
+        self.records_out(found, {d.name: d.type for d in target.outs.values() if not d.scene}, ports, mark)
         for name in required:
-            if name not in ports and name not in meant:
+            if name not in ports and name not in meant and name not in found.inputs:
                 self.missing(mark, target.name, name, target.ins[name].type)
         return found
 

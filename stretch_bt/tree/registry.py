@@ -9,7 +9,7 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -25,14 +25,16 @@ from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
 from stretch_bt.units import Estimate
 
-__all__ = ["RESERVED", "NodeInfo", "RegistryError", "describe", "load_all", "lookup", "node", "object_types"]
+__all__ = ["RESERVED", "RETIRED", "NodeInfo", "RegistryError", "describe", "find", "load_all", "lookup", "node", "object_types"]
 
 GROUP = "stretch_bt.nodes"
 #: by name, because the node library stands above this module
 BUILTIN = "stretch_bt.behaviors"
 
 #: words that a tree may put beside the ports of any node
-RESERVED = ("name", "doc", "timeout", "retry", "while", "guard", "skip_if", "finally", "log")
+RESERVED = ("name", "doc", "timeout", "retry", "guard", "skip_if", "finally", "log")
+#: such words of older files, and how they are spelt now
+RETIRED = {"while": "guard"}
 
 B = TypeVar("B", bound=type[Behavior])
 
@@ -182,6 +184,13 @@ def load_all() -> dict[str, NodeInfo]:
 def lookup(name: str) -> NodeInfo | None:
     """Return the node of this name, or None."""
     return load_all().get(name)
+
+
+def find(name: str, modules: Set[str]) -> NodeInfo | None:
+    """Return a node, also one written with the name of the module that it was imported under."""
+    found = lookup(name)
+    prefix, dot, last = name.rpartition(".")
+    return lookup(last) if found is None and dot and prefix in modules else found
 
 
 def object_types() -> dict[str, type]:

@@ -29,8 +29,6 @@ class TreeScope:
         declared = self.signature.declared(first)
         if declared is not None:
             return Symbol(Origin.KEY, first, declared.type, 1)
-        if first == "params":
-            return self._param(parts)
         if first == "task":
             return self._table(parts, TASK, Origin.TASK)
         if first in self.signature.document.devices:
@@ -39,7 +37,11 @@ class TreeScope:
             of = self.signature.declared(first.removesuffix("_sd"))
             if of is not None and of.type.is_number:
                 return Symbol(Origin.SD, of.name, of.type, 1)
-        raise Unresolved(0, self._hint(parts))
+        param = self.signature.document.params.get(first)
+        if param is not None:
+            param.used = True
+            return Symbol(Origin.PARAM, param.name, param.type, 1, param.value)
+        raise Unresolved(len(parts) if first == "params" else 0, self._hint(parts))
 
     def is_doubtful(self, parts: tuple[str, ...]) -> bool:
         """Whether a name is declared, but wrongly, which was noted there and is not to be noted at each use."""
@@ -47,17 +49,10 @@ class TreeScope:
         declared = self.signature.declared(parts[0])
         if declared is not None:
             return declared.type is ANY
-        if parts[0] == "params" and len(parts) > 1 and parts[1] in document.params:
-            return document.params[parts[1]].value is None
+        param = document.params.get(parts[0])
+        if param is not None:
+            return param.value is None and not param.has_default
         return parts[0] in document.doubtful
-
-    def _param(self, parts: tuple[str, ...]) -> Symbol:
-        params = self.signature.document.params
-        if len(parts) < 2 or parts[1] not in params:
-            name = parts[1] if len(parts) > 1 else ""
-            raise Unresolved(1, did_you_mean(name, params) or f"declare it: 'params: {{{name}: {{type: ...}}}}'")
-        param = params[parts[1]]
-        return Symbol(Origin.PARAM, param.name, param.type, 2, param.value)
 
     def _reading(self, parts: tuple[str, ...]) -> Symbol:
         device = self.signature.document.devices[parts[0]]
@@ -74,9 +69,9 @@ class TreeScope:
 
     def _hint(self, parts: tuple[str, ...]) -> str:
         name, signature = parts[0], self.signature
-        if name in signature.document.params:
-            return f"write 'params.{name}'"
-        known = [*signature.names, *signature.document.devices]
+        if name == "params":
+            return f"write '{'.'.join(parts[1:]) or 'depth'}': a param is called by its name alone"
+        known = [*signature.names, *signature.document.devices, *signature.document.params]
         guess = closest(name, known)
         if guess is None and len(parts) > 1:
             kinds = [kind for kind, interface in INTERFACES.items() if parts[1] in _readings(interface)]
@@ -84,8 +79,8 @@ class TreeScope:
                 return f"add 'devices: {{{name}: {kinds[0]}}}'"
         others = sorted(t.name for t in signature.document.trees.values() if t is not signature and t.declared(name))
         if others and guess is None:
-            return f"it belongs to tree {others[0]!r}; pass it through 'in', or declare it in this tree"
-        return did_you_mean(name, [*known, "params", "task"]) or f"declare it: 'keys: {{{name}: Length}}'"
+            return f"it belongs to tree {others[0]!r}; pass it through 'in', or write it in this tree"
+        return did_you_mean(name, [*known, "task"]) or "nothing in this tree writes it; write it first, or make it a param"
 
 
 def _readings(interface: type) -> dict[str, Type]:

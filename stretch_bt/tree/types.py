@@ -14,7 +14,22 @@ from typing import Annotated, Any
 
 from stretch_bt.units import DIMENSIONLESS, KINDS, Dimension, Kind, kind_of
 
-__all__ = ["ANY", "BOOL", "FLOAT", "INT", "STR", "Family", "Type", "attributes", "from_annotation", "named", "quantity"]
+__all__ = [
+    "ANY",
+    "BOOL",
+    "FLOAT",
+    "INT",
+    "STR",
+    "UNKNOWN",
+    "Family",
+    "Type",
+    "attributes",
+    "from_annotation",
+    "joined",
+    "list_of",
+    "named",
+    "quantity",
+]
 
 
 class Family(Enum):
@@ -52,6 +67,11 @@ class Type:
         return self.name
 
     @property
+    def is_record(self) -> bool:
+        """Whether a port of this type is wired by its name where a tree leaves it out: an object, or a list of them."""
+        return (self.item or self).family is Family.OBJECT
+
+    @property
     def is_number(self) -> bool:
         """Whether arithmetic and bounds make sense."""
         return self.family in (Family.QUANTITY, Family.FLOAT, Family.INT)
@@ -85,6 +105,8 @@ INT = Type("int", Family.INT)
 FLOAT = Type("float", Family.FLOAT)
 STR = Type("str", Family.STR)
 ANY = Type("any", Family.ANY)
+#: of a name whose type follows from what writes or reads it
+UNKNOWN = Type("unknown", Family.ANY)
 _OPTION = re.compile(r"[a-z]\w*")
 _PLAIN: dict[Any, Type] = {bool: BOOL, int: INT, float: FLOAT, str: STR}
 
@@ -94,6 +116,23 @@ def quantity(dimension: Dimension) -> Type:
     if dimension == DIMENSIONLESS:
         return FLOAT
     return Type(str(dimension), Family.QUANTITY, dimension)
+
+
+def list_of(item: Type) -> Type:
+    """Return the type of a list of such items."""
+    return Type(f"list[{item.name}]", Family.LIST, item=item)
+
+
+def joined(a: Type, b: Type) -> Type | None:
+    """Return the type of a key that values of both types are written to, the wider one; None where they do not meet."""
+    if a == b or Family.ANY in (a.family, b.family):
+        return b if a.family is Family.ANY else a
+    if a.item is not None and b.item is not None:
+        item = joined(a.item, b.item)
+        return None if item is None else list_of(item)
+    if {a.family, b.family} <= {Family.STR, Family.ENUM}:
+        return STR
+    return next((wide for wide, narrow in ((a, b), (b, a)) if wide.accepts(narrow)), None)
 
 
 def from_annotation(annotation: Any) -> Type:
@@ -115,8 +154,7 @@ def from_annotation(annotation: Any) -> Type:
         texts = all(isinstance(a, str) for a in members)
         return Type(" | ".join(options), Family.ENUM, options=options, members=() if texts else members)
     if origin in (list, tuple) or str(origin) == "<class 'collections.abc.Sequence'>":
-        item = from_annotation(typing.get_args(annotation)[0])
-        return Type(f"list[{item.name}]", Family.LIST, item=item)
+        return list_of(from_annotation(typing.get_args(annotation)[0]))
     if origin in (typing.Union, types.UnionType):
         options_ = [a for a in typing.get_args(annotation) if a is not type(None)]
         if len(options_) == 1:
@@ -137,7 +175,7 @@ def named(text: str, objects: Mapping[str, type]) -> Type | None:
         return _options(text)
     if text.startswith("list[") and text.endswith("]"):
         item = named(text[5:-1], objects)
-        return None if item is None else Type(f"list[{item.name}]", Family.LIST, item=item)
+        return None if item is None else list_of(item)
     if text in KINDS:
         return Type(text, Family.QUANTITY, KINDS[text].dimension)
     plain = {t.name: t for t in _PLAIN.values()}

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any, NoReturn
 
 from stretch_bt.errors import Diagnostic, InvalidInput, StretchError
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, did_you_mean
-from stretch_bt.tree.types import Family, Type
-from stretch_bt.units import format_quantity, parse_quantity, suggest_quantity, unit_names
+from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, UNKNOWN, Family, Type, joined, list_of, quantity
+from stretch_bt.units import NUMBER, format_quantity, parse_quantity, suggest_quantity, unit_names
 
-__all__ = ["Refused", "braces", "check_bounds", "example", "literal", "outside", "sample", "within", "written"]
+#: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
+_LITERAL = re.compile(
+    rf"\s*(?:{NUMBER}|[-+]?[0-9][0-9.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
+    re.IGNORECASE,
+)
+
+__all__ = ["Refused", "braces", "check_bounds", "example", "is_none", "literal", "literal_type", "outside", "reads_as_expression", "sample", "within", "written"]
 
 
 class Refused(StretchError):
@@ -24,6 +31,39 @@ class Refused(StretchError):
 def refuse(mark: Mark, code: str, message: str, hint: str = "") -> NoReturn:
     """Raise Refused with an error at this place."""
     raise Refused(mark.error(code, message, hint))
+
+
+def reads_as_expression(value: Scalar) -> bool:
+    """Whether a scalar that may be either is an expression: anything but a number, with or without a unit, and plain YAML."""
+    if value.text.startswith("$"):
+        return True
+    if not value.text or _LITERAL.fullmatch(value.text):
+        return False
+    return isinstance(value.value, str)
+
+
+def is_none(value: Value) -> bool:
+    """Whether a value is the word for absence."""
+    return isinstance(value, Scalar) and value.text == "none" and not value.quoted
+
+
+def literal_type(value: Value) -> Type:
+    """Return the type that a literal has by itself: `10 mm` a Length, `3` an int, `[1, 2]` a list of ints."""
+    if isinstance(value, Seq):
+        items = [literal_type(item) for item in value.items]
+        found: Type | None = items[0] if items else UNKNOWN
+        for item in items[1:]:
+            found = found and joined(found, item)
+        return list_of(found or UNKNOWN)
+    if not isinstance(value, Scalar) or value.value is None:
+        return UNKNOWN
+    plain = {bool: BOOL, int: INT, float: FLOAT}.get(type(value.value))
+    if plain is not None:
+        return plain
+    try:
+        return quantity(parse_quantity(value.text)[1])
+    except InvalidInput:
+        return STR
 
 
 def literal(value: Value, type_: Type, what: str) -> Any:

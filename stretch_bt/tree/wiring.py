@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, UnsetKey
-from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, unknown_key
+from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, is_nothing, is_null, unknown_key
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
 from stretch_bt.tree.expression.parse import Name
@@ -18,17 +18,9 @@ from stretch_bt.tree.port import Port
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, braces, check_bounds, example, literal, written
-from stretch_bt.units import NUMBER
+from stretch_bt.tree.values import Refused, braces, check_bounds, example, is_none, literal, reads_as_expression, written
 
 __all__ = ["Wiring"]
-
-#: a number with whatever people write after it for a unit; anything else that is not plain YAML is an expression
-_LITERAL = re.compile(
-    rf"\s*(?:{NUMBER}|[-+]?[0-9][0-9.,:]*)\s*(?:[^\W\d_][\w/%^²³]*|[%°]|1/[A-Za-z]\w*)?\s*|\s*[-+]?\.(?:inf|nan)\s*",
-    re.IGNORECASE,
-)
-
 
 class Wiring:
     """Reads the values that a tree gives to ports; mistakes are noted and reading goes on."""
@@ -85,11 +77,19 @@ class Wiring:
             meant |= {guess} if guess else set()
         return meant
 
+    def full(self, key: Scalar, value: Value) -> Value | None:
+        """Return what a port is given: `$name` of the port itself where nothing is written; None, with an error, for null."""
+        if is_null(value):
+            self.error(value.mark, "value-missing", f"{key.text!r} is given null", "write 'none', or nothing for a key of that name")
+            return None
+        return Scalar(f"${key.text}", False, key.mark) if is_nothing(value) else value
+
     def input(
         self, wires: dict[str, Wire], key: Scalar, value: Value, type_: Type, what: str, bounds: Port | Declared
     ) -> None:
         """Wire an input port."""
-        wire = self.value(value, type_, what, low=bounds.min, high=bounds.max)
+        none = bounds.check({}).optional if isinstance(bounds, Port) else bounds.has_default and bounds.default is None
+        wire = self.value(value, type_, what, low=bounds.min, high=bounds.max, takes_none=none)
         if wire is not None:
             wires[key.text] = wire
 
@@ -116,48 +116,61 @@ class Wiring:
             self.error(value.mark, "output-literal", message, braces(value) or self.as_key(name, type_))
             return None
         declared = self.signature.declared(name)
-        if declared is None:
-            self.undeclared(value.mark, name, type_)
+        if declared is None:  # its name is no key's
+            self.error(value.mark, "name", f"{text!r} cannot be a key", "use letters a to z, digits and _")
             return None
         if name in self.signature.ins:
             message = f"${name} is an input of tree {self.signature.name!r} and cannot be written"
             self.error(value.mark, "input-written", message, "use another key")
             return None
         if type_ is not None and not declared.type.accepts(type_):
-            message = f"${name} is {declared.type} (line {declared.mark.line}) but {what} gives {type_}"
+            message = f"${name} is {self.of(declared)} but {what} gives {type_}"
             self.error(value.mark, "type-mismatch", message, f"use a key of type {type_}")
             return None
         return name
 
+    @staticmethod
+    def of(declared: Declared) -> str:
+        """Return the type of a name, with where it comes from."""
+        return f"{declared.type} ({'written' if declared.inferred else 'declared'} on line {declared.mark.line})"
+
     def as_key(self, name: str, type_: Type | None) -> str:
         """Return how an output names the key that was written without its dollar."""
-        if self.signature.declared(name):
-            return f"write '${name}'"
-        if name.isidentifier() and name.isascii():
-            return f"write '${name}', and declare it: 'keys: {{{name}: {type_ or 'Length'}}}'"
-        return "write '$key', with a key of this tree"
+        return f"write '${name}'" if name.isidentifier() and name.isascii() else "write '$key', with a name of your own"
 
-    def undeclared(self, mark: Mark, name: str, type_: Type | None) -> None:
-        """Note a key that is not declared, with the declared one that fits best."""
-        guess = closest(name, self.signature.names)
-        hint = f"did you mean '${guess}'?" if guess else f"declare it: 'keys: {{{name}: {type_ or 'Length'}}}'"
-        self.error(mark, "key-undeclared", f"${name} is not declared in tree {self.signature.name!r}", hint)
+    def set_value(self, value: Value, declared: Declared, what: str) -> Wire | None:
+        """Return what a `set` gives a key: text stands in quotes of its own, because a bare word is a name; `none` leaves it unset."""
+        if isinstance(value, Scalar) and declared.type.family in (Family.STR, Family.ENUM) and not is_none(value):
+            return self.expression(value, declared.type, what)
+        return self.value(value, declared.type, what, declared.min, declared.max, takes_none=True)
 
     def value(
-        self, value: Value, type_: Type, what: str, low: float | None = None, high: float | None = None
+        self,
+        value: Value,
+        type_: Type,
+        what: str,
+        low: float | None = None,
+        high: float | None = None,
+        *,
+        takes_none: bool = False,
     ) -> Wire | None:
         """Return what feeds an input: a literal, or an expression over keys, parameters and readings."""
         try:
+            if takes_none and is_none(value):
+                return Wire(value.mark, value=None, text="none")
             if isinstance(value, Scalar) and self.is_expression(value, type_):
                 wire = self.expression(value, type_, what)
             elif isinstance(value, Seq) and type_.family is Family.LIST:
                 wire = self.list_value(value, type_, what)
             else:
                 wire = Wire(value.mark, value=literal(value, type_, what))
-            if wire is not None and wire.is_constant:
+            if wire is not None and wire.is_constant and wire.value is not None:
                 check_bounds(wire.value, type_, low, high, value.mark, what)
         except Refused as refused:
             self.diagnostics.append(refused.diagnostic)
+            return None
+        if wire is not None and wire.is_constant and wire.value is None and not takes_none:
+            self.error(value.mark, "value-missing", f"{what} has no value: {wire.text or written(value)} is none", example(type_))
             return None
         if wire is not None and not wire.text:
             wire.text = written(value)
@@ -179,13 +192,9 @@ class Wiring:
     @staticmethod
     def is_expression(value: Scalar, type_: Type) -> bool:
         """Whether a scalar is to be read as an expression rather than as a literal."""
-        if value.text.startswith("$"):
-            return True
-        if type_.family in (Family.STR, Family.ENUM):
+        if type_.family in (Family.STR, Family.ENUM) and not value.text.startswith("$"):
             return False
-        if not value.text or _LITERAL.fullmatch(value.text):
-            return False
-        return isinstance(value.value, str)
+        return reads_as_expression(value)
 
     def expression(self, value: Value, type_: Type, what: str) -> Wire | None:
         """Read an expression of the wanted type; constants are worked out now."""
@@ -234,17 +243,21 @@ class Wiring:
             hint = f"compare it with something, as in '{value.text} > {zero}'"
         symbol = self.scope.resolve(expression.parts) if isinstance(expression, Name) else None
         declared = self.signature.declared(symbol.name) if symbol is not None and symbol.origin is Origin.KEY else None
-        where = f" (declared on line {declared.mark.line})" if declared else ""
-        self.error(value.mark, "type-mismatch", f"{value.text} is {given}{where} but {what} takes {wanted}", hint)
+        shown = str(given)
+        if declared is not None:
+            shown += self.of(declared).removeprefix(str(declared.type))
+        self.error(value.mark, "type-mismatch", f"{value.text} is {shown} but {what} takes {wanted}", hint)
 
     def wire(self, value: Scalar, expression: Expression) -> Wire | None:
         """Return the wire of a checked expression, with what it reads."""
-        wire = Wire(value.mark, expression, text=value.text)
+        wire = Wire(value.mark, expression, text=value.text, source=expression if passes_error_on(expression) else None)
         constant = True
         for name in names(expression):
             symbol = self.scope.resolve(name.parts)
             if symbol.origin in (Origin.KEY, Origin.SD):
                 wire.reads += ((symbol.name, _inside(value, name.offset, name.length)),)
+                declared = self.signature.ins.get(symbol.name)
+                wire.may_be_absent = wire.may_be_absent or (declared is not None and declared.may_be_absent)
             elif symbol.origin is Origin.READING:
                 wire.readings += (symbol.name,)
             constant = constant and symbol.origin is Origin.PARAM
@@ -261,6 +274,11 @@ class Wiring:
             self.error(value.mark, "expression", message, "change the parameters, or the expression")
             return None
         return wire
+
+
+def passes_error_on(expression: Expression) -> bool:
+    """Whether the value of an expression carries the error of what it is made of."""
+    return isinstance(expression, Name)
 
 
 class _Params:

@@ -76,7 +76,7 @@ def test_the_speed_of_the_remedy_is_slow_enough_and_a_faster_one_is_not(found):
 
 PLACES = {
     "a default": ("«move_over»: {x: 0 mm, y: 0 mm}", "main/move_over: speed: at 100 mm/s"),
-    "a param at the end of its range": ("press: {depth: 1 mm, speed: $params.fast}", "at the end of its range, fast = 50 mm/s, main/press"),
+    "a param at the end of its range": ("press: {depth: 1 mm, speed: $fast}", "at the end of its range, fast = 50 mm/s, main/press"),
     "what only the run knows": (
         "sequence: [set: {speed: task.time * 1 mm/s^2}, roll: {speed: «$speed»}]",
         "main/roll: speed: at 250 mm/s",

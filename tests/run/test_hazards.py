@@ -50,8 +50,10 @@ def test_G1_preemption_starts_the_new_action_first_and_the_old_one_does_not_stop
         reactive_selector:
           - sequence:
               - check: {that: task.ticks > 3}
-              - move_to: {height: 300 mm, name: high}
-          - move_to: {height: 100 mm, name: low}
+              - name: high
+                move_to: {height: 300 mm}
+          - name: low
+            move_to: {height: 100 mm}
         """,
         "devices: {arm: Arm}",
         context=context,
@@ -67,12 +69,12 @@ def test_G1_preemption_starts_the_new_action_first_and_the_old_one_does_not_stop
 
 def test_G1_two_long_actions_in_one_reactive_node_are_refused_at_load(bench: Any) -> None:
     """py_trees: lets them pre-empt each other; here the tree does not load."""
-    assert bench.codes("reactive_selector: [probe: {name: a}, probe: {name: b}]") == {"reactive-action"}
+    assert bench.codes("reactive_selector: [{name: a, probe: {}}, {name: b, probe: {}}]") == {"reactive-action"}
 
 
 def test_G2_an_interrupt_leaves_nothing_running(bench: Any) -> None:
     """py_trees: `interrupt()` leaves nodes RUNNING without `terminate`; here each ends, told once."""
-    runner = bench.runner("parallel: [probe: {script: R, name: a}, probe: {script: RRi, name: b}]")
+    runner = bench.runner("parallel: [{name: a, probe: {script: R}}, {name: b, probe: {script: RRi}}]")
     outcome = runner.run()
     assert (outcome.status, outcome.ticks) == ("INTERRUPTED", 3)
     assert {node.status for node in runner.tree.nodes.values()} == {Status.INVALID}
@@ -98,7 +100,7 @@ def test_G3_a_signal_during_update_stops_safely(bench: Any, letter: str, name: s
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_G3_a_signal_during_the_wait_ends_it_at_once(bench: Any, name: str) -> None:
     """py_trees: Ctrl-C during the sleep is swallowed; here it ends the wait, and the task."""
-    runner = bench.runner("probe: {script: R, name: a}", clock=RealClock(), period=60.0, max_ticks=2)
+    runner = bench.runner("name: a\nprobe: {script: R}", clock=RealClock(), period=60.0, max_ticks=2)
     waiting = threading.Event()
     runner.clock.wait_until = _then(waiting.set, runner.clock.wait_until)
     sender = threading.Thread(target=lambda: (waiting.wait(), os.kill(os.getpid(), getattr(signal, name))))
@@ -121,7 +123,7 @@ def _then(first: Callable[[], Any], second: Callable[..., Any]) -> Callable[...,
 
 def test_G4_an_error_in_update_ends_the_task_and_is_never_resumed(bench: Any) -> None:
     """py_trees: the next tick resumes the faulty child without `initialise`; here the task ends, siblings are told."""
-    outcome = bench.run("parallel: [probe: {script: R, name: a}, probe: {script: RX, name: b}]")
+    outcome = bench.run("parallel: [{name: a, probe: {script: R}}, {name: b, probe: {script: RX}}]")
     assert (outcome.status, outcome.ticks) == ("ERROR", 2)
     assert outcome.reason == "main/b: RuntimeError: broken"
     assert [bench.trace.count(entry) for entry in ("b.tick", "a.term(I)", "b.term(I)")] == [2, 1, 1]
@@ -129,7 +131,7 @@ def test_G4_an_error_in_update_ends_the_task_and_is_never_resumed(bench: Any) ->
 
 def test_G4_a_node_that_breaks_in_its_first_tick_is_told_too(bench: Any) -> None:
     """py_trees: it never was RUNNING, so nobody stops what it began; here it started, so it is told."""
-    outcome = bench.run("sequence: [probe: {name: a}, probe: {script: X, name: b}]")
+    outcome = bench.run("sequence: [{name: a, probe: {}}, {name: b, probe: {script: X}}]")
     assert outcome.reason == "main/b: RuntimeError: broken"
     assert bench.trace[-1] == "b.term(I)"
     assert bench.trace.count("a.term(S)") == 1
@@ -139,7 +141,7 @@ def test_G4_a_node_that_breaks_in_its_first_tick_is_told_too(bench: Any) -> None
 def test_G5_an_error_in_terminate_does_not_keep_the_others_running(bench: Any) -> None:
     """py_trees: the first raise ends the stop walk and all three stay RUNNING; here each is told, errors are collected."""
     outcome = bench.run(
-        "parallel: [probe: {script: R, name: a}, probe: {script: R, stop_script: X, name: b}, probe: {script: Ri, name: c}]"
+        "parallel: [{name: a, probe: {script: R}}, {name: b, probe: {script: R, stop_script: X}}, {name: c, probe: {script: Ri}}]"
     )
     assert outcome.status == "INTERRUPTED"
     assert [entry for entry in bench.trace if "term" in entry] == ["c.term(I)", "b.term(I)", "a.term(I)"]
@@ -188,9 +190,10 @@ def test_G7_terminate_comes_once_for_each_start(bench: Any) -> None:
           times: 3
           do:
             sequence:
-              - probe: {script: RS, name: a}
-              - invert: {probe: {script: RF, name: b}}
-              - selector: [probe: {name: c}, probe: {name: never}]
+              - name: a
+                probe: {script: RS}
+              - invert: {name: b, probe: {script: RF}}
+              - selector: [{name: c, probe: {}}, {name: never, probe: {}}]
         """
     )
     assert outcome.status == "SUCCESS"
@@ -224,7 +227,7 @@ def test_G9_completed_actions_stay_done_while_the_guard_is_asked_on_every_tick(b
     outcome = bench.run(
         """
         guard: {that: task.ticks < 4, name: early}
-        sequence: [probe: {name: moved}, probe: {script: R, name: acting}]
+        sequence: [{name: moved, probe: {}}, {name: acting, probe: {script: R}}]
         """
     )
     assert (outcome.status, outcome.ticks) == ("FAILURE", 4)
@@ -236,18 +239,18 @@ def test_G9_completed_actions_stay_done_while_the_guard_is_asked_on_every_tick(b
 
 def test_G9_a_condition_that_runs_does_not_kill_the_action_behind_it(bench: Any) -> None:
     """py_trees: a guard that returns RUNNING kills the action; here a condition is an expression, true or false."""
-    assert bench.codes("{guard: {that: task.ticks}, probe: {name: a}}") == {"type-mismatch"}
+    assert bench.codes("{guard: {that: task.ticks}, name: a, probe: {}}") == {"type-mismatch"}
 
 
 def test_G10_parallel_runs_a_finished_child_once_and_ends_with_the_first_failure(bench: Any) -> None:
     """py_trees: without synchronise a finished child starts again and [S,R]/[R,S] never ends; here it waits, done."""
-    outcome = bench.run("parallel: [probe: {script: S, name: a}, probe: {script: RS, name: b}]")
+    outcome = bench.run("parallel: [{name: a, probe: {script: S}}, {name: b, probe: {script: RS}}]")
     assert (outcome.status, outcome.ticks, bench.trace.count("a.init")) == ("SUCCESS", 2, 1)
     outcome = bench.run(
         """
         parallel:
           policy: success_on_one
-          children: [probe: {script: S, name: x}, probe: {script: F, name: y}, probe: {script: R, name: z}]
+          children: [{name: x, probe: {script: S}}, {name: y, probe: {script: F}}, {name: z, probe: {script: R}}]
         """
     )
     assert outcome.status == "FAILURE", "any failure fails it"
@@ -259,26 +262,26 @@ def test_G10_parallel_runs_a_finished_child_once_and_ends_with_the_first_failure
 def test_G11_a_timeout_goes_by_the_clock_of_the_run_and_a_late_success_is_none(bench: Any) -> None:
     """py_trees: `Timeout` reads time.monotonic() and calls a late SUCCESS a success; here neither."""
     before = time.monotonic()
-    outcome = bench.run("probe: {script: RRRRS, name: a, timeout: 150 ms}")
+    outcome = bench.run("name: a\ntimeout: 150 ms\nprobe: {script: RRRRS}")
     assert (outcome.status, outcome.ticks, outcome.task_seconds) == ("FAILURE", 4, pytest.approx(0.15))
     assert "out of time" in outcome.reason
     assert bench.trace[-1] == "a.term(I)"
-    outcome = bench.run("probe: {script: RS, name: b, timeout: 3600 s}", period=1800.0)
+    outcome = bench.run("name: b\ntimeout: 3600 s\nprobe: {script: RS}", period=1800.0)
     assert outcome.status == "SUCCESS"
     assert time.monotonic() - before < 1800, "no wall time passes"
 
 
 def test_G12_attempts_count_all_and_loops_without_a_pass_are_refused(bench: Any) -> None:
     """py_trees: `Repeat(0)` never ends; here a loop has at least one pass, and attempts are attempts in all."""
-    outcome = bench.run("probe: {script: F, name: a, retry: 3}")
+    outcome = bench.run("name: a\nretry: 3\nprobe: {script: F}")
     assert (outcome.status, bench.trace.count("a.init")) == ("FAILURE", 3)
-    assert bench.codes("repeat: {times: 0, do: {probe: {name: a}}}") == {"out-of-bounds"}
+    assert bench.codes("repeat: {times: 0, do: {name: a, probe: {}}}") == {"out-of-bounds"}
 
 
 def test_G12_a_tree_is_run_once(bench: Any) -> None:
     """py_trees: a reused OneShot silently does nothing; here there is none, and a used tree is refused."""
-    assert bench.codes("one_shot: {probe: {name: a}}")
-    tree = bench.build("probe: {name: a}")
+    assert bench.codes("name: a\none_shot: {probe: {}}")
+    tree = bench.build("name: a\nprobe: {}")
     assert bench.run(tree).status == "SUCCESS"
     with pytest.raises(InvalidInput, match="build a new tree"):
         bench.run(tree)
@@ -336,7 +339,7 @@ def test_G15_an_anchor_gives_two_nodes_and_equal_names_get_numbers(bench: Any) -
 @pytest.mark.parametrize(("depth", "codes"), [(100, set()), (101, {"depth"}), (400, {"yaml-depth"})])
 def test_G16_depth_is_bounded_at_load(bench: Any, depth: int, codes: set[str]) -> None:
     """py_trees: a chain of 994 ticks, one of 1000 is a RecursionError in the middle of a task; here 100 is the limit."""
-    body = "{invert: " * (depth - 1) + "{probe: {name: a}}" + "}" * (depth - 1)
+    body = "{invert: " * (depth - 1) + "{name: a, probe: {}}" + "}" * (depth - 1)
     assert bench.codes(body) == codes
     if not codes:
         assert bench.run(body).ticks == 1
@@ -500,11 +503,11 @@ def test_G20_what_two_runs_are_called_does_not_differ(bench: Any) -> None:
 @pytest.mark.parametrize(
     ("body", "hint"),
     [
-        ("parallel: {policy: succes_on_all, children: [probe: {name: a}, probe: {name: b}]}", "success_on_all"),
+        ("parallel: {policy: succes_on_all, children: [{name: a, probe: {}}, {name: b, probe: {}}]}", "success_on_all"),
         ("sequnce: [probe: {}]", "sequence"),
         ("probe: {scrpt: S}", "script"),
         ("timeout: {after: ten, do: {probe: {}}}", ""),
-        ("probe: {timeout: ten}", ""),
+        ("timeout: ten\nprobe: {}", ""),
         ("check: {that: countt > 1}", "count"),
         ("check: {that: count < 'x'}", ""),
         ("sequence: [part: {frm: 1}]", "from"),
@@ -561,7 +564,7 @@ def test_G23_an_ended_task_is_not_ticked_again_and_waits_for_nothing(bench: Any)
 
 def test_G23_an_interrupt_before_the_first_tick_is_not_lost(bench: Any) -> None:
     """py_trees: `interrupt()` before `tick_tock` runs nothing and says nothing; here it is how the run ended."""
-    runner = bench.runner("{probe: {script: R, name: a}, finally: [probe: {name: end}]}")
+    runner = bench.runner("{name: a, probe: {script: R}, finally: [{name: end, probe: {}}]}")
     runner.interrupt("SIGINT")
     outcome = runner.run()
     assert (outcome.status, outcome.reason) == ("INTERRUPTED", "stopped by SIGINT")

@@ -28,7 +28,7 @@ trees:
           that: n >= 3
           max: 10
           do: {sequence: [wait: {duration: 50 ms}, count: {from: $n, to: $n}]}
-      - parallel: [wait: {duration: 100 ms, name: a}, wait: {duration: 100 ms, name: b}]
+      - parallel: [{name: a, wait: {duration: 100 ms}}, {name: b, wait: {duration: 100 ms}}]
       - set: {total: n}
     finally: [wait: {duration: 50 ms}]
   count: {in: {from: int}, out: {to: int}, set: {to: from + 1}}

@@ -12,10 +12,13 @@ from stretch_bt.run.runner import FINALLY_LIMIT
 
 ENDING = "{{probe: {{script: {0}, name: a}}, finally: [probe: {{script: {1}, stop_script: '{2}', name: end}}]}}"
 CALLED = {
-    "body": "{sequence: [outer: {}], finally: [probe: {name: last}]}",
+    "body": "{sequence: [outer: {}], finally: [{name: last, probe: {}}]}",
     "trees": """
-        outer: {sequence: [inner: {}], finally: [probe: {name: outer_end}]}
-        inner: {probe: {script: RRi, name: a}, finally: [probe: {name: inner_end}]}
+        finally: [{name: outer_end, probe: {}}]
+        outer: {sequence: [inner: {}]}
+        finally: [{name: inner_end, probe: {}}]
+        name: a
+        inner: {probe: {script: RRi}}
     """,
 }
 
@@ -117,7 +120,7 @@ def test_every_finally_that_is_owed_runs_from_the_inside_out(bench: Any) -> None
 
 #: a tree whose `finally` calls trees with a `finally` of their own, three deep; the innermost ends as {0} says
 DEEP = {
-    "body": "{probe: {name: a}, finally: [outer: {}, probe: {name: last}]}",
+    "body": "{name: a, probe: {}, finally: [outer: {}, {name: last, probe: {}}]}",
     "trees": """
         outer: {{sequence: [inner: {{}}], finally: [probe: {{name: outer_end}}]}}
         inner: {{probe: {{script: {0}, name: b}}, finally: [core: {{}}]}}
@@ -144,8 +147,8 @@ def test_a_finally_in_a_task_that_calls_trees_leaves_none_of_theirs_out(bench: A
 
 def test_a_finally_that_ran_with_its_call_is_not_run_again(bench: Any) -> None:
     outcome = bench.run(
-        "sequence: [part: {}, probe: {script: Ri, name: b}]",
-        trees="part: {probe: {script: RS, name: a}, finally: [probe: {script: RS, name: end}]}",
+        "sequence: [part: {}, {name: b, probe: {script: Ri}}]",
+        trees="finally: [{name: end, probe: {script: RS}}]\nname: a\npart: {probe: {script: RS}}",
     )
     assert (outcome.status, bench.trace.count("end.init")) == ("INTERRUPTED", 1)
 
@@ -296,7 +299,7 @@ def test_a_wake_up_from_another_thread_ends_a_long_wait(monkeypatch: pytest.Monk
 
 
 def test_a_signal_that_another_thread_catches_ends_a_wait_too(bench: Any) -> None:
-    runner = bench.runner("probe: {script: R, name: a}", clock=RealClock(), period=60.0)
+    runner = bench.runner("name: a\nprobe: {script: R}", clock=RealClock(), period=60.0)
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
     try:
         sender = threading.Thread(target=_kill_when_waiting, args=(runner,))

@@ -16,7 +16,7 @@ trees:
   main:
     guard: arm.force < 2 N
     sequence:
-      - wait: {duration: $params.time}
+      - wait: {duration: $time}
 """
 
 

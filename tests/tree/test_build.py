@@ -14,7 +14,7 @@ from stretch_bt.tree.program import load_program
 
 #: body -> every path, in the order of building from the leaves up
 PATHS = {
-    "sequence: [step, step: {name: b}]": ["main/sequence", "main/step", "main/b"],
+    "sequence: [step, {name: b, step: {}}]": ["main/sequence", "main/step", "main/b"],
     "sequence: [step, step]": ["main/sequence", "main/step[0]", "main/step[1]"],
     "sequence: [step, sequence: [step]]": ["main/sequence[0]", "main/step[0]", "main/sequence[1]", "main/step[1]"],
     "sequence: [step, {sequence: [step], name: inner}]": [
@@ -46,14 +46,14 @@ PATHS = {
         "main/again/sequence",
         "main/again/step",
     ],
-    "sequence: [step: {timeout: 1 s, retry: 2}]": [
+    "sequence: [{timeout: 1 s, retry: 2, step: {}}]": [
         "main/sequence",
         "main/step:timeout:retry",
         "main/step:timeout",
         "main/step",
     ],
     "guard: {that: task.ticks < 9, name: soon}\nsequence: [step]": ["main/soon", "main/sequence", "main/step"],
-    "sequence: [selector: [step], parallel: [step: {name: b}, step: {name: c}]]": [
+    "sequence: [selector: [step], parallel: [{name: b, step: {}}, {name: c, step: {}}]]": [
         "main/sequence",
         "main/selector",
         "main/step",
@@ -125,12 +125,12 @@ def test_parameters_of_an_imported_file_are_those_of_its_prefix(task: Any) -> No
     lib = """
 format: stretch-tree/1
 params: {step: {type: Length, default: 1 mm}}
-trees: {show_step: {in: {n: {type: int, default: 1}}, sequence: [show: {value: $params.step}]}}
+trees: {show_step: {in: {n: {type: int, default: 1}}, sequence: [show: {value: $step}]}}
 """
     (task.folder / "lib.yaml").write_text(lib)
     head = "imports: {one: lib.yaml, two: lib.yaml}\nparams: {step: {type: Length, default: 9 mm}}"
     path = task.folder / "task.yaml"
-    path.write_text(task.text("sequence: [one.show_step: {}, two.show_step: {}, show: {value: $params.step}]", head))
+    path.write_text(task.text("sequence: [one.show_step: {}, two.show_step: {}, show: {value: $step}]", head))
     context = RunContext()
     built = build(load_program(path, {"two.step": "5 mm"}).require(), context)
     assert Runner(built, context, VirtualClock(), period=0.05).run().status == "SUCCESS"

@@ -27,12 +27,12 @@ keys: {a: {type: Length, default: 1 mm}, b: Length, n: {type: int, default: 0}}
 trees:
   main:
     sequence:
-      - {wait: {duration: 1 s}, timeout: $params.long, retry: $params.often, log: "<i>done</i> \"so\" \\", name: first}
+      - {wait: {duration: 1 s}, timeout: $long, retry: $often, log: "<i>done</i> \"so\" \\", name: first}
       - retry: {attempts: "n + 1", do: {check: {that: "a < 2 mm and n <= 3", name: small}}}
       - repeat: {times: 2, do: {wait: {duration: 10 ms}}}
       - timeout: {after: "2 * task.time + 1 s", do: {wait: {duration: 10 ms}}}
       - parallel: {policy: success_on_one, children: [{wait: {duration: 1 ms}}, {fail: no & never}]}
-      - parallel: {policy: success_on_selected, selected: [x], children: [{wait: {duration: 1 ms, name: x}}, {check: n < 3}]}
+      - parallel: {policy: success_on_selected, selected: [x], children: [{name: x, wait: {duration: 1 ms}}, {check: n < 3}]}
       - reactive_selector: [{invert: {check: n > 2}}, {wait: {duration: 10 ms}}]
       - lib.double: {a: $a, b: $b}
       - for_each: {items: [1 mm, 2 mm], as: $b, do: {set: {a: b}}}

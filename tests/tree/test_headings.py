@@ -21,12 +21,12 @@ params:
   look: {type: bool, default: true}
   share: {type: float, default: 5 %}
   model: {type: str, default: paper}
-trees: {main: {sequence: [lib.pause: {}, check: params.depth > 0 mm]}}
+trees: {main: {sequence: [lib.pause: {}, check: depth > 0 mm]}}
 """
 LIB = """
 format: stretch-tree/1
 params: {rest: {type: Time, default: 1 s, max: 10 s}}
-trees: {pause: {in: {n: {type: int, default: 1}}, sequence: [wait: {duration: $params.rest}]}}
+trees: {pause: {in: {n: {type: int, default: 1}}, sequence: [wait: {duration: $rest}]}}
 """
 
 

@@ -39,15 +39,15 @@ keys: {contact: Contact, sphere: Sphere, stretch: Length, depth: Length, height:
 trees:
   main:
     out: {stiffness: Stiffness, force: Force, deflection: Length, radius: Length}
-    guard: {that: "arm.force < params.max_force", name: force_limit}       # held on every tick
+    guard: {that: "arm.force < max_force", name: force_limit}       # held on every tick
     sequence:
       - set_stretch: {stretch: 0 mm}
       - approach: {contact_height: $h0}
-      - press: {depth: $params.sensing_depth}
+      - press: {depth: $sensing_depth}
       - feel: {contact: $contact, height: $height}
       - fit_sphere: {contact: $contact, sphere: $sphere}
       - until:
-          that: "h0 - height >= params.drop"
+          that: "h0 - height >= drop"
           max: 120                                                          # no loop without a bound
           do:
             selector:
@@ -82,23 +82,24 @@ trees:
     guard: [arm.force < 5 N, {that: count < 100, name: enough}]
     sequence:
       - approach
-      - {press: {depth: $params.step, speed: 5 mm/s, timeout: 8 s, retry: 2}, name: first, doc: the first press}
-      - {set: {count: count + 1, depth: 2 mm}, skip_if: not params.look, log: counted}
+      - {timeout: 8 s, retry: 2, press: {depth: $step, speed: 5 mm/s}, name: first, doc: the first press}
+      - {set: {count: count + 1, depth: 2 mm}, skip_if: not look, log: counted}
       - capture: {frame: $frame, camera: camera}
       - segment_contact: {frame: $frame, rule: either, contact: $contact}
-      - for_each: {items: $params.steps, as: $depth, do: {press: {depth: $depth}}}
-      - until: {that: count >= 3, max: $params.often, do: [{set: {count: count + 1}}, wait: {duration: 10 ms}]}
-      - repeat: {times: 2, do: {wait: {duration: 1 s, while: count < 50}}}
+      - for_each: {items: $steps, as: $depth, do: {press: {depth: $depth}}}
+      - until: {that: count >= 3, max: $often, do: [{set: {count: count + 1}}, wait: {duration: 10 ms}]}
+      - repeat: {times: 2, do: {guard: count < 50, wait: {duration: 1 s}}}
       - retry: {attempts: 3, do: {check: count > 0}}
       - timeout: {after: 2 s, do: {guard: {that: count > 0, do: {wait: {duration: 100 ms}}}}}
       - reactive_sequence: [{check: {that: arm.force < 5 N, name: soft}}, {wait: {duration: 10 ms}}]
       - reactive_selector: [{check: count > 100}, {wait: {duration: 10 ms}}]
-      - parallel: [{wait: {duration: 1 ms}}, {wait: {duration: 2 ms, name: longer}}]
-      - parallel: {policy: success_on_selected, selected: [a], children: [{wait: {duration: 1 ms, name: a}}, {check: count > 0}]}
+      - parallel: [{wait: {duration: 1 ms}}, {name: longer, wait: {duration: 2 ms}}]
+      - parallel: {policy: success_on_selected, selected: [a], children: [{name: a, wait: {duration: 1 ms}}, {check: count > 0}]}
       - selector: [{invert: {check: count > 5}}, {force_failure: [{check: count > 0}]}, {force_success: {fail: never mind}}]
       - run: {tree: look, with: {from: $depth, top: $top}}
       - {run: look, with: {from: $depth, top: $top}}
-      - look: {from: 1 mm, top: $top, timeout: 5 s}
+      - timeout: 5 s
+        look: {from: 1 mm, top: $top}
     finally: {retract: {clearance: 20 mm}}
   look:
     in: {from: Length, limit: {type: int, default: 24}}

@@ -53,6 +53,10 @@ class Wire:
     reads: tuple[tuple[str, Mark], ...] = ()
     readings: tuple[str, ...] = ()  # readings of devices that it uses
     text: str = ""
+    may_be_absent: bool = False  # of an input that its caller may leave out: the port keeps its default
+    optional: bool = False  # of a record that was left out: unset while nothing has written it
+    #: what the error of the value is that of: a name as it is, or a function that passes an error on; else None
+    source: Expression | None = None
 
     @property
     def is_constant(self) -> bool:

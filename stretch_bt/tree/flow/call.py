@@ -28,6 +28,7 @@ class Call(Part):
     target: Signature
     inputs: dict[str, Wire] = field(default_factory=dict)
     outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
+    left_out: set[str] = field(default_factory=set)  # outputs that the file does not name
     long: bool = True
     keyword: ClassVar[str] = "call"
 
@@ -47,7 +48,7 @@ class Call(Part):
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS, because the called tree was checked for it."""
-        data.read(self.inputs.values(), known)
+        data.read((wire for wire in self.inputs.values() if not wire.optional), known)
         return Flow(known | {key for key, _ in self.outputs.values()}, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:

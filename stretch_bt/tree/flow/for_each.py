@@ -13,7 +13,7 @@ from stretch_bt.source import Mark, Value
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
 from stretch_bt.tree.fragments import Schema, form, ref
-from stretch_bt.tree.types import Family, Type
+from stretch_bt.tree.types import list_of
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
@@ -55,7 +55,7 @@ class ForEach(Part):
             return None
         item = reader.signature.declared(key)
         assert item is not None
-        items = reader.value(fields["items"], Type(f"list[{item.type}]", Family.LIST, item=item.type), "for_each.items")
+        items = reader.value(fields["items"], list_of(item.type), "for_each.items")
         return cls(mark, items, key, fields["as"].mark, do) if items and do else None
 
     @classmethod

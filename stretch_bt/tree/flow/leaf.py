@@ -26,6 +26,7 @@ class Leaf(Part):
     info: NodeInfo
     inputs: dict[str, Wire] = field(default_factory=dict)
     outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
+    left_out: set[str] = field(default_factory=set)  # outputs that the file does not name
     devices: dict[str, str] = field(default_factory=dict)
     keyword: ClassVar[str] = "node"
 
@@ -50,7 +51,7 @@ class Leaf(Part):
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS."""
-        data.read(self.inputs.values(), known)
+        data.read((wire for wire in self.inputs.values() if not wire.optional), known)
         return Flow(known | {key for key, _ in self.outputs.values()}, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:

@@ -53,7 +53,7 @@ class SetKeys(Part):
             declared = reader.signature.declared(name) if name else None
             if name is None or declared is None:
                 continue
-            wire = reader.value(given, declared.type, key.text, low=declared.min, high=declared.max)
+            wire = reader.set_value(given, declared, key.text)
             if wire is not None:
                 found.wires[name] = wire
                 found.marks[name] = key.mark
@@ -90,8 +90,8 @@ class SetKeys(Part):
         """Return the node."""
         rows, copies = [], {}
         for key, wire in self.wires.items():
-            sd = builder.thunk(self.sds[key]) if key in self.sds else None
-            rows.append((builder.cell(key), builder.thunk(wire), sd))
+            sd = builder.thunk(self.sds[key]) if key in self.sds else builder.error_of(wire)
+            rows.append((builder.cell(key), builder.thunk_or_none(wire), sd))
             if (source := builder.key_of(wire)) is not None:
                 copies[builder.cell(key).name] = Copy(*source)
         return SetKeysNode(path, rows, copies)
@@ -117,7 +117,7 @@ class SetKeysNode(FlowNode):
     def __init__(
         self,
         path: str,
-        rows: list[tuple[Cell, Callable[[], Any], Callable[[], float] | None]],
+        rows: list[tuple[Cell, Callable[[], Any], Callable[[], float | None] | None]],
         copies: Mapping[str, Copy] | None = None,
     ) -> None:
         super().__init__(path)
@@ -127,13 +127,19 @@ class SetKeysNode(FlowNode):
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Read all, then write all."""
         yield from ()
-        read = [(cell, value() if sd is None else _estimate(cell, value(), sd())) for cell, value, sd in self.rows]
+        read = [(cell, _estimate(cell, value(), sd() if sd is not None else None)) for cell, value, sd in self.rows]
         for cell, value in read:
-            cell.write(value, self.path)
+            if value is None:
+                cell.unset(self.path)
+            else:
+                cell.write(value, self.path)
         return Status.SUCCESS
 
 
-def _estimate(cell: Cell, value: float, sd: float) -> Estimate:
+def _estimate(cell: Cell, value: Any, sd: float | None) -> Any:
+    """Return a value with its standard deviation, where it has one."""
+    if sd is None or value is None:
+        return value
     if sd < 0:
         raise InvalidInput(f"the standard deviation of ${cell.name.rpartition('/')[2]} is {sd:g}; it is not below 0")
     return Estimate(value, sd)

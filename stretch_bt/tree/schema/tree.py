@@ -22,7 +22,6 @@ _OPTIONS = {"type": "string", "pattern": r"^\s*[a-z]\w*\s*(\|\s*[a-z]\w*\s*)+$"}
 _BESIDE: dict[str, type[Part]] = {
     "timeout": Timeout,
     "retry": Retry,
-    "while": Guard,
     "guard": Guard,
     "skip_if": SkipIf,
     "log": Log,

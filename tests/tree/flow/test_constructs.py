@@ -18,85 +18,85 @@ KEY = "keys: {d: {type: Length, default: 9 mm}, l: 'list[Length]', e: 'list[Leng
 #: name -> (body, head, how it ends, ticks, what the steps did: + begins, ! is interrupted)
 RUNS: dict[str, tuple[str, str, str, int, str]] = {
     "sequence keeps what is done": (
-        "sequence: [step: {script: RS, name: a}, step: {script: RRS, name: b}]",
+        "sequence: [{name: a, step: {script: RS}}, {name: b, step: {script: RRS}}]",
         "",
         "SUCCESS",
         4,
         "a+ aR aS b+ bR bR bS",
     ),
     "sequence ends at the first failure": (
-        "sequence: [step: {name: a}, step: {script: F, name: b}, step]",
+        "sequence: [{name: a, step: {}}, {name: b, step: {script: F}}, step]",
         "",
         "FAILURE",
         1,
         "a+ aS b+ bF",
     ),
-    "a list is a sequence": ("force_success: [step: {name: a}, step: {name: b}]", "", "SUCCESS", 1, "a+ aS b+ bS"),
+    "a list is a sequence": ("force_success: [{name: a, step: {}}, {name: b, step: {}}]", "", "SUCCESS", 1, "a+ aS b+ bS"),
     "selector goes on after a failure": (
-        "selector: [step: {script: RF, name: a}, step: {name: b}, step]",
+        "selector: [{name: a, step: {script: RF}}, {name: b, step: {}}, step]",
         "",
         "SUCCESS",
         2,
         "a+ aR aF b+ bS",
     ),
     "selector fails when all did": (
-        "selector: [step: {script: F, name: a}, step: {script: F, name: b}]",
+        "selector: [{name: a, step: {script: F}}, {name: b, step: {script: F}}]",
         "",
         "FAILURE",
         1,
         "a+ aF b+ bF",
     ),
     "reactive sequence asks again": (
-        "reactive_sequence: [ask: {script: SSF, name: a}, step: {script: R, name: b}]",
+        "reactive_sequence: [{name: a, ask: {script: SSF}}, {name: b, step: {script: R}}]",
         "",
         "FAILURE",
         3,
         "a+ aS b+ bR a+ aS bR a+ aF b!",
     ),
     "reactive selector takes the first that can": (
-        "reactive_selector: [ask: {script: FFS, name: a}, step: {script: R, name: b}]",
+        "reactive_selector: [{name: a, ask: {script: FFS}}, {name: b, step: {script: R}}]",
         "",
         "SUCCESS",
         3,
         "a+ aF b+ bR a+ aF bR a+ aS b!",
     ),
     "parallel waits for all": (
-        "parallel: [step: {script: RRS, name: a}, step: {script: S, name: b}]",
+        "parallel: [{name: a, step: {script: RRS}}, {name: b, step: {script: S}}]",
         "",
         "SUCCESS",
         3,
         "a+ aR b+ bS aR aS",
     ),
     "parallel ends with the first failure": (
-        "parallel: [step: {script: R, name: a}, step: {script: RF, name: b}]",
+        "parallel: [{name: a, step: {script: R}}, {name: b, step: {script: RF}}]",
         "",
         "FAILURE",
         2,
         "a+ aR b+ bR aR bF a!",
     ),
     "parallel is content with one": (
-        "parallel: {policy: success_on_one, children: [step: {script: R, name: a}, step: {script: RS, name: b}]}",
+        "parallel: {policy: success_on_one, children: [{name: a, step: {script: R}}, {name: b, step: {script: RS}}]}",
         "",
         "SUCCESS",
         2,
         "a+ aR b+ bR aR bS a!",
     ),
     "parallel is content with the selected": (
-        "parallel: {policy: success_on_selected, selected: [a], children: [step: {script: RS, name: a}, step: {script: R, name: b}]}",
+        "parallel: {policy: success_on_selected, selected: [a], children: [{name: a, step: {script: RS}}, {name: b, step: {script: R}}]}",
         "",
         "SUCCESS",
         2,
         "a+ aR b+ bR aS bR b!",
     ),
     "for_each takes every item in a tick of its own": (
-        "for_each: {items: $params.steps, as: $d, do: {show: {value: $d}}}",
+        "for_each: {items: $steps, as: $d, do: {show: {value: $d}}}",
         f"{LIST}\n{KEY}",
         "SUCCESS",
         2,
         "1 2",
     ),
     "for_each of nothing runs nothing": (
-        "for_each: {items: $params.nothing, as: $d, do: {show: {value: $d}}}",
+        "for_each: {items: $nothing, as: $d, do: {show: {value: $d}}}",
         f"{LIST}\n{KEY}",
         "SUCCESS",
         1,
@@ -117,182 +117,182 @@ RUNS: dict[str, tuple[str, str, str, int, str]] = {
         "9",
     ),
     "for_each ends at the first failure": (
-        "for_each: {items: [1 mm, 2 mm, 3 mm], as: $d, do: [show: {value: $d}, step: {script: SF, name: a}]}",
+        "for_each: {items: [1 mm, 2 mm, 3 mm], as: $d, do: [show: {value: $d}, {name: a, step: {script: SF}}]}",
         KEY,
         "FAILURE",
         2,
         "1 a+ aS 2 a+ aF",
     ),
     "until asks after each pass": (
-        "until: {that: n >= 2, max: 9, do: [step: {name: a}, set: {n: n + 1}]}",
+        "until: {that: n >= 2, max: 9, do: [{name: a, step: {}}, set: {n: n + 1}]}",
         N,
         "SUCCESS",
         2,
         "a+ aS a+ aS",
     ),
     "until fails when its passes are over": (
-        "until: {that: n > 9, max: 3, do: [step: {name: a}]}",
+        "until: {that: n > 9, max: 3, do: [{name: a, step: {}}]}",
         N,
         "FAILURE",
         3,
         "a+ aS a+ aS a+ aS",
     ),
     "until fails when a pass does": (
-        "until: {that: n > 9, max: 3, do: {step: {name: a, script: SF}}}",
+        "until: {that: n > 9, max: 3, do: {name: a, step: {script: SF}}}",
         N,
         "FAILURE",
         2,
         "a+ aS a+ aF",
     ),
     "until waits for a pass that takes time": (
-        "until: {that: n == 0, max: 3, do: {step: {name: a, script: RRS}}}",
+        "until: {that: n == 0, max: 3, do: {name: a, step: {script: RRS}}}",
         N,
         "SUCCESS",
         3,
         "a+ aR aR aS",
     ),
-    "repeat counts the passes": ("repeat: {times: 3, do: {step: {name: a}}}", "", "SUCCESS", 3, "a+ aS a+ aS a+ aS"),
+    "repeat counts the passes": ("repeat: {times: 3, do: {name: a, step: {}}}", "", "SUCCESS", 3, "a+ aS a+ aS a+ aS"),
     "repeat ends at the first failure": (
-        "repeat: {times: 3, do: {step: {name: a, script: SF}}}",
+        "repeat: {times: 3, do: {name: a, step: {script: SF}}}",
         "",
         "FAILURE",
         2,
         "a+ aS a+ aF",
     ),
     "retry counts all attempts": (
-        "retry: {attempts: 3, do: {step: {name: a, script: F}}}",
+        "retry: {attempts: 3, do: {name: a, step: {script: F}}}",
         "",
         "FAILURE",
         3,
         "a+ aF a+ aF a+ aF",
     ),
     "retry ends at the first success": (
-        "retry: {attempts: 3, do: {step: {name: a, script: FS}}}",
+        "retry: {attempts: 3, do: {name: a, step: {script: FS}}}",
         "",
         "SUCCESS",
         2,
         "a+ aF a+ aS",
     ),
     "retry beside a node": (
-        "sequence: [step: {name: a, script: FFS, retry: 3}]",
+        "sequence: [{name: a, retry: 3, step: {script: FFS}}]",
         "",
         "SUCCESS",
         3,
         "a+ aF a+ aF a+ aS",
     ),
     "timeout interrupts what is late": (
-        "timeout: {after: 100 ms, do: {step: {name: a, script: R}}}",
+        "timeout: {after: 100 ms, do: {name: a, step: {script: R}}}",
         "",
         "FAILURE",
         3,
         "a+ aR aR a!",
     ),
     "timeout lets pass what is in time": (
-        "timeout: {after: 100 ms, do: {step: {name: a, script: RS}}}",
+        "timeout: {after: 100 ms, do: {name: a, step: {script: RS}}}",
         "",
         "SUCCESS",
         2,
         "a+ aR aS",
     ),
     "a success that comes late is none": (
-        "timeout: {after: 100 ms, do: {step: {name: a, script: RRS}}}",
+        "timeout: {after: 100 ms, do: {name: a, step: {script: RRS}}}",
         "",
         "FAILURE",
         3,
         "a+ aR aR a!",
     ),
     "timeout begins anew with each start": (
-        "repeat: {times: 3, do: {step: {name: a, script: RSRSRS, timeout: 100 ms}}}",
+        "repeat: {times: 3, do: {name: a, timeout: 100 ms, step: {script: RSRSRS}}}",
         "",
         "SUCCESS",
         6,
         "a+ aR aS a+ aR aS a+ aR aS",
     ),
     "timeout inside retry is for each attempt": (
-        "sequence: [step: {name: a, script: RRRS, timeout: 100 ms, retry: 2}]",
+        "sequence: [{name: a, timeout: 100 ms, retry: 2, step: {script: RRRS}}]",
         "",
         "SUCCESS",
         5,
         "a+ aR aR a! a+ aR aS",
     ),
     "a guard is asked on every tick and interrupts": (
-        "guard: task.ticks < 3\nsequence: [step: {name: a, script: R}]",
+        "guard: task.ticks < 3\nsequence: [{name: a, step: {script: R}}]",
         "",
         "FAILURE",
         3,
         "a+ aR aR a!",
     ),
     "a guard that does not hold starts nothing": (
-        "guard: task.ticks < 1\nsequence: [step: {name: a}]",
+        "guard: task.ticks < 1\nsequence: [{name: a, step: {}}]",
         "",
         "FAILURE",
         1,
         "",
     ),
     "while is a guard beside a node": (
-        "sequence: [step: {name: a, script: R, while: task.ticks < 3}]",
+        "sequence: [{name: a, guard: task.ticks < 3, step: {script: R}}]",
         "",
         "FAILURE",
         3,
         "a+ aR aR a!",
     ),
     "guard around a body": (
-        "guard: {that: task.ticks < 3, do: {step: {name: a, script: R}}}",
+        "guard: {that: task.ticks < 3, do: {name: a, step: {script: R}}}",
         "",
         "FAILURE",
         3,
         "a+ aR aR a!",
     ),
     "all of several guards must hold": (
-        "guard: [task.ticks < 9, task.ticks < 2]\nsequence: [step: {name: a, script: R}]",
+        "guard: [task.ticks < 9, task.ticks < 2]\nsequence: [{name: a, step: {script: R}}]",
         "",
         "FAILURE",
         2,
         "a+ aR a!",
     ),
     "check asks once": (
-        "sequence: [check: task.ticks == 1, step: {name: a, script: RS}]",
+        "sequence: [check: task.ticks == 1, {name: a, step: {script: RS}}]",
         "",
         "SUCCESS",
         2,
         "a+ aR aS",
     ),
     "skip_if passes a node over": (
-        "sequence: [step: {name: a, skip_if: task.ticks == 1}, step: {name: b}]",
+        "sequence: [{name: a, skip_if: task.ticks == 1, step: {}}, {name: b, step: {}}]",
         "",
         "SUCCESS",
         1,
         "b+ bS",
     ),
     "skip_if is asked before the start alone": (
-        "sequence: [step: {name: a, script: RRS, skip_if: task.ticks == 2}]",
+        "sequence: [{name: a, skip_if: task.ticks == 2, step: {script: RRS}}]",
         "",
         "SUCCESS",
         3,
         "a+ aR aR aS",
     ),
     "invert": (
-        "sequence: [invert: {step: {name: a, script: RF}}, invert: {step: {name: b}}]",
+        "sequence: [invert: {name: a, step: {script: RF}}, invert: {name: b, step: {}}]",
         "",
         "FAILURE",
         2,
         "a+ aR aF b+ bS",
     ),
     "force_success": (
-        "sequence: [force_success: {step: {name: a, script: RF}}, force_success: {step: {name: b}}]",
+        "sequence: [force_success: {name: a, step: {script: RF}}, force_success: {name: b, step: {}}]",
         "",
         "SUCCESS",
         2,
         "a+ aR aF b+ bS",
     ),
     "force_failure": (
-        "selector: [force_failure: {step: {name: a}}, force_failure: {step: {name: b, script: F}}]",
+        "selector: [force_failure: {name: a, step: {}}, force_failure: {name: b, step: {script: F}}]",
         "",
         "FAILURE",
         1,
         "a+ aS b+ bF",
     ),
-    "fail": ("selector: [fail: on purpose, step: {name: a}]", "", "SUCCESS", 1, "a+ aS"),
+    "fail": ("selector: [fail: on purpose, {name: a, step: {}}]", "", "SUCCESS", 1, "a+ aS"),
     "set reads all before it writes any": (
         "sequence: [set: {d: 1 mm, g: 2 mm}, set: {d: g, g: d}, show: {value: $d}, show: {value: $g}]",
         "keys: {d: Length, g: Length}",
@@ -300,23 +300,23 @@ RUNS: dict[str, tuple[str, str, str, int, str]] = {
         1,
         "2 1",
     ),
-    "log changes nothing": ("sequence: [step: {name: a, script: RS, log: felt it}]", "", "SUCCESS", 2, "a+ aR aS"),
+    "log changes nothing": ("sequence: [{name: a, log: felt it, step: {script: RS}}]", "", "SUCCESS", 2, "a+ aR aS"),
     "words beside a node and among its ports do the same": (
-        "sequence: [{step: {name: a, script: FS}, retry: 2}, step: {name: b, script: FS, retry: 2}]",
+        "sequence: [{name: a, step: {script: FS}, retry: 2}, {name: b, retry: 2, step: {script: FS}}]",
         "",
         "SUCCESS",
         3,
         "a+ aF a+ aS b+ bF b+ bS",
     ),
     "finally runs after a success": (
-        "sequence: [step: {name: a}]\nfinally: [step: {name: z}]",
+        "sequence: [{name: a, step: {}}]\nfinally: [{name: z, step: {}}]",
         "",
         "SUCCESS",
         1,
         "a+ aS z+ zS",
     ),
     "finally runs after a failure": (
-        "sequence: [step: {name: a, script: F}]\nfinally: [step: {name: z}]",
+        "sequence: [{name: a, step: {script: F}}]\nfinally: [{name: z, step: {}}]",
         "",
         "FAILURE",
         1,
@@ -361,9 +361,9 @@ def test_a_failure_says_why_with_the_values_it_saw(task: Any, body: str) -> None
 @pytest.mark.parametrize(
     ("loop", "status", "reason"),
     [
-        ("repeat: {times: n + COUNT, do: {step: {name: a}}}", "SUCCESS", ""),
-        ("retry: {attempts: n + COUNT, do: {step: {name: a}}}", "FAILURE", "attempts is 0"),
-        ("until: {that: n == 0, max: n + COUNT, do: {step: {name: a}}}", "FAILURE", "max is 0"),
+        ("repeat: {times: n + COUNT, do: {name: a, step: {}}}", "SUCCESS", ""),
+        ("retry: {attempts: n + COUNT, do: {name: a, step: {}}}", "FAILURE", "attempts is 0"),
+        ("until: {that: n == 0, max: n + COUNT, do: {name: a, step: {}}}", "FAILURE", "max is 0"),
     ],
 )
 def test_a_loop_of_no_passes_runs_none_and_one_of_less_is_an_error(
@@ -401,7 +401,7 @@ def test_a_tick_that_comes_a_little_late_is_not_a_tick_late() -> None:
 
 
 def test_the_text_of_log_reaches_the_log_with_the_end_of_the_node(task: Any) -> None:
-    task.run("sequence: [step: {name: a, script: RS, log: felt the top}]")
+    task.run("sequence: [{name: a, log: felt the top, step: {script: RS}}]")
     assert [(tick, status) for tick, _, status, reason in task.events.statuses if reason == "felt the top"] == [
         (2, "SUCCESS")
     ]
@@ -424,7 +424,7 @@ def test_readings_are_asked_when_they_are_needed(task: Any) -> None:
     values = iter([1.0, 2.0, 7.0])
     context.mocked_readings["arm.force"] = lambda: next(values)
     outcome = task.run(
-        "guard: arm.force < 5 N\nsequence: [step: {name: a, script: R}]", "devices: {arm: Arm}", context=context
+        "guard: arm.force < 5 N\nsequence: [{name: a, step: {script: R}}]", "devices: {arm: Arm}", context=context
     )
     assert (outcome.status, task.did) == ("FAILURE", "a+ aR aR a!")
 
@@ -460,7 +460,7 @@ def test_an_input_is_the_callers_key_and_an_expression_is_worked_out_at_each_rea
     sequence:
       - set: {d: 1 mm}
       - parallel:
-          - sequence: [step: {script: RS, name: a}, set: {d: 5 mm}]
+          - sequence: [{name: a, step: {script: RS}}, set: {d: 5 mm}]
           - watch: {same: $d, twice: $d * 2, fixed: 3 mm}
     """
     trees = """
@@ -468,7 +468,8 @@ def test_an_input_is_the_callers_key_and_an_expression_is_worked_out_at_each_rea
       in: {same: Length, twice: Length, fixed: Length}
       sequence:
         - show: {value: $same}
-        - step: {script: RRS, name: b}
+        - name: b
+          step: {script: RRS}
         - show: {value: $same}
         - show: {value: $twice}
         - show: {value: $fixed}
@@ -512,16 +513,18 @@ def test_a_standard_deviation_that_is_not_there_says_so(task: Any) -> None:
 
 def test_finally_of_called_trees_runs_once_innermost_first_whatever_the_body_ended_with(task: Any) -> None:
     trees = """
-    outer: {sequence: [inner, step: {name: b, script: F}], finally: [step: {name: y, script: RS}]}
-    inner: {sequence: [step: {name: a}], finally: [step: {name: x}]}
+    finally: [{name: y, step: {script: RS}}]
+    outer: {sequence: [inner, {name: b, step: {script: F}}]}
+    finally: [{name: x, step: {}}]
+    inner: {sequence: [{name: a, step: {}}]}
     """
-    outcome = task.run("selector: [outer, step: {name: c}]\nfinally: [step: {name: z}]", trees=trees)
+    outcome = task.run("selector: [outer, {name: c, step: {}}]\nfinally: [{name: z, step: {}}]", trees=trees)
     assert outcome.status == "SUCCESS", outcome.reason
     assert task.did == "a+ aS x+ xS b+ bF y+ yR yS c+ cS z+ zS"
 
 
 def test_a_failing_finally_of_a_called_tree_fails_the_call(task: Any) -> None:
-    trees = "sub: {sequence: [step: {name: a}], finally: [step: {name: z, script: F}]}"
+    trees = "finally: [{name: z, step: {script: F}}]\nsub: {sequence: [{name: a, step: {}}]}"
     outcome = task.run("sequence: [sub]", trees=trees)
     assert outcome.status == "FAILURE"
     assert "finally failed" in outcome.reason

@@ -1,0 +1,269 @@
+"""The types of names that a tree does not declare: a key has that of what writes it, an input that of the ports it reaches.
+
+Nodes and calls give their outputs a type at once. A `set`, a `for_each` and a `collect` give that of an expression, which may read
+other such keys, so they are worked out until nothing changes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from stretch_bt.errors import Diagnostic
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, is_nothing
+from stretch_bt.tree import registry
+from stretch_bt.tree.document import Declared, Signature
+from stretch_bt.tree.expression import ExpressionError, parse, typecheck
+from stretch_bt.tree.places import Place, places
+from stretch_bt.tree.port import Role
+from stretch_bt.tree.scope import TreeScope
+from stretch_bt.tree.types import ANY, INT, UNKNOWN, Type, joined, list_of
+from stretch_bt.tree.values import is_none, literal_type, reads_as_expression
+
+__all__ = ["is_construct", "settle_types"]
+
+_KEY = re.compile(r"\$?([A-Za-z_]\w*)", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_ROUNDS = 50  # a chain of keys, each set from the one before, is as long as that
+
+
+def is_construct(word: str) -> bool:
+    """Whether a word is a construct of the language."""
+    from stretch_bt.tree.flow import CONSTRUCTS
+
+    return word in CONSTRUCTS
+
+
+@dataclass(frozen=True, slots=True)
+class _Port:
+    """A port of a node, or of a tree that is called, as far as its border goes."""
+
+    type: Type
+    min: float | None = None
+    max: float | None = None
+    needed: bool = True
+
+
+@dataclass(slots=True)
+class _Writer:
+    """A place that writes a key: of a type, or of that of a value; `item` takes the items of it, `each` makes a list of it."""
+
+    key: str
+    mark: Mark
+    type: Type | None = None
+    value: Value | None = None
+    item: bool = False
+    each: bool = False
+
+
+def settle_types(signature: Signature) -> list[Diagnostic]:
+    """Give every input, output and key of a tree its type, after those of the trees that it calls; once for each tree."""
+    if signature.settled:
+        return []
+    signature.settled = True
+    return _Keys(signature).settle()
+
+
+class _Keys:
+    def __init__(self, signature: Signature) -> None:
+        self.signature = signature
+        self.document = signature.document
+        self.scope = TreeScope(signature)
+        self.places = list(places(signature.body, is_construct))
+        self.found: list[Diagnostic] = []
+
+    def settle(self) -> list[Diagnostic]:
+        for place in self.places:
+            target = self.document.tree(place.word.text)
+            if target is not None:
+                self.found += settle_types(target)
+        self.inputs()
+        self.signature.read = self.names_read()
+        self.keys([*self.explicit(), *self.left_out()])
+        for declared in (*self.signature.ins.values(), *self.signature.outs.values(), *self.signature.keys.values()):
+            if declared.type is UNKNOWN:
+                declared.type = ANY
+        return self.found
+
+    # --- inputs
+
+    def inputs(self) -> None:
+        """Give each input without a type that of the ports which it reaches, and their bounds."""
+        for declared in self.signature.ins.values():
+            reached = [port for place in self.places for port in self.reached(place, declared.name)]
+            if declared.type is UNKNOWN:
+                self.take_type(declared, reached)
+            for port in reached:
+                declared.min = max((b for b in (declared.min, port.min) if b is not None), default=None)
+                declared.max = min((b for b in (declared.max, port.max) if b is not None), default=None)
+            if reached and declared.listed and not any(port.needed for port in reached):
+                declared.has_default = declared.may_be_absent = True
+
+    def take_type(self, declared: Declared, reached: list[_Port]) -> None:
+        types = [port.type for port in reached if port.type is not UNKNOWN]
+        if not types:
+            message = f"no port tells the type of the input {declared.name!r}"
+            hint = f"write '{declared.name}: {{type: Length}}', or give it a default"
+            self.found.append(declared.mark.error("type-missing", message, hint))
+            declared.type = ANY
+            return
+        other = next((t for t in types if joined(types[0], t) is None), None)
+        if other is not None:
+            message = f"the input {declared.name!r} reaches ports of two types, {types[0]} and {other}"
+            self.found.append(declared.mark.error("type-mismatch", message, "use two inputs"))
+        # the narrower of two that meet: what it takes, both take
+        declared.type = next((t for t in types if all(u.accepts(t) for u in types)), types[0])
+
+    def reached(self, place: Place, name: str) -> Iterator[_Port]:
+        """Yield each input port of a place that a name is wired to as it is."""
+        for port, given in self.input_ports(place).items():
+            value = place.given.get(port)
+            if value is None:
+                if port == name and given.type.is_record:
+                    yield given
+            elif (is_nothing(value) and port == name) or (isinstance(value, Scalar) and value.text == f"${name}"):
+                yield given
+
+    def input_ports(self, place: Place) -> dict[str, _Port]:
+        target = self.document.tree(place.word.text)
+        if target is not None:
+            return {d.name: _Port(d.type, d.min, d.max, not d.has_default) for d in target.ins.values()}
+        info = registry.find(place.word.text, self.document.modules)
+        if info is None:
+            return {}
+        ports = info.of(Role.INPUT)
+        return {p.name: _Port(info.types[p.name], p.min, p.max, p.required) for p in ports}
+
+    def output_ports(self, place: Place) -> dict[str, Type]:
+        target = self.document.tree(place.word.text)
+        if target is not None:
+            return {d.name: d.type for d in target.outs.values()}
+        info = registry.find(place.word.text, self.document.modules)
+        return {} if info is None else info.outputs
+
+    # --- keys
+
+    def names_read(self) -> set[str]:
+        """Return every name that something in the body may read: in an expression or text, or by a record that is left out."""
+        found = set(self.signature.outs) | set(_scalars(self.signature.body))
+        for place in self.places:
+            for port, given in self.input_ports(place).items():
+                if given.type.is_record and port not in place.given:
+                    found.add(port)
+        return found
+
+    def explicit(self) -> Iterator[_Writer]:
+        """Yield the writers of keys that the file names."""
+        for place in self.places:
+            word, given = place.word.text, place.given
+            if word == "set":
+                yield from self.of_set(given)
+            elif word == "for_each" and isinstance(given.get("as"), Scalar):
+                yield from _named(given.get("as"), items=given.get("items"))
+            for port, type_ in self.output_ports(place).items():
+                value = given.get(port)
+                if value is not None and is_nothing(value):
+                    yield _Writer(port, given.key(port).mark, type_)
+                else:
+                    yield from _named(value, type_)
+            if is_construct(word):
+                yield from _named(given.get("index"), INT)
+                collect = given.get("collect")
+                for key, value in collect if isinstance(collect, Map) else ():
+                    yield _Writer(key.text.removeprefix("$"), key.mark, value=value, each=True)
+
+    def of_set(self, given: Map) -> Iterator[_Writer]:
+        for key, value in given:
+            name = key.text.removeprefix("$")
+            of = name.removesuffix("_sd")
+            beside = of != name and (of in given or f"${of}" in given)
+            if not (beside and self.signature.declared(name) is None):
+                yield _Writer(name, key.mark, value=value)
+
+    def left_out(self) -> Iterator[_Writer]:
+        """Yield the writers of records that the file leaves out, where the tree reads them."""
+        first: dict[str, Place] = {}
+        for place in self.places:
+            for port, type_ in self.output_ports(place).items():
+                if port in place.given or not type_.is_record or not self.takes(port, type_):
+                    continue
+                other = first.setdefault(port, place)
+                if other.word.text != place.word.text:
+                    message = f"both {other.word.text!r} (line {other.word.mark.line}) and {place.word.text!r} give {port!r}"
+                    hint = f"name it where it is wanted: '{{{port}}}', and give the other one a key of its own"
+                    self.found.append(place.word.mark.error("record-ambiguous", message, hint))
+                yield _Writer(port, place.word.mark, type_)
+
+    def takes(self, name: str, type_: Type) -> bool:
+        """Whether a record that is left out is written: something reads its name, and the name is no other thing."""
+        if name not in self.signature.read or name in self.document.params or name in self.signature.ins:
+            return False
+        declared = self.signature.declared(name)
+        return declared is None or declared.type is UNKNOWN or declared.type.accepts(type_)
+
+    def keys(self, writers: list[_Writer]) -> None:
+        """Give each key the type that all its writers share."""
+        given = {n for table in (self.signature.outs, self.signature.keys) for n, d in table.items() if d.type is not UNKNOWN}
+        for writer in writers:
+            if self.signature.declared(writer.key) is None and _KEY.fullmatch(writer.key):
+                self.signature.keys[writer.key] = Declared(writer.key, UNKNOWN, writer.mark, inferred=True)
+        open_ = [w for w in writers if w.key not in given and w.key not in self.signature.ins]
+        for _ in range(_ROUNDS):
+            if not any([self.take(writer) for writer in open_]):
+                return
+
+    def take(self, writer: _Writer) -> bool:
+        """Widen the type of a key by one of its writers; return whether that changed it."""
+        declared = self.signature.declared(writer.key)
+        type_ = self.type_of(writer)
+        if declared is None or type_ is None or type_ is ANY:
+            return False
+        wider = joined(declared.type, type_)
+        if wider is None or wider == declared.type:
+            return False
+        declared.type = wider
+        return True
+
+    def type_of(self, writer: _Writer) -> Type | None:
+        """Return the type that a writer gives, or None where it is not known yet, or never."""
+        if writer.type is not None:
+            return writer.type
+        if writer.value is None or is_none(writer.value):
+            return None
+        found = self.type_of_value(writer.value)
+        if found is None or found is UNKNOWN:
+            return None
+        if writer.item:
+            return found.item
+        return list_of(found) if writer.each else found
+
+    def type_of_value(self, value: Value) -> Type | None:
+        if not isinstance(value, Scalar) or not reads_as_expression(value):
+            return literal_type(value)
+        try:
+            found = typecheck(parse(value.text), self.scope)
+        except ExpressionError:
+            return None
+        return None if found is ANY else found
+
+
+def _named(key: Value | None, type_: Type | None = None, items: Value | None = None) -> Iterator[_Writer]:
+    """Yield the writer of the key that a value names, of a type or of that of the items of a list."""
+    match = _KEY.fullmatch(key.text) if isinstance(key, Scalar) else None
+    if match is not None and isinstance(key, Scalar):
+        yield _Writer(match[1], key.mark, type_, items, item=items is not None)
+
+
+def _scalars(value: Value) -> Iterator[str]:
+    """Yield the words of every value that is written in a body, and the keys that stand short."""
+    if isinstance(value, Scalar):
+        yield from _NAME.findall(value.text)
+    elif isinstance(value, Seq):
+        for item in value.items:
+            yield from _scalars(item)
+    else:
+        for key, inner in value:
+            if is_nothing(inner):
+                yield key.text
+            yield from _scalars(inner)

@@ -1,0 +1,179 @@
+"""Files of the older form of the language, respelt: params by their names alone, `guard` for `while`, words beside nodes, short ports.
+
+It works on the text, so comments and layout stay. What it cannot decide it leaves, and notes at its place.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import yaml
+
+from stretch_bt.errors import Diagnostic
+from stretch_bt.tree.registry import RESERVED, RETIRED
+
+__all__ = ["Respelt", "respell"]
+
+#: constructs whose braces hold no places, and those in which a name may stand
+_NO_PORTS = ("set", "invert", "force_success", "force_failure", "in", "out", "inout", "keys", "params", "with", "do", "children", "trees", "finally")
+_CONDITIONS = ("check", "guard")
+_WORDS = (*RESERVED, *RETIRED)
+_PARAM = re.compile(r"\bparams\.(?=[A-Za-z_])")
+
+Pair = tuple[yaml.ScalarNode, yaml.Node]
+
+
+@dataclass(slots=True)
+class Respelt:
+    """The text of a file in the present form, and what was left to its author."""
+
+    text: str
+    left: list[Diagnostic] = field(default_factory=list)
+
+
+def respell(text: str, file: str = "") -> Respelt:
+    """Return the text of a tree file, or of the body of a tree, in the present form."""
+    found = Respelt(text)
+    for change in (_word_renamed, _word_moved):
+        while (changed := change(found.text)) is not None:
+            found.text = changed
+    found.text = _params_named(found.text, file, found.left)
+    return found
+
+
+def _root(text: str) -> yaml.Node | None:
+    return yaml.compose(text, Loader=yaml.SafeLoader)
+
+
+def _maps(node: yaml.Node | None) -> Iterator[yaml.MappingNode]:
+    """Yield every mapping in which places may stand, from the outside in."""
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            yield from _maps(item)
+    elif isinstance(node, yaml.MappingNode):
+        yield node
+        for key, value in node.value:
+            if key.value not in ("params", "keys", "devices", "imports", "in", "out", "inout", "set"):
+                yield from _maps(value)
+
+
+def _word_renamed(text: str) -> str | None:
+    """Return the text with the next word of older files spelt as now."""
+    for mapping in _maps(_root(text)):
+        for key, _ in mapping.value:
+            if key.value in RETIRED:
+                return _put(text, key.start_mark.index, key.end_mark.index, RETIRED[key.value])
+    return None
+
+
+def _word_moved(text: str) -> str | None:
+    """Return the text with the next word that stands among ports put beside its node."""
+    for mapping in _maps(_root(text)):
+        for key, value in mapping.value:
+            if not isinstance(value, yaml.MappingNode) or key.value in _NO_PORTS:
+                continue
+            if key.value in _WORDS and not any(inner.value == "do" for inner, _ in value.value):
+                continue
+            for inner in value.value:
+                if inner[0].value in _WORDS and not (inner[0].value == "name" and key.value in _CONDITIONS):
+                    if _is_tree(text, mapping, key):
+                        continue
+                    return _moved(text, mapping, (key, value), inner)
+    return None
+
+
+def _is_tree(text: str, mapping: yaml.MappingNode, key: yaml.ScalarNode) -> bool:
+    """Whether a key names a tree of a file, whose words stand beside its body as they are."""
+    root = _root(text)
+    if not isinstance(root, yaml.MappingNode):
+        return False
+    trees = next((v for k, v in root.value if k.value == "trees"), None)
+    at = key.start_mark.index
+    return isinstance(trees, yaml.MappingNode) and any(k.start_mark.index == at for k, _ in trees.value)
+
+
+def _moved(text: str, place: yaml.MappingNode, node: Pair, inner: Pair) -> str:
+    """Put one word beside a node: in the braces around it, in new ones where it stands in a list without, else on a line of its own."""
+    key, value = node
+    written = f"{inner[0].value}: {text[inner[1].start_mark.index : inner[1].end_mark.index].rstrip()}"
+    start, end = place.start_mark.index, value.end_mark.index
+    rest = _without(text, value, inner)
+    grown = len(rest) - len(text)
+    if place.flow_style and text[start] == "{":
+        return _put(rest, key.start_mark.index, key.start_mark.index, f"{written}, ")
+    if place.flow_style:
+        rest = _put(rest, end + grown, end + grown, "}")
+        return _put(rest, key.start_mark.index, key.start_mark.index, f"{{{written}, ")
+    return _put(rest, key.start_mark.index, key.start_mark.index, f"{written}\n{' ' * key.start_mark.column}")
+
+
+def _without(text: str, mapping: yaml.MappingNode, pair: Pair) -> str:
+    """Return the text without one pair of a mapping."""
+    pairs = mapping.value
+    at = next(i for i, (key, _) in enumerate(pairs) if key is pair[0])
+    start, end = pair[0].start_mark.index, pair[1].end_mark.index
+    if not mapping.flow_style:
+        end = text.find("\n", end if text[end - 1 : end] != "\n" else end - 1)
+        start = text.rfind("\n", 0, start)
+        if at == 0 and pairs[0][0].start_mark.line == mapping.start_mark.line and not text[start:pair[0].start_mark.index].isspace():
+            return _put(text, pair[0].start_mark.index, pairs[1][0].start_mark.index, "")
+        return _put(text, start, len(text) if end < 0 else end, "")
+    if at + 1 < len(pairs):
+        return _put(text, start, pairs[at + 1][0].start_mark.index, "")
+    return _put(text, pairs[at - 1][1].end_mark.index if at else start, end, "")
+
+
+def _put(text: str, start: int, end: int, new: str) -> str:
+    return text[:start] + new + text[end:]
+
+
+def _params_named(text: str, file: str, left: list[Diagnostic]) -> str:
+    """Return the text with params called by their names alone; a name that is a key's too is left."""
+    root = _root(text)
+    taken = set(_names_of_keys(root))
+    edits = []
+    for node in _scalars(root):
+        for match in _PARAM.finditer(text, node.start_mark.index, node.end_mark.index):
+            word = re.match(r"\w+", text[match.end() :])
+            name = word[0] if word else ""
+            if name in taken:
+                line = text.count("\n", 0, match.start()) + 1
+                column = match.start() - text.rfind("\n", 0, match.start())
+                message = f"params.{name} would be {name!r}, which is the name of a key too"
+                left.append(
+                    Diagnostic(file, line, column, "error", "retired", message, "rename one of them, and write it without 'params.'", 7)
+                )
+            else:
+                edits.append(match.span())
+    for start, end in reversed(edits):
+        text = _put(text, start, end, "")
+    return text
+
+
+def _scalars(node: yaml.Node | None) -> Iterator[yaml.ScalarNode]:
+    if isinstance(node, yaml.ScalarNode):
+        yield node
+    elif isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            yield from _scalars(item)
+    elif isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            if key.value != "doc":
+                yield from _scalars(value)
+
+
+def _names_of_keys(node: yaml.Node | None) -> Iterator[str]:
+    """Yield the names that the trees of a file declare or write."""
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            yield from _names_of_keys(item)
+    elif isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            if key.value in ("in", "out", "inout", "keys", "set") and isinstance(value, yaml.MappingNode):
+                yield from (name.value.removeprefix("$") for name, _ in value.value)
+            elif key.value == "as" and isinstance(value, yaml.ScalarNode):
+                yield value.value.removeprefix("$")
+            elif key.value != "params":
+                yield from _names_of_keys(value)
