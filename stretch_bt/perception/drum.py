@@ -20,7 +20,7 @@ FACTOR, DEPTH, THICKNESS, STRAIN, SIZE = 5.54, 0.855, 1.355, -0.368, -0.429
 PART = 0.4
 SLOPE = 40.0  # 1/m; slope of the skirt over the depth of the press: a round top whose membrane leaves it without a bend has it at its rim
 INSIDE = 0.75  # of the contact's radius, within which its curvature is told
-MOST, LEAST = 4000, 30  # points of the contact that are looked at; fewer show no curvature, and the top may be flat or round
+MOST, LEAST = 4000, 30  # points of the contact that are looked at; of fewer the top may be flat or round
 SHALLOW, SMALL = 1e-3, 3e-3  # m; the law is not asked for less depth, or for a smaller contact whose shape is not seen
 
 
