@@ -17,13 +17,13 @@ import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.perception.drum import PART, lift_of_flat
-from stretch_bt.simulation.fidelity.sheet import _SEEN, _grid
 from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.materials.neo_hookean import NeoHookean
 from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
 from stretch_bt.simulation.membrane.sheet.result import Load
+from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.membrane.sheet.solver import solve
 from stretch_bt.threads import one_thread
 
@@ -52,11 +52,10 @@ def drawn(rng: np.random.Generator) -> Drawn:
     body = Cylinder(first, edge) if disc else Box(first, second, edge)
     stretch, depth, thickness = float(rng.choice(STRETCHES)), float(rng.uniform(3e-3, 14e-3)), float(rng.choice(THICK))
     sheet = Sheet(GAUGE, WIDTH, thickness, NeoHookean(SHEAR), MOUNT, Effects(sag=DENSITY, bending=True))
-    press = solve(sheet, Load(body, stretch, depth, (0.0, 0.0), (0.0, 0.0)), _SEEN)
-    points = _grid(press.shape).points.reshape(-1, 3)
-    middle = int(np.argmin(np.hypot(points[:, 0], points[:, 1])))
+    press = solve(sheet, Load(body, stretch, depth, (0.0, 0.0), (0.0, 0.0)), Settings(exact=False, corrected=False))
+    middle = press.shape.points(3, 3)[1, 1]
     half = 0.5 * (first if disc else math.sqrt(first * second))
-    return Drawn(half, depth, thickness, (MOUNT + stretch) / GAUGE, float(points[middle, 2]) - depth)
+    return Drawn(half, depth, thickness, (MOUNT + stretch) / GAUGE, float(middle[2]) - depth)
 
 
 def by_law(press: Drawn) -> float:

@@ -1,11 +1,9 @@
 """Tracking the height of the object's top."""
 
 import math
-from contextlib import suppress
 
 from stretch_bt import perception
 from stretch_bt.behaviors._membrane import camera_off, height_of_top, keep_how, strain_of
-from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
@@ -71,9 +69,8 @@ class TrackHeight(Behavior):
         lift = Estimate(0.0, 0.0)
         if self.sphere is None:
             thickness = self.context.hand.geometry.thickness
-            with suppress(NoAnswer):
-                strain = strain_of(self.context, frame.stretch or 0.0)
-                lift = perception.lift_off(contact.surface, contact.labels, top.value, thickness, strain)
+            strain = strain_of(self.context, frame.stretch or 0.0)
+            lift = perception.lift_off(contact.surface, contact.labels, top.value, thickness, strain)
         return Estimate(top.value - lift.value, math.hypot(top.sd, off, lift.sd))
 
     def _curvature(self) -> Estimate | None:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.perception.top import Points, Top, disc_of
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray
 from stretch_bt.units import Estimate
@@ -20,7 +20,8 @@ FACTOR, DEPTH, THICKNESS, STRAIN, SIZE = 5.54, 0.855, 1.355, -0.368, -0.429
 PART = 0.4
 SLOPE = 40.0  # 1/m; slope of the skirt over the depth of the press: a round top whose membrane leaves it without a bend has it at its rim
 INSIDE = 0.75  # of the contact's radius, within which its curvature is told
-MOST, LEAST = 4000, 30  # points of the contact that are looked at
+MOST, LEAST = 4000, 30  # points of the contact that are looked at; of fewer the top may be flat or round
+SHALLOW, SMALL = 1e-3, 3e-3  # m; the law is not asked for less depth, or for a smaller contact whose shape is not seen
 
 
 def lift_of_flat(height: float, radius: float, thickness: float, strain: float) -> float:
@@ -47,24 +48,23 @@ def lift_off(points: FloatArray, labels: LabelArray, height: float, thickness: f
     ------
     InvalidInput
         Thickness or strain is not above 0.
-    NoContact, IllConditioned
-        Too little is seen of the contact to tell whether it is flat.
+    NoContact
+        No point in contact has depth.
     """
     if not (thickness > 0.0 and strain > 0.0):
         raise InvalidInput(f"thickness and strain must be above 0, not {thickness} m and {strain}")
     cloud = points.reshape(-1, 3)[labels.reshape(-1) == CONTACT]
     cloud = cloud[np.isfinite(cloud).all(axis=1)][:: max(1, len(cloud) // MOST)].astype(np.float64).T
-    if cloud.shape[1] < LEAST:
-        raise NoContact(
-            f"only {cloud.shape[1]} points in contact have depth, too few to tell whether the top is flat; press deeper"
-        )
+    if not cloud.size:
+        raise NoContact("no point in contact has depth, so that no top is seen; press deeper")
     middle, away, radius = disc_of(cloud)
+    depth, radius = max(height, SHALLOW), max(radius, SMALL)
+    most = lift_of_flat(depth, radius, thickness, strain)
     near = np.ascontiguousarray(cloud[:, away <= (INSIDE * radius) ** 2])
-    if height <= 0.0 or radius <= 0.0 or near.shape[1] < LEAST:
-        raise IllConditioned(f"a contact that stands {1e3 * height:.2g} mm high tells no lift; press deeper")
+    if near.shape[1] < LEAST:
+        return Estimate(0.5 * most, 0.5 * most)
     top = Top(Points(near, np.arange(near.shape[1])), middle, even=True)
-    most = lift_of_flat(height, radius, thickness, strain)
-    tangent = SLOPE * height / radius
+    tangent = SLOPE * depth / radius
     flat = min(max(1.0 - top.curvature / tangent, 0.0), 1.0)
     unsure = top.curvature_sd / tangent
     return Estimate(flat * most, most * min(math.hypot(PART * flat, unsure), 1.0))

@@ -1,19 +1,16 @@
 """palpate_active in the twin at hertz fidelity, whose force law is the paper's."""
 
-from importlib.resources import files
 from itertools import pairwise
 
 import pytest
 
 
 @pytest.fixture
-def palpate(run, pressed, tmp_path):
+def palpate(run, pressed, at_hertz, tmp_path):
     """Return what runs the tree on a shipped balloon: its result, and the scene's own force at each press."""
 
     def palpated(balloon, seed, **params):
-        shipped = files("stretch_bt") / "trees" / "scenes" / f"{balloon}_balloon.yaml"
-        scene = tmp_path / f"{balloon}.yaml"
-        scene.write_text(shipped.read_text("utf-8") + "fidelity: hertz\n", encoding="utf-8")
+        scene = at_hertz(f"{balloon}_balloon", tmp_path)
         forces, watch = pressed
         forces.clear()
         params = {"model": "paper", **params}
