@@ -21,7 +21,6 @@
     │   ├── LimitExceeded
     │   │   └── BeyondLimits     the plan is wrong, not the device: a NoAnswer too, which a node turns into FAILURE
     │   └── NotReady
-    ├── UnsetKey                 a key is read before anything wrote it
     ├── NodeError                the code of a node broke, or broke its contract; names the node's path
     └── MissingExtra             an optional package is needed; says what to install
 """
@@ -33,6 +32,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 __all__ = [
+    "Absent",
     "BeyondLimits",
     "CellError",
     "DeviceFault",
@@ -167,7 +167,11 @@ class NoAnswer(StretchError):
 
 
 class UnsetKey(NoAnswer):
-    """A key, or a field of a record, is read that has no value."""
+    """A key is read before anything wrote it."""
+
+
+class Absent(UnsetKey):
+    """A key, or a field of a record, holds `none`: what writes it had no value for it."""
 
 
 class NoContact(NoAnswer):

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 import py_trees
 
-from stretch_bt.errors import NoAnswer, NodeError, UnsetKey
+from stretch_bt.errors import Absent, NoAnswer, NodeError, UnsetKey
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.cell import MISSING, Cell
@@ -211,6 +211,11 @@ class Builder:
         """Return the cell of a key of the present tree."""
         return self.frame.cells[key]
 
+    def default(self, key: str) -> Any:
+        """Return the default of a key of the present tree."""
+        declared = self.frame.signature.declared(key)
+        return declared.default if declared is not None and declared.has_default else MISSING
+
     def own_cells(self, frame: _Frame, declared: list[Declared]) -> list[tuple[Cell, Any]]:
         """Add fresh cells to a frame and return them with their defaults."""
         fresh = []
@@ -233,7 +238,7 @@ class Builder:
     def thunk_or_none(self, wire: Wire) -> Callable[[], Any]:
         """Return what gives the value of a wire, and None where it is a name as it is that holds nothing."""
         thunk = self.thunk(wire)
-        return _present(thunk, None) if isinstance(wire.source, Name) and not wire.is_constant else thunk
+        return _present(thunk, None, Absent) if isinstance(wire.source, Name) and not wire.is_constant else thunk
 
     def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
         """Return what reads a name of the present tree, and the attributes left to follow."""
@@ -307,8 +312,11 @@ class Builder:
 
     def error_of(self, wire: Wire) -> Callable[[], float | None] | None:
         """Return what reads the error of a wire's value; None where a value of its kind carries none."""
-        if not isinstance(wire.source, Name):
+        if wire.source is None:
             return None
+        if not isinstance(wire.source, Name):
+            value = bind(wire.source, self)
+            return lambda: getattr(value(), "sd", None)
         symbol = self.frame.scope.resolve(wire.source.parts)
         rest = wire.source.parts[symbol.used :]
         if symbol.origin is Origin.PARAM and not rest:
@@ -341,11 +349,10 @@ class Builder:
     def input_cell(self, declared: Declared, wire: Wire | None, path: str) -> Cell:
         """Return the cell of an input: the caller's own, a constant, or one that is worked out at each read."""
         if wire is None:
-            absent = declared.default is None
-            return Cell(f"{path}/{declared.name}", MISSING if absent else declared.default)
+            return _constant(f"{path}/{declared.name}", declared.default, path)
         error = self.error_of(wire)
         if wire.is_constant:
-            cell = Cell(f"{path}/{declared.name}", MISSING if wire.value is None else wire.value)
+            cell = _constant(f"{path}/{declared.name}", wire.value, path)
             cell.sd = None if error is None else error()
             return cell
         key = wire.single_key()
@@ -354,14 +361,21 @@ class Builder:
         return _Computed(f"{path}/{declared.name}", self.thunk(wire), error)
 
 
-def _present(thunk: Callable[[], Any], default: Any) -> Callable[[], Any]:
+def _constant(name: str, value: Any, writer: str) -> Cell:
+    """Return a cell that keeps a value; None is absence."""
+    cell = Cell(name, MISSING if value is None else value)
+    cell.writer = writer
+    return cell
+
+
+def _present(thunk: Callable[[], Any], default: Any, kind: type[UnsetKey] = UnsetKey) -> Callable[[], Any]:
     """Return what gives the default of a port, or None, where a key holds nothing."""
     absent = None if default is MISSING else default
 
     def read() -> Any:
         try:
             return thunk()
-        except UnsetKey:
+        except kind:
             return absent
 
     return read

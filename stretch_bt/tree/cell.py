@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stretch_bt.errors import UnsetKey
+from stretch_bt.errors import Absent, UnsetKey
 from stretch_bt.units import Estimate
 
 __all__ = ["MISSING", "Cell"]
@@ -38,8 +38,10 @@ class Cell:
         self.listener: Callable[[Cell], None] | None = None
 
     def read(self) -> Any:
-        """Return the value; raises UnsetKey when nothing wrote it yet."""
+        """Return the value; raises UnsetKey when nothing wrote it yet, and Absent when what wrote it had none."""
         if self.value is MISSING:
+            if self.writer:
+                raise Absent(f"${self.name} is none: {self.writer} had no value for it")
             raise UnsetKey(f"${self.name} is read before anything wrote it{self.blocked and '; ' + self.blocked}")
         return self.value
 
@@ -58,6 +60,7 @@ class Cell:
         """Go back to a default, or to unset."""
         self.value = value
         self.sd = None
+        self.writer = ""
 
     def write(self, value: Any, writer: str = "") -> None:
         """Set the value, and its standard deviation when the value is an Estimate; `writer` is the path of a node."""

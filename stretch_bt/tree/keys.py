@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, is_nothing
 from stretch_bt.tree import registry
+from stretch_bt.tree.declarations import Declarations
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import ExpressionError, parse, typecheck
 from stretch_bt.tree.places import Place, places
@@ -25,6 +26,7 @@ __all__ = ["is_construct", "settle_types"]
 
 _KEY = re.compile(r"\$?([A-Za-z_]\w*)", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_LOOPS = ("for_each", "repeat", "until")
 _ROUNDS = 50  # a chain of keys, each set from the one before, is as long as that
 
 
@@ -74,6 +76,7 @@ class _Keys:
         self.found: list[Diagnostic] = []
 
     def settle(self) -> list[Diagnostic]:
+        self.keys_of_loops()
         for place in self.places:
             target = self.document.tree(place.word.text)
             if target is not None:
@@ -85,6 +88,19 @@ class _Keys:
             if declared.type is UNKNOWN:
                 declared.type = ANY
         return self.found
+
+    def keys_of_loops(self) -> None:
+        """Take the keys that loops declare for themselves among those of the tree."""
+        declarations = Declarations(registry.object_types(), self.found)
+        for place in self.places:
+            own = place.given.get("keys") if place.word.text in _LOOPS else None
+            for key, spec in own if isinstance(own, Map) else ():
+                first = self.signature.declared(key.text)
+                if first is not None:
+                    message = f"${key.text} is declared twice (first on line {first.mark.line})"
+                    self.found.append(key.mark.error("key-duplicate", message, "keep one"))
+                else:
+                    self.signature.keys[key.text] = declarations.read(key, spec, "key")
 
     # --- inputs
 

@@ -13,9 +13,10 @@ from stretch_bt.tree.flow.for_each import ForEach
 from stretch_bt.tree.flow.groups import Sequence
 from stretch_bt.tree.flow.guard import Guard, SkipIf
 from stretch_bt.tree.flow.log import Log
-from stretch_bt.tree.flow.repeat import Retry
+from stretch_bt.tree.flow.repeat import Repeat, Retry
 from stretch_bt.tree.flow.set_keys import SetKeys
 from stretch_bt.tree.flow.timeout import Timeout
+from stretch_bt.tree.flow.until import Until
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import RESERVED, RETIRED, NodeInfo
 from stretch_bt.tree.types import Type
@@ -396,6 +397,9 @@ class Reader(Wiring):
                     yield key, "set", mark
             elif isinstance(inner, ForEach):
                 yield inner.key, "for_each", inner.key_mark
+                yield from ((key, "for_each", mark) for key, mark in inner.passes.marks.items())
+            elif isinstance(inner, Until | Repeat):
+                yield from ((key, inner.keyword, mark) for key, mark in inner.passes.marks.items())
             elif isinstance(inner, Broken):
                 for key, mark in inner.keys.items():
                     yield key, inner.label, mark

@@ -77,7 +77,7 @@ def _word_moved(text: str) -> str | None:
             if key.value in _WORDS and not any(inner.value == "do" for inner, _ in value.value):
                 continue
             for inner in value.value:
-                if inner[0].value in _WORDS and not (inner[0].value == "name" and key.value in _CONDITIONS):
+                if inner[0].value in _WORDS and inner[0].value != "finally" and not (inner[0].value == "name" and key.value in _CONDITIONS):
                     if _is_tree(text, mapping, key):
                         continue
                     return _moved(text, mapping, (key, value), inner)

@@ -19,6 +19,7 @@ __all__ = [
     "BOOL",
     "FLOAT",
     "INT",
+    "NONE",
     "STR",
     "UNKNOWN",
     "Family",
@@ -43,6 +44,7 @@ class Family(Enum):
     ENUM = "enum"
     LIST = "list"
     OBJECT = "object"
+    NONE = "none"  # of the word for absence
     ANY = "any"  # of a declaration that is wrong, so that its uses are not reported as well
 
 
@@ -105,6 +107,8 @@ INT = Type("int", Family.INT)
 FLOAT = Type("float", Family.FLOAT)
 STR = Type("str", Family.STR)
 ANY = Type("any", Family.ANY)
+#: of the word for absence, which no type but itself takes
+NONE = Type("none", Family.NONE)
 #: of a name whose type follows from what writes or reads it
 UNKNOWN = Type("unknown", Family.ANY)
 _OPTION = re.compile(r"[a-z]\w*")

@@ -11,7 +11,7 @@ from stretch_bt.errors import Diagnostic, UnsetKey
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, is_nothing, is_null, unknown_key
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
-from stretch_bt.tree.expression.parse import Name
+from stretch_bt.tree.expression.parse import Call, Name
 from stretch_bt.tree.expression.typecheck import Origin
 from stretch_bt.tree.flow import Wire
 from stretch_bt.tree.port import Port
@@ -278,7 +278,9 @@ class Wiring:
 
 def passes_error_on(expression: Expression) -> bool:
     """Whether the value of an expression carries the error of what it is made of."""
-    return isinstance(expression, Name)
+    carries = ("mean", "median", "min", "max", "at")
+    of_list = isinstance(expression, Call) and len(expression.arguments) <= 1 + (expression.function == "at")
+    return isinstance(expression, Name) or (of_list and expression.function in carries)
 
 
 class _Params:

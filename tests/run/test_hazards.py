@@ -304,7 +304,7 @@ def test_G13_an_empty_list_ticks_nothing_and_a_zero_does_not_end_a_loop(bench: A
     registry.node(GiveItems)
     head = "keys: {n: int, items: 'list[int]'}\nparams: {none: {type: 'list[int]', default: []}}"
     loop = "for_each: {{items: {}, as: $n, do: {{probe: {{name: a}}}}}}"
-    assert bench.run(loop.format("$params.none"), head).status == "SUCCESS"
+    assert bench.run(loop.format("$none_"), head).status == "SUCCESS"
     assert bench.trace == []
     outcome = bench.run(f"sequence: [give_items: {{items: $items}}, {loop.format('$items')}]", head)
     assert (outcome.status, bench.trace.count("a.init")) == ("SUCCESS", 3)

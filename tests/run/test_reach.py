@@ -119,8 +119,8 @@ def test_a_constant_past_a_limit_is_found_at_its_place_and_one_at_the_limit_is_n
 
 FOUND = {
     "a default of a node": ("    «press»: {depth: 1 mm, speed: 1 mm/s}", "error", "main/press: max_force is 15 N"),
-    "a param": (f"    press: {{depth: «5 * $params.deep», {QUIET}}}", "error", "main/press: depth is 5 mm"),
-    "the range of a param": (f"    press: {{depth: $params.deep, {QUIET}}}", "warning", "deep = 10 mm, main/press: depth is 10 mm"),
+    "a param": (f"    press: {{depth: «5 * $deep», {QUIET}}}", "error", "main/press: depth is 5 mm"),
+    "the range of a param": (f"    press: {{depth: $deep, {QUIET}}}", "warning", "deep = 10 mm, main/press: depth is 10 mm"),
     "a call": ("    sequence: [sink: {depth: 1 mm}, {name: again, sink: {depth: 3 mm}}]" + SINK, "error", "main/again/press: depth is 3 mm"),
     "a key": (
         f"    sequence: [set: {{depth: task.time * 1 mm/s}}, press: {{depth: «$depth», {QUIET}}}]",

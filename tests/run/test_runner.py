@@ -14,11 +14,9 @@ ENDING = "{{probe: {{script: {0}, name: a}}, finally: [probe: {{script: {1}, sto
 CALLED = {
     "body": "{sequence: [outer: {}], finally: [{name: last, probe: {}}]}",
     "trees": """
-        finally: [{name: outer_end, probe: {}}]
-        outer: {sequence: [inner: {}]}
-        finally: [{name: inner_end, probe: {}}]
+        outer: {sequence: [inner: {}], finally: [{name: outer_end, probe: {}}]}
         name: a
-        inner: {probe: {script: RRi}}
+        inner: {probe: {script: RRi}, finally: [{name: inner_end, probe: {}}]}
     """,
 }
 
@@ -148,7 +146,7 @@ def test_a_finally_in_a_task_that_calls_trees_leaves_none_of_theirs_out(bench: A
 def test_a_finally_that_ran_with_its_call_is_not_run_again(bench: Any) -> None:
     outcome = bench.run(
         "sequence: [part: {}, {name: b, probe: {script: Ri}}]",
-        trees="finally: [{name: end, probe: {script: RS}}]\nname: a\npart: {probe: {script: RS}}",
+        trees="name: a\npart: {probe: {script: RS}, finally: [{name: end, probe: {script: RS}}]}",
     )
     assert (outcome.status, bench.trace.count("end.init")) == ("INTERRUPTED", 1)
 

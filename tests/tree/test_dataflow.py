@@ -8,7 +8,6 @@ import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
-from stretch_bt.errors import UnsetKey
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree import registry
 from stretch_bt.tree.build import build
@@ -127,7 +126,7 @@ def composite(inner: st.SearchStrategy[str], *, odd: bool) -> st.SearchStrategy[
     found |= st.tuples(KEYS, body).map(lambda t: f"until: {{that: {t[0]} > 0 mm, max: 2, do: {t[1]}}}")
     found |= body.map(lambda b: f"repeat: {{times: 2, do: {b}}}")
     found |= body.map(lambda b: f"retry: {{attempts: 2, do: {b}}}")
-    items = ["[1 mm]", "$params.list", *(["[]"] if odd else [])]
+    items = ["[1 mm]", "$list", *(["[]"] if odd else [])]
     found |= st.tuples(st.sampled_from(items), KEYS, body).map(
         lambda t: f"for_each: {{items: {t[0]}, as: ${t[1]}, do: {t[2]}}}"
     )
@@ -158,13 +157,12 @@ def outcomes(program: Program, limit: int = 300) -> tuple[bool, bool]:
     Chosen.choose.answers.clear()
     for number in Chosen.choose.runs(limit):
         root = build(program, ChosenContext()).root
-        try:
-            for _ in range(40):
-                list(root.tick())
-                if root.status is not Status.RUNNING:
-                    break
-        except UnsetKey:
-            return True, True
+        for _ in range(40):
+            ticked = list(root.tick())
+            if any("is read before anything wrote it" in node.feedback_message for node in ticked):
+                return True, True
+            if root.status is not Status.RUNNING:
+                break
         if number == limit - 1:
             return False, False
     return False, True

@@ -248,7 +248,7 @@ def test_btcpp_keeps_wiring_and_finds_counterparts(programs: dict[str, Program])
 
 
 def test_a_large_task_is_drawn_whole(tmp_path: Path) -> None:
-    body = "\n".join(f"          - wait: {{duration: {i} s, name: step{i}}}" for i in range(60))
+    body = "\n".join(f"          - {{name: step{i}, wait: {{duration: {i} s}}}}" for i in range(60))
     text = f"format: stretch-tree/1\ntrees:\n  main:\n    sequence:\n      - selector:\n{body}\n"
     text += "".join(f"      - selector: [{{check: task.ticks > {i}}}, {{fail: no}}]\n" for i in range(20))
     path = tmp_path / "large.yaml"

@@ -115,7 +115,7 @@ MISTAKES = {
     "missing input": ("press: {depth: $depth}", "press: {speed: 5 mm/s}"),
     "missing input, bare": ("- approach\n", "- press\n"),
     "wrong enum value": ("rule: either", "rule: eiter"),
-    "bare number in a port": ("duration: 1 s,", "duration: 1,"),
+    "bare number in a port": ("wait: {duration: 1 s}}}", "wait: {duration: 1}}}"),
     "quoted number without unit": ("speed: 5 mm/s", "speed: '5'"),
     "wrong unit": ("clearance: 20 mm", "clearance: 20 N"),
     "wrong unit of a default": ("default: 1 mm, min", "default: 1 N, min"),
@@ -130,13 +130,13 @@ MISTAKES = {
     "unknown device": ("arm: Arm", "arm: Arms"),
     "unknown type": ("{type: float,", "{type: flaot,"),
     "unknown field of a parameter": ("min: 0.1 mm", "minimum: 0.1 mm"),
-    "until without max": ("until: {that: count >= 3, max: $params.often,", "until: {that: count >= 3,"),
+    "until without max": ("until: {that: count >= 3, max: $often,", "until: {that: count >= 3,"),
     "until without that": ("until: {that: count >= 3,", "until: {"),
     "repeat without times": ("repeat: {times: 2,", "repeat: {"),
     "retry of no attempts": ("attempts: 3", "attempts: 0"),
     "timeout without unit": ("timeout: 8 s", "timeout: 8"),
     "misspelt word beside": ("log: counted", "lgo: counted"),
-    "misspelt word inside": ("retry: 2}", "rety: 2}"),
+    "word inside": ("rule: either,", "rule: either, retry: 2,"),
     "misspelt policy": ("success_on_selected, sel", "sucess_on_selected, sel"),
     "unknown field of parallel": ("selected: [a],", "select: [a],"),
     "sequence of a mapping": (
@@ -148,7 +148,7 @@ MISTAKES = {
     "two nodes at a place": ("- capture: {frame", "- wait: {duration: 1 s}\n        capture: {frame"),
     "for_each without as": ("as: $depth, ", ""),
     "for_each into no key": ("as: $depth", "as: depth"),
-    "finally of a node": ("speed: 5 mm/s,", "speed: 5 mm/s, finally: [approach],"),
+    "finally of a node": ("{set: {count: count + 1, depth", "{finally: [approach], set: {count: count + 1, depth"),
     "tick without unit": ("tick: 20 ms", "tick: 20"),
     "fail without reason": ("{fail: too few}", "{fail: }"),
     "set of nothing": ("set: {top: from}", "set: {}"),
@@ -215,7 +215,7 @@ def test_every_node_port_and_construct_is_described() -> None:
     for name, info in load_all().items():
         node = definitions[f"node_{name}"]
         assert node["description"] == info.doc
-        assert set(node["properties"]) == {*info.ports, *info.outputs, *WORDS}
+        assert set(node["properties"]) == {*info.ports, *info.outputs}
         for port in {*info.ports, *info.outputs}:
             assert len(node["properties"][port]["description"]) > 3
         assert definitions["node"]["properties"][name] == {"$ref": f"#/$defs/node_{name}"}
@@ -253,7 +253,7 @@ def test_every_unit_of_a_kind_fits_and_a_bare_number_does_not(
 
 
 @pytest.mark.parametrize(
-    "text", ["$depth", "$params.step * 2", "arm.force / 2", "max(a, b)", "h0 - height", "2 * step"]
+    "text", ["$depth", "$step * 2", "arm.force / 2", "max(a, b)", "h0 - height", "2 * step"]
 )
 def test_expressions_fit_every_number(text: str) -> None:
     for name in (*KINDS,):

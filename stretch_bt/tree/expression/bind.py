@@ -8,8 +8,10 @@ import sys
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from stretch_bt.errors import InvalidInput, UnsetKey
+from stretch_bt.errors import Absent, InvalidInput, UnsetKey
 from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, Name, Unary
+from stretch_bt.tree.series import LIST_FUNCTIONS
+from stretch_bt.tree.types import NONE, Family
 
 __all__ = ["Environment", "bind"]
 
@@ -52,8 +54,12 @@ def bind(expression: Expression, environment: Environment) -> Thunk:
     if isinstance(expression, Binary):
         return _bind_binary(expression, bind(expression.left, environment), bind(expression.right, environment))
     assert isinstance(expression, Call)
-    function = _FUNCTIONS[expression.function]
     arguments = [bind(a, environment) for a in expression.arguments]
+    if expression.arguments[0].type.item is not None:
+        of_list = LIST_FUNCTIONS[expression.function]
+        whole = expression.function == "sum" and expression.type.family is Family.INT
+        return (lambda: int(of_list(arguments[0]()))) if whole else (lambda: of_list(*(a() for a in arguments)))
+    function = _FUNCTIONS[expression.function]
     return lambda: _finite(expression.function, function, *(a() for a in arguments))
 
 
@@ -68,7 +74,7 @@ def _bind_name(name: Name, environment: Environment) -> Thunk:
         for part in rest:
             value = _item(value, int(part), text) if part.isdigit() else getattr(value, part)
             if value is None:
-                raise UnsetKey(f"{text} has no value: .{part} is not set")
+                raise Absent(f"{text} is none")
         return value
 
     return follow
@@ -92,9 +98,23 @@ def _bind_binary(expression: Binary, left: Thunk, right: Thunk) -> Thunk:
     if expression.operator == "or":
         return lambda: left() or right()
     function = _BINARY[expression.operator]
+    if NONE in (expression.left.type, expression.right.type):
+        left, right = _or_none(left), _or_none(right)
     if expression.operator in _ARITHMETIC:
         return lambda: _finite(expression.operator, function, left(), right())
     return lambda: function(left(), right())
+
+
+def _or_none(read: Thunk) -> Thunk:
+    """Return what gives None where there is no value."""
+
+    def maybe() -> Any:
+        try:
+            return read()
+        except Absent:
+            return None
+
+    return maybe
 
 
 def _finite(name: str, function: Callable[..., Any], *values: Any) -> Any:

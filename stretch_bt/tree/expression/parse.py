@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stretch_bt.errors import InvalidInput, StretchError
-from stretch_bt.tree.types import BOOL, FLOAT, INT, STR, Type, quantity
+from stretch_bt.tree.types import BOOL, FLOAT, INT, NONE, STR, Type, quantity
 from stretch_bt.units import NUMBER, parse_quantity
 
 __all__ = ["Binary", "Call", "Constant", "Expression", "ExpressionError", "Name", "Unary", "parse"]
@@ -106,7 +106,19 @@ _BINDING = {
     "/": 60,
 }
 _COMPARISONS = ("<", "<=", ">", ">=", "==", "!=")
-FUNCTIONS = {"abs": (1, 1), "min": (2, 8), "max": (2, 8), "sqrt": (1, 1)}
+FUNCTIONS = {
+    "abs": (1, 1),
+    "min": (1, 8),
+    "max": (1, 8),
+    "sqrt": (1, 1),
+    "mean": (1, 1),
+    "median": (1, 1),
+    "sum": (1, 1),
+    "len": (1, 1),
+    "sort": (1, 1),
+    "argmin": (1, 1),
+    "at": (2, 2),
+}
 
 
 def parse(text: str) -> Expression:
@@ -195,6 +207,8 @@ class _Parser:
     def name(self, token: _Token) -> Expression:
         if token.text in ("true", "false"):
             return _constant(token, token.text == "true", BOOL)
+        if token.text == "none":
+            return _constant(token, None, NONE)
         if self.tokens[self.position].text == "(":
             return self.call(token)
         return Name(token.offset, len(token.text), tuple(token.text.removeprefix("$").split(".")))

@@ -10,7 +10,8 @@ from typing import Protocol
 from stretch_bt.errors import StretchError
 from stretch_bt.source import did_you_mean
 from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, ExpressionError, Name, Unary
-from stretch_bt.tree.types import BOOL, FLOAT, INT, Family, Type, attributes, quantity
+from stretch_bt.tree.series import LIST_FUNCTIONS
+from stretch_bt.tree.types import BOOL, FLOAT, INT, NONE, Family, Type, attributes, quantity
 from stretch_bt.units import DIMENSIONLESS, unit_names
 
 __all__ = ["Origin", "Scope", "Symbol", "Unresolved", "names", "typecheck"]
@@ -136,6 +137,8 @@ def _binary(expression: Binary, left: Type, right: Type) -> Type:
         _need_bool(expression.left, left)
         _need_bool(expression.right, right)
         return BOOL
+    if operator in ("==", "!=") and NONE in (left, right):
+        return BOOL
     if operator in ("==", "!=") and not left.is_number:
         if not (left.accepts(right) or right.accepts(left) or _same_text(left, right)):
             raise _error(expression, "type-mismatch", f"{left} is compared with {right}", "compare values of one type")
@@ -165,6 +168,8 @@ def _known_option(expression: Binary, left: Type, right: Type) -> None:
 
 
 def _call(expression: Call, arguments: list[Type]) -> Type:
+    if expression.function in LIST_FUNCTIONS and len(arguments) <= 1 + (expression.function == "at"):
+        return _of_list(expression, arguments)
     for argument, type_ in zip(expression.arguments, arguments, strict=True):
         _need_number(argument, type_)
         if type_.dimension != arguments[0].dimension:
@@ -175,6 +180,24 @@ def _call(expression: Call, arguments: list[Type]) -> Type:
             raise _error(expression, "unit-mismatch", f"the square root of {dimension} has no unit", "multiply first")
         return quantity(type(dimension)(*(e // 2 for e in dimension)))
     return arguments[0] if all(a == arguments[0] for a in arguments) else quantity(arguments[0].dimension)
+
+
+def _of_list(expression: Call, arguments: list[Type]) -> Type:
+    """Return the type of what a function makes of a list."""
+    function, item = expression.function, arguments[0].item
+    if item is None:
+        message = f"{function}() of one value takes a list, not {arguments[0]}"
+        hint = "give it two values or more" if function in ("min", "max") else "use a list, as 'collect' of a loop makes one"
+        raise _error(expression.arguments[0], "type-mismatch", message, hint)
+    if function not in ("len", "at") and not item.is_number:
+        raise _error(expression.arguments[0], "type-mismatch", f"{function}() takes numbers, not {item}", "use 'len' or 'at'")
+    if function == "at" and arguments[1].family is not Family.INT:
+        raise _error(expression.arguments[1], "type-mismatch", f"at() counts with an int, not {arguments[1]}", "write 'at(list, 0)'")
+    if function in ("len", "argmin"):
+        return INT
+    if function == "sort":
+        return arguments[0]
+    return FLOAT if function in ("mean", "median") and item is INT else item
 
 
 def _same_dimension(expression: Binary, left: Type, right: Type) -> None:

@@ -12,6 +12,7 @@ from py_trees.common import Status
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import list_of
 
@@ -32,6 +33,7 @@ class ForEach(Part):
     key: str
     key_mark: Mark
     do: Part
+    passes: Passes
     keyword: ClassVar[str] = "for_each"
     transparent: ClassVar[bool] = True
 
@@ -45,8 +47,8 @@ class ForEach(Part):
 
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
-        """Read `{items, as, do}`."""
-        fields = reader.fields(value, mark, "for_each", required=("items", "as", "do"))
+        """Read `{items, as, do}`, and `index`, `collect` and `keys`."""
+        fields = reader.fields(value, mark, "for_each", required=("items", "as", "do"), optional=("index", *FIELDS))
         if fields is None:
             return None
         key = reader.output(fields["as"], None, "for_each.as")
@@ -56,43 +58,58 @@ class ForEach(Part):
         item = reader.signature.declared(key)
         assert item is not None
         items = reader.value(fields["items"], list_of(item.type), "for_each.items")
-        return cls(mark, items, key, fields["as"].mark, do) if items and do else None
+        passes = Passes.read(reader, fields, do)
+        return cls(mark, items, key, fields["as"].mark, do, passes) if items and do else None
 
     @classmethod
     def schema(cls) -> Schema:
         """Return the schema of its form."""
-        return form({"items": ref("input_list"), "as": ref("key"), "do": ref("body")})
+        return form(
+            {"items": ref("input_list"), "as": ref("key"), "do": ref("body")}, {"index": ref("key"), **passes_schema()}
+        )
 
     def written(self) -> dict[str, str]:
         """Return its settings."""
-        return {"items": self.items.text, "as": f"${self.key}"}
+        return {"items": self.items.text, "as": f"${self.key}"} | self.passes.written()
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The list may be empty, unless it is known at load."""
         data.read((self.items,), known)
-        ends = self.do.flow(data, known | {self.key})
+        known |= self.passes.lists
+        index = {self.passes.index} if self.passes.index else set()
+        ends = self.do.flow(data, known | {self.key} | index)
         certain = self.items.is_constant and len(self.items.value) > 0
         return Flow(ends.success if certain else both(known, ends.success), both(ends.failure, known))
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the loop."""
-        return ForEachNode(path, builder.child(self, self.do, path), builder.thunk(self.items), builder.cell(self.key))
+        child, passes = builder.child(self, self.do, path), self.passes.bind(builder, path)
+        return ForEachNode(path, child, builder.thunk(self.items), builder.cell(self.key), passes)
 
 
 class ForEachNode(FlowNode):
     """One item starts per tick."""
 
     def __init__(
-        self, path: str, child: py_trees.behaviour.Behaviour, items: Callable[[], Sequence[Any]], key: Cell
+        self,
+        path: str,
+        child: py_trees.behaviour.Behaviour,
+        items: Callable[[], Sequence[Any]],
+        key: Cell,
+        passes: PassKeys,
     ) -> None:
         super().__init__(path, child)
         self.items = items
         self.key = key
+        self.passes = passes
+        self.count = 0
         self.remaining: list[Any] = []
 
     def begin(self) -> None:
         """Take the list as it is now."""
         self.remaining = list(self.items())
+        self.count = len(self.remaining)
+        self.passes.begin()
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run the body for the next item."""
@@ -100,8 +117,10 @@ class ForEachNode(FlowNode):
             return Status.SUCCESS
         if self.child.status is not Status.RUNNING:
             self.key.write(self.remaining[0], self.path)
+            self.passes.start(self.count - len(self.remaining))
         yield from self.child.tick()
         if self.child.status is Status.SUCCESS:
             self.remaining.pop(0)
+            self.passes.end()
             return Status.RUNNING if self.remaining else Status.SUCCESS
         return self.child.status

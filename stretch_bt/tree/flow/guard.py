@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct
+from stretch_bt.tree.flow.text import Text, read_text
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import BOOL
 
@@ -67,7 +68,7 @@ class Guard(Part):
     @classmethod
     def schema(cls) -> Schema:
         """Return the schema of its form."""
-        return form({"that": ref("condition"), "do": ref("body")})
+        return form({"that": ref("condition"), "do": ref("body")}, {"name": ref("word_name")})
 
     @classmethod
     def schema_beside(cls) -> Schema:
@@ -122,52 +123,60 @@ class Condition:
 @construct
 @dataclass(slots=True)
 class Check(Part):
-    """SUCCESS when `that` holds now, else FAILURE."""
+    """SUCCESS when `that` holds now, else FAILURE, with the reason `else` where it is given."""
 
     that: Wire
+    reason: Text | None = None
     keyword: ClassVar[str] = "check"
 
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
-        """Read `{that}`, or the expression itself."""
+        """Read `{that, else}`, or the expression itself."""
         if isinstance(value, Scalar):
             value = Map(((Scalar("that", False, value.mark), value),), value.mark)
-        fields = reader.fields(value, mark, "check", required=("that",))
-        that = reader.expression(fields["that"], BOOL, "check.that") if fields else None
-        return cls(mark, that) if that else None
+        fields = reader.fields(value, mark, "check", required=("that",), optional=("else",))
+        if fields is None:
+            return None
+        that, otherwise = reader.expression(fields["that"], BOOL, "check.that"), fields.get("else")
+        reason = read_text(reader, otherwise) if isinstance(otherwise, Scalar) else None
+        if otherwise is not None and (reason is None or not reason.written):
+            reader.error(otherwise.mark, "type-mismatch", "'else' takes its reason as text", "write 'else: why it fails'")
+        return cls(mark, that, reason) if that else None
 
     @classmethod
     def schema(cls) -> Schema:
         """Return the schema of its form."""
-        return {"anyOf": [ref("condition"), form({"that": ref("condition")})]}
+        named = {"name": ref("word_name"), "else": ref("text")}
+        return {"anyOf": [ref("condition"), form({"that": ref("condition")}, named)]}
 
     def written(self) -> dict[str, str]:
         """Return its settings."""
-        return {"that": self.that.text}
+        return {"that": self.that.text} | ({"else": self.reason.written} if self.reason else {})
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """It only reads."""
-        data.read((self.that,), known)
+        data.read((self.that, *(self.reason.wires if self.reason else ())), known)
         return Flow(known, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the condition as a node."""
-        return CheckNode(path, builder.condition(self.that, path))
+        return CheckNode(path, builder.condition(self.that, path), self.reason and self.reason.bind(builder))
 
 
 class CheckNode(FlowNode):
     """Asks once."""
 
-    def __init__(self, path: str, condition: Condition) -> None:
+    def __init__(self, path: str, condition: Condition, reason: Callable[[], str] | None = None) -> None:
         super().__init__(path)
         self.condition = condition
+        self.reason = reason
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Ask."""
         yield from ()
         if self.condition.holds():
             return Status.SUCCESS
-        self.feedback_message = self.condition.explain()
+        self.feedback_message = self.reason() if self.reason else self.condition.explain()
         return Status.FAILURE
 
 

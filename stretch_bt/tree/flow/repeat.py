@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 import py_trees
@@ -12,6 +12,7 @@ from py_trees.common import Status
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, why_failed
 from stretch_bt.tree.flow.count import counted, read_count, runs_surely
+from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
 
 if TYPE_CHECKING:
@@ -26,7 +27,9 @@ __all__ = ["CountedNode", "Repeat", "Retry"]
 class _Counted(Part):
     count: Wire
     do: Part
+    passes: Passes = field(default_factory=Passes)
     counter: ClassVar[str] = ""
+    more: ClassVar[tuple[str, ...]] = ()  # fields that are optional
 
     def children(self) -> Sequence[Part]:
         """Return the body."""
@@ -39,25 +42,26 @@ class _Counted(Part):
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read the count, which is mandatory, and `do`."""
-        fields = reader.fields(value, mark, cls.keyword, required=("do",), bound=(cls.counter, 3))
+        fields = reader.fields(value, mark, cls.keyword, required=("do",), optional=cls.more, bound=(cls.counter, 3))
         if fields is None:
             return None
         count = read_count(reader, fields[cls.counter], f"{cls.keyword}.{cls.counter}")
         do = reader.body(fields["do"])
-        return cls(mark, count, do) if count and do else None
+        return cls(mark, count, do, Passes.read(reader, fields, do)) if count and do else None
 
     @classmethod
     def schema(cls) -> Schema:
         """Return the schema of its form."""
-        return form({cls.counter: ref("count"), "do": ref("body")})
+        return form({cls.counter: ref("count"), "do": ref("body")}, passes_schema() if cls.more else None)
 
     def written(self) -> dict[str, str]:
         """Return its settings."""
-        return {self.counter: self.count.text}
+        return {self.counter: self.count.text} | self.passes.written()
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """What a pass writes is surely there where at least one is run."""
         data.read((self.count,), known)
+        known |= self.passes.lists
         passed = self.do.flow(data, known)
         return passed if runs_surely(self.count) else self.without_pass(passed, known)
 
@@ -68,7 +72,8 @@ class _Counted(Part):
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the loop."""
         again = Status.SUCCESS if self.keyword == "repeat" else Status.FAILURE
-        return CountedNode(path, builder.child(self, self.do, path), builder.thunk(self.count), self.counter, again)
+        child, passes = builder.child(self, self.do, path), self.passes.bind(builder, path)
+        return CountedNode(path, child, builder.thunk(self.count), self.counter, again, passes)
 
 
 @construct
@@ -78,6 +83,7 @@ class Repeat(_Counted):
 
     keyword: ClassVar[str] = "repeat"
     counter: ClassVar[str] = "times"
+    more: ClassVar[tuple[str, ...]] = FIELDS
 
 
 @construct
@@ -108,28 +114,39 @@ class CountedNode(FlowNode):
     """Starts the child again after each end with `again`, one start per tick, `count` times in all; `counter` is its word for that."""
 
     def __init__(
-        self, path: str, child: py_trees.behaviour.Behaviour, count: Callable[[], int], counter: str, again: Status
+        self,
+        path: str,
+        child: py_trees.behaviour.Behaviour,
+        count: Callable[[], int],
+        counter: str,
+        again: Status,
+        keys: PassKeys,
     ) -> None:
         super().__init__(path, child)
         self.count = count
         self.counter = counter
         self.again = again
+        self.keys = keys
         self.passes = 0
 
     def begin(self) -> None:
         """Count from the start."""
         self.passes = 0
+        self.keys.begin()
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the child; go on while it ends with `again` and passes are left."""
         if self.status is not Status.RUNNING and counted(self.count, self.path, self.counter) == 0:
             self.feedback_message = f"{self.counter} is 0"
             return self.again
+        if self.child.status is not Status.RUNNING:
+            self.keys.start(self.passes)
         yield from self.child.tick()
         status = self.child.status
         if status is not self.again:
             return status
         self.passes += 1
+        self.keys.end()
         if self.passes < self.count():
             return Status.RUNNING
         if status is Status.FAILURE:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -11,6 +11,7 @@ from py_trees.common import Status
 
 from stretch_bt.source import Mark, Scalar, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, both, construct
+from stretch_bt.tree.flow.text import Text, read_text
 from stretch_bt.tree.fragments import Schema, ref
 
 if TYPE_CHECKING:
@@ -122,14 +123,14 @@ class ForceFailure(_Result):
 class Fail(Part):
     """FAILURE with the given reason."""
 
-    text: str
+    text: Text
     keyword: ClassVar[str] = "fail"
 
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
         """Read the reason."""
         if isinstance(value, Scalar) and value.text:
-            return cls(mark, value.text)
+            return cls(mark, read_text(reader, value))
         reader.error(value.mark, "type-mismatch", "'fail' takes its reason as text", "write 'fail: why it failed'")
         return None
 
@@ -140,26 +141,27 @@ class Fail(Part):
 
     def written(self) -> dict[str, str]:
         """Return its settings."""
-        return {"reason": self.text}
+        return {"reason": self.text.written}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """It cannot succeed."""
+        data.read(self.text.wires, known)
         return Flow(None, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node."""
-        return FailNode(path, self.text)
+        return FailNode(path, self.text.bind(builder))
 
 
 class FailNode(FlowNode):
     """Fails with its reason."""
 
-    def __init__(self, path: str, text: str) -> None:
+    def __init__(self, path: str, text: Callable[[], str]) -> None:
         super().__init__(path)
         self.text = text
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Fail."""
         yield from ()
-        self.feedback_message = self.text
+        self.feedback_message = self.text()
         return Status.FAILURE

@@ -12,6 +12,7 @@ from py_trees.common import Status
 from stretch_bt.source import Mark, Value
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire, both, construct, why_failed
 from stretch_bt.tree.flow.count import counted, read_count, runs_surely
+from stretch_bt.tree.flow.passes import FIELDS, Passes, PassKeys, passes_schema
 from stretch_bt.tree.fragments import Schema, form, ref
 from stretch_bt.tree.types import BOOL
 
@@ -31,6 +32,7 @@ class Until(Part):
     that: Wire
     max: Wire
     do: Part
+    passes: Passes
     keyword: ClassVar[str] = "until"
 
     def children(self) -> Sequence[Part]:
@@ -43,27 +45,29 @@ class Until(Part):
 
     @classmethod
     def read(cls, reader: Reader, mark: Mark, value: Value) -> Part | None:
-        """Read `{that, max, do}`; the bound is mandatory."""
-        fields = reader.fields(value, mark, "until", required=("that", "do"), bound=("max", 100))
+        """Read `{that, max, do}`, and `collect` and `keys`; the bound is mandatory."""
+        fields = reader.fields(value, mark, "until", required=("that", "do"), optional=FIELDS, bound=("max", 100))
         if fields is None:
             return None
         that = reader.expression(fields["that"], BOOL, "until.that")
         bound = read_count(reader, fields["max"], "until.max")
         do = reader.body(fields["do"])
-        return cls(mark, that, bound, do) if that and bound and do else None
+        passes = Passes.read(reader, fields, do)
+        return cls(mark, that, bound, do, passes) if that and bound and do else None
 
     @classmethod
     def schema(cls) -> Schema:
         """Return the schema of its form."""
-        return form({"that": ref("condition"), "max": ref("count"), "do": ref("body")})
+        return form({"that": ref("condition"), "max": ref("count"), "do": ref("body")}, passes_schema())
 
     def written(self) -> dict[str, str]:
         """Return its settings."""
-        return {"that": self.that.text, "max": self.max.text}
+        return {"that": self.that.text, "max": self.max.text} | self.passes.written()
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The condition is asked after a pass, so it knows what the pass wrote."""
         data.read((self.max,), known)
+        known |= self.passes.lists
         ends = self.do.flow(data, known)
         if ends.success is not None:
             data.read((self.that,), ends.success)
@@ -72,35 +76,46 @@ class Until(Part):
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the loop."""
-        return UntilNode(path, builder.child(self, self.do, path), builder.thunk(self.that), builder.thunk(self.max))
+        child, passes = builder.child(self, self.do, path), self.passes.bind(builder, path)
+        return UntilNode(path, child, builder.thunk(self.that), builder.thunk(self.max), passes)
 
 
 class UntilNode(FlowNode):
     """One pass starts per tick; a pass that needs several ticks takes them."""
 
     def __init__(
-        self, path: str, child: py_trees.behaviour.Behaviour, that: Callable[[], bool], bound: Callable[[], int]
+        self,
+        path: str,
+        child: py_trees.behaviour.Behaviour,
+        that: Callable[[], bool],
+        bound: Callable[[], int],
+        keys: PassKeys,
     ) -> None:
         super().__init__(path, child)
         self.that = that
         self.bound = bound
+        self.keys = keys
         self.passes = 0
 
     def begin(self) -> None:
         """Count from the start."""
         self.passes = 0
+        self.keys.begin()
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Run the body; ask the condition after each pass."""
         if self.status is not Status.RUNNING and counted(self.bound, self.path, "max") == 0:
             self.feedback_message = "max is 0"
             return Status.FAILURE
+        if self.child.status is not Status.RUNNING:
+            self.keys.start(self.passes)
         yield from self.child.tick()
         if self.child.status is not Status.SUCCESS:
             if self.child.status is Status.FAILURE:
                 self.feedback_message = f"pass {self.passes + 1} failed at {why_failed(self.child)}"
             return self.child.status
         self.passes += 1
+        self.keys.end()
         if self.that():
             return Status.SUCCESS
         if self.passes >= self.bound():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stretch_bt.tree.cell import MISSING
-from stretch_bt.tree.fragments import WORDS, Schema, ref
+from stretch_bt.tree.fragments import Schema, ref, short
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.schema.values import wired
@@ -17,17 +17,24 @@ __all__ = ["as_text", "bounds_text", "described", "node_schema"]
 
 def node_schema(info: NodeInfo) -> Schema:
     """Return the schema of what follows a node's name."""
-    ports = {port.name: _port(port, info.types[port.name]) for port in info.ports.values()}
-    ports |= {name: _output(info, name, type_) for name, type_ in info.outputs.items()}
-    required = [port.name for port in info.ports.values() if port.required]
+    ports = {port.name: short(_port(port, info.types[port.name])) for port in info.ports.values()}
+    ports |= {name: short(_output(info, name, type_)) for name, type_ in info.outputs.items()}
+    required = [port.name for port in info.ports.values() if port.required and not _left_out(info, port)]
     return {
         "title": info.name,
         "description": info.doc,
         "type": "object" if required else ["object", "null"],
-        "properties": {**ports, **{word: ref(f"word_{word}") for word in WORDS}},
+        "properties": ports,
         **({"required": required} if required else {}),
         "additionalProperties": False,
     }
+
+
+def _left_out(info: NodeInfo, port: Port) -> bool:
+    """Whether a port that a node needs may be left out: a record is wired by its name, and an error goes with its value."""
+    return info.types[port.name].is_record or (
+        port.name.endswith("_sd") and port.name.removesuffix("_sd") in info.ports
+    )
 
 
 def as_text(value: Any, type_: Type) -> str:

@@ -8,7 +8,7 @@ from stretch_bt.tree.flow.guard import Guard, SkipIf
 from stretch_bt.tree.flow.log import Log
 from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.timeout import Timeout
-from stretch_bt.tree.fragments import WORDS, Schema, form, ref
+from stretch_bt.tree.fragments import WORDS, Schema, form, ref, short
 from stretch_bt.tree.headings import FORMAT
 from stretch_bt.tree.registry import NodeInfo, load_all, object_types
 from stretch_bt.tree.schema.nodes import described, node_schema
@@ -103,7 +103,7 @@ def _words() -> Schema:
         part = _BESIDE.get(word)
         schema = own[word] if part is None else part.schema_beside() or {}
         found[f"word_{word}"] = schema if part is None else {"description": _doc(part), **described(schema)}
-    guarded = form({"that": ref("condition")})
+    guarded = form({"that": ref("condition")}, {"name": ref("word_name")})
     one: Schema = {"anyOf": [ref("condition"), guarded]}
     found["conditions"] = {"anyOf": [*one["anyOf"], {"type": "array", "minItems": 1, "items": one}]}
     return found
@@ -116,7 +116,6 @@ def _declarations() -> Schema:
     fields = ("default", "min", "max")
     whole: Schema = {
         "type": "object",
-        "required": ["type"],
         "additionalProperties": False,
         "properties": {
             "type": ref("type"),
@@ -145,7 +144,7 @@ def _declarations() -> Schema:
             # classes of modules that only the file imports are not known here, so any class name passes
             "anyOf": [{"enum": [*types, *lists]}, {"type": "string", "pattern": r"^(list\[)*[A-Z]\w*\]*$"}, _OPTIONS],
         },
-        "declaration": {"anyOf": [ref("type"), whole]},
+        "declaration": {"anyOf": [ref("type"), whole, {"type": "null"}]},
     }
 
 
@@ -168,8 +167,7 @@ def _places(nodes: dict[str, NodeInfo]) -> Schema:
         "call": {
             "type": ["object", "null"],
             "description": "a call of a tree: its inputs and outputs",
-            "properties": {word: ref(f"word_{word}") for word in WORDS},
-            "additionalProperties": ref("value"),
+            "additionalProperties": short(ref("value")),
         },
         "node": {
             "type": "object",
@@ -206,7 +204,9 @@ def _border() -> Schema:
         "propertyNames": {"pattern": NAME},
         "additionalProperties": ref("declaration"),
     }
-    return {name: {**declared, "description": doc} for name, doc in docs.items()} | {
+    listed: Schema = {"type": "array", "items": {"type": "string", "pattern": NAME}}
+    both: Schema = {"anyOf": [declared, listed]}
+    return {name: {**(declared if name == "keys" else both), "description": doc} for name, doc in docs.items()} | {
         "doc": {"type": "string", "description": "what the tree does"}
     }
 

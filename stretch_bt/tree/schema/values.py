@@ -19,8 +19,7 @@ PLAIN = {type_.name: type_ for type_ in (BOOL, INT, FLOAT, STR)}
 _COMPOUND = r"(?=\S*\s?[/^*²³·])[A-Za-zµ1][\w /^*²³·µ-]*"
 _NUMBER_ALONE = rf"\s*(?:{NUMBER}\s*(?:[A-Za-z%µ][\w/%^µ²³]*|1/[A-Za-z]\w*)?|[-+]?\.(?:inf|nan|Inf|NaN|INF|NAN))\s*"
 _KEY_SNIPPETS = [
-    {"label": "$key", "description": "the value of a key", "body": r"\$${1:key}"},
-    {"label": "$params", "description": "a parameter of the file", "body": r"\$params.${1:name}"},
+    {"label": "$key", "description": "the value of a key, an input or a param", "body": r"\$${1:key}"},
 ]
 
 
@@ -39,7 +38,7 @@ def literal(type_: Type) -> Schema | None:
 
 
 def wired(type_: Type) -> Schema:
-    """Return the schema of what may feed an input: a literal, `$key`, `$params.name` or an expression."""
+    """Return the schema of what may feed an input: a literal, `$name` or an expression."""
     if type_.family is Family.QUANTITY and type_.name in QUANTITIES:
         return ref(f"input_{type_.name}")
     if type_ is STR or type_.family is Family.STR:
@@ -83,7 +82,7 @@ def value_definitions() -> Schema:
         "expression": {
             "type": "string",
             "pattern": rf"^(?!{_NUMBER_ALONE}$)[\s\S]*\S",
-            "patternErrorMessage": "a number here needs its unit; otherwise write $key, $params.name or an expression",
+            "patternErrorMessage": "a number here needs its unit; otherwise write $name or an expression",
             "defaultSnippets": _KEY_SNIPPETS,
         },
         "condition": {"type": ["string", "boolean"], "minLength": 1},

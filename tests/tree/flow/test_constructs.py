@@ -500,23 +500,21 @@ def test_a_standard_deviation_goes_with_its_value_and_can_be_read_and_kept(task:
     assert outcome.status == "SUCCESS", outcome.reason
     assert task.output("a") == (pytest.approx(0.007), pytest.approx(0.001))
     assert task.output("b") == (pytest.approx(0.014), pytest.approx(0.002))
-    assert task.output("c") == (pytest.approx(0.007), None)
+    assert task.output("c") == (pytest.approx(0.007), pytest.approx(0.001))
     assert task.output("s")[0] == pytest.approx(0.001)
     assert task.did == "1"
 
 
 def test_a_standard_deviation_that_is_not_there_says_so(task: Any) -> None:
     outcome = task.run("keys: {a: Length}\nsequence: [set: {a: 1 mm}, check: a_sd < 1 mm]")
-    assert outcome.status == "ERROR"
+    assert outcome.status == "FAILURE"
     assert "no standard deviation" in outcome.reason
 
 
 def test_finally_of_called_trees_runs_once_innermost_first_whatever_the_body_ended_with(task: Any) -> None:
     trees = """
-    finally: [{name: y, step: {script: RS}}]
-    outer: {sequence: [inner, {name: b, step: {script: F}}]}
-    finally: [{name: x, step: {}}]
-    inner: {sequence: [{name: a, step: {}}]}
+    outer: {sequence: [inner, {name: b, step: {script: F}}], finally: [{name: y, step: {script: RS}}]}
+    inner: {sequence: [{name: a, step: {}}], finally: [{name: x, step: {}}]}
     """
     outcome = task.run("selector: [outer, {name: c, step: {}}]\nfinally: [{name: z, step: {}}]", trees=trees)
     assert outcome.status == "SUCCESS", outcome.reason
@@ -524,7 +522,7 @@ def test_finally_of_called_trees_runs_once_innermost_first_whatever_the_body_end
 
 
 def test_a_failing_finally_of_a_called_tree_fails_the_call(task: Any) -> None:
-    trees = "finally: [{name: z, step: {script: F}}]\nsub: {sequence: [{name: a, step: {}}]}"
+    trees = "sub: {sequence: [{name: a, step: {}}], finally: [{name: z, step: {script: F}}]}"
     outcome = task.run("sequence: [sub]", trees=trees)
     assert outcome.status == "FAILURE"
     assert "finally failed" in outcome.reason

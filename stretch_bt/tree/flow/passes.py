@@ -1,0 +1,124 @@
+"""What a loop keeps of its passes: their number, keys of its own, and lists of what each pass wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.flow.base import Known, Part
+from stretch_bt.tree.fragments import Schema, ref
+from stretch_bt.tree.series import Series
+
+if TYPE_CHECKING:
+    from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.reader import Reader
+
+__all__ = ["FIELDS", "PassKeys", "Passes", "passes_schema"]
+
+FIELDS = ("collect", "keys")
+
+
+@dataclass(slots=True)
+class Passes:
+    """The keys that a loop itself writes: `index`, the lists of `collect` by the key that fills each, and its own `keys`."""
+
+    index: str | None = None
+    collect: dict[str, str] = field(default_factory=dict)  # list -> key whose values it takes
+    own: tuple[str, ...] = ()
+    marks: dict[str, Mark] = field(default_factory=dict)  # of what it writes
+
+    @classmethod
+    def read(cls, reader: Reader, fields: Mapping[str, Value], do: Part | None) -> Passes:
+        """Read the fields of a loop that are about its passes."""
+        found = cls()
+        if (index := fields.get("index")) is not None and (name := reader.output(index, None, "index")) is not None:
+            found.index = name
+            found.marks[name] = index.mark
+        keys = fields.get("keys")
+        found.own = tuple(key.text for key, _ in keys) if isinstance(keys, Map) else ()
+        if (collect := fields.get("collect")) is not None:
+            found._read_collect(reader, collect, do)
+        return found
+
+    def _read_collect(self, reader: Reader, collect: Value, do: Part | None) -> None:
+        if not isinstance(collect, Map) or not collect.pairs:
+            reader.error(collect.mark, "type-mismatch", "'collect' takes lists by name", "write 'collect: {forces: $force}'")
+            return
+        written = {key for key, _, _ in reader.writes(do)} if do is not None else set()
+        for key, value in collect:
+            target = reader.output(Scalar("$" + key.text.removeprefix("$"), False, key.mark), None, "collect")
+            source = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
+            if target is None or do is None:
+                continue
+            if source not in written:
+                message = f"no pass of this loop writes {source or 'this'!r}"
+                hint = f"write one of {', '.join(f'${name}' for name in sorted(written)[:5])}" if written else "write a key in 'do'"
+                reader.error(value.mark, "collect", message, hint)
+                continue
+            self.collect[target] = source
+            self.marks[target] = key.mark
+
+    @property
+    def lists(self) -> Known:
+        """The lists that it fills, which are there, empty, once the loop has begun."""
+        return frozenset(self.collect)
+
+    def written(self) -> dict[str, str]:
+        """Return its settings."""
+        found = {"index": f"${self.index}"} if self.index else {}
+        lists = ", ".join(f"{name}: ${key}" for name, key in self.collect.items())
+        return found | ({"collect": f"{{{lists}}}"} if lists else {})
+
+    def bind(self, builder: Builder, path: str) -> PassKeys:
+        """Return what does it in a run."""
+        pairs = [(builder.cell(target), builder.cell(source)) for target, source in self.collect.items()]
+        own = [(builder.cell(name), builder.default(name)) for name in self.own]
+        return PassKeys(path, builder.cell(self.index) if self.index else None, pairs, own)
+
+
+class PassKeys:
+    """Writes the keys of a loop as its passes begin and end."""
+
+    def __init__(
+        self, path: str, index: Cell | None, pairs: list[tuple[Cell, Cell]], own: list[tuple[Cell, Any]]
+    ) -> None:
+        self.path, self.index, self.pairs, self.own = path, index, pairs, own
+
+    def begin(self) -> None:
+        """Start the loop: its own keys are fresh, its lists empty."""
+        for cell, default in self.own:
+            cell.reset(default)
+        for target, _ in self.pairs:
+            target.write(Series(), self.path)
+
+    def start(self, number: int) -> None:
+        """Start a pass, counted from 0."""
+        if self.index is not None:
+            self.index.write(number, self.path)
+        for _, source in self.pairs:
+            source.writer = ""
+
+    def end(self) -> None:
+        """Take what a pass wrote, if it wrote all that is collected."""
+        sources = [source for _, source in self.pairs]
+        if not all(source.writer and source.value is not MISSING for source in sources):
+            return
+        for target, source in self.pairs:
+            values, sds = list(target.value), list(target.value.sds)
+            target.write(Series([*values, source.value], [*sds, source.error()]), self.path)
+
+
+def passes_schema() -> dict[str, Schema]:
+    """Return the schemas of the fields that all loops take."""
+    lists: Schema = {"type": "object", "minProperties": 1, "additionalProperties": ref("key")}
+    return {
+        "collect": {**lists, "description": "lists, by name, of what each pass wrote to a key"},
+        "keys": {
+            "type": "object",
+            "additionalProperties": ref("declaration"),
+            "description": "its own keys, fresh each time it begins",
+        },
+    }

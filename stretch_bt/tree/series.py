@@ -1,0 +1,96 @@
+"""A list of numbers with their standard deviations, as a loop collects them, and what expressions work out of lists."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from stretch_bt.errors import NoAnswer, UnsetKey
+from stretch_bt.units import Estimate
+
+__all__ = ["LIST_FUNCTIONS", "Series"]
+
+_OF_MEDIAN = math.sqrt(math.pi / 2.0)  # standard deviation of a median over that of the mean, of many normal values
+
+
+class Series(list[Any]):
+    """A list whose entry `i` has the standard deviation `sds[i]`, None where it has none."""
+
+    def __init__(self, values: Iterable[Any] = (), sds: Iterable[float | None] = ()) -> None:
+        super().__init__(values)
+        self.sds = list(sds)
+
+
+def _sds(values: Sequence[Any]) -> Sequence[float | None]:
+    found: Sequence[float | None] = getattr(values, "sds", ())
+    return found if len(found) == len(values) else [None] * len(values)
+
+
+def _some(name: str, values: Sequence[Any]) -> Sequence[Any]:
+    if not values:
+        raise NoAnswer(f"{name} of a list that is empty")
+    return values
+
+
+def _with(value: float, sd: float | None) -> float:
+    return value if sd is None else Estimate(value, sd)
+
+
+def _average_sd(values: Sequence[float], factor: float) -> float | None:
+    """Return the error of an average: from the entries' own errors or from how they scatter, whichever is larger."""
+    n, sds = len(values), _sds(values)
+    own = math.sqrt(sum(sd * sd for sd in sds if sd is not None)) / n if None not in sds else None
+    scatter = statistics.stdev(values) / math.sqrt(n) if n > 1 else None
+    found = max((sd for sd in (own, scatter) if sd is not None), default=None)
+    return None if found is None else found * (factor if n > 2 else 1.0)
+
+
+def _mean(values: Sequence[float]) -> float:
+    _some("the mean", values)
+    return _with(math.fsum(values) / len(values), _average_sd(values, 1.0))
+
+
+def _median(values: Sequence[float]) -> float:
+    _some("the median", values)
+    return _with(float(statistics.median(values)), _average_sd(values, _OF_MEDIAN))
+
+
+def _entry(values: Sequence[Any], index: int) -> Any:
+    sd = _sds(values)[index]
+    return values[index] if sd is None else Estimate(values[index], sd)
+
+
+def _argmin(values: Sequence[float]) -> int:
+    return min(range(len(_some("argmin", values))), key=values.__getitem__)
+
+
+def _argmax(values: Sequence[float]) -> int:
+    return max(range(len(_some("the largest", values))), key=values.__getitem__)
+
+
+def _at(values: Sequence[Any], index: int) -> Any:
+    if not 0 <= index < len(values):
+        raise UnsetKey(f"at(..., {index}): the list holds {len(values)}, counted from 0")
+    return _entry(values, index)
+
+
+def _sort(values: Sequence[float]) -> Series:
+    order = sorted(range(len(values)), key=values.__getitem__)
+    sds = _sds(values)
+    return Series([values[i] for i in order], [sds[i] for i in order])
+
+
+#: by name, of one list; `at` takes an index too
+LIST_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "mean": _mean,
+    "median": _median,
+    "sum": math.fsum,
+    "len": len,
+    "sort": _sort,
+    "argmin": _argmin,
+    "at": _at,
+    "min": lambda values: _entry(values, _argmin(_some("the smallest", values))),
+    "max": lambda values: _entry(values, _argmax(values)),
+}
