@@ -255,7 +255,7 @@ class Builder:
             return (lambda: context.reading(device, reading)), rest
         if symbol.origin is Origin.TASK:
             return ((lambda: context.time) if parts[1] == "time" else (lambda: context.ticks)), rest
-        return (lambda: symbol.value), rest
+        return symbol.read, rest
 
     def key_of(self, wire: Wire) -> tuple[Cell, tuple[str, ...]] | None:
         """Return the cell, and the attributes left to follow, of a wire that is a key as it is; else None."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stretch_bt.errors import Diagnostic
-from stretch_bt.source import Mark
+from stretch_bt.source import Mark, closest
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Known, Part, Wire
 from stretch_bt.tree.types import Family
@@ -21,13 +21,15 @@ class DataFlow:
         self.signature = signature
         self.writers = writers
         self.diagnostics: list[Diagnostic] = []
+        self.names: set[str] = set()  # that something reads
         self._seen: set[tuple[str, Mark]] = set()
 
     def read(self, wires: Iterable[Wire], known: Known) -> None:
-        """Note each key that these wires read and that is not surely written."""
+        """Note each key that these wires read and that is not surely written; a record that was left out may be unset."""
         for wire in wires:
+            self.names |= {name for name, _ in wire.reads}
             for name, mark in wire.reads:
-                if name not in known and (name, mark) not in self._seen:
+                if not wire.optional and name not in known and (name, mark) not in self._seen:
                     self._seen.add((name, mark))
                     self.diagnostics.append(self._unset(name, mark))
 
@@ -84,4 +86,18 @@ def check_flow(
                     "write it on every way that succeeds, or give it a default",
                 )
             )
+    if not data.diagnostics:
+        data.diagnostics += _unread(signature, writers, data.names)
     return data.diagnostics
+
+
+def _unread(signature: Signature, writers: dict[str, list[tuple[str, Mark]]], read: set[str]) -> list[Diagnostic]:
+    """Warn of each key that the tree names and writes and that nothing reads: it may be another one, misspelt."""
+    found = []
+    for name, places in writers.items():
+        if name in read or name in signature.outs or name in signature.left_out:
+            continue
+        guess = closest(name, [known for known in signature.names if known != name])
+        hint = f"did you mean '{guess}'?" if guess else "read it, make it an 'out', or leave it out"
+        found.append(places[0][1].warning("key-unread", f"${name} is written and never read", hint))
+    return found

@@ -58,6 +58,7 @@ class Declarations:
                 read(made, spec)
             except Refused as refused:
                 self.found.append(refused.diagnostic)
+                made.doubtful = True
         return made
 
     def text(self, value: Value | None) -> str:

@@ -31,6 +31,7 @@ class Declared:
     max: float | None = None
     doc: str = ""
     scene: bool = False
+    doubtful: bool = False  # whether what is declared is wrong, which was noted
     #: whether it is a bare name of a list, whose type, bounds and default follow from the ports that it reaches
     listed: bool = False
     may_be_absent: bool = False  # an input: each port that it reaches keeps its own default where no caller gives it
@@ -69,6 +70,7 @@ class Signature:
     doc: str = ""
     settled: bool = False  # whether every name has its type
     read: set[str] = field(default_factory=set)  # names that something in the body may read
+    left_out: set[str] = field(default_factory=set)  # records that a place gives without naming them
 
     def declared(self, name: str) -> Declared | None:
         """Return the input, output or key of this name."""

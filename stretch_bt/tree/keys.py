@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 from stretch_bt.errors import Diagnostic
@@ -15,7 +16,8 @@ from stretch_bt.source import Map, Mark, Scalar, Seq, Value, is_nothing
 from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations
 from stretch_bt.tree.document import Declared, Signature
-from stretch_bt.tree.expression import ExpressionError, parse, typecheck
+from stretch_bt.tree.expression import FUNCTIONS, ExpressionError, names, parse, typecheck
+from stretch_bt.tree.expression.typecheck import Unresolved
 from stretch_bt.tree.places import Place, places
 from stretch_bt.tree.port import Role
 from stretch_bt.tree.scope import TreeScope
@@ -74,6 +76,8 @@ class _Keys:
         self.scope = TreeScope(signature)
         self.places = list(places(signature.body, is_construct))
         self.found: list[Diagnostic] = []
+        self.clashes: set[str] = set()
+        self.writers: list[_Writer] = []
 
     def settle(self) -> list[Diagnostic]:
         self.keys_of_loops()
@@ -83,11 +87,23 @@ class _Keys:
                 self.found += settle_types(target)
         self.inputs()
         self.signature.read = self.names_read()
-        self.keys([*self.explicit(), *self.left_out()])
+        self.writers = [*self.explicit(), *self.left_out()]
+        self.keys(self.writers)
         for declared in (*self.signature.ins.values(), *self.signature.outs.values(), *self.signature.keys.values()):
             if declared.type is UNKNOWN:
                 declared.type = ANY
+                self.note_untyped(declared)
         return self.found
+
+    def note_untyped(self, declared: Declared) -> None:
+        """Note a key that is written from itself alone; where its values are wrong, that is noted at their places."""
+        writers = [w for w in self.writers if w.key == declared.name and isinstance(w.value, Scalar)]
+        with suppress(ExpressionError, Unresolved):
+            known = [self.scope.resolve(n.parts) for w in writers for n in names(parse(w.value.text))]  # type: ignore[union-attr]
+            if writers and known:
+                message = f"the type of ${declared.name} follows from nothing: it is written from itself alone"
+                hint = f"give it a default: 'keys: {{{declared.name}: {{default: 0}}}}'"
+                self.found.append(writers[0].mark.error("type-missing", message, hint))
 
     def keys_of_loops(self) -> None:
         """Take the keys that loops declare for themselves among those of the tree."""
@@ -122,12 +138,14 @@ class _Keys:
             message = f"no port tells the type of the input {declared.name!r}"
             hint = f"write '{declared.name}: {{type: Length}}', or give it a default"
             self.found.append(declared.mark.error("type-missing", message, hint))
-            declared.type = ANY
+            declared.type, declared.doubtful = ANY, True
             return
         other = next((t for t in types if joined(types[0], t) is None), None)
         if other is not None:
             message = f"the input {declared.name!r} reaches ports of two types, {types[0]} and {other}"
             self.found.append(declared.mark.error("type-mismatch", message, "use two inputs"))
+            declared.type, declared.doubtful = ANY, True
+            return
         # the narrower of two that meet: what it takes, both take
         declared.type = next((t for t in types if all(u.accepts(t) for u in types)), types[0])
 
@@ -209,6 +227,7 @@ class _Keys:
                     message = f"both {other.word.text!r} (line {other.word.mark.line}) and {place.word.text!r} give {port!r}"
                     hint = f"name it where it is wanted: '{{{port}}}', and give the other one a key of its own"
                     self.found.append(place.word.mark.error("record-ambiguous", message, hint))
+                self.signature.left_out.add(port)
                 yield _Writer(port, place.word.mark, type_)
 
     def takes(self, name: str, type_: Type) -> bool:
@@ -222,12 +241,29 @@ class _Keys:
         """Give each key the type that all its writers share."""
         given = {n for table in (self.signature.outs, self.signature.keys) for n, d in table.items() if d.type is not UNKNOWN}
         for writer in writers:
+            self.check_name(writer)
             if self.signature.declared(writer.key) is None and _KEY.fullmatch(writer.key):
                 self.signature.keys[writer.key] = Declared(writer.key, UNKNOWN, writer.mark, inferred=True)
         open_ = [w for w in writers if w.key not in given and w.key not in self.signature.ins]
         for _ in range(_ROUNDS):
             if not any([self.take(writer) for writer in open_]):
                 return
+
+    def check_name(self, writer: _Writer) -> None:
+        """Note a key that has the name of something else; an input may have that of a param, which it then hides."""
+        name, param = writer.key, self.document.params.get(writer.key)
+        if name in self.signature.ins or name in self.clashes:
+            return
+        if param is not None:
+            message = f"${name} has the name of a param (line {param.mark.line})"
+        elif name in self.document.devices:
+            message = f"${name} has the name of a device (line {self.document.devices[name].mark.line})"
+        elif name in (*FUNCTIONS, "task", "none"):
+            message = f"${name} has the name of something else in expressions"
+        else:
+            return
+        self.clashes.add(name)
+        self.found.append(writer.mark.error("key-duplicate", message, "rename one of them"))
 
     def take(self, writer: _Writer) -> bool:
         """Widen the type of a key by one of its writers; return whether that changed it."""

@@ -114,6 +114,7 @@ class _Checker:
         self.check_flows()
         self.found += check_structure(self.program.bodies, self.document.trees.get("main"))
         self.check_devices()
+        self.check_params()
         self.sort()
         return self.program
 
@@ -171,6 +172,15 @@ class _Checker:
         for body in self.program.bodies.values():
             extras = [body.finish] if body.finish else []
             self.found += check_flow(body.signature, body.part, extras, body.writers)
+
+    def check_params(self) -> None:
+        """Warn of each param that nothing reads, where all was understood."""
+        for document in () if self.program.errors else _documents(self.document):
+            for param in document.params.values():
+                if not param.used:
+                    guess = closest(param.name, [name for name in document.params if name != param.name])
+                    hint = f"did you mean {guess!r}?" if guess else "remove it, or read it"
+                    self.found.append(param.mark.warning("param-unread", f"nothing reads the param {param.name!r}", hint))
 
     def check_devices(self) -> None:
         table = self.document.root.get("imports")

@@ -262,6 +262,7 @@ class Reader(Wiring):
                 self.sink(found.outputs, key, given, outputs[key.text], f"{info.name}.{key.text}")
         self.records_in(found, {p.name: (info.types[p.name], p.required) for p in info.of(Role.INPUT)}, ports, mark)
         self.records_out(found, outputs, ports, mark)
+        self.lost_errors(found)
         for name in required:
             carried = name.endswith("_sd") and found.inputs.get(name.removesuffix("_sd"))
             if name not in ports and name not in meant and name not in found.inputs and not (carried and carried.source):
@@ -270,6 +271,16 @@ class Reader(Wiring):
             if declared.name not in ports or is_nothing(ports.get(declared.name) or Map((), mark)):
                 self.default_device(found, declared, mark)
         return found
+
+    def lost_errors(self, found: Leaf) -> None:
+        """Warn of each expression whose value has no error where the node asks for one."""
+        for name, wire in found.inputs.items():
+            port = found.info.ports.get(f"{name}_sd")
+            if port is None or port.name in found.inputs or wire.is_constant or wire.source is not None:
+                continue
+            message = f"{wire.text!r} is worked out, so that it has no error, and {port.name!r} keeps its default"
+            hint = f"add '{port.name}: ...', or give the error beside the value in a 'set'"
+            self.diagnostics.append(wire.mark.warning("deviation-lost", message, hint))
 
     def records_in(self, found: Leaf | Call, inputs: dict[str, tuple[Type, bool]], ports: Map, mark: Mark) -> None:
         """Wire each record that is left out to the key of its name, where there is one."""
@@ -361,7 +372,7 @@ class Reader(Wiring):
 
     def call(self, target: Signature, mark: Mark, value: Value) -> Part | None:
         """Read a call of a tree and wire what crosses its border."""
-        required = [d.name for d in target.ins.values() if not d.has_default]
+        required = [d.name for d in target.ins.values() if not d.has_default and not d.doubtful]
         ports = self.port_map(value, mark, target.name, required)
         if ports is None:
             return None

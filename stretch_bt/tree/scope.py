@@ -51,7 +51,7 @@ class TreeScope:
             return declared.type is ANY
         param = document.params.get(parts[0])
         if param is not None:
-            return param.value is None and not param.has_default
+            return param.doubtful or (param.value is None and not param.has_default)
         return parts[0] in document.doubtful
 
     def _reading(self, parts: tuple[str, ...]) -> Symbol:

@@ -12,7 +12,7 @@ from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, is
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
 from stretch_bt.tree.expression.parse import Call, Name
-from stretch_bt.tree.expression.typecheck import Origin
+from stretch_bt.tree.expression.typecheck import Origin, Unresolved
 from stretch_bt.tree.flow import Wire
 from stretch_bt.tree.port import Port
 from stretch_bt.tree.registry import RESERVED
@@ -69,10 +69,12 @@ class Wiring:
             if key.text in known:
                 continue
             absent = [name for name in required if name not in value and name not in meant]
-            guess = closest(key.text, [name for name in (*known, *RESERVED) if name not in value])
-            if guess is None and len(absent) == 1:
+            guess = closest(key.text, [name for name in known if name not in value])
+            word = None if guess else closest(key.text, RESERVED)
+            if guess is None and word is None and len(absent) == 1:
                 guess = absent[0]
             hint = f"did you mean {guess!r}?" if guess else unknown_key(key, given, known)
+            hint = f"did you mean {word!r}? {word!r} stands beside the node" if word else hint
             self.error(key.mark, "port-unknown", f"{what!r} has no {key.text!r}", hint or f"{what!r} has no ports")
             meant |= {guess} if guess else set()
         return meant
@@ -88,10 +90,24 @@ class Wiring:
         self, wires: dict[str, Wire], key: Scalar, value: Value, type_: Type, what: str, bounds: Port | Declared
     ) -> None:
         """Wire an input port."""
+        if value.mark is key.mark and not self.is_name(key.text):
+            guess = closest(key.text, [*self.signature.names, *self.document.params])
+            hint = f"did you mean '${guess}'?" if guess else example(type_)
+            message = f"{what} has no value, and nothing that is written here is called {key.text!r}"
+            self.error(key.mark, "value-missing", message, hint)
+            return
         none = bounds.check({}).optional if isinstance(bounds, Port) else bounds.has_default and bounds.default is None
         wire = self.value(value, type_, what, low=bounds.min, high=bounds.max, takes_none=none)
         if wire is not None:
             wires[key.text] = wire
+
+    def is_name(self, name: str) -> bool:
+        """Whether a name means something in this tree."""
+        try:
+            self.scope.resolve((name,))
+        except Unresolved:
+            return self.scope.is_doubtful((name,))
+        return True
 
     def sink(self, sinks: dict[str, tuple[str, Mark]], key: Scalar, value: Value, type_: Type, what: str) -> None:
         """Wire an output port; a key that two outputs of one node write keeps only one of them."""
@@ -158,6 +174,9 @@ class Wiring:
         try:
             if takes_none and is_none(value):
                 return Wire(value.mark, value=None, text="none")
+            if is_none(value) and type_.family is not Family.STR and "none" not in type_.options:
+                self.error(value.mark, "value-missing", f"{what} needs a value, and none is given", example(type_))
+                return None
             if isinstance(value, Scalar) and self.is_expression(value, type_):
                 wire = self.expression(value, type_, what)
             elif isinstance(value, Seq) and type_.family is Family.LIST:
@@ -263,6 +282,10 @@ class Wiring:
             constant = constant and symbol.origin is Origin.PARAM
         if not constant:
             return wire
+        symbol = self.scope.resolve(expression.parts) if isinstance(expression, Name) else None
+        if symbol is not None and symbol.value is None:  # a param that is none
+            wire.value = None
+            return wire
         try:
             wire.value = bind(expression, _Params(self.scope))()
         except (ArithmeticError, IndexError, ValueError, UnsetKey) as error:
@@ -292,7 +315,7 @@ class _Params:
     def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
         """Return the value of a parameter."""
         symbol = self.scope.resolve(parts)
-        return (lambda: symbol.value), parts[symbol.used :]
+        return symbol.read, parts[symbol.used :]
 
 
 def _inside(value: Scalar, offset: int, length: int) -> Mark:

@@ -18,7 +18,7 @@ trees:
     out: {force: Force, frames: int}
     sequence:
       - check: arm.force < 1 N
-      - set: {force: max_force, frames: params.frames}
+      - set: {force: max_force, frames: frames}
 """
 SCENE = "format: stretch-scene/1\nobject: {type: box, length: 40 mm, width: 40 mm, height: 40 mm, rigid: true}\n"
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from stretch_bt.errors import StretchError
+from stretch_bt.errors import Absent, StretchError
 from stretch_bt.source import did_you_mean
 from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, ExpressionError, Name, Unary
 from stretch_bt.tree.series import LIST_FUNCTIONS
@@ -36,6 +36,12 @@ class Symbol:
     type: Type
     used: int
     value: object = None
+
+    def read(self) -> object:
+        """Return the value of a constant; raises Absent where it is none."""
+        if self.value is None:
+            raise Absent(f"{self.name} is none")
+        return self.value
 
 
 class Unresolved(StretchError):

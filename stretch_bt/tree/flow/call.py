@@ -48,7 +48,7 @@ class Call(Part):
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS, because the called tree was checked for it."""
-        data.read((wire for wire in self.inputs.values() if not wire.optional), known)
+        data.read(self.inputs.values(), known)
         return Flow(known | {key for key, _ in self.outputs.values()}, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:

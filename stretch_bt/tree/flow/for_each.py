@@ -75,7 +75,7 @@ class ForEach(Part):
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The list may be empty, unless it is known at load."""
         data.read((self.items,), known)
-        known |= self.passes.lists
+        known = self.passes.begun(data, known)
         index = {self.passes.index} if self.passes.index else set()
         ends = self.do.flow(data, known | {self.key} | index)
         certain = self.items.is_constant and len(self.items.value) > 0

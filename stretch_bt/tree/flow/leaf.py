@@ -51,7 +51,7 @@ class Leaf(Part):
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS."""
-        data.read((wire for wire in self.inputs.values() if not wire.optional), known)
+        data.read(self.inputs.values(), known)
         return Flow(known | {key for key, _ in self.outputs.values()}, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:

@@ -14,6 +14,7 @@ from stretch_bt.tree.series import Series
 
 if TYPE_CHECKING:
     from stretch_bt.tree.build import Builder
+    from stretch_bt.tree.dataflow import DataFlow
     from stretch_bt.tree.reader import Reader
 
 __all__ = ["FIELDS", "PassKeys", "Passes", "passes_schema"]
@@ -60,6 +61,11 @@ class Passes:
                 continue
             self.collect[target] = source
             self.marks[target] = key.mark
+
+    def begun(self, data: DataFlow, known: Known) -> Known:
+        """Return what is written once the loop has begun; what it collects counts as read."""
+        data.names |= set(self.collect.values())
+        return known | self.lists
 
     @property
     def lists(self) -> Known:

@@ -61,7 +61,7 @@ class _Counted(Part):
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """What a pass writes is surely there where at least one is run."""
         data.read((self.count,), known)
-        known |= self.passes.lists
+        known = self.passes.begun(data, known)
         passed = self.do.flow(data, known)
         return passed if runs_surely(self.count) else self.without_pass(passed, known)
 

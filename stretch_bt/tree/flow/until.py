@@ -67,7 +67,7 @@ class Until(Part):
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """The condition is asked after a pass, so it knows what the pass wrote."""
         data.read((self.max,), known)
-        known |= self.passes.lists
+        known = self.passes.begun(data, known)
         ends = self.do.flow(data, known)
         if ends.success is not None:
             data.read((self.that,), ends.success)

@@ -166,7 +166,7 @@ ERRORS = {
     "rule == «'meen'»": ("option-unknown", "did you mean 'mean'?"),
     "«round»(n)": ("function-unknown", "abs, min, max, sqrt"),
     "«abs»(n, n)": ("expression", "number of values"),
-    "«max»(n)": ("expression", "number of values"),
+    "max(«n»)": ("type-mismatch", "two values or more"),
     "abs(«)»": ("expression", "value is missing"),
     "n«;» n": ("expression", "expressions know"),
     "n if n else n": ("expression", ""),
