@@ -13,6 +13,7 @@
     ├── NoAnswer                 the numbers carry no answer; `.reason` says why
     │   ├── NoContact
     │   ├── IllConditioned
+    │   ├── Absent               a key or a field is read that holds none
     │   └── NoEquilibrium
     │       └── Impossible
     ├── DeviceFault              a device says no; it stays until a new run
@@ -21,6 +22,7 @@
     │   ├── LimitExceeded
     │   │   └── BeyondLimits     the plan is wrong, not the device: a NoAnswer too, which a node turns into FAILURE
     │   └── NotReady
+    ├── UnsetKey                 a key is read before anything wrote it
     ├── NodeError                the code of a node broke, or broke its contract; names the node's path
     └── MissingExtra             an optional package is needed; says what to install
 """
@@ -166,11 +168,7 @@ class NoAnswer(StretchError):
         super().__init__(self.reason)
 
 
-class UnsetKey(NoAnswer):
-    """A key is read before anything wrote it."""
-
-
-class Absent(UnsetKey):
+class Absent(NoAnswer):
     """A key, or a field of a record, holds `none`: what writes it had no value for it."""
 
 
@@ -236,6 +234,10 @@ class BeyondLimits(LimitExceeded, NoAnswer):
 
 class NotReady(DeviceFault):
     """A command was given to a device that is closed or in fault."""
+
+
+class UnsetKey(StretchError):
+    """A key is read before anything wrote it."""
 
 
 class NodeError(StretchError):

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 import py_trees
 
-from stretch_bt.errors import Absent, NoAnswer, NodeError, UnsetKey
+from stretch_bt.errors import Absent
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.cell import MISSING, Cell
@@ -18,6 +18,7 @@ from stretch_bt.tree.explained import Explained
 from stretch_bt.tree.expression import bind
 from stretch_bt.tree.expression.parse import Name
 from stretch_bt.tree.expression.typecheck import Origin
+from stretch_bt.tree.feeds import Computed, bounded, carried, constant, error_of_field, present, tee
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
@@ -26,8 +27,6 @@ from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Type
-from stretch_bt.tree.values import outside, within
-from stretch_bt.units import Estimate
 
 __all__ = ["Builder", "BuiltTree", "Substitutes", "build"]
 
@@ -108,40 +107,6 @@ class _Frame:
     @property
     def scope(self) -> TreeScope:
         return TreeScope(self.signature)
-
-
-class _Computed(Cell):
-    """An input fed by an expression: worked out at each read."""
-
-    __slots__ = ("error_of", "thunk")
-
-    def __init__(self, name: str, thunk: Callable[[], Any], error_of: Callable[[], float | None] | None) -> None:
-        super().__init__(name, value=None)
-        self.thunk, self.error_of = thunk, error_of
-
-    def read(self) -> Any:
-        return self.thunk()
-
-    def error(self) -> float | None:
-        return None if self.error_of is None else self.error_of()
-
-
-def _tee(target: Cell, target_sd: Cell) -> Cell:
-    """Return an output whose standard deviation goes to a key of its own."""
-
-    def pass_on(cell: Cell) -> None:
-        if cell.value is MISSING:
-            for key in (target, target_sd):
-                key.unset(cell.writer)
-            return
-        target.write(cell.value if cell.sd is None else Estimate(cell.value, cell.sd), cell.writer)
-        if cell.sd is None:
-            raise NodeError(cell.writer, f"${target_sd.name} takes a standard deviation, and the node gave none")
-        target_sd.write(cell.sd, cell.writer)
-
-    made = Cell(target.name)
-    made.listener = pass_on
-    return made
 
 
 class Builder:
@@ -238,7 +203,7 @@ class Builder:
     def thunk_or_none(self, wire: Wire) -> Callable[[], Any]:
         """Return what gives the value of a wire, and None where it is a name as it is that holds nothing."""
         thunk = self.thunk(wire)
-        return _present(thunk, None, Absent) if isinstance(wire.source, Name) and not wire.is_constant else thunk
+        return present(thunk, None, (Absent,)) if isinstance(wire.source, Name) and not wire.is_constant else thunk
 
     def source(self, parts: tuple[str, ...]) -> tuple[Callable[[], Any], tuple[str, ...]]:
         """Return what reads a name of the present tree, and the attributes left to follow."""
@@ -292,7 +257,7 @@ class Builder:
             cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
             sd = part.outputs.get(f"{declared.name}_sd")
             if sd is not None and f"{declared.name}_sd" not in part.info.ports:
-                cell = _tee(cell, self.cell(sd[0]))
+                cell = tee(cell, self.cell(sd[0]))
             node.sinks[declared.name] = cell
         return node
 
@@ -301,14 +266,15 @@ class Builder:
         default, wire = declared.default, part.inputs.get(declared.name)
         quantity = part.inputs.get(declared.name.removesuffix("_sd")) if declared.name.endswith("_sd") else None
         if wire is None and quantity is not None and (error := self.error_of(quantity)) is not None:
-            return _carried(error, default, declared.name)
+            return carried(error, default, declared.name)
         if wire is None:
             return lambda: default
         thunk = self.thunk(wire)
         if not wire.is_constant and (wire.optional or wire.may_be_absent or declared.check({}).optional):
-            thunk = _present(thunk, default)
-        bounded = not wire.is_constant and (declared.min, declared.max) != (None, None)
-        return _bounded(thunk, declared, part.info.types[declared.name]) if bounded else thunk
+            thunk = present(thunk, default)
+        if wire.is_constant or (declared.min, declared.max) == (None, None):
+            return thunk
+        return bounded(thunk, declared, part.info.types[declared.name])
 
     def error_of(self, wire: Wire) -> Callable[[], float | None] | None:
         """Return what reads the error of a wire's value; None where a value of its kind carries none."""
@@ -325,7 +291,7 @@ class Builder:
         if symbol.origin is not Origin.KEY:
             return None
         cell = self.frame.cells[symbol.name]
-        return cell.error if not rest else lambda: _error_of_field(cell, rest)
+        return cell.error if not rest else lambda: error_of_field(cell, rest)
 
     def call(self, part: Call, path: str) -> CallNode:
         """Build a called tree with cells of its own."""
@@ -349,67 +315,13 @@ class Builder:
     def input_cell(self, declared: Declared, wire: Wire | None, path: str) -> Cell:
         """Return the cell of an input: the caller's own, a constant, or one that is worked out at each read."""
         if wire is None:
-            return _constant(f"{path}/{declared.name}", declared.default, path)
+            return constant(f"{path}/{declared.name}", declared.default, path)
         error = self.error_of(wire)
         if wire.is_constant:
-            cell = _constant(f"{path}/{declared.name}", wire.value, path)
+            cell = constant(f"{path}/{declared.name}", wire.value, path)
             cell.sd = None if error is None else error()
             return cell
         key = wire.single_key()
         if key is not None:
             return self.cell(key)
-        return _Computed(f"{path}/{declared.name}", self.thunk(wire), error)
-
-
-def _constant(name: str, value: Any, writer: str) -> Cell:
-    """Return a cell that keeps a value; None is absence."""
-    cell = Cell(name, MISSING if value is None else value)
-    cell.writer = writer
-    return cell
-
-
-def _present(thunk: Callable[[], Any], default: Any, kind: type[UnsetKey] = UnsetKey) -> Callable[[], Any]:
-    """Return what gives the default of a port, or None, where a key holds nothing."""
-    absent = None if default is MISSING else default
-
-    def read() -> Any:
-        try:
-            return thunk()
-        except kind:
-            return absent
-
-    return read
-
-
-def _carried(error: Callable[[], float | None], default: Any, name: str) -> Callable[[], Any]:
-    """Return what gives the error of a value, and the default of the port where there is none."""
-
-    def read() -> Any:
-        sd = error()
-        if sd is None and default is MISSING:
-            raise UnsetKey(f"{name} is not given, and the value of {name.removesuffix('_sd')} has no standard deviation")
-        return default if sd is None else sd
-
-    return read
-
-
-def _error_of_field(cell: Cell, parts: tuple[str, ...]) -> float | None:
-    """Return the field `x_sd` that stands beside a field `x` of a record."""
-    value = cell.value
-    for part in (*parts[:-1], f"{parts[-1]}_sd"):
-        value = getattr(value, part, None)
-    return value if isinstance(value, float) else None
-
-
-def _bounded(thunk: Callable[[], Any], declared: Port, type_: Type) -> Callable[[], Any]:
-    """Hold what is not known at load against the bounds of its port; the node fails when it is outside."""
-    low, high = declared.min, declared.max
-
-    def read() -> Any:
-        value = thunk()
-        for number in value if isinstance(value, list) else (value,):
-            if number is not None and not within(number, low, high):
-                raise NoAnswer(f"{declared.name}: {outside(number, type_.item or type_, low, high)}")
-        return value
-
-    return read
+        return Computed(f"{path}/{declared.name}", self.thunk(wire), error)

@@ -100,4 +100,9 @@ def _unread(signature: Signature, writers: dict[str, list[tuple[str, Mark]]], re
         guess = closest(name, [known for known in signature.names if known != name])
         hint = f"did you mean '{guess}'?" if guess else "read it, make it an 'out', or leave it out"
         found.append(places[0][1].warning("key-unread", f"${name} is written and never read", hint))
+    for declared in signature.keys.values():
+        if not (declared.inferred or declared.name in read or declared.name in writers):
+            guess = closest(declared.name, [known for known in signature.names if known != declared.name])
+            hint = f"did you mean '{guess}'?" if guess else "remove it, or read it"
+            found.append(declared.mark.warning("key-unread", f"${declared.name} is declared and never read", hint))
     return found

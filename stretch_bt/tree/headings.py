@@ -170,7 +170,7 @@ class _Headings:
                 self.doc.devices[key.text] = DeviceDecl(key.text, interface, key.mark)
 
     def good_name(self, key: Scalar, what: str) -> bool:
-        reserved = ("params", "task", "none", "true", "false", "and", "or", "not")
+        reserved: tuple[str, ...] = ("params", "task", "none", "true", "false", "and", "or", "not")
         reserved += tuple(FUNCTIONS) if what in ("parameter", "key") else ()
         if re.fullmatch(r"[A-Za-z_]\w*", key.text, re.ASCII) and key.text not in reserved:
             return True
@@ -279,7 +279,9 @@ class _Headings:
             if isinstance(item, Scalar):
                 found.append((item, Scalar("", False, item.mark)))
             else:
-                self.error(item.mark, "type-mismatch", f"{what} takes a list of names", f"write '{what}: [depth, stretch]'")
+                self.error(
+                    item.mark, "type-mismatch", f"{what} takes a list of names", f"write '{what}: [depth, stretch]'"
+                )
         return found
 
     def main_keys(self, value: Value | None) -> None:

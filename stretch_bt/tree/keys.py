@@ -224,7 +224,9 @@ class _Keys:
                     continue
                 other = first.setdefault(port, place)
                 if other.word.text != place.word.text:
-                    message = f"both {other.word.text!r} (line {other.word.mark.line}) and {place.word.text!r} give {port!r}"
+                    message = (
+                        f"both {other.word.text!r} (line {other.word.mark.line}) and {place.word.text!r} give {port!r}"
+                    )
                     hint = f"name it where it is wanted: '{{{port}}}', and give the other one a key of its own"
                     self.found.append(place.word.mark.error("record-ambiguous", message, hint))
                 self.signature.left_out.add(port)
@@ -239,14 +241,17 @@ class _Keys:
 
     def keys(self, writers: list[_Writer]) -> None:
         """Give each key the type that all its writers share."""
-        given = {n for table in (self.signature.outs, self.signature.keys) for n, d in table.items() if d.type is not UNKNOWN}
+        given = {
+            n for table in (self.signature.outs, self.signature.keys) for n, d in table.items() if d.type is not UNKNOWN
+        }
         for writer in writers:
             self.check_name(writer)
             if self.signature.declared(writer.key) is None and _KEY.fullmatch(writer.key):
                 self.signature.keys[writer.key] = Declared(writer.key, UNKNOWN, writer.mark, inferred=True)
         open_ = [w for w in writers if w.key not in given and w.key not in self.signature.ins]
         for _ in range(_ROUNDS):
-            if not any([self.take(writer) for writer in open_]):
+            changed = [self.take(writer) for writer in open_]
+            if not any(changed):
                 return
 
     def check_name(self, writer: _Writer) -> None:

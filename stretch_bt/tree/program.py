@@ -180,7 +180,9 @@ class _Checker:
                 if not param.used:
                     guess = closest(param.name, [name for name in document.params if name != param.name])
                     hint = f"did you mean {guess!r}?" if guess else "remove it, or read it"
-                    self.found.append(param.mark.warning("param-unread", f"nothing reads the param {param.name!r}", hint))
+                    self.found.append(
+                        param.mark.warning("param-unread", f"nothing reads the param {param.name!r}", hint)
+                    )
 
     def check_devices(self) -> None:
         table = self.document.root.get("imports")

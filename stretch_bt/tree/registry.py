@@ -25,7 +25,18 @@ from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
 from stretch_bt.units import Estimate
 
-__all__ = ["RESERVED", "RETIRED", "NodeInfo", "RegistryError", "describe", "find", "load_all", "lookup", "node", "object_types"]
+__all__ = [
+    "RESERVED",
+    "RETIRED",
+    "NodeInfo",
+    "RegistryError",
+    "describe",
+    "find",
+    "load_all",
+    "lookup",
+    "node",
+    "object_types",
+]
 
 GROUP = "stretch_bt.nodes"
 #: by name, because the node library stands above this module

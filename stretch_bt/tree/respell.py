@@ -17,7 +17,22 @@ from stretch_bt.tree.registry import RESERVED, RETIRED
 __all__ = ["Respelt", "respell"]
 
 #: constructs whose braces hold no places, and those in which a name may stand
-_NO_PORTS = ("set", "invert", "force_success", "force_failure", "in", "out", "inout", "keys", "params", "with", "do", "children", "trees", "finally")
+_NO_PORTS = (
+    "set",
+    "invert",
+    "force_success",
+    "force_failure",
+    "in",
+    "out",
+    "inout",
+    "keys",
+    "params",
+    "with",
+    "do",
+    "children",
+    "trees",
+    "finally",
+)
 _CONDITIONS = ("check", "guard")
 _WORDS = (*RESERVED, *RETIRED)
 _PARAM = re.compile(r"\bparams\.(?=[A-Za-z_])")
@@ -77,7 +92,11 @@ def _word_moved(text: str) -> str | None:
             if key.value in _WORDS and not any(inner.value == "do" for inner, _ in value.value):
                 continue
             for inner in value.value:
-                if inner[0].value in _WORDS and inner[0].value != "finally" and not (inner[0].value == "name" and key.value in _CONDITIONS):
+                if (
+                    inner[0].value in _WORDS
+                    and inner[0].value != "finally"
+                    and not (inner[0].value == "name" and key.value in _CONDITIONS)
+                ):
                     if _is_tree(text, mapping, key):
                         continue
                     return _moved(text, mapping, (key, value), inner)
@@ -94,7 +113,7 @@ def _is_tree(text: str, mapping: yaml.MappingNode, key: yaml.ScalarNode) -> bool
     return isinstance(trees, yaml.MappingNode) and any(k.start_mark.index == at for k, _ in trees.value)
 
 
-def _moved(text: str, place: yaml.MappingNode, node: Pair, inner: Pair) -> str:
+def _moved(text: str, place: yaml.MappingNode, node: tuple[yaml.ScalarNode, yaml.MappingNode], inner: Pair) -> str:
     """Put one word beside a node: in the braces around it, in new ones where it stands in a list without, else on a line of its own."""
     key, value = node
     written = f"{inner[0].value}: {text[inner[1].start_mark.index : inner[1].end_mark.index].rstrip()}"
@@ -117,7 +136,11 @@ def _without(text: str, mapping: yaml.MappingNode, pair: Pair) -> str:
     if not mapping.flow_style:
         end = text.find("\n", end if text[end - 1 : end] != "\n" else end - 1)
         start = text.rfind("\n", 0, start)
-        if at == 0 and pairs[0][0].start_mark.line == mapping.start_mark.line and not text[start:pair[0].start_mark.index].isspace():
+        if (
+            at == 0
+            and pairs[0][0].start_mark.line == mapping.start_mark.line
+            and not text[start : pair[0].start_mark.index].isspace()
+        ):
             return _put(text, pair[0].start_mark.index, pairs[1][0].start_mark.index, "")
         return _put(text, start, len(text) if end < 0 else end, "")
     if at + 1 < len(pairs):
@@ -143,7 +166,16 @@ def _params_named(text: str, file: str, left: list[Diagnostic]) -> str:
                 column = match.start() - text.rfind("\n", 0, match.start())
                 message = f"params.{name} would be {name!r}, which is the name of a key too"
                 left.append(
-                    Diagnostic(file, line, column, "error", "retired", message, "rename one of them, and write it without 'params.'", 7)
+                    Diagnostic(
+                        file,
+                        line,
+                        column,
+                        "error",
+                        "retired",
+                        message,
+                        "rename one of them, and write it without 'params.'",
+                        7,
+                    )
                 )
             else:
                 edits.append(match.span())

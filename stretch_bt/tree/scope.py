@@ -80,7 +80,9 @@ class TreeScope:
         others = sorted(t.name for t in signature.document.trees.values() if t is not signature and t.declared(name))
         if others and guess is None:
             return f"it belongs to tree {others[0]!r}; pass it through 'in', or write it in this tree"
-        return did_you_mean(name, [*known, "task"]) or "nothing in this tree writes it; write it first, or make it a param"
+        return (
+            did_you_mean(name, [*known, "task"]) or "nothing in this tree writes it; write it first, or make it a param"
+        )
 
 
 def _readings(interface: type) -> dict[str, Type]:

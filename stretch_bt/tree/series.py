@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from stretch_bt.errors import NoAnswer, UnsetKey
+from stretch_bt.errors import Absent, NoAnswer
 from stretch_bt.units import Estimate
 
 __all__ = ["LIST_FUNCTIONS", "Series"]
@@ -72,7 +72,7 @@ def _argmax(values: Sequence[float]) -> int:
 
 def _at(values: Sequence[Any], index: int) -> Any:
     if not 0 <= index < len(values):
-        raise UnsetKey(f"at(..., {index}): the list holds {len(values)}, counted from 0")
+        raise Absent(f"at(..., {index}): the list holds {len(values)}, counted from 0")
     return _entry(values, index)
 
 

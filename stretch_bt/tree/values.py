@@ -17,7 +17,20 @@ _LITERAL = re.compile(
     re.IGNORECASE,
 )
 
-__all__ = ["Refused", "braces", "check_bounds", "example", "is_none", "literal", "literal_type", "outside", "reads_as_expression", "sample", "within", "written"]
+__all__ = [
+    "Refused",
+    "braces",
+    "check_bounds",
+    "example",
+    "is_none",
+    "literal",
+    "literal_type",
+    "outside",
+    "reads_as_expression",
+    "sample",
+    "within",
+    "written",
+]
 
 
 class Refused(StretchError):

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from stretch_bt.errors import Diagnostic, UnsetKey
+from stretch_bt.errors import Diagnostic, NoAnswer
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, is_nothing, is_null, unknown_key
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
@@ -18,9 +18,19 @@ from stretch_bt.tree.port import Port
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import Family, Type
-from stretch_bt.tree.values import Refused, braces, check_bounds, example, is_none, literal, reads_as_expression, written
+from stretch_bt.tree.values import (
+    Refused,
+    braces,
+    check_bounds,
+    example,
+    is_none,
+    literal,
+    reads_as_expression,
+    written,
+)
 
 __all__ = ["Wiring"]
+
 
 class Wiring:
     """Reads the values that a tree gives to ports; mistakes are noted and reading goes on."""
@@ -82,7 +92,12 @@ class Wiring:
     def full(self, key: Scalar, value: Value) -> Value | None:
         """Return what a port is given: `$name` of the port itself where nothing is written; None, with an error, for null."""
         if is_null(value):
-            self.error(value.mark, "value-missing", f"{key.text!r} is given null", "write 'none', or nothing for a key of that name")
+            self.error(
+                value.mark,
+                "value-missing",
+                f"{key.text!r} is given null",
+                "write 'none', or nothing for a key of that name",
+            )
             return None
         return Scalar(f"${key.text}", False, key.mark) if is_nothing(value) else value
 
@@ -189,7 +204,12 @@ class Wiring:
             self.diagnostics.append(refused.diagnostic)
             return None
         if wire is not None and wire.is_constant and wire.value is None and not takes_none:
-            self.error(value.mark, "value-missing", f"{what} has no value: {wire.text or written(value)} is none", example(type_))
+            self.error(
+                value.mark,
+                "value-missing",
+                f"{what} has no value: {wire.text or written(value)} is none",
+                example(type_),
+            )
             return None
         if wire is not None and not wire.text:
             wire.text = written(value)
@@ -282,13 +302,12 @@ class Wiring:
             constant = constant and symbol.origin is Origin.PARAM
         if not constant:
             return wire
-        symbol = self.scope.resolve(expression.parts) if isinstance(expression, Name) else None
-        if symbol is not None and symbol.value is None:  # a param that is none
+        if isinstance(expression, Name) and self.scope.resolve(expression.parts).value is None:  # a param that is none
             wire.value = None
             return wire
         try:
             wire.value = bind(expression, _Params(self.scope))()
-        except (ArithmeticError, IndexError, ValueError, UnsetKey) as error:
+        except (ArithmeticError, IndexError, ValueError, NoAnswer) as error:
             message = f"{value.text!r} has no value: {error}"
             self.error(value.mark, "expression", message, "change the parameters, or the expression")
             return None
@@ -302,8 +321,9 @@ class Wiring:
 def passes_error_on(expression: Expression) -> bool:
     """Whether the value of an expression carries the error of what it is made of."""
     carries = ("mean", "median", "min", "max", "at")
-    of_list = isinstance(expression, Call) and len(expression.arguments) <= 1 + (expression.function == "at")
-    return isinstance(expression, Name) or (of_list and expression.function in carries)
+    if not isinstance(expression, Call):
+        return isinstance(expression, Name)
+    return expression.function in carries and len(expression.arguments) <= 1 + (expression.function == "at")
 
 
 class _Params:

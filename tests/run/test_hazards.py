@@ -87,8 +87,9 @@ def test_G3_a_signal_during_update_stops_safely(bench: Any, letter: str, name: s
     devices = bench.Devices()
     outcome = bench.run(
         f"""
-        probe: {{script: RR{letter}R, name: a}}
-        finally: [probe: {{name: end}}]
+        name: a
+        probe: {{script: RR{letter}R}}
+        finally: [{{name: end, probe: {{}}}}]
         """,
         cell=devices,
     )
@@ -150,7 +151,7 @@ def test_G5_an_error_in_terminate_does_not_keep_the_others_running(bench: Any) -
 
 def test_G6_the_last_started_is_stopped_first(bench: Any) -> None:
     """py_trees: first child first, in stopping as in setting up; here last in, first out."""
-    children = ", ".join(f"probe: {{script: R, name: {n}}}" for n in "abc")
+    children = ", ".join(f"{{name: {n}, probe: {{script: R}}}}" for n in "abc")
     bench.run(f"parallel: [{children}]", max_ticks=1)
     assert bench.trace[-3:] == ["c.term(I)", "b.term(I)", "a.term(I)"]
 
@@ -302,9 +303,9 @@ class GiveItems(Behavior):
 def test_G13_an_empty_list_ticks_nothing_and_a_zero_does_not_end_a_loop(bench: Any) -> None:
     """py_trees: `ForEach` ticks the child once for an empty list and stops at an item that counts as false; here neither."""
     registry.node(GiveItems)
-    head = "keys: {n: int, items: 'list[int]'}\nparams: {none: {type: 'list[int]', default: []}}"
-    loop = "for_each: {{items: {}, as: $n, do: {{probe: {{name: a}}}}}}"
-    assert bench.run(loop.format("$none_"), head).status == "SUCCESS"
+    head = "keys: {n: int, items: 'list[int]'}\nparams: {empty: {type: 'list[int]', default: []}}"
+    loop = "for_each: {{items: {}, as: $n, do: {{name: a, probe: {{}}}}}}"
+    assert bench.run(loop.format("$empty"), head).status == "SUCCESS"
     assert bench.trace == []
     outcome = bench.run(f"sequence: [give_items: {{items: $items}}, {loop.format('$items')}]", head)
     assert (outcome.status, bench.trace.count("a.init")) == ("SUCCESS", 3)
@@ -313,7 +314,7 @@ def test_G13_an_empty_list_ticks_nothing_and_a_zero_does_not_end_a_loop(bench: A
 @pytest.mark.parametrize("letter", ["N", "I"])
 def test_G14_update_without_a_status_is_an_error_that_names_the_node(bench: Any, letter: str) -> None:
     """py_trees: None becomes INVALID with a printed line, and the Sequence neither fails nor succeeds; here it is an error."""
-    outcome = bench.run(f"sequence: [probe: {{script: {letter}, name: a}}, probe: {{name: b}}]")
+    outcome = bench.run(f"sequence: [{{name: a, probe: {{script: {letter}}}}}, {{name: b, probe: {{}}}}]")
     assert outcome.status == "ERROR"
     assert outcome.reason.startswith("main/a: update() returned")
     assert bench.trace[-1] == "a.term(I)"

@@ -10,13 +10,12 @@ from stretch_bt.run import clock as clock_module
 from stretch_bt.run.clock import RealClock, ReplayClock, VirtualClock
 from stretch_bt.run.runner import FINALLY_LIMIT
 
-ENDING = "{{probe: {{script: {0}, name: a}}, finally: [probe: {{script: {1}, stop_script: '{2}', name: end}}]}}"
+ENDING = "{{name: a, probe: {{script: {0}}}, finally: [{{name: end, probe: {{script: {1}, stop_script: '{2}'}}}}]}}"
 CALLED = {
     "body": "{sequence: [outer: {}], finally: [{name: last, probe: {}}]}",
     "trees": """
         outer: {sequence: [inner: {}], finally: [{name: outer_end, probe: {}}]}
-        name: a
-        inner: {probe: {script: RRi}, finally: [{name: inner_end, probe: {}}]}
+        inner: {name: a, probe: {script: RRi}, finally: [{name: inner_end, probe: {}}]}
     """,
 }
 
@@ -120,9 +119,9 @@ def test_every_finally_that_is_owed_runs_from_the_inside_out(bench: Any) -> None
 DEEP = {
     "body": "{name: a, probe: {}, finally: [outer: {}, {name: last, probe: {}}]}",
     "trees": """
-        outer: {{sequence: [inner: {{}}], finally: [probe: {{name: outer_end}}]}}
-        inner: {{probe: {{script: {0}, name: b}}, finally: [core: {{}}]}}
-        core: {{probe: {{script: {1}, name: c}}, finally: [probe: {{name: core_end}}]}}
+        outer: {{sequence: [inner: {{}}], finally: [{{name: outer_end, probe: {{}}}}]}}
+        inner: {{name: b, probe: {{script: {0}}}, finally: [core: {{}}]}}
+        core: {{name: c, probe: {{script: {1}}}, finally: [{{name: core_end, probe: {{}}}}]}}
     """,
 }
 
@@ -146,7 +145,7 @@ def test_a_finally_in_a_task_that_calls_trees_leaves_none_of_theirs_out(bench: A
 def test_a_finally_that_ran_with_its_call_is_not_run_again(bench: Any) -> None:
     outcome = bench.run(
         "sequence: [part: {}, {name: b, probe: {script: Ri}}]",
-        trees="name: a\npart: {probe: {script: RS}, finally: [{name: end, probe: {script: RS}}]}",
+        trees="part: {name: a, probe: {script: RS}, finally: [{name: end, probe: {script: RS}}]}",
     )
     assert (outcome.status, bench.trace.count("end.init")) == ("INTERRUPTED", 1)
 

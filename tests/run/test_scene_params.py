@@ -12,13 +12,13 @@ TREE = """\
 format: stretch-tree/1
 devices: {arm: Arm}
 scene: scene.yaml
-params: {max_force: {type: Force, default: 5 N}, frames: {type: int, default: 3}}
+params: {max_force: {type: Force, default: 5 N}, number: {type: int, default: 3}}
 trees:
   main:
     out: {force: Force, frames: int}
     sequence:
       - check: arm.force < 1 N
-      - set: {force: max_force, frames: frames}
+      - set: {force: max_force, frames: number}
 """
 SCENE = "format: stretch-scene/1\nobject: {type: box, length: 40 mm, width: 40 mm, height: 40 mm, rigid: true}\n"
 
@@ -35,11 +35,11 @@ def outputs(tmp_path):
 
 
 def test_a_run_begins_with_the_params_of_its_scene(outputs):
-    assert outputs("params: {max_force: 0.8 N, frames: 7}\n") == (0.8, 7)
+    assert outputs("params: {max_force: 0.8 N, number: 7}\n") == (0.8, 7)
 
 
 def test_what_the_run_sets_comes_first(outputs):
-    assert outputs("params: {max_force: 0.8 N, frames: 7}\n", params={"max_force": "2 N"}) == (2.0, 7)
+    assert outputs("params: {max_force: 0.8 N, number: 7}\n", params={"max_force": "2 N"}) == (2.0, 7)
 
 
 def test_a_run_that_simulates_nothing_leaves_the_scene_alone(outputs, tmp_path):

@@ -252,9 +252,7 @@ def test_every_unit_of_a_kind_fits_and_a_bare_number_does_not(
     assert not definition.is_valid(f"{number} {unit_names(other.dimension)[0]}")
 
 
-@pytest.mark.parametrize(
-    "text", ["$depth", "$step * 2", "arm.force / 2", "max(a, b)", "h0 - height", "2 * step"]
-)
+@pytest.mark.parametrize("text", ["$depth", "$step * 2", "arm.force / 2", "max(a, b)", "h0 - height", "2 * step"])
 def test_expressions_fit_every_number(text: str) -> None:
     for name in (*KINDS,):
         assert TREE.evolve(schema={"$ref": f"#/$defs/input_{name}", "$defs": TREE.schema["$defs"]}).is_valid(text)

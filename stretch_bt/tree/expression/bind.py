@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from stretch_bt.errors import Absent, InvalidInput, UnsetKey
+from stretch_bt.errors import Absent, InvalidInput
 from stretch_bt.tree.expression.parse import Binary, Call, Constant, Expression, Name, Unary
 from stretch_bt.tree.series import LIST_FUNCTIONS
 from stretch_bt.tree.types import NONE, Family
@@ -82,7 +82,7 @@ def _bind_name(name: Name, environment: Environment) -> Thunk:
 
 def _item(value: Any, index: int, text: str) -> Any:
     if index >= len(value):
-        raise UnsetKey(f"{text} has no value: the list holds {len(value)}")
+        raise Absent(f"{text} has no value: the list holds {len(value)}")
     return value[index]
 
 

@@ -193,12 +193,23 @@ def _of_list(expression: Call, arguments: list[Type]) -> Type:
     function, item = expression.function, arguments[0].item
     if item is None:
         message = f"{function}() of one value takes a list, not {arguments[0]}"
-        hint = "give it two values or more" if function in ("min", "max") else "use a list, as 'collect' of a loop makes one"
+        hint = (
+            "give it two values or more"
+            if function in ("min", "max")
+            else "use a list, as 'collect' of a loop makes one"
+        )
         raise _error(expression.arguments[0], "type-mismatch", message, hint)
     if function not in ("len", "at") and not item.is_number:
-        raise _error(expression.arguments[0], "type-mismatch", f"{function}() takes numbers, not {item}", "use 'len' or 'at'")
+        raise _error(
+            expression.arguments[0], "type-mismatch", f"{function}() takes numbers, not {item}", "use 'len' or 'at'"
+        )
     if function == "at" and arguments[1].family is not Family.INT:
-        raise _error(expression.arguments[1], "type-mismatch", f"at() counts with an int, not {arguments[1]}", "write 'at(list, 0)'")
+        raise _error(
+            expression.arguments[1],
+            "type-mismatch",
+            f"at() counts with an int, not {arguments[1]}",
+            "write 'at(list, 0)'",
+        )
     if function in ("len", "argmin"):
         return INT
     if function == "sort":

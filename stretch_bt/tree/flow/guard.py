@@ -140,7 +140,9 @@ class Check(Part):
         that, otherwise = reader.expression(fields["that"], BOOL, "check.that"), fields.get("else")
         reason = read_text(reader, otherwise) if isinstance(otherwise, Scalar) else None
         if otherwise is not None and (reason is None or not reason.written):
-            reader.error(otherwise.mark, "type-mismatch", "'else' takes its reason as text", "write 'else: why it fails'")
+            reader.error(
+                otherwise.mark, "type-mismatch", "'else' takes its reason as text", "write 'else: why it fails'"
+            )
         return cls(mark, that, reason) if that else None
 
     @classmethod
@@ -160,7 +162,8 @@ class Check(Part):
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the condition as a node."""
-        return CheckNode(path, builder.condition(self.that, path), self.reason and self.reason.bind(builder))
+        reason = None if self.reason is None else self.reason.bind(builder)
+        return CheckNode(path, builder.condition(self.that, path), reason)
 
 
 class CheckNode(FlowNode):

@@ -46,7 +46,9 @@ class Passes:
 
     def _read_collect(self, reader: Reader, collect: Value, do: Part | None) -> None:
         if not isinstance(collect, Map) or not collect.pairs:
-            reader.error(collect.mark, "type-mismatch", "'collect' takes lists by name", "write 'collect: {forces: $force}'")
+            reader.error(
+                collect.mark, "type-mismatch", "'collect' takes lists by name", "write 'collect: {forces: $force}'"
+            )
             return
         written = {key for key, _, _ in reader.writes(do)} if do is not None else set()
         for key, value in collect:
@@ -56,7 +58,11 @@ class Passes:
                 continue
             if source not in written:
                 message = f"no pass of this loop writes {source or 'this'!r}"
-                hint = f"write one of {', '.join(f'${name}' for name in sorted(written)[:5])}" if written else "write a key in 'do'"
+                hint = (
+                    f"write one of {', '.join(f'${name}' for name in sorted(written)[:5])}"
+                    if written
+                    else "write a key in 'do'"
+                )
                 reader.error(value.mark, "collect", message, hint)
                 continue
             self.collect[target] = source

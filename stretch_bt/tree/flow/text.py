@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.errors import UnsetKey
+from stretch_bt.errors import Absent
 from stretch_bt.source import Scalar
 from stretch_bt.tree.flow.base import Wire
 from stretch_bt.tree.types import ANY, Family, Type
@@ -63,7 +63,7 @@ def _said(piece: str | Wire, builder: Builder) -> Callable[[], str]:
     def say() -> str:
         try:
             return _shown(read(), type_)
-        except UnsetKey:
+        except Absent:
             return "none"
 
     return say

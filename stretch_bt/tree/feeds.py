@@ -1,0 +1,109 @@
+"""What feeds a port or a key in a run: constants, values that are worked out, values that may be absent, errors that go along."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from stretch_bt.errors import Absent, NoAnswer, NodeError, StretchError, UnsetKey
+from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.port import Port
+from stretch_bt.tree.types import Type
+from stretch_bt.tree.values import outside, within
+from stretch_bt.units import Estimate
+
+__all__ = ["Computed", "bounded", "carried", "constant", "error_of_field", "present", "tee"]
+
+
+class Computed(Cell):
+    """An input fed by an expression: worked out at each read."""
+
+    __slots__ = ("error_of", "thunk")
+
+    def __init__(self, name: str, thunk: Callable[[], Any], error_of: Callable[[], float | None] | None) -> None:
+        super().__init__(name, value=None)
+        self.thunk, self.error_of = thunk, error_of
+
+    def read(self) -> Any:
+        """Return the value of this moment."""
+        return self.thunk()
+
+    def error(self) -> float | None:
+        """Return the standard deviation of this moment's value, or None where it has none."""
+        return None if self.error_of is None else self.error_of()
+
+
+def tee(target: Cell, target_sd: Cell) -> Cell:
+    """Return an output whose standard deviation goes to a key of its own."""
+
+    def pass_on(cell: Cell) -> None:
+        if cell.value is MISSING:
+            for key in (target, target_sd):
+                key.unset(cell.writer)
+            return
+        target.write(cell.value if cell.sd is None else Estimate(cell.value, cell.sd), cell.writer)
+        if cell.sd is None:
+            raise NodeError(cell.writer, f"${target_sd.name} takes a standard deviation, and the node gave none")
+        target_sd.write(cell.sd, cell.writer)
+
+    made = Cell(target.name)
+    made.listener = pass_on
+    return made
+
+
+def constant(name: str, value: Any, writer: str) -> Cell:
+    """Return a cell that keeps a value; None is absence."""
+    cell = Cell(name, MISSING if value is None else value)
+    cell.writer = writer
+    return cell
+
+
+def present(
+    thunk: Callable[[], Any], default: Any, kinds: tuple[type[StretchError], ...] = (UnsetKey, Absent)
+) -> Callable[[], Any]:
+    """Return what gives the default of a port, or None, where a key holds nothing."""
+    absent = None if default is MISSING else default
+
+    def read() -> Any:
+        try:
+            return thunk()
+        except kinds:
+            return absent
+
+    return read
+
+
+def carried(error: Callable[[], float | None], default: Any, name: str) -> Callable[[], Any]:
+    """Return what gives the error of a value, and the default of the port where there is none."""
+
+    def read() -> Any:
+        sd = error()
+        if sd is None and default is MISSING:
+            raise UnsetKey(
+                f"{name} is not given, and the value of {name.removesuffix('_sd')} has no standard deviation"
+            )
+        return default if sd is None else sd
+
+    return read
+
+
+def error_of_field(cell: Cell, parts: tuple[str, ...]) -> float | None:
+    """Return the field `x_sd` that stands beside a field `x` of a record."""
+    value = cell.value
+    for part in (*parts[:-1], f"{parts[-1]}_sd"):
+        value = getattr(value, part, None)
+    return value if isinstance(value, float) else None
+
+
+def bounded(thunk: Callable[[], Any], declared: Port, type_: Type) -> Callable[[], Any]:
+    """Hold what is not known at load against the bounds of its port; the node fails when it is outside."""
+    low, high = declared.min, declared.max
+
+    def read() -> Any:
+        value = thunk()
+        for number in value if isinstance(value, list) else (value,):
+            if number is not None and not within(number, low, high):
+                raise NoAnswer(f"{declared.name}: {outside(number, type_.item or type_, low, high)}")
+        return value
+
+    return read

@@ -1,0 +1,180 @@
+"""Wiring of nodes and calls: their ports, the records that are left out, and their devices."""
+
+from __future__ import annotations
+
+from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, is_nothing
+from stretch_bt.tree import registry
+from stretch_bt.tree.document import Signature
+from stretch_bt.tree.flow import Call, Leaf, Part
+from stretch_bt.tree.port import Port, Role
+from stretch_bt.tree.registry import NodeInfo
+from stretch_bt.tree.types import Type
+from stretch_bt.tree.values import braces, sample
+from stretch_bt.tree.wiring import Wiring
+
+__all__ = ["NodeWiring"]
+
+
+class NodeWiring(Wiring):
+    """Wires the ports of nodes and of trees that are called."""
+
+    def port_map(self, value: Value, mark: Mark, what: str, required: list[str]) -> Map | None:
+        """Return the wiring written after a name; nothing written means none."""
+        if isinstance(value, Map):
+            return value
+        if isinstance(value, Scalar) and value.value is None and not value.quoted:
+            return Map((), mark)
+        given = value.text if isinstance(value, Scalar) and len(required) == 1 else "..."
+        ports = ", ".join(f"{name}: {given}" for name in required) or "port: value"
+        self.error(value.mark, "type-mismatch", f"{what!r} takes a mapping of ports", f"write '{what}: {{{ports}}}'")
+        return None
+
+    def leaf(self, info: NodeInfo, mark: Mark, value: Value) -> Part | None:
+        """Read a node and wire its ports."""
+        required = [p.name for p in info.ports.values() if p.required]
+        ports = self.port_map(value, mark, info.name, required)
+        found = Leaf(mark, info)
+        if ports is None:
+            return None
+        outputs = info.outputs
+        meant = self.unknown(ports, info.name, [*info.ports, *outputs], required)
+        for key, value_given in ports:
+            declared = info.ports.get(key.text)
+            if declared is not None and declared.role is Role.DEVICE:
+                if not is_nothing(value_given):
+                    self.device(found, declared, value_given)
+                continue
+            given = self.full(key, value_given)
+            if given is None:
+                continue
+            if declared is not None and declared.role is Role.INPUT:
+                self.input(found.inputs, key, given, info.types[key.text], f"{info.name}.{key.text}", declared)
+            elif key.text in outputs:
+                self.sink(found.outputs, key, given, outputs[key.text], f"{info.name}.{key.text}")
+        self.records_in(found, {p.name: (info.types[p.name], p.required) for p in info.of(Role.INPUT)}, ports, mark)
+        self.records_out(found, outputs, ports, mark)
+        self.lost_errors(found)
+        for name in required:
+            carried = name.endswith("_sd") and found.inputs.get(name.removesuffix("_sd"))
+            if (
+                name not in ports
+                and name not in meant
+                and name not in found.inputs
+                and not (carried and carried.source)
+            ):
+                self.missing(mark, info.name, name, info.types[name])
+        for declared in info.of(Role.DEVICE):
+            if declared.name not in ports or is_nothing(ports.get(declared.name) or Map((), mark)):
+                self.default_device(found, declared, mark)
+        return found
+
+    def lost_errors(self, found: Leaf) -> None:
+        """Warn of each expression whose value has no error where the node asks for one."""
+        for name, wire in found.inputs.items():
+            port = found.info.ports.get(f"{name}_sd")
+            if port is None or port.name in found.inputs or wire.is_constant or wire.source is not None:
+                continue
+            message = f"{wire.text!r} is worked out, so that it has no error, and {port.name!r} keeps its default"
+            hint = f"add '{port.name}: ...', or give the error beside the value in a 'set'"
+            self.diagnostics.append(wire.mark.warning("deviation-lost", message, hint))
+
+    def records_in(self, found: Leaf | Call, inputs: dict[str, tuple[Type, bool]], ports: Map, mark: Mark) -> None:
+        """Wire each record that is left out to the key of its name, where there is one."""
+        for name, (type_, required) in inputs.items():
+            declared = self.signature.declared(name)
+            if name not in ports and type_.is_record and declared is not None and type_.accepts(declared.type):
+                wire = self.value(Scalar(f"${name}", False, mark), type_, f"{found.label}.{name}")
+                if wire is not None:
+                    wire.optional = not required
+                    found.inputs[name] = wire
+
+    def records_out(self, found: Leaf | Call, outputs: dict[str, Type], ports: Map, mark: Mark) -> None:
+        """Write each record that is left out to the key of its name, where something reads that."""
+        for name, type_ in outputs.items():
+            declared = self.signature.declared(name)
+            if name in ports or not type_.is_record or declared is None or not declared.type.accepts(type_):
+                continue
+            if name in self.signature.read and name not in self.signature.ins:
+                found.outputs[name] = (name, mark)
+                found.left_out.add(name)
+
+    def missing(self, mark: Mark, what: str, name: str, type_: Type) -> None:
+        """Note an input that must be given and is not."""
+        hint = f"add '{name}: {sample(type_)}'"
+        if type_.is_record:
+            givers = [info.name for info in registry.load_all().values() if type_ in info.outputs.values()]
+            hint = f"nothing before it writes {name!r}; {', '.join(map(repr, givers[:3])) or 'some node'} gives one, or {hint}"
+        self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", hint)
+
+    def device(self, found: Leaf, declared: Port, value: Value) -> None:
+        """Wire a device port to a declared device."""
+        name = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
+        decl = self.document.devices.get(name)
+        if decl is None:
+            if name in self.document.doubtful:
+                return
+            self.error(
+                value.mark,
+                "device-undeclared",
+                f"no device {name!r} is declared",
+                braces(value)
+                or did_you_mean(name, self.document.devices)
+                or self.fitting(found.info.types[declared.name].name),
+            )
+            return
+        decl.used = True
+        wanted = found.info.types[declared.name].name
+        if decl.interface.__name__ != wanted:
+            message = f"{found.info.name}.{declared.name} takes {wanted}, but {name!r} is {decl.interface.__name__}"
+            self.error(value.mark, "type-mismatch", message, self.fitting(wanted))
+        found.devices[declared.name] = name
+
+    def fitting(self, wanted: str) -> str:
+        """Return which device of the file is of the wanted kind."""
+        names = [d.name for d in self.document.devices.values() if d.interface.__name__ == wanted]
+        return f"write '{names[0]}'" if names else f"declare one: 'devices: {{name: {wanted}}}'"
+
+    def default_device(self, found: Leaf, declared: Port, mark: Mark) -> None:
+        """Wire a device port that is not written: the device of its name, or the only one of its kind."""
+        wanted = found.info.types[declared.name].name
+        fitting = [d for d in self.document.devices.values() if d.interface.__name__ == wanted]
+        named_so = [d for d in fitting if d.name == declared.name]
+        chosen = named_so or fitting
+        if len(chosen) == 1:
+            chosen[0].used = True
+            found.devices[declared.name] = chosen[0].name
+        elif not declared.optional and not (self.document.doubtful and not chosen):
+            what = f"{found.info.name!r} uses a {wanted}, and the file declares {'none' if not chosen else 'several'}"
+            hint = (
+                f"add 'devices: {{{declared.name}: {wanted}}}'"
+                if not chosen
+                else f"write '{declared.name}: {chosen[0].name}'"
+            )
+            self.error(mark, "device-undeclared", what, hint)
+
+    def call(self, target: Signature, mark: Mark, value: Value) -> Part | None:
+        """Read a call of a tree and wire what crosses its border."""
+        required = [d.name for d in target.ins.values() if not d.has_default and not d.doubtful]
+        ports = self.port_map(value, mark, target.name, required)
+        if ports is None:
+            return None
+        found = Call(mark, target)
+        meant = self.unknown(ports, target.name, [*target.ins, *target.outs], required)
+        for key, value_given in ports:
+            given = self.full(key, value_given)
+            if given is None:
+                continue
+            if key.text in target.ins:
+                declared = target.ins[key.text]
+                self.input(found.inputs, key, given, declared.type, f"{target.name}.{key.text}", declared)
+            elif key.text in target.outs and target.outs[key.text].scene:
+                message = f"the scene alone knows {key.text!r} of {target.name!r}, and no tree may read it"
+                self.error(key.mark, "output-of-scene", message, "leave it out")
+            elif key.text in target.outs:
+                self.sink(found.outputs, key, given, target.outs[key.text].type, f"{target.name}.{key.text}")
+        self.records_in(found, {d.name: (d.type, not d.has_default) for d in target.ins.values()}, ports, mark)
+        self.records_out(found, {d.name: d.type for d in target.outs.values() if not d.scene}, ports, mark)
+        for name in required:
+            if name not in ports and name not in meant and name not in found.inputs:
+                self.missing(mark, target.name, name, target.ins[name].type)
+        return found
