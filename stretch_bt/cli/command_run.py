@@ -115,7 +115,7 @@ def parameters(given: list[str]) -> dict[str, str]:
     for item in given:
         name, equals, value = item.partition("=")
         if not equals or not name.strip():
-            raise InvalidInput(f"--set takes name=value, not {item!r}; write --set drop=2mm")
+            raise InvalidInput(f"--set takes name=value, not {item!r}; write --set depth=2mm")
         found[name.strip()] = value.strip()
     return found
 

@@ -14,12 +14,13 @@ def command(
     tree: Annotated[str, typer.Argument(help="A tree file, or the name of a shipped tree.")],
     format_: Annotated[str, typer.Option("--format", help="text, dot, svg, html or btcpp")] = "text",
     out: Annotated[Path | None, typer.Option(help="Write to this file.")] = None,
+    wires: Annotated[bool, typer.Option("--wires", help="As text, show every wire in full.")] = False,
 ) -> None:
     """Show a tree as text, as a picture, or as BehaviorTree.CPP XML."""
     from stretch_bt.tree.export import export
     from stretch_bt.tree.program import load_program
 
-    text = export(load_program(tree).require(), format_)
+    text = export(load_program(tree).require(), format_, wires=wires)
     if out is None:
         typer.echo(text)
     else:

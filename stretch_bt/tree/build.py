@@ -300,6 +300,10 @@ class Builder:
         for declared in part.target.ins.values():
             frame.cells[declared.name] = self.input_cell(declared, part.inputs.get(declared.name), path)
         private = [d for d in part.target.outs.values() if d.name not in part.outputs]
+        private += [d for d in part.target.inouts.values() if d.name not in part.inouts]
+        for name, (key, _) in part.inouts.items():
+            frame.cells[name] = self.cell(key)
+        defaults = [(frame.cells[n], d.default) for n in part.inouts if (d := part.target.inouts[n]).has_default]
         for declared in part.target.outs.values():
             if declared.name in part.outputs:
                 frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])
@@ -310,7 +314,7 @@ class Builder:
             finish = self.root(body.finish, f"{path}/finally") if body.finish else None
         finally:
             self.frame = outer
-        return CallNode(path, child, local, finish)
+        return CallNode(path, child, local, finish, defaults)
 
     def input_cell(self, declared: Declared, wire: Wire | None, path: str) -> Cell:
         """Return the cell of an input: the caller's own, a constant, or one that is worked out at each read."""

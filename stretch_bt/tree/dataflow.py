@@ -58,9 +58,11 @@ def check_flow(
 ) -> list[Diagnostic]:
     """Check one tree; `extras` (its `finally`) may run when nothing of the body has."""
     data = DataFlow(signature, writers)
-    start = frozenset(signature.ins) | {
-        d.name for table in (signature.keys, signature.outs) for d in table.values() if d.has_default
-    }
+    start = (
+        frozenset(signature.ins)
+        | frozenset(signature.inouts)
+        | {d.name for table in (signature.keys, signature.outs) for d in table.values() if d.has_default}
+    )
     done = body.flow(data, start)
     for part in extras:
         part.flow(data, start)
@@ -95,7 +97,7 @@ def _unread(signature: Signature, writers: dict[str, list[tuple[str, Mark]]], re
     """Warn of each key that the tree names and writes and that nothing reads: it may be another one, misspelt."""
     found = []
     for name, places in writers.items():
-        if name in read or name in signature.outs or name in signature.left_out:
+        if name in read or name in signature.outs or name in signature.inouts or name in signature.left_out:
             continue
         guess = closest(name, [known for known in signature.names if known != name])
         hint = f"did you mean '{guess}'?" if guess else "read it, make it an 'out', or leave it out"

@@ -65,6 +65,7 @@ class Signature:
     document: Document
     body: Map
     ins: dict[str, Declared] = field(default_factory=dict)
+    inouts: dict[str, Declared] = field(default_factory=dict)
     outs: dict[str, Declared] = field(default_factory=dict)
     keys: dict[str, Declared] = field(default_factory=dict)
     doc: str = ""
@@ -73,13 +74,13 @@ class Signature:
     left_out: set[str] = field(default_factory=set)  # records that a place gives without naming them
 
     def declared(self, name: str) -> Declared | None:
-        """Return the input, output or key of this name."""
-        return self.ins.get(name) or self.outs.get(name) or self.keys.get(name)
+        """Return what crosses the border, or the key, of this name."""
+        return self.ins.get(name) or self.inouts.get(name) or self.outs.get(name) or self.keys.get(name)
 
     @property
     def names(self) -> list[str]:
         """Every key that the tree's body may use."""
-        return [*self.ins, *self.outs, *self.keys]
+        return [*self.ins, *self.inouts, *self.outs, *self.keys]
 
     @property
     def qualified(self) -> str:

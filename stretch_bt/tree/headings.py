@@ -18,6 +18,7 @@ from stretch_bt.tree.declarations import Declarations, known_keys
 from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Signature
 from stretch_bt.tree.expression import FUNCTIONS
 from stretch_bt.tree.modules import ModuleRefused, Modules
+from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, example, literal
 from stretch_bt.units import KINDS, plain_number
@@ -27,7 +28,7 @@ __all__ = ["FORMAT", "read_document"]
 FORMAT = "stretch-tree/1"
 MAX_FILES = 100
 TOP = ("format", "doc", "imports", "devices", "scene", "tick", "params", "keys", "trees")
-FRAME = ("in", "out", "keys", "doc", "guard", "finally")
+FRAME = ("in", "inout", "out", "keys", "doc", "guard", "finally")
 #: what people write for the words of FRAME
 FRAME_WORDS = {
     **dict.fromkeys(("ins", "input", "inputs"), "in"),
@@ -43,13 +44,18 @@ def shipped(name: str) -> Path:
 
 
 def read_document(
-    path: Path, name: str, overrides: Mapping[str, Any] | None = None, modules: Modules | None = None
+    path: Path,
+    name: str,
+    overrides: Mapping[str, Any] | None = None,
+    modules: Modules | None = None,
+    text: str | None = None,
 ) -> Document:
     """Read a tree file and all that it imports; raises FileError only when nothing of it can be read.
 
-    `modules` says where its Python modules may stand, beside the file unless told.
+    `modules` says where its Python modules may stand, beside the file by default; `text` is taken for its content.
     """
-    return _Headings(path, name, dict(overrides or {}), "", (), [0], modules or Modules.beside(path)).read()
+    modules = modules or Modules.beside(path)
+    return _Headings(path, name, dict(overrides or {}), "", (), [0], modules, text).read()
 
 
 class _Headings:
@@ -64,8 +70,9 @@ class _Headings:
         stack: tuple[Path, ...],
         count: list[int],
         modules: Modules,
+        text: str | None = None,
     ) -> None:
-        text = read_text(path, name)
+        text = read_text(path, name) if text is None else text
         root = parse(text, name)
         if not isinstance(root, Map):
             raise FileError(
@@ -227,7 +234,9 @@ class _Headings:
             if param is None:
                 at = Mark("--set", 1, 1, len(name))
                 known = [*self.doc.params, *(f"{p}.{n}" for p, d in self.doc.imports.items() for n in d.params)]
-                self.error(at, "param-unknown", f"there is no parameter {name!r}", did_you_mean(name, known))
+                now = renamed(Path(self.doc.file).stem, name)
+                hint = f"it is called {now!r} now: write '--set {now}=...'" if now else did_you_mean(name, known)
+                self.error(at, "param-unknown", f"there is no parameter {name!r}", hint)
                 continue
             try:
                 param.value = literal(_given(text, param.type, mark), param.type, name)
@@ -260,14 +269,18 @@ class _Headings:
 
     def signature(self, key: Scalar, body: Map) -> Signature:
         body = self.frame(body)
-        inner = Map(tuple((k, v) for k, v in body.pairs if k.text not in ("in", "out", "keys", "doc")), body.mark)
+        inner = Map(
+            tuple((k, v) for k, v in body.pairs if k.text not in ("in", "inout", "out", "keys", "doc")), body.mark
+        )
         found = Signature(key.text, key.mark, self.doc, inner, doc=self.declarations.text(body.get("doc")))
-        for field, table in (("in", found.ins), ("out", found.outs), ("keys", found.keys)):
+        tables = {"in": found.ins, "inout": found.inouts, "out": found.outs, "keys": found.keys}
+        for field, table in tables.items():
             for name, spec in self.border(body.get(field), field):
                 self.add_key(found, table, name, spec)
-        if found.ins and found.name == "main" and not self.doc.prefix:
-            at, hint = body.key("in").mark, "make it a parameter, under 'params:', or a key"
-            self.error(at, "key-unknown", "'main' is called by nobody, so it has no 'in'", hint)
+        for word in ("in", "inout") if found.name == "main" and not self.doc.prefix else ():
+            if word in body:
+                at, hint = body.key(word).mark, "make it a parameter, under 'params:', or a key"
+                self.error(at, "key-unknown", f"'main' is called by nobody, so it has no {word!r}", hint)
         return found
 
     def border(self, value: Value | None, what: str) -> list[tuple[Scalar, Value]]:
@@ -315,7 +328,7 @@ class _Headings:
         else:
             more = ("scene",) if table is tree.outs and tree.name == "main" else ()
             declared = self.declarations.read(name, spec, "key", more)
-            declared.listed = table is tree.ins and is_nothing(spec)
+            declared.listed = table in (tree.ins, tree.inouts) and is_nothing(spec)
             table[name.text] = declared
 
 

@@ -89,7 +89,9 @@ class _Keys:
         self.signature.read = self.names_read()
         self.writers = [*self.explicit(), *self.left_out()]
         self.keys(self.writers)
-        for declared in (*self.signature.ins.values(), *self.signature.outs.values(), *self.signature.keys.values()):
+        for name in self.signature.names:
+            declared = self.signature.declared(name)
+            assert declared is not None
             if declared.type is UNKNOWN:
                 declared.type = ANY
                 self.note_untyped(declared)
@@ -122,18 +124,25 @@ class _Keys:
 
     def inputs(self) -> None:
         """Give each input without a type that of the ports which it reaches, and their bounds."""
-        for declared in self.signature.ins.values():
+        for declared in (*self.signature.ins.values(), *self.signature.inouts.values()):
             reached = [port for place in self.places for port in self.reached(place, declared.name)]
             if declared.type is UNKNOWN:
                 self.take_type(declared, reached)
             for port in reached:
                 declared.min = max((b for b in (declared.min, port.min) if b is not None), default=None)
                 declared.max = min((b for b in (declared.max, port.max) if b is not None), default=None)
-            if reached and declared.listed and not any(port.needed for port in reached):
+            if (
+                reached
+                and declared.name in self.signature.ins
+                and declared.listed
+                and not any(port.needed for port in reached)
+            ):
                 declared.has_default = declared.may_be_absent = True
 
     def take_type(self, declared: Declared, reached: list[_Port]) -> None:
         types = [port.type for port in reached if port.type is not UNKNOWN]
+        if not types and declared.name in self.signature.inouts:
+            return  # what writes it tells
         if not types:
             message = f"no port tells the type of the input {declared.name!r}"
             hint = f"write '{declared.name}: {{type: Length}}', or give it a default"
@@ -162,7 +171,8 @@ class _Keys:
     def input_ports(self, place: Place) -> dict[str, _Port]:
         target = self.document.tree(place.word.text)
         if target is not None:
-            return {d.name: _Port(d.type, d.min, d.max, not d.has_default) for d in target.ins.values()}
+            borders = (*target.ins.values(), *target.inouts.values())
+            return {d.name: _Port(d.type, d.min, d.max, not d.has_default) for d in borders}
         info = registry.find(place.word.text, self.document.modules)
         if info is None:
             return {}
@@ -242,7 +252,10 @@ class _Keys:
     def keys(self, writers: list[_Writer]) -> None:
         """Give each key the type that all its writers share."""
         given = {
-            n for table in (self.signature.outs, self.signature.keys) for n, d in table.items() if d.type is not UNKNOWN
+            n
+            for table in (self.signature.inouts, self.signature.outs, self.signature.keys)
+            for n, d in table.items()
+            if d.type is not UNKNOWN
         }
         for writer in writers:
             self.check_name(writer)

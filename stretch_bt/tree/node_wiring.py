@@ -87,6 +87,16 @@ class NodeWiring(Wiring):
                 if wire is not None:
                     wire.optional = not required
                     found.inputs[name] = wire
+                    found.left_out.add(name)
+
+    def records_both(self, found: Call, ports: Map, mark: Mark) -> None:
+        """Wire each record that a tree reads and writes, and that is left out, to the key of its name."""
+        for name, border in found.target.inouts.items():
+            declared = self.signature.declared(name)
+            fits = declared is not None and declared.type.accepts(border.type) and name not in self.signature.ins
+            if name not in ports and border.type.is_record and fits:
+                found.inouts[name] = (name, mark)
+                found.left_out.add(name)
 
     def records_out(self, found: Leaf | Call, outputs: dict[str, Type], ports: Map, mark: Mark) -> None:
         """Write each record that is left out to the key of its name, where something reads that."""
@@ -159,7 +169,8 @@ class NodeWiring(Wiring):
         if ports is None:
             return None
         found = Call(mark, target)
-        meant = self.unknown(ports, target.name, [*target.ins, *target.outs], required)
+        required += [d.name for d in target.inouts.values() if not d.has_default]
+        meant = self.unknown(ports, target.name, [*target.ins, *target.inouts, *target.outs], required)
         for key, value_given in ports:
             given = self.full(key, value_given)
             if given is None:
@@ -167,6 +178,8 @@ class NodeWiring(Wiring):
             if key.text in target.ins:
                 declared = target.ins[key.text]
                 self.input(found.inputs, key, given, declared.type, f"{target.name}.{key.text}", declared)
+            elif key.text in target.inouts:
+                self.sink(found.inouts, key, given, target.inouts[key.text].type, f"{target.name}.{key.text}")
             elif key.text in target.outs and target.outs[key.text].scene:
                 message = f"the scene alone knows {key.text!r} of {target.name!r}, and no tree may read it"
                 self.error(key.mark, "output-of-scene", message, "leave it out")
@@ -174,7 +187,8 @@ class NodeWiring(Wiring):
                 self.sink(found.outputs, key, given, target.outs[key.text].type, f"{target.name}.{key.text}")
         self.records_in(found, {d.name: (d.type, not d.has_default) for d in target.ins.values()}, ports, mark)
         self.records_out(found, {d.name: d.type for d in target.outs.values() if not d.scene}, ports, mark)
+        self.records_both(found, ports, mark)
         for name in required:
-            if name not in ports and name not in meant and name not in found.inputs:
-                self.missing(mark, target.name, name, target.ins[name].type)
+            if not any(name in given for given in (ports, meant, found.inputs, found.inouts)):
+                self.missing(mark, target.name, name, (target.ins | target.inouts)[name].type)
         return found

@@ -82,8 +82,16 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def load_program(tree: str | Path, params: Mapping[str, Any] | None = None, modules: Modules | None = None) -> Program:
+def load_program(
+    tree: str | Path,
+    params: Mapping[str, Any] | None = None,
+    modules: Modules | None = None,
+    *,
+    text: str | None = None,
+) -> Program:
     """Read and check a tree file; `params` holds what `--set` gives, `modules` where its Python modules may stand.
+
+    `text` is taken for the content of the file.
 
     Raises
     ------
@@ -92,7 +100,7 @@ def load_program(tree: str | Path, params: Mapping[str, Any] | None = None, modu
     """
     path, name = find_tree(tree)
     try:
-        document = headings.read_document(path, name, params, modules)
+        document = headings.read_document(path, name, params, modules, text)
     except FileError as error:
         raise TreeError(error.diagnostics) from None
     return _Checker(document).run()

@@ -34,6 +34,7 @@ _NO_PORTS = (
     "finally",
 )
 _CONDITIONS = ("check", "guard")
+_HEADINGS = ("format", "doc", "imports", "devices", "scene", "tick", "trees", "run", "main", "collect", "as", "that")
 _WORDS = (*RESERVED, *RETIRED)
 _PARAM = re.compile(r"\bparams\.(?=[A-Za-z_])")
 
@@ -54,7 +55,7 @@ def respell(text: str, file: str = "") -> Respelt:
     for change in (_word_renamed, _word_moved):
         while (changed := change(found.text)) is not None:
             found.text = changed
-    found.text = _params_named(found.text, file, found.left)
+    found.text = _shortened(_params_named(found.text, file, found.left))
     return found
 
 
@@ -182,6 +183,35 @@ def _params_named(text: str, file: str, left: list[Diagnostic]) -> str:
     for start, end in reversed(edits):
         text = _put(text, start, end, "")
     return text
+
+
+def _shortened(text: str) -> str:
+    """Return the text with each port that is wired to the key of its own name written short."""
+    edits = []
+    for mapping in _maps(_root(text)):
+        for key, value in mapping.value:
+            if isinstance(value, yaml.MappingNode) and _has_ports(key.value):
+                edits += [_short_edit(value, pair) for pair in value.value if _repeats(pair)]
+    for start, end, new in sorted(edits, reverse=True):
+        text = _put(text, start, end, new)
+    return text
+
+
+def _has_ports(word: str) -> bool:
+    """Whether a word is that of a node or a tree: no construct, heading or field."""
+    from stretch_bt.tree.flow import CONSTRUCTS
+
+    return word not in (*CONSTRUCTS, *_WORDS, *_HEADINGS, *_NO_PORTS) or word == "with"
+
+
+def _repeats(pair: Pair) -> bool:
+    key, value = pair
+    return isinstance(value, yaml.ScalarNode) and value.style is None and value.value == f"${key.value}"
+
+
+def _short_edit(mapping: yaml.MappingNode, pair: Pair) -> tuple[int, int, str]:
+    key, value = pair
+    return key.start_mark.index, value.end_mark.index, key.value if mapping.flow_style else f"{key.value}:"
 
 
 def _scalars(node: yaml.Node | None) -> Iterator[yaml.ScalarNode]:

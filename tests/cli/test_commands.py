@@ -73,10 +73,10 @@ def test_the_record_folder_must_be_empty(cli, tmp_path):
 
 BAD = [
     (["run", "palpate_stifness"], "did you mean 'palpate_stiffness'"),
-    (["run", "palpate_stiffness", "--set", "dropp=2mm"], "did you mean 'drop'"),
-    (["run", "palpate_stiffness", "--set", "drop=2"], "2 mm"),
-    (["run", "palpate_stiffness", "--set", "drop=200mm"], "10 mm"),
-    (["run", "palpate_stiffness", "--set", "drop"], "--set drop=2mm"),
+    (["run", "palpate_stiffness", "--set", "wanted_deflectio=2mm"], "did you mean 'wanted_deflection'"),
+    (["run", "palpate_stiffness", "--set", "wanted_deflection=2"], "2 mm"),
+    (["run", "palpate_stiffness", "--set", "wanted_deflection=200mm"], "10 mm"),
+    (["run", "palpate_stiffness", "--set", "depth"], "--set depth=2mm"),
     (["run", "palpate_stiffness", "--scene", "water_baloon"], "water_balloon"),
     (["run", "palpate_stiffness", "--cell", "simulatd"], "simulated"),
     (["run", "palpate_stiffness", "--mocks", "nothing.yaml"], "no such file"),

@@ -168,7 +168,8 @@ def test_a_module_beside_the_tree_brings_its_nodes(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(registry, "_nodes", registry.load_all())
     (tmp_path / "halving_nodes.py").write_text(NODES)
     tree = tmp_path / "tree.yaml"
-    text = "format: stretch-tree/1\nimports: {mine: halving_nodes}\nkeys: {h: Length}\ntrees: {main: {sequence: [%s: {whole: 4 mm, half: $h}]}}\n"
+    body = "sequence: [%s: {whole: 4 mm, half: $h}, check: h > 0 mm]"
+    text = f"format: stretch-tree/1\nimports: {{mine: halving_nodes}}\ntrees: {{main: {{{body}}}}}\n"
     before = list(sys.path)
     try:
         for name in ("halve_length", "mine.halve_length"):

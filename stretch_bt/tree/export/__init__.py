@@ -13,8 +13,10 @@ __all__ = ["FORMATS", "export"]
 FORMATS = ("text", "dot", "svg", "html", "btcpp")
 
 
-def export(program: Program, format: str = "text") -> str:  # noqa: A002
+def export(program: Program, format: str = "text", *, wires: bool = False) -> str:  # noqa: A002
     """Return the task in one of `FORMATS`; a file of trees for import is shown tree by tree.
+
+    As text, a wire that only repeats a name is shown short, unless `wires` are asked for; the other formats show all of them.
 
     Raises
     ------
@@ -26,5 +28,6 @@ def export(program: Program, format: str = "text") -> str:  # noqa: A002
     if format not in FORMATS:
         raise InvalidInput(f"there is no format {format!r}; {did_you_mean(format, FORMATS)}")
     program.require()
-    written: str = import_module(f"{__name__}.{format}").write(program)
+    options = {"wires": wires} if format == "text" else {}
+    written: str = import_module(f"{__name__}.{format}").write(program, **options)
     return written

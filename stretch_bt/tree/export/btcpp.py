@@ -88,7 +88,8 @@ def _element(part: Part, model: Model) -> tuple[str, dict[str, str]]:
 
 def _ports(part: Leaf | Call, types: Mapping[str, Type]) -> dict[str, str]:
     found = {port_name(name): _input(wire, types[name]) for name, wire in part.inputs.items()}
-    return found | {port_name(name): f"{{{key}}}" for name, (key, _) in part.outputs.items()}
+    keys = part.outputs | (part.inouts if isinstance(part, Call) else {})
+    return found | {port_name(name): f"{{{key}}}" for name, (key, _) in keys.items()}
 
 
 def _input(wire: Wire, type_: Type) -> str:

@@ -80,7 +80,11 @@ class Model:
     def subtree(self, signature: Signature) -> None:
         """Add a tree with what crosses its border."""
         entry = self._entry("SubTree", model_name(signature.qualified))
-        for tag, table in (("input_port", signature.ins), ("output_port", signature.outs)):
+        for tag, table in (
+            ("input_port", signature.ins),
+            ("inout_port", signature.inouts),
+            ("output_port", signature.outs),
+        ):
             for declared in table.values() if entry is not None else ():
                 default = as_text(declared.default, declared.type) if declared.has_default else None
                 _port(entry, tag, declared.name, declared.type.name, declared.doc, default)

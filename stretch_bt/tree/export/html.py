@@ -59,7 +59,12 @@ def _section(title: str, content: str) -> str:
 def _tree(program: Program, name: str) -> str:
     signature = program.document.trees[name]
     doc = f"<p>{xml(signature.doc)}</p>" if signature.doc else ""
-    tables = (("input", signature.ins), ("output", signature.outs), ("own key", signature.keys))
+    tables = (
+        ("input", signature.ins),
+        ("input and output", signature.inouts),
+        ("output", signature.outs),
+        ("own key", signature.keys),
+    )
     return _section(f"Tree {name}", doc + _declared((table.values(), "", role) for role, table in tables))
 
 

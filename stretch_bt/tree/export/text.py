@@ -18,8 +18,8 @@ NARROW = 24  # text keeps this much room, however deep it stands
 Line = tuple[str, str]
 
 
-def write(program: Program) -> str:
-    """Return the outline."""
+def write(program: Program, *, wires: bool = False) -> str:
+    """Return the outline; a wire that only repeats a name is shown as that name alone, unless `wires` are asked for."""
     document = program.document
     head = [document.file, *textwrap.wrap(document.doc, WIDTH, initial_indent="  ", subsequent_indent="  "), ""]
     head += [f"{name:<9}{text}" for name, text in facts(document).items()]
@@ -27,7 +27,7 @@ def write(program: Program) -> str:
     head += _table("params", params)
     if "main" in document.trees:
         head += _table("out", rows(document.trees["main"].outs.values()))
-    body = [line for view in views(program) for line in ("", *_columns(list(_root(view))))]
+    body = [line for view in views(program) for line in ("", *_columns(list(_root(view, wires))))]
     return clean("\n".join([*head, *body]) + "\n")
 
 
@@ -44,30 +44,38 @@ def _columns(lines: list[Line]) -> Iterator[str]:
         yield f"{left:<{width}}  {path}".rstrip()
 
 
-def _root(view: View) -> Iterator[Line]:
+def _root(view: View, wires: bool) -> Iterator[Line]:
     yield f"{view.title}:", view.path
-    yield from _below(view, "")
+    yield from _below(view, "", wires)
 
 
-def _below(view: View, prefix: str) -> Iterator[Line]:
+def _below(view: View, prefix: str, wires: bool) -> Iterator[Line]:
     inside = [(child, "") for child in view.children]
     if view.finish is not None:
         inside.append((view.finish, "finally: "))
     for i, (child, word) in enumerate(inside):
         last = i == len(inside) - 1
-        yield from _node(child, prefix + ("└─ " if last else "├─ "), prefix + ("   " if last else "│  "), word)
+        yield from _node(child, prefix + ("└─ " if last else "├─ "), prefix + ("   " if last else "│  "), word, wires)
 
 
-def _node(view: View, first: str, rest: str, word: str) -> Iterator[Line]:
+def _node(view: View, first: str, rest: str, word: str, wires: bool) -> Iterator[Line]:
     for text, path in view.around:
         yield from _wrapped(text, first, rest, path)
         first = rest
     called = f" ({view.keyword})" if view.keyword != view.title and not view.keyword.endswith(f".{view.title}") else ""
-    settings = ", ".join(f"{name}: {value}" for name, value in view.settings.items())
+    settings = ", ".join(_settings(view, wires))
     text = f"{word}{view.title}{called}" + (f"  {settings}" if settings else "")
     below = "│  " if view.children or view.finish else "   "
     yield from _wrapped(text, first, rest + below, view.path)
-    yield from _below(view, rest)
+    yield from _below(view, rest, wires)
+
+
+def _settings(view: View, wires: bool) -> Iterator[str]:
+    for name, value in view.settings.items():
+        if wires or (name not in view.left_out and value != f"${name}"):
+            yield f"{name}: {value}"
+        elif name not in view.left_out:
+            yield name
 
 
 def _wrapped(text: str, first: str, rest: str, path: str) -> Iterator[Line]:

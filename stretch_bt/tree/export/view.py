@@ -22,6 +22,7 @@ class View:
     kind: str
     path: str
     settings: dict[str, str] = field(default_factory=dict)
+    left_out: frozenset[str] = frozenset()  # of the settings: records that the file does not name
     doc: str = ""
     around: list[tuple[str, str]] = field(default_factory=list)
     children: list[View] = field(default_factory=list)
@@ -64,7 +65,8 @@ def _view(program: Program, paths: Paths, part: Part, path: str) -> View:
         inner = part.children()[0]
         path = paths.child(part, inner, path)
         part = inner
-    found = View(part.label, _keyword(part), kind_of(part), path, part.written(), _doc(part), around)
+    left_out = frozenset(part.left_out) if isinstance(part, Leaf | Call) else frozenset()
+    found = View(part.label, _keyword(part), kind_of(part), path, part.written(), left_out, _doc(part), around)
     if isinstance(part, Call):
         return _fill(program, paths, found, program.body(part.target))
     found.children = [_view(program, paths, child, paths.child(part, child, path)) for child in part.children()]

@@ -10,7 +10,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.source import Mark
-from stretch_bt.tree.cell import Cell
+from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Flow, FlowNode, Known, Part, Wire
 
@@ -28,7 +28,8 @@ class Call(Part):
     target: Signature
     inputs: dict[str, Wire] = field(default_factory=dict)
     outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
-    left_out: set[str] = field(default_factory=set)  # outputs that the file does not name
+    inouts: dict[str, tuple[str, Mark]] = field(default_factory=dict)
+    left_out: set[str] = field(default_factory=set)  # records that the file does not name
     long: bool = True
     keyword: ClassVar[str] = "call"
 
@@ -44,12 +45,15 @@ class Call(Part):
     def written(self) -> dict[str, str]:
         """Return its ports."""
         inputs = {name: wire.text for name, wire in self.inputs.items()}
-        return {**inputs, **{name: f"${key}" for name, (key, _) in self.outputs.items()}}
+        return {**inputs, **{name: f"${key}" for name, (key, _) in (self.inouts | self.outputs).items()}}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS, because the called tree was checked for it."""
         data.read(self.inputs.values(), known)
-        return Flow(known | {key for key, _ in self.outputs.values()}, known)
+        for name, (key, mark) in self.inouts.items():
+            optional = self.target.inouts[name].has_default
+            data.read((Wire(mark, reads=((key, mark),), optional=optional),), known)
+        return Flow(known | {key for key, _ in (*self.outputs.values(), *self.inouts.values())}, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the called tree with cells of its own."""
@@ -65,9 +69,11 @@ class CallNode(FlowNode):
         child: py_trees.behaviour.Behaviour,
         local: list[tuple[Cell, Any]],
         finish: py_trees.behaviour.Behaviour | None = None,
+        shared: list[tuple[Cell, Any]] | None = None,
     ) -> None:
         super().__init__(path, child)
         self.local = local
+        self.shared = shared or []  # keys of the caller that have a default here
         self.finish = finish
         self.result: Status | None = None
         self.entered = False
@@ -81,6 +87,9 @@ class CallNode(FlowNode):
         self.entered = True
         for cell, default in self.local:
             cell.reset(default)
+        for cell, default in self.shared:
+            if cell.value is MISSING:
+                cell.write(default, self.path)
 
     def decide(self) -> Generator[py_trees.behaviour.Behaviour, None, Status]:
         """Tick the body, then `finish`."""

@@ -26,7 +26,7 @@ class Leaf(Part):
     info: NodeInfo
     inputs: dict[str, Wire] = field(default_factory=dict)
     outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
-    left_out: set[str] = field(default_factory=set)  # outputs that the file does not name
+    left_out: set[str] = field(default_factory=set)  # records that the file does not name
     devices: dict[str, str] = field(default_factory=dict)
     keyword: ClassVar[str] = "node"
 

@@ -198,7 +198,12 @@ def _with() -> Schema:
 
 
 def _border() -> Schema:
-    docs = {"in": "what a caller gives", "out": "what it hands back", "keys": "its own keys, fresh at each call"}
+    docs = {
+        "in": "what a caller gives",
+        "inout": "what it reads and writes of its caller's",
+        "out": "what it hands back",
+        "keys": "its own keys, fresh at each call",
+    }
     declared = {
         "type": ["object", "null"],
         "propertyNames": {"pattern": NAME},
