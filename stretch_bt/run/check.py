@@ -10,7 +10,7 @@ from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.run import mocks_file
 from stretch_bt.run.mocks import check_mocks, tree_of
-from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, read_text, validate
+from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.headings import FORMAT as TREE
 from stretch_bt.tree.modules import Modules
@@ -99,6 +99,7 @@ def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None =
     return found if cell is None else [*found, *_with_cell(paths, cell, found)]
 
 
+@few_suggestions()
 def check_file(path: str | Path) -> list[Diagnostic]:
     """Return the findings of one file, or of the shipped tree of that name."""
     try:
