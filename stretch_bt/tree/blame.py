@@ -14,7 +14,7 @@ __all__ = ["Broken", "blame", "own_code", "place_of"]
 
 _HERE = Path(__file__).parent
 #: code that ticks, imports or checks a node, and is not the node
-_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli")
+_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli", _HERE.parent / "behaviors" / "_motion.py")
 _AROUND_TOO = ("py_trees", "importlib")
 
 
@@ -72,5 +72,8 @@ def _frames(error: BaseException) -> Iterator[FrameSummary]:
 
 
 def _from_here(path: Path) -> Path:
-    here = Path.cwd()
+    try:
+        here = Path.cwd()
+    except FileNotFoundError:  # somebody removed it: places are told in full
+        return path
     return path.relative_to(here) if path.is_relative_to(here) else path

@@ -34,6 +34,9 @@ BUILTIN = "stretch_bt.behaviors"
 #: words that a tree may put beside the ports of any node
 RESERVED = ("name", "doc", "timeout", "retry", "while", "guard", "skip_if", "finally", "log")
 
+#: what a tick or a run calls of a node and does not wait for
+_METHODS = ("prepare", "initialise", "update", "terminate", "start", "watch", "arrived")
+
 B = TypeVar("B", bound=type[Behavior])
 
 
@@ -80,7 +83,7 @@ def snake_case(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
-def node(cls: B) -> B:
+def node(cls: B | None = None, /) -> B:
     """Register a node class under its name in snake case; use it as a decorator.
 
     Raises
@@ -88,6 +91,9 @@ def node(cls: B) -> B:
     RegistryError
         The class has no docstring, a port that the language cannot type, or a name that is taken.
     """
+    if cls is None:
+        raise RegistryError("@node has parentheses; write '@node' alone above the class")
+    _check_class(cls)
     name = snake_case(cls.__name__)
     info = NodeInfo(name, cls, cls.ports, _port_types(cls))
     if not (cls.__doc__ or "").strip():
@@ -110,6 +116,20 @@ def node(cls: B) -> B:
         raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
     _nodes[name] = info
     return cls
+
+
+def _check_class(cls: Any) -> None:
+    if not (isinstance(cls, type) and issubclass(cls, Behavior)):
+        what = getattr(cls, "__name__", type(cls).__name__)
+        raise RegistryError(f"@node stands above {what!r}, which is no class of nodes; write class {what}(Behavior)")
+    for method in _METHODS:
+        made = getattr(cls, method, None)
+        if inspect.iscoroutinefunction(made) or inspect.isgeneratorfunction(made) or inspect.isasyncgenfunction(made):
+            form = "async" if not inspect.isgeneratorfunction(made) else "a generator"
+            raise RegistryError(
+                f"node {snake_case(cls.__name__)!r}: {method}() is {form}, so its code would not run when it is called;"
+                f" write a plain 'def {method}' without await or yield"
+            )
 
 
 def _check_bounds(name: str, declared: Port) -> None:
