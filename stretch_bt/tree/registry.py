@@ -38,6 +38,8 @@ RESERVED = ("name", "doc", "timeout", "retry", "while", "guard", "skip_if", "fin
 _METHODS = ("prepare", "initialise", "update", "terminate", "start", "watch", "arrived")
 
 B = TypeVar("B", bound=type[Behavior])
+#: what `@node()` gives, which is refused when it is executed
+_NO_CLASS: Any = None
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def snake_case(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
-def node(cls: B | None = None, /) -> B:
+def node(cls: B = _NO_CLASS, /) -> B:
     """Register a node class under its name in snake case; use it as a decorator.
 
     Raises
@@ -91,7 +93,7 @@ def node(cls: B | None = None, /) -> B:
     RegistryError
         The class has no docstring, a port that the language cannot type, or a name that is taken.
     """
-    if cls is None:
+    if cls is _NO_CLASS:
         raise RegistryError("@node has parentheses; write '@node' alone above the class")
     _check_class(cls)
     name = snake_case(cls.__name__)

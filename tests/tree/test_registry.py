@@ -264,11 +264,12 @@ def test_types_and_options_of_ports_are_read_from_the_class(fresh: None) -> None
 def test_what_is_no_node_class_is_refused_with_what_to_write(fresh: None) -> None:
     def probe() -> None: ...
 
-    for wrong in (probe, int, 5):
+    wrongs: list[Any] = [probe, int, 5]
+    for wrong in wrongs:
         with pytest.raises(
             RegistryError, match=r"@node stands above '(probe|int)', .* write class (probe|int)\(Behavior\)"
         ):
-            node(wrong)  # type: ignore[type-var]
+            node(wrong)
     with pytest.raises(RegistryError, match="@node has parentheses; write '@node' alone"):
         node()
 
@@ -281,5 +282,6 @@ def test_code_that_would_not_run_when_called_is_refused(method: str, fresh: None
         yield
 
     for wrong, told in ((waits, "async"), (yields, "a generator")):
+        members: dict[str, Any] = {method: wrong}
         with pytest.raises(RegistryError, match=rf"node 'probe': {method}\(\) is {told}, .* plain 'def {method}'"):
-            node(behavior(**{method: wrong}))
+            node(behavior(**members))
