@@ -31,14 +31,14 @@ def _tree(path: Path) -> list[Diagnostic]:
 
 def _unmade(program: Program) -> list[Diagnostic]:
     """Return where a node class makes no node, each class at its first place; what they print is not the command's."""
-    leaves = [leaf for body in program.bodies.values() for leaf in body.part.walk() if isinstance(leaf, Leaf)]
+    leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
     found = []
     for leaf in {leaf.info.cls: leaf for leaf in reversed(leaves)}.values():
         try:
             with redirect_stdout(sys.stderr), own_code(leaf.label, f"{leaf.info.cls.__name__}()"):
                 made(leaf.info.cls, leaf.label)
         except StretchError as error:
-            found.append(leaf.mark.error("node-broken", str(error), "mend the class of the node"))
+            found.append(leaf.mark.error("import", str(error), "mend the class of the node"))
     return found
 
 

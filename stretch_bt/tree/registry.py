@@ -35,7 +35,8 @@ BUILTIN = "stretch_bt.behaviors"
 RESERVED = ("name", "doc", "timeout", "retry", "while", "guard", "skip_if", "finally", "log")
 
 #: what a tick or a run calls of a node and does not wait for
-_METHODS = ("prepare", "initialise", "update", "terminate", "start", "watch", "arrived")
+_METHODS = ("prepare", "initialise", "update", "terminate")
+_OF_MOTION = ("start", "watch", "arrived")  # of a node that moves, which its base class has
 
 B = TypeVar("B", bound=type[Behavior])
 #: what `@node()` gives, which is refused when it is executed
@@ -124,7 +125,8 @@ def _check_class(cls: Any) -> None:
     if not (isinstance(cls, type) and issubclass(cls, Behavior)):
         what = getattr(cls, "__name__", type(cls).__name__)
         raise RegistryError(f"@node stands above {what!r}, which is no class of nodes; write class {what}(Behavior)")
-    for method in _METHODS:
+    methods = [*_METHODS, *(name for name in _OF_MOTION if any(name in vars(base) for base in cls.__mro__[1:]))]
+    for method in methods:
         made = getattr(cls, method, None)
         if inspect.iscoroutinefunction(made) or inspect.isgeneratorfunction(made) or inspect.isasyncgenfunction(made):
             form = "async" if not inspect.isgeneratorfunction(made) else "a generator"
