@@ -6,6 +6,7 @@ import os
 import sys
 
 from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
+from stretch_bt.forked import alone
 from stretch_bt.run.signals import signals
 
 TYPE_CHECKING = False  # see stretch_bt/__init__.py
@@ -44,7 +45,8 @@ def _code() -> int:
     from stretch_bt.cli.outlet import Outlets
 
     outlets = Outlets()
-    code = _carried_out(outlets)
+    with alone():
+        code = _carried_out(outlets)
     lost = outlets.close(lambda: bool(stops.names))
     if lost is None:
         return code

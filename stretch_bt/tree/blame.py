@@ -9,6 +9,7 @@ from pathlib import Path
 from traceback import FrameSummary
 
 from stretch_bt.errors import NodeError, StretchError, named, writable
+from stretch_bt.forked import alone
 
 __all__ = ["Broken", "blame", "own_code", "place_of"]
 
@@ -51,7 +52,8 @@ def place_of(error: BaseException) -> str:
 def own_code(path: str, what: str) -> Iterator[None]:
     """Turn what own code raises before the first tick into NodeError, which names the node at `path` and the line."""
     try:
-        yield
+        with alone():
+            yield
     except StretchError:
         raise
     except (Exception, SystemExit) as error:

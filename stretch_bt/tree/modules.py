@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import StretchError, writable
+from stretch_bt.forked import alone
 from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.tree import registry
 from stretch_bt.tree.blame import place_of
@@ -70,7 +71,7 @@ class Modules:
         self._check(name, folders)
         try:
             # standard output is the command's alone
-            with _path([*trusted_path(), *folders]), _told(folders, self.say), redirect_stdout(sys.stderr):
+            with _path([*trusted_path(), *folders]), _told(folders, self.say), redirect_stdout(sys.stderr), alone():
                 registry.import_nodes(name)
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             kind = "" if isinstance(error, StretchError) else f"{type(error).__name__}: "
