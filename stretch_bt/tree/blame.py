@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ __all__ = ["Broken", "blame", "own_code", "place_of"]
 
 _HERE = Path(__file__).parent
 #: code that ticks, imports or checks a node, and is not the node
-_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli")
+_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli", Path(threading.__file__))
 _AROUND_TOO = ("py_trees", "importlib")
 
 
