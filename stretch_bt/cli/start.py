@@ -72,7 +72,7 @@ def _carried_out(outlets: Outlets) -> int:
     except BaseException:  # a defect of ours
         stops.way = "note"
         code = 1
-        sys.excepthook(*sys.exc_info())
+        sys.__excepthook__(*sys.exc_info())
     else:
         stops.way = "note"
         code = 0
