@@ -16,9 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import StretchError, named, writable
+from stretch_bt.forked import alone
 from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.tree import registry
 from stretch_bt.tree.blame import place_of
+from stretch_bt.tree.threads_heard import threads_heard
 
 __all__ = ["ModuleRefused", "Modules"]
 
@@ -70,7 +72,13 @@ class Modules:
         self._check(name, folders)
         try:
             # standard output is the command's alone
-            with _path([*trusted_path(), *folders]), _told(folders, self.say), redirect_stdout(sys.stderr):
+            with (
+                _path([*trusted_path(), *folders]),
+                _told(folders, self.say),
+                redirect_stdout(sys.stderr),
+                alone(),
+                threads_heard(),
+            ):
                 registry.import_nodes(name)
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             told = writable(error) if isinstance(error, StretchError) else named(error).removesuffix(": ")
