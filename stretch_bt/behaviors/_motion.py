@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
+from stretch_bt.errors import NodeError, shown
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Motion, MotionState
 from stretch_bt.tree.context import Context
@@ -58,7 +59,7 @@ class MotionBehavior(Behavior):
     def update(self) -> Status:
         """Start, then poll."""
         if self.motion is None:
-            self.motion = self.start()
+            self.motion = self._started()
         state = self.motion.poll()
         if state is MotionState.MOVING:
             return self.watch() or Status.RUNNING
@@ -66,6 +67,14 @@ class MotionBehavior(Behavior):
             return self.arrived()
         self.reason = _ENDED[state]
         return Status.FAILURE
+
+    def _started(self) -> Motion:
+        """Start, and refuse what is no motion: it could be neither followed nor stopped."""
+        motion = self.start()
+        if not callable(getattr(motion, "poll", None)) or not callable(getattr(motion, "stop", None)):
+            hint = "return the motion that the device gives, as in 'return self.arm.move(...)'"
+            raise NodeError(self.path, f"{type(self).__name__}.start() returned {shown(motion)}; {hint}")
+        return motion
 
     def terminate(self, new_status: Status) -> None:
         """Stop the motion; does nothing when it has ended or belongs to another node."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
 from typing import Annotated
@@ -61,6 +62,15 @@ def _add_commands(group: typer.Typer, package: ModuleType) -> None:
 _add_commands(app, cli)
 
 
+def _told(error: OSError) -> str:
+    """Return an error of the system; one without a file is most often of a current folder that somebody removed."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return "the current folder is gone, and a path is relative to it; go to a folder that is there (cd), or name full paths"
+    return writable(error)
+
+
 def carry_out() -> None:
     """Carry out the command of `sys.argv`."""
     if sys.argv[1:2] != ["run"]:  # which says by itself from when on something is open
@@ -72,7 +82,7 @@ def carry_out() -> None:
             emit_json({"error": type(error).__name__, "reason": writable(error)})
         sys.exit(report_error(error))
     except OSError as error:
-        typer.secho(f"error: {writable(error)}", fg=typer.colors.RED, err=True)
+        typer.secho(f"error: {_told(error)}", fg=typer.colors.RED, err=True)
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, SystemExit):
         if not stops.names or stops.way == "note":

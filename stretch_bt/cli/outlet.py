@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import fcntl
 import io
 import os
+import resource
 import select
 import sys
 import threading
@@ -21,6 +23,8 @@ __all__ = ["Outlet", "Outlets", "answers", "pictures"]
 ROOM = 1 << 16
 #: bytes of one write: as much as a pipe takes as a whole, so that one sees a slow reader go on
 PIECE = 4096
+#: copies of standard output and standard error stand this far below the highest number, where own code closes none
+BELOW = 64
 #: how long a reader may take over one piece before it counts as none, s
 PATIENCE = 0.25
 
@@ -132,10 +136,11 @@ class Outlets:
             sys.stdout = sys.stderr
             if self._err is not None:
                 self._err.pictures = True  # whatever counts is in the JSON
+        self._ours = sys.stdout, sys.stderr, self.answer  # own code may put others there, or none
 
     def close(self, stopped: Callable[[], bool]) -> OSError | None:
         """Give what was printed to its readers, put back what was there before, and return why the result was lost, if it was."""
-        for stream in (sys.stderr, sys.stdout, self.answer):
+        for stream in self._ours:
             with suppress(OSError, ValueError):
                 stream.flush()
         sys.stdout, sys.stderr = self._before
@@ -151,10 +156,19 @@ class Outlets:
 
 
 def _outlet(number: int, before: TextIO | None) -> tuple[TextIO, Outlet]:
-    outlet = Outlet(os.dup(number))
+    outlet = Outlet(_copied(number))
     encoding, errors = (before.encoding, before.errors) if before is not None else ("utf-8", "backslashreplace")
     buffer = io.BufferedWriter(outlet)
     return Stream(buffer, encoding, errors, line_buffering=True, write_through=True), outlet
+
+
+def _copied(number: int) -> int:
+    """Return a copy of a file descriptor, high up, because code that closes all it knows of begins at the low ones."""
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    try:
+        return fcntl.fcntl(number, fcntl.F_DUPFD_CLOEXEC, min(most, 1 << 16) - BELOW)
+    except (OSError, ValueError):  # so few are allowed
+        return os.dup(number)
 
 
 class Answers:
@@ -170,8 +184,11 @@ answers = Answers()
 @contextmanager
 def pictures() -> Iterator[None]:
     """Send what is printed in this block, also by native code, to standard error, and take what comes there for pictures."""
-    outlet, out = _outlet_of(sys.stderr), _outlet_of(sys.stdout)
+    error = sys.stderr  # own code may put another there, or none
+    outlet, out = _outlet_of(error), _outlet_of(sys.stdout)
     before = outlet is not None and outlet.pictures
+    hooks = sys.excepthook, sys.unraisablehook
+    room = resource.getrlimit(resource.RLIMIT_NOFILE)
     try:
         if outlet is not None:
             outlet.pictures = True
@@ -180,8 +197,12 @@ def pictures() -> Iterator[None]:
         with redirect_stdout(sys.stderr):
             yield
     finally:
+        sys.stderr = error
+        sys.excepthook, sys.unraisablehook = hooks  # no thread begins without the first
         with suppress(OSError, ValueError):
-            sys.stderr.flush()
+            resource.setrlimit(resource.RLIMIT_NOFILE, room)  # what tells the result opens files
+        with suppress(OSError, ValueError):
+            error.flush()
         if outlet is not None:
             outlet.pictures = before
         if out is not None:

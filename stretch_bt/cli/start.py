@@ -6,6 +6,7 @@ import os
 import sys
 
 from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
+from stretch_bt.forked import alone
 from stretch_bt.run.signals import signals
 
 TYPE_CHECKING = False  # see stretch_bt/__init__.py
@@ -44,7 +45,8 @@ def _code() -> int:
     from stretch_bt.cli.outlet import Outlets
 
     outlets = Outlets()
-    code = _carried_out(outlets)
+    with alone():
+        code = _carried_out(outlets)
     lost = outlets.close(lambda: bool(stops.names))
     if lost is None:
         return code
@@ -70,7 +72,7 @@ def _carried_out(outlets: Outlets) -> int:
     except BaseException:  # a defect of ours
         stops.way = "note"
         code = 1
-        sys.excepthook(*sys.exc_info())
+        sys.__excepthook__(*sys.exc_info())
     else:
         stops.way = "note"
         code = 0

@@ -30,12 +30,19 @@ def environment() -> dict[str, str]:
     return {**os.environ, **ONE_THREAD, "PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(trusted_path())}
 
 
+def _here() -> Path | None:
+    try:
+        return Path.cwd().resolve()
+    except FileNotFoundError:  # somebody removed it: nothing can be imported from it
+        return None
+
+
 def trusted_path() -> list[str]:
     """Return the path of this interpreter as absolute paths, without the current folder.
 
     A current folder into which packages are installed, or from which this one is imported, stays.
     """
-    here = Path.cwd().resolve()
+    here = _here()
     kept = {_HOME, *(Path(folder).resolve() for folder in sysconfig.get_paths().values())}
-    found = [Path(entry).resolve() for entry in sys.path if entry]
+    found = [Path(entry).resolve() for entry in sys.path if entry and (here or Path(entry).is_absolute())]
     return list(dict.fromkeys(str(path) for path in found if path != here or path in kept))

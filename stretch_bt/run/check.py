@@ -2,26 +2,44 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable
+from contextlib import redirect_stdout
 from pathlib import Path
 
-from stretch_bt.errors import Diagnostic, FileError
+from stretch_bt.errors import Diagnostic, FileError, StretchError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.run import mocks_file
 from stretch_bt.run.mocks import check_mocks, tree_of
-from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, read_text, validate
+from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
+from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.document import Document
+from stretch_bt.tree.flow import Leaf
 from stretch_bt.tree.headings import FORMAT as TREE
+from stretch_bt.tree.made import made
 from stretch_bt.tree.modules import Modules
-from stretch_bt.tree.program import find_tree, load_program
+from stretch_bt.tree.program import Program, find_tree, load_program
 
 __all__ = ["check", "check_file"]
 
 
 def _tree(path: Path) -> list[Diagnostic]:
     program = load_program(path)
-    return [*program.diagnostics, *_scene_of(program.document)]
+    return [*program.diagnostics, *_scene_of(program.document), *_unmade(program)]
+
+
+def _unmade(program: Program) -> list[Diagnostic]:
+    """Return where a node class makes no node, each class at its first place; what they print is not the command's."""
+    leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
+    found = []
+    for leaf in {leaf.info.cls: leaf for leaf in reversed(leaves)}.values():
+        try:
+            with redirect_stdout(sys.stderr), own_code(leaf.label, f"{leaf.info.cls.__name__}()"):
+                made(leaf.info.cls, leaf.label)
+        except StretchError as error:
+            found.append(leaf.mark.error("import", str(error), "mend the class of the node"))
+    return found
 
 
 def _scene_of(document: Document) -> list[Diagnostic]:
@@ -99,6 +117,7 @@ def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None =
     return found if cell is None else [*found, *_with_cell(paths, cell, found)]
 
 
+@few_suggestions()
 def check_file(path: str | Path) -> list[Diagnostic]:
     """Return the findings of one file, or of the shipped tree of that name."""
     try:

@@ -24,6 +24,7 @@ from stretch_bt.run.sketches import Sketches
 from stretch_bt.run.truth import Truths
 from stretch_bt.run.view import Shown, View
 from stretch_bt.threads import one_thread
+from stretch_bt.tree.threads_heard import Heard, threads_heard
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
@@ -57,8 +58,8 @@ def execute(
     else:
         load_first(sheet=scene is not None and scene.fidelity == "sheet")
     clock: Clock = RealClock() if real else VirtualClock()
-    with one_thread():
-        run = _Run(task, clock, view, watch)
+    with one_thread(), threads_heard() as heard:
+        run = _Run(task, clock, view, watch, heard)
         with signals(run.interrupted):
             run.record = RunRecord(Path(out) if out is not None else None)
             result = run.whole(spec, scene, devices)
@@ -70,8 +71,11 @@ class _Run:
 
     record: RunRecord
 
-    def __init__(self, task: Task, clock: Clock, view: View | None, watch: Callable[[Runner], None] | None) -> None:
+    def __init__(
+        self, task: Task, clock: Clock, view: View | None, watch: Callable[[Runner], None] | None, heard: Heard
+    ) -> None:
         self.task = task
+        self.heard = heard
         self.clock = clock
         self.view = view
         self.watch = watch
@@ -197,6 +201,9 @@ class _Run:
     def write_down(self, result: RunResult) -> None:
         """Close the record and write the report; what fails of it is told and changes nothing."""
         self.told_of_signals(result)
+        lines, broken = self.heard.take()
+        result.errors += lines
+        result.broken += broken
         with told_in(result):
             self.record.close(result.to_json())
         with told_in(result, "no report"):

@@ -12,6 +12,7 @@ from py_trees.common import Status
 
 from stretch_bt.break_off import BrokenOff, breakable
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
+from stretch_bt.forked import alone, leave_if_forked
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.signals import signals
@@ -107,7 +108,7 @@ class Runner:
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
         wall, cpu = time.perf_counter(), time.process_time()
-        with signals(self.interrupt):
+        with signals(self.interrupt), alone():
             self._drive()
             self._finish()
         outcome = self.outcome
@@ -163,6 +164,7 @@ class Runner:
             with breakable(lambda: len(self._interrupts) > limit):
                 self._visit(root)
         finally:
+            leave_if_forked()  # whatever broke in the child, nothing of it is told
             self._interrupted_nodes()
             self._lateness()
         if root.status is Status.INVALID:

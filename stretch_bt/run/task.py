@@ -18,6 +18,7 @@ from stretch_bt.run.view import View
 from stretch_bt.source import Scalar, closest, did_you_mean
 from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
+from stretch_bt.tree.threads_heard import threads_heard
 
 __all__ = ["RunResult", "Task", "View", "execute", "run"]
 
@@ -25,6 +26,7 @@ __all__ = ["RunResult", "Task", "View", "execute", "run"]
 MISSPELT = 0.8
 
 
+@threads_heard()
 def run(
     tree: str | Path,
     *,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, TypeVar
 
 from stretch_bt.errors import Diagnostic, FileError
-from stretch_bt.source.suggest import closest, did_you_mean, unknown_key
+from stretch_bt.source.suggest import closest, did_you_mean, few_suggestions, unknown_key
 from stretch_bt.source.values import TRUTHS, Map, Scalar, Seq, Value
 
 __all__ = ["validate"]
@@ -15,6 +16,7 @@ __all__ = ["validate"]
 M = TypeVar("M")
 
 
+@few_suggestions()
 def validate(model: type[M], value: Value) -> M:
     """Fit a value to a pydantic model; raises FileError with every mistake at its place."""
     from pydantic import TypeAdapter, ValidationError
@@ -28,7 +30,7 @@ def validate(model: type[M], value: Value) -> M:
             if e["type"] == "extra_forbidden":
                 beside = [m for m in missing if m["loc"][:-1] == e["loc"][:-1]]
                 meant = closest(str(e["loc"][-1]), [str(m["loc"][-1]) for m in beside])
-                found = [m for m in found if m not in beside or m["loc"][-1] != meant]
+                found = found if meant is None else [m for m in found if m not in beside or m["loc"][-1] != meant]
         raise FileError([_explain(model, value, e) for e in found]) from None
 
 
@@ -117,14 +119,20 @@ def _locate(root: Value, loc: Sequence[str | int]) -> tuple[Value, list[str]]:
 
 def _field_names(model: Any, loc: Sequence[str | int]) -> list[str]:
     """Return every field name reachable under a location, by the model's JSON schema."""
-    from pydantic import TypeAdapter
-
-    schema = TypeAdapter(model).json_schema()
+    schema = _schema(model)
     definitions = schema.get("$defs", {})
     nodes = [schema]
     for step in loc:
         nodes = [n for node in nodes for n in _children(node, step, definitions)]
     return sorted({name for node in nodes for n in _variants(node, definitions) for name in n.get("properties", {})})
+
+
+@cache
+def _schema(model: Any) -> dict[str, Any]:
+    """Return the JSON schema of a model, made once: it takes longer than all else that is done about a mistake."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(model).json_schema()
 
 
 def _variants(node: dict[str, Any], definitions: dict[str, Any]) -> list[dict[str, Any]]:

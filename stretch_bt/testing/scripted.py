@@ -9,6 +9,7 @@ from typing import Any
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
+from stretch_bt.hardware.owner import check_owner
 
 __all__ = ["Command", "ScriptedDevice", "ScriptedMotion"]
 
@@ -101,6 +102,7 @@ class ScriptedDevice:
         return Reading(value, now, now, self._sequence_number)
 
     def _command(self, name: str, owner: str, **arguments: Any) -> ScriptedMotion:
+        check_owner(self.kind, owner)
         if self.moving is not None:
             self.moving.stopped = MotionState.PREEMPTED
         self.commands.append(Command(name, arguments, owner))

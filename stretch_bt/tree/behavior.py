@@ -11,6 +11,7 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, named, shown, writable
+from stretch_bt.forked import here, leave_if_forked
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.declared_ports import declared_ports
 from stretch_bt.tree.port import Port, Role
@@ -96,6 +97,8 @@ class Behavior(py_trees.behaviour.Behaviour):
             raise
         except Exception as error:
             raise NodeError(self.path, named(error)) from error
+        if here.forked:
+            leave_if_forked()
         if status is not _RUNNING:
             if status is not _SUCCESS and status is not _FAILURE:
                 raise NodeError(self.path, f"update() returned {shown(status)}; return SUCCESS, FAILURE or RUNNING")
@@ -127,6 +130,7 @@ class Behavior(py_trees.behaviour.Behaviour):
                 raise
             raise NodeError(self.path, f"terminate() broke ({named(error)})") from error
         finally:
+            leave_if_forked()
             self.status = new_status
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,12 +10,19 @@ from pathlib import Path
 from traceback import FrameSummary
 
 from stretch_bt.errors import NodeError, StretchError, named, writable
+from stretch_bt.forked import alone
 
 __all__ = ["Broken", "blame", "own_code", "place_of"]
 
 _HERE = Path(__file__).parent
 #: code that ticks, imports or checks a node, and is not the node
-_AROUND = (_HERE, _HERE.parent / "run", _HERE.parent / "cli")
+_AROUND = (
+    _HERE,
+    _HERE.parent / "run",
+    _HERE.parent / "cli",
+    _HERE.parent / "behaviors" / "_motion.py",
+    Path(threading.__file__),
+)
 _AROUND_TOO = ("py_trees", "importlib")
 
 
@@ -51,7 +59,8 @@ def place_of(error: BaseException) -> str:
 def own_code(path: str, what: str) -> Iterator[None]:
     """Turn what own code raises before the first tick into NodeError, which names the node at `path` and the line."""
     try:
-        yield
+        with alone():
+            yield
     except StretchError:
         raise
     except (Exception, SystemExit) as error:
@@ -72,5 +81,8 @@ def _frames(error: BaseException) -> Iterator[FrameSummary]:
 
 
 def _from_here(path: Path) -> Path:
-    here = Path.cwd()
+    try:
+        here = Path.cwd()
+    except FileNotFoundError:  # somebody removed it: places are told in full
+        return path
     return path.relative_to(here) if path.is_relative_to(here) else path

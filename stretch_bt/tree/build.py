@@ -22,6 +22,7 @@ from stretch_bt.tree.feeds import Computed, bounded, carried, constant, error_of
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
+from stretch_bt.tree.made import made
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.program import Program
@@ -246,7 +247,7 @@ class Builder:
     def leaf(self, part: Leaf, path: str) -> Behavior:
         """Build a node of the registry with its ports bound."""
         with own_code(path, f"{part.info.cls.__name__}()"):
-            node = part.info.cls(path)
+            node = made(part.info.cls, path)
         node.path = path
         node.context = self.context
         node.device_names = dict(part.devices)

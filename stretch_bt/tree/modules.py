@@ -15,10 +15,12 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import StretchError, writable
+from stretch_bt.errors import StretchError, named, writable
+from stretch_bt.forked import alone
 from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.tree import registry
 from stretch_bt.tree.blame import place_of
+from stretch_bt.tree.threads_heard import threads_heard
 
 __all__ = ["ModuleRefused", "Modules"]
 
@@ -70,12 +72,19 @@ class Modules:
         self._check(name, folders)
         try:
             # standard output is the command's alone
-            with _path([*trusted_path(), *folders]), _told(folders, self.say), redirect_stdout(sys.stderr):
+            with (
+                _path([*trusted_path(), *folders]),
+                _told(folders, self.say),
+                redirect_stdout(sys.stderr),
+                alone(),
+                threads_heard(),
+            ):
                 registry.import_nodes(name)
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
-            kind = "" if isinstance(error, StretchError) else f"{type(error).__name__}: "
-            at = "" if isinstance(error, SyntaxError) else place_of(error)  # its text has the place
-            message = f"module {name!r} cannot be imported: {kind}{writable(error)}{at and f' ({at})'}"
+            told = writable(error) if isinstance(error, StretchError) else named(error).removesuffix(": ")
+            # the text of a SyntaxError has the place
+            at = "" if isinstance(error, SyntaxError) else place_of(error) or self._file(name, folders)
+            message = f"module {name!r} cannot be imported: {told}{at and f' ({at})'}"
             raise ModuleRefused(message, "mend the module, or install what it needs") from error
 
     def _folders(self, folder: Path) -> list[str]:
@@ -96,8 +105,14 @@ class Modules:
         if own is not None:
             _check_alone(top, own, installed)
 
+    @staticmethod
+    def _file(name: str, folders: list[str]) -> str:
+        """Return the file of a module, for an error that came up before any of its lines was executed."""
+        found = PathFinder.find_spec(name.partition(".")[0], folders)
+        return "" if found is None else _place(found)
+
     def _help(self, top: str) -> str:
-        found = PathFinder.find_spec(top, [str(Path.cwd())])
+        found = PathFinder.find_spec(top, [""])
         return self.hint if found is None else f"{_place(found)} in the current folder does not count: {self.hint}"
 
 

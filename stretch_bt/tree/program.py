@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, FileError, TreeError
-from stretch_bt.source import Map, Mark, closest, did_you_mean
+from stretch_bt.source import Map, Mark, closest, did_you_mean, few_suggestions
 from stretch_bt.tree import headings, registry
 from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
@@ -82,6 +82,7 @@ def _exists(path: Path) -> bool:
         return False
 
 
+@few_suggestions()
 def load_program(
     tree: str | Path,
     params: Mapping[str, Any] | None = None,

@@ -47,7 +47,13 @@ RESERVED = ("name", "doc", "timeout", "retry", "guard", "skip_if", "finally", "l
 #: such words of older files, and how they are spelt now
 RETIRED = {"while": "guard"}
 
+#: what a tick or a run calls of a node and does not wait for
+_METHODS = ("prepare", "initialise", "update", "terminate")
+_OF_MOTION = ("start", "watch", "arrived")  # of a node that moves, which its base class has
+
 B = TypeVar("B", bound=type[Behavior])
+#: what `@node()` gives, which is refused when it is executed
+_NO_CLASS: Any = None
 
 
 @dataclass(frozen=True)
@@ -93,7 +99,7 @@ def snake_case(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
-def node(cls: B) -> B:
+def node(cls: B = _NO_CLASS, /) -> B:
     """Register a node class under its name in snake case; use it as a decorator.
 
     Raises
@@ -101,6 +107,9 @@ def node(cls: B) -> B:
     RegistryError
         The class has no docstring, a port that the language cannot type, or a name that is taken.
     """
+    if cls is _NO_CLASS:
+        raise RegistryError("@node has parentheses; write '@node' alone above the class")
+    _check_class(cls)
     name = snake_case(cls.__name__)
     info = NodeInfo(name, cls, cls.ports, _port_types(cls))
     if not (cls.__doc__ or "").strip():
@@ -123,6 +132,21 @@ def node(cls: B) -> B:
         raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
     _nodes[name] = info
     return cls
+
+
+def _check_class(cls: Any) -> None:
+    if not (isinstance(cls, type) and issubclass(cls, Behavior)):
+        what = getattr(cls, "__name__", type(cls).__name__)
+        raise RegistryError(f"@node stands above {what!r}, which is no class of nodes; write class {what}(Behavior)")
+    methods = [*_METHODS, *(name for name in _OF_MOTION if any(name in vars(base) for base in cls.__mro__[1:]))]
+    for method in methods:
+        made = getattr(cls, method, None)
+        if inspect.iscoroutinefunction(made) or inspect.isgeneratorfunction(made) or inspect.isasyncgenfunction(made):
+            form = "async" if not inspect.isgeneratorfunction(made) else "a generator"
+            raise RegistryError(
+                f"node {snake_case(cls.__name__)!r}: {method}() is {form}, so its code would not run when it is called;"
+                f" write a plain 'def {method}' without await or yield"
+            )
 
 
 def _check_bounds(name: str, declared: Port) -> None:

@@ -73,20 +73,22 @@ class Wiring:
 
     def unknown(self, value: Map, what: str, known: Iterable[str], required: Iterable[str]) -> set[str]:
         """Note every key that is not known, and return what the author seems to have meant by them."""
-        known = list(known)
-        meant = set()
+        known = dict.fromkeys(known)
+        free = [name for name in (*known, *RESERVED) if name not in value]
+        absent = {name for name in required if name not in value}
+        meant: set[str] = set()
         for key, given in value:
             if key.text in known:
                 continue
-            absent = [name for name in required if name not in value and name not in meant]
-            guess = closest(key.text, [name for name in known if name not in value])
+            guess = closest(key.text, free)
             word = None if guess else closest(key.text, RESERVED)
             if guess is None and word is None and len(absent) == 1:
-                guess = absent[0]
+                guess = next(iter(absent))
             hint = f"did you mean {guess!r}?" if guess else unknown_key(key, given, known)
             hint = f"did you mean {word!r}? {word!r} stands beside the node" if word else hint
             self.error(key.mark, "port-unknown", f"{what!r} has no {key.text!r}", hint or f"{what!r} has no ports")
             meant |= {guess} if guess else set()
+            absent.discard(guess or "")
         return meant
 
     def full(self, key: Scalar, value: Value) -> Value | None:

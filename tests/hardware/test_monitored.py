@@ -2,18 +2,21 @@
 
 import time
 from pathlib import Path
+from unittest import mock
 
 import pytest
 
-from stretch_bt.errors import BeyondLimits, NoEquilibrium, StaleReading
+from stretch_bt.errors import BeyondLimits, InvalidInput, NoEquilibrium, StaleReading
 from stretch_bt.frames import Pose, Wrench
-from stretch_bt.hardware.driver import ArmDriver, Bench
+from stretch_bt.hardware.driver import ArmDriver, Bench, GripperDriver, OperatorDriver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import NoJournal
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored.arm import MonitoredArm
 from stretch_bt.hardware.monitored.base import Watch
+from stretch_bt.hardware.monitored.gripper import MonitoredGripper
+from stretch_bt.hardware.monitored.operator import MonitoredOperator
 
 
 class Held(ArmDriver):
@@ -109,3 +112,38 @@ def test_a_way_that_is_refused_takes_nothing_from_the_motion_before():
     assert first.poll() is MotionState.MOVING
     first.stop()
     assert (first.ended, driver.stops) == (MotionState.STOPPED, 1)
+
+
+class Listed(NoJournal):
+    """A journal that keeps the names of commands."""
+
+    def __init__(self):
+        self.names = []
+
+    def command(self, device, name, arguments, owner):
+        self.names.append(name)
+
+
+@pytest.mark.parametrize("owner", [None, "", " ", "main//press", "main/", 7, "main/\ud800", "main\n/press"])
+@pytest.mark.parametrize(
+    ("device", "driver", "start"),
+    [
+        (MonitoredArm, ArmDriver, lambda arm, owner: arm.move(Pose((0, 0, 0.12)), speed=0.02, owner=owner)),
+        (MonitoredArm, ArmDriver, lambda arm, owner: arm.follow([Pose((0, 0, 0.12))], speed=0.02, owner=owner)),
+        (MonitoredGripper, GripperDriver, lambda gripper, owner: gripper.move(0.06, speed=0.02, owner=owner)),
+        (MonitoredGripper, GripperDriver, lambda gripper, owner: gripper.activate(owner=owner)),
+        (MonitoredOperator, OperatorDriver, lambda operator, owner: operator.mount("sphere", 0.01, owner=owner)),
+        (MonitoredOperator, OperatorDriver, lambda operator, owner: operator.confirm("go", owner=owner)),
+    ],
+)
+def test_an_owner_that_is_no_path_is_refused_before_anything_is_asked_of_the_driver(device, driver, start, owner):
+    limits, hand, journal = Limits(), Hand(), Listed()
+    idle = mock.create_autospec(driver, instance=True)
+    idle.claimed = lambda: None
+    found = device("it", idle, Watch(time.monotonic, limits, hand, journal))
+    found.open()
+    before = len(idle.method_calls)
+    with pytest.raises(InvalidInput, match=r"it: a motion's owner is the path .*; write owner=self.path"):
+        start(found, owner)
+    assert journal.names == []
+    assert len(idle.method_calls) == before

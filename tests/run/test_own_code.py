@@ -148,3 +148,58 @@ def test_a_module_that_breaks_names_its_line_and_one_that_prints_leaves_the_json
     assert code == 2
     assert f"({name}:7 in read)" in found["message"]
     assert "hello" in told
+
+
+#: what the author of a motion gets wrong, and what is told of it
+MOTIONS = {
+    "    def start(self): return {}['x']": "in start",
+    "    def start(self): return Still()\n    def watch(self): raise ValueError('w')": "in watch",
+    "    def start(self): return Still(1)\n    def arrived(self): raise ValueError('a')": "in arrived",
+    "    def start(self): return None": "Moves.start() returned None; return the motion that the device gives",
+}
+STILL = """
+from stretch_bt.behaviors import MotionBehavior
+from stretch_bt.hardware.interfaces import MotionState
+class Still:
+    def __init__(self, done=0): self.done = done
+    def poll(self): return MotionState.DONE if self.done else MotionState.MOVING
+    def stop(self): pass
+@node
+class Moves(MotionBehavior):
+    '''Moves.'''
+"""
+
+
+@pytest.mark.parametrize("body", MOTIONS)
+def test_a_mistake_in_a_motion_is_told_at_its_own_line(body: str, folder: Any, command: Any, tmp_path: Path) -> None:
+    name = folder("    def update(self): return Status.FAILURE", head=STILL + body)
+    (tmp_path / "tree.yaml").write_text(TREE.format(module=name[:-3]).replace("breaks_once: {y: $y}", "moves: {}"))
+    code, printed, _ = command("run", "tree.yaml", "-q", "--json", "--out", "record")
+    assert code == 1
+    result = json.loads(printed)
+    if "None" in body:
+        assert MOTIONS[body] in result["reason"]
+    else:
+        [broken] = result["broken"]
+        assert broken["at"].startswith(f"{name}:")
+        assert broken["at"].endswith(MOTIONS[body])
+
+
+#: classes that make no node, and what is told of it
+UNMADE = {
+    "    def __init__(self, path=''): pass": "begin its __init__ with super().__init__(path)",
+    "    def __new__(cls, *a, **k): return None": "BreaksOnce() gave None; its __new__ must return the node",
+    "    def __init__(self, path=''): raise ValueError('boom')": "BreaksOnce() broke (ValueError: boom) at",
+}
+
+
+@pytest.mark.parametrize("verb", ["check", "run"])
+@pytest.mark.parametrize("body", UNMADE)
+def test_a_class_that_makes_no_node_is_told_before_anything_runs(
+    body: str, verb: str, folder: Any, command: Any
+) -> None:
+    folder(f"{body}\n    def update(self): return Status.FAILURE")
+    code, printed, told = command(verb, "tree.yaml", "--json")
+    assert code in (1, 2)
+    assert UNMADE[body] in printed
+    assert "Traceback" not in told

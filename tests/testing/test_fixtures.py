@@ -83,3 +83,10 @@ def test_run_takes_scripted_devices(run, scripted_device):
     result = run(TREE, devices={"arm": arm})
     assert (result.status, result.ticks) == ("FAILURE", 4)
     assert "arm.force = 3 N" in result.reason
+
+
+def test_a_scripted_device_refuses_the_owners_that_a_real_one_refuses():
+    arm = ScriptedDevice("Arm")
+    with pytest.raises(InvalidInput, match="Arm: a motion's owner is the path of the node"):
+        arm.move(Pose(), speed=0.1, owner=None)
+    assert arm.commands == []

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stretch_bt.run.record import RunRecord
-from stretch_bt.tree.modules import Modules
+from stretch_bt.tree.modules import ModuleRefused, Modules
 
 COMMAND = str(Path(sys.executable).with_name("stretch-bt"))
 LEAVE = "open(__file__ + '.ran', 'w').close()\n"
@@ -255,3 +255,27 @@ def test_reading_a_tree_leaves_the_path_as_it_was(folders):
         assert sys.path == before
     finally:
         sys.modules.pop("path_nodes", None)
+
+
+def test_a_module_that_python_cannot_compile_is_told_with_its_file(tmp_path: Path) -> None:
+    put(tmp_path, "too_deep.py", "x = " + "(" * 150 + "1" + "+1)" * 150 + "\ny = " + "-" * 100_000 + "1\n")
+    with pytest.raises(
+        ModuleRefused, match=r"'too_deep' cannot be imported: \w+Error[^;]* \(.*too_deep\.py"
+    ) as refused:
+        Modules.beside(tmp_path / "tree.yaml").bring("too_deep", tmp_path / "tree.yaml")
+    assert ": (" not in str(refused.value)
+
+
+def test_a_current_folder_that_is_gone_keeps_no_tree_from_its_check(folders):
+    trees, elsewhere = folders
+    tree = put(trees, "tree.yaml", TREE % ("own_gone", ", own_node"))
+    put(trees, "own_gone.py", NODE)
+    shell = 'rmdir "$PWD"; exec "$@"'
+    here = ("/bin/sh", "-c", shell, "sh", *PYTHON)
+    done = command(elsewhere, "check", str(tree), python=here)
+    assert (done.returncode, done.stderr) == (0, "")
+    elsewhere.mkdir()
+    done = command(elsewhere, "run", str(tree), "-q", python=here)
+    assert done.returncode == 2
+    assert "the current folder is gone" in done.stderr
+    assert "--out" in done.stderr

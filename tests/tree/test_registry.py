@@ -259,3 +259,29 @@ def test_types_and_options_of_ports_are_read_from_the_class(fresh: None) -> None
         "min": 0.001, "max": 0.1,
     }  # fmt: skip
     assert list(info.outputs) == ["found", "found_sd"]
+
+
+def test_what_is_no_node_class_is_refused_with_what_to_write(fresh: None) -> None:
+    def probe() -> None: ...
+
+    wrongs: list[Any] = [probe, int, 5]
+    for wrong in wrongs:
+        with pytest.raises(
+            RegistryError, match=r"@node stands above '(probe|int)', .* write class (probe|int)\(Behavior\)"
+        ):
+            node(wrong)
+    with pytest.raises(RegistryError, match="@node has parentheses; write '@node' alone"):
+        node()
+
+
+@pytest.mark.parametrize("method", ["update", "initialise", "terminate", "prepare"])
+def test_code_that_would_not_run_when_called_is_refused(method: str, fresh: None) -> None:
+    async def waits(self: Behavior) -> None: ...
+
+    def yields(self: Behavior) -> Any:
+        yield
+
+    for wrong, told in ((waits, "async"), (yields, "a generator")):
+        members: dict[str, Any] = {method: wrong}
+        with pytest.raises(RegistryError, match=rf"node 'probe': {method}\(\) is {told}, .* plain 'def {method}'"):
+            node(behavior(**members))

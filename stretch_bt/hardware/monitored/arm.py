@@ -109,7 +109,7 @@ class MonitoredArm(Mover[ArmDriver]):
             self.halt(fault)
 
     def _start(self, name: str, path: list[Pose], arguments: Mapping[str, Any], owner: str) -> Motion:
-        self.check_ready()
+        self.check_command(owner)
         limits = self.watch.limits
         with self.faults():
             here = self.driver.pose()

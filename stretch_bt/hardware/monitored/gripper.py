@@ -24,7 +24,7 @@ class MonitoredGripper(Mover[GripperDriver]):
 
     def move(self, opening: float, *, speed: float, owner: str) -> Motion:
         """Open or close to `opening`, m, at `speed`, m/s."""
-        self.check_ready()
+        self.check_command(owner)
         if not math.isfinite(opening):
             raise InvalidInput(f"{self.name}: opening must be finite, m, not {opening}")
         limits = self.watch.limits
@@ -59,7 +59,7 @@ class MonitoredGripper(Mover[GripperDriver]):
 
     def activate(self, *, owner: str) -> Motion:
         """Make the gripper ready to move, on a person's word: its fingers may travel all their way, whatever the limits say."""
-        self.check_ready()
+        self.check_command(owner)
         self.settle()
         self.command("activate", {}, owner)
         with self.faults():

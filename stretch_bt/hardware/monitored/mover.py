@@ -8,6 +8,7 @@ from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.driver import Driver, Poll
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.monitored.base import Monitored, Watch
+from stretch_bt.hardware.owner import check_owner
 
 __all__ = ["Mover", "OwnedMotion"]
 
@@ -50,6 +51,11 @@ class Mover(Monitored[D]):
     def __init__(self, name: str, driver: D, watch: Watch) -> None:
         super().__init__(name, driver, watch)
         self._current: OwnedMotion | None = None
+
+    def check_command(self, owner: str) -> None:
+        """Raise NotReady unless the device takes commands, and InvalidInput for an owner that is none."""
+        self.check_ready()
+        check_owner(self.name, owner)
 
     def settle(self) -> None:
         """Take note of a motion that has ended by now, before a new command makes its end unknown."""

@@ -20,7 +20,7 @@ class MonitoredOperator(Mover[OperatorDriver]):
 
     def mount(self, geometry: str, size: float, *, owner: str) -> Motion:
         """Mount an indenter; `size` is a diameter, m, and for a cone an angle, rad."""
-        self.check_ready()
+        self.check_command(owner)
         check_indenter(geometry, size)
         self.settle()
         self.command("mount", {"geometry": geometry, "size": size}, owner)
@@ -30,7 +30,7 @@ class MonitoredOperator(Mover[OperatorDriver]):
 
     def confirm(self, request: str, *, owner: str) -> Motion:
         """Wait until the operator lets the robot go on."""
-        self.check_ready()
+        self.check_command(owner)
         self.settle()
         self.command("confirm", {"request": request}, owner)
         with self.faults():

@@ -64,6 +64,9 @@ def claim(folder: Path | None) -> Path:
         return _next_free(Path("runs").absolute()) if folder is None else _empty(Path(folder).absolute())
     except OSError as error:
         place = Path(error.filename or folder or "runs")
+        if folder is None and error.filename is None:
+            what, hint = "the current folder is gone, and the record goes into 'runs' in it", "name a folder with --out"
+            raise refuse(place, "record-folder", what, f"go to a folder that is there, or {hint}") from error
         raise refuse(
             place, "record-folder", f"cannot make a record here: {error.strerror}", "name another folder with --out"
         ) from error

@@ -1,0 +1,27 @@
+"""Making one node of its class, and refusing one that lacks what every node has."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from stretch_bt.errors import NodeError, shown
+from stretch_bt.tree.behavior import Behavior
+
+__all__ = ["made"]
+
+
+def made(cls: type[Behavior], path: str) -> Behavior:
+    """Return a node of this class; raises NodeError where its `__init__` or `__new__` leaves out what nodes are made of."""
+    node = cls(path)
+    if not isinstance(node, cls):
+        raise NodeError(path, f"{cls.__name__}() gave {shown(node)}; its __new__ must return the node that it makes")
+    missing = sorted(name for name in _attributes() if not hasattr(node, name))
+    if missing:
+        hint = "begin its __init__ with super().__init__(path)"
+        raise NodeError(path, f"{cls.__name__}() made a node without {missing[0]!r}; {hint}")
+    return node
+
+
+@cache
+def _attributes() -> frozenset[str]:
+    return frozenset(vars(Behavior()))
