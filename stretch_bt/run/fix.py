@@ -53,9 +53,13 @@ def _bare_keys(text: str) -> Iterator[str]:
     """Yield the keys of the file that are declared with their type alone and without a comment."""
     for mapping in _keys(yaml.compose(text, Loader=yaml.SafeLoader)):
         for key, value in mapping.value:
-            line = text[key.start_mark.index : text.find("\n", value.end_mark.index)]
-            if isinstance(value, yaml.ScalarNode) and (mapping.flow_style or "#" not in line):
+            if _is_bare(text, mapping, key, value):
                 yield key.value
+
+
+def _is_bare(text: str, mapping: yaml.MappingNode, key: yaml.ScalarNode, value: yaml.Node) -> bool:
+    line = text[key.start_mark.index : text.find("\n", value.end_mark.index)]
+    return isinstance(value, yaml.ScalarNode) and (mapping.flow_style or "#" not in line)
 
 
 def _keys(node: yaml.Node | None) -> Iterator[yaml.MappingNode]:
@@ -75,7 +79,7 @@ def _without(text: str, name: str) -> str | None:
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     for mapping in _keys(root):
         for at, (key, value) in enumerate(mapping.value):
-            if key.value != name or not isinstance(value, yaml.ScalarNode):
+            if key.value != name or not _is_bare(text, mapping, key, value):
                 continue
             if len(mapping.value) == 1:
                 return _without_heading(text, mapping)

@@ -182,7 +182,7 @@ class _Keys:
     def output_ports(self, place: Place) -> dict[str, Type]:
         target = self.document.tree(place.word.text)
         if target is not None:
-            return {d.name: d.type for d in target.outs.values()}
+            return {d.name: d.type for d in (*target.outs.values(), *target.inouts.values())}
         info = registry.find(place.word.text, self.document.modules)
         return {} if info is None else info.outputs
 
@@ -230,7 +230,9 @@ class _Keys:
         first: dict[str, Place] = {}
         for place in self.places:
             for port, type_ in self.output_ports(place).items():
-                if port in place.given or not type_.is_record or not self.takes(port, type_):
+                target = self.document.tree(place.word.text)
+                both = target is not None and port in target.inouts
+                if both or port in place.given or not type_.is_record or not self.takes(port, type_):
                     continue
                 other = first.setdefault(port, place)
                 if other.word.text != place.word.text:

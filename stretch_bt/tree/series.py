@@ -42,9 +42,14 @@ def _average_sd(values: Sequence[float], factor: float) -> float | None:
     """Return the error of an average: from the entries' own errors or from how they scatter, whichever is larger."""
     n, sds = len(values), _sds(values)
     own = math.sqrt(sum(sd * sd for sd in sds if sd is not None)) / n if None not in sds else None
-    scatter = statistics.stdev(values) / math.sqrt(n) if n > 1 else None
+    scatter = statistics.stdev(values) / math.sqrt(n) * _student(n - 1) if n > 1 else None
     found = max((sd for sd in (own, scatter) if sd is not None), default=None)
     return None if found is None else found * (factor if n > 2 else 1.0)
+
+
+def _student(freedom: int) -> float:
+    """Return the quantile of Student's t within which 68.3 % lie, to 1 %: few values scatter by chance too little."""
+    return 1.0 + 0.5 / freedom + 0.34 / freedom**2
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -74,7 +74,7 @@ class Wiring:
     def unknown(self, value: Map, what: str, known: Iterable[str], required: Iterable[str]) -> set[str]:
         """Note every key that is not known, and return what the author seems to have meant by them."""
         known = dict.fromkeys(known)
-        free = [name for name in (*known, *RESERVED) if name not in value]
+        free = [name for name in known if name not in value]
         absent = {name for name in required if name not in value}
         meant: set[str] = set()
         for key, given in value:

@@ -1,0 +1,151 @@
+"""Outputs that are absent, errors that go along, texts with values, loops that collect."""
+
+from typing import Any
+
+import pytest
+
+from stretch_bt.tree import registry
+from stretch_bt.tree.ports import Behavior, In, Out, Status
+from stretch_bt.units import Length
+
+
+class Perhaps(Behavior):
+    """Gives a length, or none."""
+
+    instant = True
+    given: In[bool] = True
+    length: Out[Length | None]
+
+    def update(self) -> Status:
+        self.length = 0.002 if self.given else None
+        return Status.SUCCESS
+
+
+class Takes(Behavior):
+    """Says whether it got a length, and with which error."""
+
+    instant = True
+    length: In[Length | None] = None
+    length_sd: In[Length] = 0.009
+    seen: Out[str]
+
+    def update(self) -> Status:
+        self.seen = "none" if self.length is None else f"{self.length * 1e3:g} {self.length_sd * 1e3:g}"
+        return Status.SUCCESS
+
+
+@pytest.fixture
+def nodes(task: Any) -> Any:
+    for cls in (Perhaps, Takes):
+        registry.node(cls)
+    return task
+
+
+#: body -> how it ends, part of the reason
+ABSENT = {
+    "sequence: [perhaps: {given: false, length}, check: length == none]": ("SUCCESS", ""),
+    "sequence: [perhaps: {length}, check: length == none]": ("FAILURE", "'length == none' does not hold"),
+    "sequence: [perhaps: {length}, check: length != none and length > 1 mm]": ("SUCCESS", ""),
+    "sequence: [perhaps: {given: false, length}, set: {other: length}, check: other == none]": ("SUCCESS", ""),
+    "sequence: [perhaps: {length}, set: {length: none}, check: length == none]": ("SUCCESS", ""),
+    "sequence: [perhaps: {given: false, length}, check: length > 1 mm]": (
+        "FAILURE",
+        "$main/length is none: main/perhaps",
+    ),
+    "sequence: [perhaps: {given: false, length}, show: {value: $length}]": ("FAILURE", "$main/length is none"),
+    "sequence: [perhaps: {given: false, length}, takes: {length, seen}, check: seen == 'none']": ("SUCCESS", ""),
+    "sequence: [perhaps: {given: false, length}, fail: it is $length long]": ("FAILURE", "it is none long"),
+    "sequence: [perhaps: {length}, fail: it is $length long]": ("FAILURE", "it is 2 mm long"),
+    "sequence: [perhaps: {length}, check: {that: length > 3 mm, else: '$length is less than $least'}]": (
+        "FAILURE",
+        "2 mm is less than 3 mm",
+    ),
+    "sequence: [perhaps: {length}, check: {that: length > 3 mm, else: costs $5}]": ("FAILURE", "costs $5"),
+}
+
+
+@pytest.mark.parametrize("body", ABSENT)
+def test_what_may_be_absent(nodes: Any, body: str) -> None:
+    status, reason = ABSENT[body]
+    outcome = nodes.run(body, "params: {least: {default: 3 mm}}")
+    assert (outcome.status, reason in outcome.reason) == (status, True), outcome.reason
+
+
+def test_an_absent_output_of_a_task_is_absent(nodes: Any) -> None:
+    nodes.run("out: [length]\nsequence: [perhaps: {given: false, length}]")
+    assert not nodes.output("length")[0]
+
+
+#: what `takes.length` is wired to -> what it saw
+ERRORS = {
+    "$a": "7 1",
+    "a": "7 1",
+    "a * 2": "14 9",
+    "5 mm": "5 9",
+    "$plain": "4 9",
+    "$known": "6 0.5",
+    "$b": "7 1",
+    "$twice": "14 3",
+    "mean(lengths)": "7 0.57735",
+    "at(lengths, 1)": "7 1",
+}
+
+
+@pytest.mark.parametrize("wire", ERRORS)
+def test_an_error_goes_with_its_value(nodes: Any, wire: str) -> None:
+    body = f"""
+    out: [seen]
+    sequence:
+      - repeat: {{times: 3, do: {{measure: {{length: $a}}}}, collect: {{lengths: $a}}}}
+      - set: {{plain: 4 mm, b: a, twice: a * 2, twice_sd: 3 mm}}
+      - takes: {{length: "{wire}", seen}}
+      - check: plain + b + twice > 0 mm and len(lengths) > 0 and known > 0 mm
+    """
+    head = "params: {known: {default: 6 mm}, known_sd: {default: 0.5 mm}}"
+    outcome = nodes.run(body, head)
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert nodes.output("seen")[0] == ERRORS[wire]
+
+
+def test_an_error_goes_through_the_border_of_a_tree(nodes: Any) -> None:
+    trees = "sub: {in: [length], out: [seen], sequence: [takes: {length, seen}]}"
+    nodes.run("out: [seen]\nsequence: [measure: {length: $a}, sub: {length: $a, seen}]", trees=trees)
+    assert nodes.output("seen")[0] == "7 1"
+
+
+def test_a_loop_counts_collects_and_keeps_keys_of_its_own(nodes: Any) -> None:
+    body = """
+    out: [lengths, numbers]
+    sequence:
+      - for_each:
+          items: [1 mm, 2 mm, 3 mm]
+          as: $each
+          index: $i
+          collect: {lengths: $kept, numbers: $number}
+          keys: {passes: {default: 0}}
+          do:
+            - set: {passes: passes + 1, number: i}
+            - {set: {kept: each * 2}, skip_if: each == 2 mm}
+            - check: passes == i + 1
+    """
+    outcome = nodes.run(body)
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert list(nodes.output("lengths")[0]) == [pytest.approx(0.002), pytest.approx(0.006)]
+    assert list(nodes.output("numbers")[0]) == [0, 2]
+
+
+def test_the_condition_of_a_loop_may_read_what_it_collects(nodes: Any) -> None:
+    body = "out: [all_]\nsequence: [until: {that: len(all_) >= 3, max: 9, do: {measure: {length: $a}}, collect: {all_: $a}}]"
+    assert nodes.run(body).status == "SUCCESS"
+    assert len(nodes.output("all_")[0]) == 3
+
+
+def test_a_tree_reads_and_writes_a_key_of_its_caller(nodes: Any) -> None:
+    trees = """
+    sub: {inout: {count: {default: 5}}, sequence: [set: {count: count + 1}]}
+    alone: {sequence: [sub]}
+    """
+    body = "out: [count]\nsequence: [sub: {count}, sub: {count}, alone, check: count == 7]"
+    outcome = nodes.run(body, trees=trees)
+    assert outcome.status == "SUCCESS", outcome.reason
+    assert nodes.output("count")[0] == 7
