@@ -104,6 +104,7 @@ class _Frame:
     signature: Signature
     path: str
     cells: dict[str, Cell] = field(default_factory=dict)
+    devices: dict[str, str] = field(default_factory=dict)  # of the task, where the tree calls them otherwise
 
     @property
     def scope(self) -> TreeScope:
@@ -217,7 +218,8 @@ class Builder:
             return self.frame.cells[symbol.name].read_sd, rest
         if symbol.origin is Origin.READING:
             device, _, reading = symbol.name.partition(".")
-            self.readings.add(symbol.name)
+            device = self.frame.devices.get(device, device)
+            self.readings.add(f"{device}.{reading}")
             return (lambda: context.reading(device, reading)), rest
         if symbol.origin is Origin.TASK:
             return ((lambda: context.time) if parts[1] == "time" else (lambda: context.ticks)), rest
@@ -250,8 +252,8 @@ class Builder:
             node = made(part.info.cls, path)
         node.path = path
         node.context = self.context
-        node.device_names = dict(part.devices)
-        self.devices.update(part.devices.values())
+        node.device_names = {port: self.frame.devices.get(name, name) for port, name in part.devices.items()}
+        self.devices.update(node.device_names.values())
         for declared in part.info.of(Role.INPUT):
             node.wiring[declared.name] = self.port(part, declared)
         for declared in part.info.of(Role.OUTPUT):
@@ -297,7 +299,8 @@ class Builder:
     def call(self, part: Call, path: str) -> CallNode:
         """Build a called tree with cells of its own."""
         body = self.program.body(part.target)
-        frame = _Frame(part.target, path)
+        given = {name: self.frame.devices.get(outer, outer) for name, outer in part.devices.items()}
+        frame = _Frame(part.target, path, devices=self.frame.devices | given)
         for declared in part.target.ins.values():
             frame.cells[declared.name] = self.input_cell(declared, part.inputs.get(declared.name), path)
         private = [d for d in part.target.outs.values() if d.name not in part.outputs]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -107,6 +107,10 @@ class Document:
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)  # name -> sha256 of every file read
+    declares_devices: bool = False
+    #: reads the file anew with other params, where it is imported; `variants` are those that calls asked for
+    reread: Callable[[dict[str, Any]], Document] | None = None
+    variants: dict[tuple[tuple[str, Any], ...], Document] = field(default_factory=dict)
 
     @property
     def scene_path(self) -> str | None:
@@ -122,6 +126,22 @@ class Document:
         if rest and prefix in self.imports:
             return self.imports[prefix].tree(rest)
         return self.trees.get(name)
+
+    def with_params(self, given: dict[str, Any]) -> Document:
+        """Return this file with other values of its params, read once for each set of them."""
+        key = tuple(sorted((name, repr(value)) for name, value in given.items()))
+        if key not in self.variants:
+            assert self.reread is not None
+            self.variants[key] = made = self.reread(given)
+            made.hand_down(self.devices)
+        return self.variants[key]
+
+    def hand_down(self, devices: dict[str, DeviceDecl]) -> None:
+        """Give a file that declares no devices those of the file that imports it."""
+        if not self.declares_devices:
+            self.devices = devices
+        for imported in self.imports.values():
+            imported.hand_down(self.devices)
 
     def tree_names(self) -> list[str]:
         """Return every name that a body may call."""

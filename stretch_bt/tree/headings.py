@@ -104,7 +104,16 @@ class _Headings:
         self.trees(root.get("trees"))
         self.main_keys(root.get("keys"))
         self.tick(root.get("tick"))
+        if not self.doc.prefix:
+            self.doc.hand_down(self.devices_alone() if "main" not in self.doc.trees else self.doc.devices)
         return self.doc
+
+    def devices_alone(self) -> dict[str, DeviceDecl]:
+        """Return what a library finds where it is checked by itself: one device of each kind, called as the ports of nodes are."""
+        mark = self.doc.root.mark
+        names = {re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind).lower(): kind for kind in INTERFACES}
+        names["camera"] = names.pop("depth_camera")
+        return {name: DeviceDecl(name, INTERFACES[kind], mark, used=True) for name, kind in names.items()}
 
     def format(self, root: Map) -> None:
         value = root.get("format")
@@ -148,15 +157,21 @@ class _Headings:
             self.error(target.mark, "import", f"more than {MAX_FILES} files are imported", "import each file once")
             return
         inner = {k.partition(".")[2]: v for k, v in self.overrides.items() if k.startswith(f"{key.text}.")}
+        prefix = f"{self.doc.prefix}{key.text}."
+
+        def read(given: dict[str, Any]) -> Document:
+            return _Headings(path, name, inner | given, prefix, self.stack, self.count, self.modules).read()
+
         try:
-            reader = _Headings(path, name, inner, f"{self.doc.prefix}{key.text}.", self.stack, self.count, self.modules)
+            document = read({})
         except FileError as error:
             self.doc.diagnostics += error.diagnostics
             if error.diagnostics[0].code == "file-missing":
                 message = f"no file {target.text!r} beside this one, nor among the shipped trees"
                 self.doc.diagnostics[-1:] = [target.mark.error("import", message, _nearby(target.text, base))]
             return
-        self.doc.imports[key.text] = document = reader.read()
+        document.reread = read
+        self.doc.imports[key.text] = document
         self.doc.files.update(document.files)
 
     def import_module(self, target: Scalar) -> None:
@@ -166,6 +181,7 @@ class _Headings:
             self.error(target.mark, "import", str(refused), refused.hint)
 
     def devices(self, value: Value | None) -> None:
+        self.doc.declares_devices = value is not None
         for key, kind in self.entries(value, "devices"):
             interface = INTERFACES.get(kind.text) if isinstance(kind, Scalar) else None
             if interface is None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, is_nothing
 from stretch_bt.tree import registry
-from stretch_bt.tree.document import Signature
+from stretch_bt.tree.document import Param, Signature
 from stretch_bt.tree.flow import Call, Leaf, Part
+from stretch_bt.tree.keys import settle_types
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.types import Type
@@ -89,6 +92,51 @@ class NodeWiring(Wiring):
                     found.inputs[name] = wire
                     found.left_out.add(name)
 
+    def variant(self, target: Signature, ports: Map) -> tuple[Signature, Map]:
+        """Return the tree with the params of its file that a call gives, and what else the call gives."""
+        document = target.document
+        given = {
+            key.text: (key, value)
+            for key, value in ports
+            if target.declared(key.text) is None and key.text in document.params and document.reread is not None
+        }
+        if not given:
+            return target, ports
+        values = {name: self.param_of_call(document.params[name], *pair) for name, pair in given.items()}
+        known = {name: value for name, value in values.items() if value is not None}
+        made = document.with_params(known).trees[target.name]
+        self.diagnostics += settle_types(made)
+        return made, Map(tuple(pair for pair in ports if pair[0].text not in given), ports.mark)
+
+    def param_of_call(self, param: Param, key: Scalar, value: Value) -> Any:
+        """Return the value that a call gives a param of the file that it calls; None, with an error, where it is not known at load."""
+        full = self.full(key, value)
+        wire = self.value(full, param.type, key.text, param.min, param.max) if full is not None else None
+        if wire is not None and not wire.is_constant:
+            message = f"{key.text!r} is a param of the file, so its value must be known at load"
+            self.error(value.mark, "type-mismatch", message, "use a literal or a param")
+        return wire.value if wire is not None and wire.is_constant else None
+
+    def devices_of_call(self, target: Signature, ports: Map) -> tuple[dict[str, str], Map]:
+        """Return which device a call gives for each that the tree finds by name, and what else the call gives."""
+        found: dict[str, str] = {}
+        rest = []
+        for key, value in ports:
+            outer = target.document.devices.get(key.text)
+            if outer is None or target.declared(key.text) is not None or target.document.declares_devices:
+                rest.append((key, value))
+                continue
+            name = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
+            given = self.document.devices.get(name)
+            if given is None or given.interface is not outer.interface:
+                kind = outer.interface.__name__
+                message = f"{target.name}.{key.text} takes {kind}, and {name or 'this'!r} is none"
+                self.error(value.mark, "device-undeclared", message, self.fitting(kind))
+            else:
+                given.used = True
+                found[key.text] = name
+        return found, Map(tuple(rest), ports.mark)
+
     def records_both(self, found: Call, ports: Map, mark: Mark) -> None:
         """Wire each record that a tree reads and writes, and that is left out, to the key of its name."""
         for name, border in found.target.inouts.items():
@@ -163,14 +211,18 @@ class NodeWiring(Wiring):
             self.error(mark, "device-undeclared", what, hint)
 
     def call(self, target: Signature, mark: Mark, value: Value) -> Part | None:
-        """Read a call of a tree and wire what crosses its border."""
-        required = [d.name for d in target.ins.values() if not d.has_default and not d.doubtful]
-        ports = self.port_map(value, mark, target.name, required)
+        """Read a call of a tree and wire what crosses its border; params of its file, and devices, may be given too."""
+        ports = self.port_map(value, mark, target.name, [d.name for d in target.ins.values() if not d.has_default])
         if ports is None:
             return None
-        found = Call(mark, target)
+        target, ports = self.variant(target, ports)
+        devices, ports = self.devices_of_call(target, ports)
+        required = [d.name for d in target.ins.values() if not d.has_default and not d.doubtful]
+        found = Call(mark, target, devices=devices)
         required += [d.name for d in target.inouts.values() if not d.has_default]
-        meant = self.unknown(ports, target.name, [*target.ins, *target.inouts, *target.outs], required)
+        params = target.document.params if target.document.reread is not None else ()
+        known = [*target.ins, *target.inouts, *target.outs, *params]
+        meant = self.unknown(ports, target.name, known, required)
         for key, value_given in ports:
             given = self.full(key, value_given)
             if given is None:

@@ -114,11 +114,13 @@ class _Checker:
         self.found = self.program.diagnostics
 
     def run(self) -> Program:
-        for document in _documents(self.document):
+        ahead = list(_documents(self.document))
+        for document in ahead:  # which grows by the variants that calls ask for
             self.found += document.diagnostics
             for signature in document.trees.values():
                 self.check_names(signature)
                 self.read(signature)
+            ahead += self.asked_for(ahead)
         self.check_main()
         self.check_flows()
         self.found += check_structure(self.program.bodies, self.document.trees.get("main"))
@@ -126,6 +128,12 @@ class _Checker:
         self.check_params()
         self.sort()
         return self.program
+
+    def asked_for(self, known: list[Document]) -> list[Document]:
+        """Return the files that calls want with other params, and what those import, as far as they are not known."""
+        variants = [variant for document in known for variant in document.variants.values()]
+        found = [inner for variant in variants for inner in _documents(variant)]
+        return [document for document in found if all(document is not other for other in known)]
 
     def sort(self) -> None:
         seen = dict.fromkeys(self.found)
@@ -198,7 +206,7 @@ class _Checker:
         for prefix, imported in self.document.imports.items():
             assert isinstance(table, Map)
             for document in _documents(imported):
-                for device in document.devices.values():
+                for device in document.devices.values() if document.declares_devices else ():
                     self.check_imported_device(device, document, table.key(prefix).mark)
         for device in self.document.devices.values():
             if not device.used and "main" in self.document.trees:

@@ -30,6 +30,7 @@ class Call(Part):
     outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
     inouts: dict[str, tuple[str, Mark]] = field(default_factory=dict)
     left_out: set[str] = field(default_factory=set)  # records that the file does not name
+    devices: dict[str, str] = field(default_factory=dict)  # of the caller, by what the tree calls them
     long: bool = True
     keyword: ClassVar[str] = "call"
 
@@ -45,7 +46,11 @@ class Call(Part):
     def written(self) -> dict[str, str]:
         """Return its ports."""
         inputs = {name: wire.text for name, wire in self.inputs.items()}
-        return {**inputs, **{name: f"${key}" for name, (key, _) in (self.inouts | self.outputs).items()}}
+        return {
+            **self.devices,
+            **inputs,
+            **{name: f"${key}" for name, (key, _) in (self.inouts | self.outputs).items()},
+        }
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS, because the called tree was checked for it."""
