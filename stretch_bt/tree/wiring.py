@@ -301,6 +301,8 @@ class Wiring:
                 wire.may_be_absent = wire.may_be_absent or (declared is not None and declared.may_be_absent)
             elif symbol.origin is Origin.READING:
                 wire.readings += (symbol.name,)
+            elif symbol.origin is Origin.PARAM and (error := self.document.params.get(f"{symbol.name}_sd")) is not None:
+                error.used = True  # it goes with the value
             constant = constant and symbol.origin is Origin.PARAM
         if not constant:
             return wire
