@@ -30,9 +30,10 @@ tree: palpate_stiffness
 readings: {arm.force: [1 N, 2 N]}
 mocks:
   - {match: "**/approach", after: 100 ms, outputs: {contact_height: {value: 100 mm, sd: 0.01 mm}}}
-  - {match: main/feel, outputs: {height: {value: 99.1 mm, sd: 0.05 mm}, contact: {}}}
-  - {match: main/until/feel, outputs: {height: {value: 96.9 mm, sd: 0.05 mm}, contact: {}}}
-  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
+  - match: main/feel
+    outputs: {height: {value: 99.1 mm, sd: 0.05 mm}, sphere: {radius: 30 mm, radius_sd: 0.2 mm}}
+  - match: main/until/feel
+    outputs: {height: {value: 96.9 mm, sd: 0.05 mm}, sphere: {radius: 30 mm, radius_sd: 0.2 mm}}
   - {match: "**/press", after: 100 ms}
   - {match: "**/set_stretch"}
   - {match: "**/retract", after: 100 ms}
