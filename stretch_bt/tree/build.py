@@ -163,14 +163,17 @@ class Builder:
         return node
 
     def outputs(self, part: Part) -> dict[str, tuple[Cell, Type]]:
-        """Return the cells that a part writes, by port."""
+        """Return the cells that a part writes, by port; what the tree does not take goes nowhere."""
         if isinstance(part, Leaf):
-            types = part.info.outputs
+            types, keys = part.info.outputs, part.outputs
         elif isinstance(part, Call):
-            types = {name: d.type for name, d in part.target.outs.items()}
+            types = {name: d.type for name, d in (part.target.outs | part.target.inouts).items()}
+            keys = part.outputs | part.inouts
         else:
             return {}
-        return {port: (self.cell(key), types[port]) for port, (key, _) in part.outputs.items()}
+        return {
+            port: (self.cell(keys[port][0]) if port in keys else Cell(port), type_) for port, type_ in types.items()
+        }
 
     # --- cells and inputs
 
