@@ -15,12 +15,24 @@ from stretch_bt.perception.types import UNDEFORMED, FloatArray, LabelArray, Mask
 from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = ["Mounting", "camera_off", "height_of_top", "keep_how", "left_of_pattern", "strain_of", "told_by_membrane"]
+__all__ = [
+    "Mounting",
+    "as_touched",
+    "camera_off",
+    "height_of_top",
+    "keep_how",
+    "left_of_pattern",
+    "strain_of",
+    "told_by_membrane",
+]
 
 TOLD = "told"
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
 STATIC = 2.5e-3  # of the distance, by which a depth camera is off in places where nothing shows it (SR300 and SR305, 0.5 mm at 0.2 m)
-MOUNTED, LEAST_STRAIN = 0.1, 0.01  # strain of a membrane whose mount nobody told, and of a slack one that is pressed
+MOUNTED = Estimate(
+    0.1, 0.05
+)  # strain of a membrane whose mount nobody told, an assumption: hands are mounted at some 0.05 to 0.15
+LEAST_STRAIN = 0.01  # of a slack one that is pressed
 LEAST_FLAT = 200  # pixels of the undeformed membrane that show it
 
 
@@ -91,12 +103,22 @@ def _by_membrane(
     return found if abs(found.value - contact.value) < APART * math.hypot(found.sd, contact.sd) else None
 
 
-def strain_of(context: Context, stretch: Length) -> float:
+def strain_of(context: Context, stretch: Length) -> Estimate:
     """Return by how much the free membrane is stretched at a stretch, m, as a part of its gauge."""
     mount: Mounting | None = context.memory.get(Mounting)
     gauge = context.hand.geometry.gauge
-    mounted = mount.prestretch / gauge if mount is not None else MOUNTED
-    return max(mounted + stretch / gauge, LEAST_STRAIN)
+    mounted = Estimate(mount.prestretch / gauge, 0.0) if mount is not None else MOUNTED
+    return Estimate(max(mounted.value + stretch / gauge, LEAST_STRAIN), mounted.sd)
+
+
+def as_touched(context: Context, top: Estimate, points: FloatArray, labels: LabelArray, stretch: Length) -> Estimate:
+    """Return the height of what is touched under a top of the membrane, m: a flat one lifts the membrane by its edges.
+
+    `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes.
+    """
+    hand = context.hand.geometry
+    lift = perception.lift_off(points, labels, top.value, hand.thickness, strain_of(context, stretch), hand.gauge)
+    return Estimate(top.value - lift.value, math.hypot(top.sd, lift.sd))
 
 
 def left_of_pattern(context: Context) -> Length | None:

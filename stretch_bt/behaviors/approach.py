@@ -238,6 +238,7 @@ class Approach(MotionBehavior):
             touch = Touch(points, valid, labels, self.average)
             self.read.append(Reading(frame.stretch or 0.0, top.value, height, top.sd, touch, self.average))
 
+    # A flat top lifts the membrane; not taken off here, since the extrapolation from light touches may absorb it already: not measured.
     def _top(self, frame: DepthFrame) -> tuple[Estimate, FloatArray, MaskArray, LabelArray] | None:
         """Return how deep the top of a contact stands in the membrane, m, the points seen, which are valid, and what each shows."""
         try:

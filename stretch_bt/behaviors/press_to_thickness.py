@@ -9,6 +9,7 @@ import numpy as np
 from stretch_bt import perception
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.behaviors._membrane import as_touched
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Pose
@@ -116,9 +117,11 @@ class PressToThickness(MotionBehavior):
         """Return the height of the top over the table, m."""
         points, valid = perception.deproject(frame)
         seen = perception.to_membrane(points, frame.plane_distance or 0.0)
+        stretch = frame.stretch or 0.0
         try:
-            reach = self.context.hand.geometry.reach(frame.stretch or 0.0)
-            top = perception.track_height(seen, valid, perception.find_contact(frame).labels, reach=reach)
+            contact, reach = perception.find_contact(frame), self.context.hand.geometry.reach(stretch)
+            top = perception.track_height(seen, valid, contact.labels, reach=reach)
+            top = as_touched(self.context, top, contact.surface, contact.labels, stretch)
         except NoAnswer:  # a top that is pressed flat has no curvature to tell contact by
             top = Estimate(perception.highest_of(np.where(valid[..., None], seen, np.nan)), FLAT_SD)
         return Estimate(top.value + (frame.hand_height or 0.0), top.sd)

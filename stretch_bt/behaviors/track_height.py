@@ -3,7 +3,7 @@
 import math
 
 from stretch_bt import perception
-from stretch_bt.behaviors._membrane import camera_off, height_of_top, keep_how, strain_of
+from stretch_bt.behaviors._membrane import as_touched, camera_off, height_of_top, keep_how
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.types import Contact, Sphere
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
@@ -66,12 +66,9 @@ class TrackHeight(Behavior):
     def _as_touched(self, top: Estimate, contact: Contact, frame: DepthFrame) -> Estimate:
         """Return the height of what is touched, as far as the contact tells it: a flat top lifts the membrane by its edges."""
         off = camera_off(self.context, contact.surface, contact.labels, frame.plane_distance or 0.0)
-        lift = Estimate(0.0, 0.0)
         if self.sphere is None:
-            thickness = self.context.hand.geometry.thickness
-            strain = strain_of(self.context, frame.stretch or 0.0)
-            lift = perception.lift_off(contact.surface, contact.labels, top.value, thickness, strain)
-        return Estimate(top.value - lift.value, math.hypot(top.sd, off, lift.sd))
+            top = as_touched(self.context, top, contact.surface, contact.labels, frame.stretch or 0.0)
+        return Estimate(top.value, math.hypot(top.sd, off))
 
     def _curvature(self) -> Estimate | None:
         return None if self.sphere is None else Estimate(self.sphere.curvature, self.sphere.curvature_sd)

@@ -10,7 +10,7 @@ import typer
 from stretch_bt.cli.outlet import pictures
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
 from stretch_bt.cli.stops import stops
-from stretch_bt.errors import FileError, InvalidInput, StretchError
+from stretch_bt.errors import FileError, InvalidInput, StretchError, writable
 from stretch_bt.tree.blame import blame
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def refused(error: StretchError) -> dict[str, Any]:
 
     status = "FAULT" if exit_code(error) == EXIT_FAULT else "ERROR"
     found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []
-    result = RunResult(status, str(error), {}, {}, 0, 0.0, 0.0, 0.0, "")
+    result = RunResult(status, writable(error), {}, {}, 0, 0.0, 0.0, 0.0, "")
     return {**printed(result), "record": None, "diagnostics": found}
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import NoReturn, Protocol
 
+from stretch_bt.errors import writable
 from stretch_bt.hardware.channel import Channel, ChannelClosed
 from stretch_bt.hardware.messages import Codec, Lost, Message
 from stretch_bt.hardware.priority import raise_priority
@@ -76,7 +77,7 @@ def _wake_with_parent() -> None:
 
 
 def _tell(channel: Channel, error: BaseException, package: str) -> None:
-    reason = " ".join(str(error).split()) or type(error).__name__
+    reason = " ".join(writable(error).split()) or type(error).__name__
     missing = isinstance(error, ImportError)
     with suppress(ChannelClosed):
         channel.send(Lost(package.format(reason) if missing else reason, missing))

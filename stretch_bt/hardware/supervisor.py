@@ -11,7 +11,7 @@ from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass
 
-from stretch_bt.errors import DeviceLost, MissingExtra, named
+from stretch_bt.errors import DeviceLost, MissingExtra, named, writable
 from stretch_bt.hardware.channel import ChannelClosed, OtherSideGone
 from stretch_bt.hardware.child import Child
 from stretch_bt.hardware.latched import Latched
@@ -268,4 +268,4 @@ class Supervisor(Latched):
         """Return why the process ended, from what it said or how it ended."""
         if isinstance(error, ChannelClosed) and self._child is not None:
             return self._child.why(error)
-        return str(error) if isinstance(error, OSError) else named(error)
+        return writable(error) if isinstance(error, OSError) else named(error)

@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.high_part import high_part
-from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
-from stretch_bt.perception.surface import check_points, clean
+from stretch_bt.perception.surface import check_points
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
-from stretch_bt.perception.tops import contacts, summits, surroundings, window_of
+from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 from stretch_bt.perception.wide_top import by_wide_discs
 from stretch_bt.units import Estimate
@@ -84,7 +84,7 @@ def track_height(
         raise NoContact(
             "no pixel in contact has depth, so that the top is not seen; press deeper, or keep reflections off the membrane"
         )
-    noise = _noise(points, valid, np.concatenate(found))
+    noise = noise_around(points, valid, np.concatenate(found))
     others = sample(points[..., 2], valid)
     tops, refusals = list[Estimate](), list[IllConditioned]()
     for places in found:
@@ -136,18 +136,6 @@ def _tops(
     for part in summits(touching, around, max(noise.white_sd, step / math.sqrt(12.0))):
         top = _best(part, step, curvature)
         yield top if noise.area <= 1.0 else by_wide_discs(top, part, around)
-
-
-def _noise(points: FloatArray, valid: MaskArray, places: Places) -> NoiseSpectrum | None:
-    """Return the noise of a frame around the contact; None where too little is seen."""
-    window, apart = window_of(places, valid.shape)
-    if not valid[window].any():
-        return None
-    try:
-        cleaned = clean(points[window], valid[window], 1)
-    except InvalidInput:
-        return None
-    return None if cleaned is None else noise_spectrum(cleaned, apart[cleaned.box])
 
 
 def top_of_points(points: FloatArray) -> Estimate:

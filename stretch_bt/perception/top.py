@@ -87,14 +87,15 @@ def settled(design: Array, z: Array) -> tuple[Array, float]:
     return q, m_sd(residuals, cut, free)
 
 
-def _misfit(x: Array, y: Array, left: Array, sd: float, noise: NoiseSpectrum | None) -> float:
+def _misfit(x: Array, y: Array, left: Array, sd: float, points: Points) -> float:
     """Return the rms, m, of what is left in blocks of a disc past what noise leaves there: that of a surface that is no quadratic."""
     block = np.floor(x / BLOCK).astype(np.intp) * 16 + np.floor(y / BLOCK).astype(np.intp)
     block -= block.min()
     count = np.bincount(block)
     means = np.bincount(block, left)[count > 0] / count[count > 0]
     count = count[count > 0]
-    by_chance = sd * sd / count + (noise.of_mean(float(np.mean(count))) if noise is not None else 0.0)
+    pixels = float(np.mean(count)) * points.every**2
+    by_chance = sd * sd / count + (points.noise.of_mean(pixels) if points.noise is not None else 0.0)
     return math.sqrt(max(float(np.average(means**2 - by_chance, weights=count)), 0.0))
 
 
@@ -119,7 +120,7 @@ class Top:
     @cached_property
     def misfit(self) -> float:
         """By how much the surface is no quadratic, m, rms."""
-        return _misfit(self._design[1], self._design[2], self._left, self.sd, self._points.noise)
+        return _misfit(self._design[1], self._design[2], self._left, self.sd, self._points)
 
     @cached_property
     def covariance(self) -> Array:

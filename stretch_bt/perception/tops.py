@@ -8,12 +8,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.errors import InvalidInput
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
 from stretch_bt.perception.robust import quantile
+from stretch_bt.perception.surface import clean
 from stretch_bt.perception.top import Places, Points, Top
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
 
-__all__ = ["contacts", "summits", "surroundings", "window_of"]
+__all__ = ["contacts", "noise_around", "summits", "surroundings", "window_of"]
 
 Array = npt.NDArray[np.float64]
 Box = tuple[slice, slice]
@@ -150,6 +152,18 @@ def window_of(places: Places, shape: tuple[int, ...]) -> tuple[Box, MaskArray]:
     there.reshape(-1)[places] = 1
     near = cv2.dilate(there[box[0], box[1]], np.ones((2 * FAR + 1, 2 * FAR + 1), dtype=np.uint8))
     return (box[0], box[1]), np.asarray(near == 0)
+
+
+def noise_around(points: FloatArray, valid: MaskArray, places: Places) -> NoiseSpectrum | None:
+    """Return the noise of a frame around some of its pixels (n,); None where too little is seen."""
+    window, apart = window_of(places, valid.shape)
+    if not valid[window].any():
+        return None
+    try:
+        cleaned = clean(points[window], valid[window], 1)
+    except InvalidInput:
+        return None
+    return None if cleaned is None else noise_spectrum(cleaned, apart[cleaned.box])
 
 
 def surroundings(points: FloatArray, valid: MaskArray, touching: Points, noise: NoiseSpectrum) -> Points:

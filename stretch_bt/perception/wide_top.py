@@ -34,7 +34,7 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     """Return the surest of the height of a contact's top by the contact alone and those by wider discs, m."""
     assert contact.noise is not None
     faint = SMALL * contact.noise.shared_sd < CLEAR * abs(top.value)
-    enough = faint or len(contact) >= PATCHES * contact.noise.area
+    enough = faint or _pixels(contact) >= PATCHES * contact.noise.area
     if enough and top.sd < CLEAR * abs(top.value):
         return top
     best = _surest(top if enough else None, contact, around)
@@ -44,10 +44,11 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
 def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate | None:
     """Return the surest of a height, m, and those by wider discs; None where there is none."""
     start, _, radius = disc_of(contact.cloud)
-    pixel = math.sqrt(math.pi / len(contact)) * radius  # m
+    pixel = math.sqrt(math.pi / _pixels(contact)) * radius  # m
     assert contact.noise is not None
     least = math.sqrt(PATCHES * contact.noise.area / math.pi) * pixel
-    for wide in sorted({max(share * radius, least) for share in RADII}):
+    discs = {max(share * radius, least) for share in RADII}
+    for wide in sorted(disc for disc in discs if disc <= RADII[-1] * radius):
         if best is not None and best.sd < float(np.interp(wide / radius, RADII, OFF)) * abs(best.value):
             break  # what the skirt adds grows with the disc
         try:
@@ -57,6 +58,11 @@ def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate 
         if found is not None and (best is None or found.sd < best.sd):
             best = found
     return best
+
+
+def _pixels(contact: Points) -> int:
+    """Return how many pixels a contact covers, of which its points are those of every second, third ... row and column."""
+    return len(contact) * contact.every**2
 
 
 def _of_disc(around: Points, middle: Array, radius: float, share: float) -> Estimate | None:

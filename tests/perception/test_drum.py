@@ -4,27 +4,39 @@ import numpy as np
 import pytest
 
 from benchmarks.height_noise import NOISES, seen, surface_of
-from benchmarks.lift_off import by_law, drawn
+from benchmarks.lift_off import SHEAR, by_law, drawn, lift_over
 from stretch_bt.errors import InvalidInput, NoContact
-from stretch_bt.perception import find_contact, lift_off
-from stretch_bt.perception.drum import PART
+from stretch_bt.perception import drum, find_contact, lift_off
+from stretch_bt.perception.drum import PART, lift_of_flat
+from stretch_bt.perception.top import Top
 from stretch_bt.perception.types import CONTACT, UNDEFORMED
+from stretch_bt.simulation.membrane.indenters.box import Box
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.materials.neo_hookean import NeoHookean
+from stretch_bt.simulation.membrane.sheet.effects import DENSITY, Effects
+from stretch_bt.simulation.membrane.sheet.geometry import Sheet
+from stretch_bt.units import Estimate
 
-THICK, STRAIN = 2e-3, 0.12
+THICK, STRAIN, GAUGE = 2e-3, Estimate(0.12, 0.0), 0.1
+
+
+def flat_contact():
+    return find_contact(seen(surface_of("cylinder", 0), NOISES["SR305"], np.random.default_rng(0)))
 
 
 def found(shape, number, noise="SR305"):
     """Return the lift over a body, and the height that it is told for."""
     surface = surface_of(shape, number)
     contact = find_contact(seen(surface, NOISES[noise], np.random.default_rng(number)))
-    return lift_off(contact.surface, contact.labels, surface.top, THICK, STRAIN), surface.top
+    return lift_off(contact.surface, contact.labels, surface.top, THICK, STRAIN, GAUGE), surface.top
 
 
 def test_presses_of_the_solved_sheet_lie_within_what_the_law_states():
+    """In the median: blocks that are narrow along the stretch are lifted by up to five stated deviations more."""
     rng = np.random.default_rng(21)
-    presses = [drawn(rng) for _ in range(12)]
+    presses = [drawn(rng) for _ in range(16)]
     ratios = [(press.lift - by_law(press)) / (PART * by_law(press)) for press in presses]
-    assert 0.4 < np.sqrt(np.mean(np.square(ratios))) < 1.6
+    assert 0.3 < np.median(np.abs(ratios)) < 1.2
     assert max(press.lift for press in presses) > 0.2e-3
 
 
@@ -36,16 +48,89 @@ def test_a_flat_top_is_lifted_and_a_round_one_hardly(number):
     assert round_.value < 0.35 * flat.value + 0.02e-3
 
 
-@pytest.mark.parametrize(("thickness", "strain"), [(0.0, 0.1), (2e-3, 0.0), (-1e-3, 0.1)])
-def test_a_membrane_without_thickness_or_strain_is_refused(thickness, strain):
+@pytest.mark.parametrize("gauge", [0.05, 0.07, 0.1])
+def test_the_law_holds_for_membranes_of_every_gauge(gauge):
+    sheet = Sheet(gauge, 0.9 * gauge, THICK, NeoHookean(SHEAR), 0.119 * gauge, Effects(sag=DENSITY, bending=True))
+    lift = lift_over(Cylinder(0.024, 2e-3), 8e-3, sheet, 0.0)
+    law = lift_of_flat(8e-3, 0.012, THICK, 0.119, gauge)
+    assert abs(lift - law) < PART * law
+
+
+def test_blocks_are_drawn_with_their_edges(monkeypatch):
+    bodies = []
+    monkeypatch.setattr("benchmarks.lift_off.lift_over", lambda body, *rest: bodies.append(body) or 0.0)
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        drawn(rng)
+    blocks = [body for body in bodies if isinstance(body, Box)]
+    assert {block.angle for block in blocks} == {0.0}
+    assert len({block.edge for block in blocks}) == len(blocks) > 5
+
+
+def test_a_strain_that_is_a_guess_widens_the_deviation():
+    contact = flat_contact()
+    sure, guess = (
+        lift_off(contact.surface, contact.labels, 8e-3, THICK, Estimate(0.1, sd), GAUGE) for sd in (0.0, 0.05)
+    )
+    assert guess.value == sure.value
+    assert 1.05 * sure.sd < guess.sd < 1.3 * sure.sd
+
+
+@pytest.mark.parametrize(("shape", "number", "noise"), [("cap", 2, "bench"), ("cap", 2, "SR305")])
+def test_the_curvature_scatters_by_what_is_stated(monkeypatch, shape, number, noise):
+    """It was stated up to ten times too small: the noise that pixels share was left out."""
+    tops = []
+
+    class Noted(Top):
+        def __init__(self, *given, **named):
+            super().__init__(*given, **named)
+            tops.append(self)
+
+    monkeypatch.setattr(drum, "Top", Noted)
+    surface = surface_of(shape, number)
+    labels = find_contact(seen(surface, NOISES[noise], np.random.default_rng(0))).labels
+    for seed in range(12):
+        contact = find_contact(seen(surface, NOISES[noise], np.random.default_rng(seed + 100)))
+        lift_off(contact.surface, labels, surface.top, THICK, STRAIN, GAUGE)
+    scatter = np.std([top.curvature for top in tops], ddof=1)
+    assert 0.5 < np.mean([top.curvature_sd for top in tops]) / scatter < 2.0
+
+
+@pytest.mark.parametrize(
+    ("thickness", "strain", "gauge"),
+    [(0.0, 0.1, 0.1), (2e-3, 0.0, 0.1), (-1e-3, 0.1, 0.1), (2e-3, np.inf, 0.1), (np.nan, 0.1, 0.1), (2e-3, 0.1, 0.0)],
+)
+def test_a_membrane_without_thickness_strain_or_gauge_is_refused(thickness, strain, gauge):
     with pytest.raises(InvalidInput, match="must be above 0"):
-        lift_off(np.zeros((4, 4, 3)), np.zeros((4, 4), np.uint8), 0.01, thickness, strain)
+        lift_off(np.zeros((4, 4, 3)), np.zeros((4, 4), np.uint8), 0.01, thickness, Estimate(strain, 0.0), gauge)
+
+
+@pytest.mark.parametrize("height", [np.nan, np.inf])
+def test_a_height_that_is_no_number_is_refused(height):
+    with pytest.raises(InvalidInput, match="must be finite"):
+        lift_off(np.zeros((4, 4, 3)), np.zeros((4, 4), np.uint8), height, THICK, STRAIN, GAUGE)
+
+
+@pytest.mark.parametrize("shape", [(3, 4), (16,), (4, 4, 1)])
+def test_labels_of_another_shape_are_refused(shape):
+    with pytest.raises(InvalidInput, match="shape"):
+        lift_off(np.zeros((4, 4, 3)), np.zeros(shape, np.uint8), 0.01, THICK, STRAIN, GAUGE)
+
+
+def test_points_without_depth_do_not_count_as_those_that_are_looked_at():
+    v, u = np.mgrid[0:120, 0:120]
+    points = np.stack([u * 4e-4, v * 4e-4, np.full(u.shape, 0.01)], axis=-1)
+    labels = np.full(u.shape, CONTACT, np.uint8)
+    whole = drum._contact(points, labels)
+    assert drum.MOST // 2 < len(whole) <= drum.MOST
+    points[(u + v) % 8 != 0] = np.nan
+    assert len(drum._contact(points, labels)) == 1800
 
 
 def test_no_point_in_contact_is_refused():
     contact = find_contact(seen(surface_of("sphere", 0), NOISES["SR305"], np.random.default_rng(0)))
     with pytest.raises(NoContact, match="press deeper"):
-        lift_off(contact.surface, np.full_like(contact.labels, UNDEFORMED), 0.01, THICK, STRAIN)
+        lift_off(contact.surface, np.full_like(contact.labels, UNDEFORMED), 0.01, THICK, STRAIN, GAUGE)
 
 
 @pytest.mark.parametrize("seen_of_it", [1, 12, 29])
@@ -54,13 +139,14 @@ def test_a_contact_of_few_points_may_be_flat_or_round(seen_of_it):
     contact = find_contact(seen(surface, NOISES["SR305"], np.random.default_rng(0)))
     labels = contact.labels.copy()
     labels.reshape(-1)[np.flatnonzero(labels == CONTACT)[seen_of_it:]] = UNDEFORMED
-    lift = lift_off(contact.surface, labels, surface.top, THICK, STRAIN)
-    assert lift.sd == lift.value > 0.03e-3
+    lift = lift_off(contact.surface, labels, surface.top, THICK, STRAIN, GAUGE)
+    assert lift.value > 0.03e-3
+    assert lift.value <= lift.sd < 1.3 * lift.value
 
 
 @pytest.mark.parametrize("height", [0.0, -1e-3])
 def test_a_contact_at_its_clamps_is_lifted_as_one_of_a_millimetre(height):
     contact = find_contact(seen(surface_of("cylinder", 0), NOISES["SR305"], np.random.default_rng(0)))
-    lift = lift_off(contact.surface, contact.labels, height, THICK, STRAIN)
+    lift = lift_off(contact.surface, contact.labels, height, THICK, STRAIN, GAUGE)
     assert 0.0 < lift.value < 0.2e-3
     assert lift.sd > 0.0

@@ -6,9 +6,9 @@ import pytest
 from benchmarks.height_noise import NOISES, height, seen, surface_of
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, track_height
-from stretch_bt.perception.height import window_of
 from stretch_bt.perception.noise_spectrum import noise_spectrum
 from stretch_bt.perception.surface import clean
+from stretch_bt.perception.tops import window_of
 from stretch_bt.perception.types import CONTACT, DEFORMED
 
 

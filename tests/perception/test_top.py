@@ -1,0 +1,23 @@
+"""The quadratic through a top."""
+
+import numpy as np
+import pytest
+
+from benchmarks.height_noise import alike
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.top import Points, Top
+
+SIDE, PITCH, SD, LENGTH = 300, 0.25e-3, 0.3e-3, 3.0
+
+
+@pytest.mark.parametrize("every", [1, 3, 6])
+def test_a_surface_that_is_no_quadratic_shows_as_much_by_fewer_of_its_pixels(every):
+    v, u = (w.reshape(-1) for w in np.mgrid[0:SIDE:every, 0:SIDE:every])
+    x, y = (u - SIDE / 2) * PITCH, (v - SIDE / 2) * PITCH
+    away = np.hypot(x, y)
+    noise = SD * alike((SIDE, SIDE), LENGTH, np.random.default_rng(0))[v, u]
+    z = 0.01 - away**2 / 0.1 + 2e-3 * (away / 0.036) ** 4 + noise
+    near = away < 0.036
+    spectrum = NoiseSpectrum(np.array([SD**2]), np.array([LENGTH]))
+    seen = Points(np.stack([x, y, z])[:, near], (v * SIDE + u)[near], SIDE, spectrum, every)
+    assert Top(seen, np.zeros(2), even=False).misfit == pytest.approx(0.1e-3, rel=0.25)
