@@ -49,7 +49,7 @@ BEFORE = {
     "power_sd": 0.12,
     "stiffening": 0.0,
     "stiffening_sd": 0.001,
-    "last_drop": 0.0015,
+    "last_deflection": 0.0015,
     "early_settle": 0.0,
     "touches": 3,
     "touch_frames": 32,
@@ -72,7 +72,7 @@ def main() -> None:
     given = parser.parse_args()
     extra = {**(BEFORE if given.protocol == "before" else {}), **dict(pair.split("=", 1) for pair in given.set)}
     if given.tree != "palpate_stiffness":
-        for name in ("last_drop", "early_settle", "touches", "touch_frames"):
+        for name in ("last_deflection", "early_settle", "touches", "touch_frames"):
             extra.pop(name, None)
     rows = list(_kept(given.keep))
     done = {(row["kind"], row["seed"]) for row in rows}

@@ -38,7 +38,7 @@ def command(
     scene: Annotated[str | None, typer.Option(help="What is simulated: a scene file, or a shipped scene.")] = None,
     cell: Annotated[str | None, typer.Option(help="Which devices are used: a cell file, or a shipped cell.")] = None,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", help="A parameter, as in drop=2mm; may be repeated.")
+        list[str] | None, typer.Option("--set", help="A parameter, as in depth=2mm; may be repeated.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,

@@ -104,7 +104,11 @@ class _Keys:
             known = [self.scope.resolve(n.parts) for w in writers for n in names(parse(w.value.text))]  # type: ignore[union-attr]
             if writers and known:
                 message = f"the type of ${declared.name} follows from nothing: it is written from itself alone"
-                hint = f"give it a default: 'keys: {{{declared.name}: {{default: 0}}}}'"
+                inferred = declared.name in self.signature.keys
+                hint = (
+                    f"'keys: {{{declared.name}: {{default: 0}}}}'" if inferred else f"'{declared.name}: {{default: 0}}'"
+                )
+                hint = f"give it a default: {hint}"
                 self.found.append(writers[0].mark.error("type-missing", message, hint))
 
     def keys_of_loops(self) -> None:

@@ -144,7 +144,7 @@ def test_every_reason_that_is_documented_is_met():
 
 @pytest.mark.slow
 def test_dough_that_stays_thick_is_no_cookie(cookie):
-    result = cookie("form_cookie", "edge: 25 mm", readings=3, settled=0.05, max_force=5.0)
+    result = cookie("form_cookie", "edge: 25 mm", readings=3, settled_spread=0.05, max_force=5.0)
     assert result.status == "FAILURE"
     assert "too stiff to be pressed flat" in result.reason
     assert values(result)["thickness"] > 0.6 * values(result)["before"]

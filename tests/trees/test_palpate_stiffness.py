@@ -116,7 +116,7 @@ def test_a_shallow_limit_of_depth_is_made_up_by_stretch_at_a_force_that_never_fa
 
 @pytest.mark.slow
 def test_what_gives_way_for_seconds_is_held_and_the_time_is_told(run):
-    result = run("palpate_stiffness", scene="pudding_balloon", seed=1, params={"hold": 5.0, "settle": 3.0})
+    result = run("palpate_stiffness", scene="pudding_balloon", seed=1, params={"min_hold": 5.0, "settle": 3.0})
     assert result.status == "SUCCESS", result.reason
     assert result.outputs["hold"]["value"] >= 5.0
     assert abs(result.outputs["stiffness_at_drop"]["value"] - 0.607) < 3 * result.outputs["stiffness_at_drop"]["sd"]

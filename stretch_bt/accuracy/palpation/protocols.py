@@ -18,21 +18,21 @@ AVERAGING = ("least", "less", "as shipped", "most")
 #: the params of each protocol, by AVERAGING
 LEVELS = {
     "shipped": [
-        {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "hold": 0.2, "settle": 0.0},
-        {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "hold": 1.5, "settle": 0.5},
-        {"touch_frames": 32, "sensing_frames": 24, "frames": 16, "hold": 4.5, "settle": 1.5},
-        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "hold": 6.0, "settle": 2.0},
+        {"touch_frames": 4, "sensing_frames": 8, "frames": 4, "min_hold": 0.2, "settle": 0.0},
+        {"touch_frames": 16, "sensing_frames": 16, "frames": 8, "min_hold": 1.5, "settle": 0.5},
+        {"touch_frames": 32, "sensing_frames": 24, "frames": 16, "min_hold": 4.5, "settle": 1.5},
+        {"touch_frames": 64, "sensing_frames": 64, "frames": 16, "min_hold": 6.0, "settle": 2.0},
     ],
     "active": [
-        {"touch_frames": 4, "sensing_frames": 8, "wanted": 0.12, "hold": 0.2, "settle": 0.0},
-        {"touch_frames": 16, "sensing_frames": 16, "wanted": 0.08, "hold": 1.5, "settle": 0.5},
-        {"touch_frames": 32, "sensing_frames": 24, "wanted": 0.05, "hold": 4.5, "settle": 0.5},
-        {"touch_frames": 64, "sensing_frames": 64, "wanted": 0.04, "hold": 6.0, "settle": 1.0},
+        {"touch_frames": 4, "sensing_frames": 8, "wanted": 0.12, "min_hold": 0.2, "settle": 0.0},
+        {"touch_frames": 16, "sensing_frames": 16, "wanted": 0.08, "min_hold": 1.5, "settle": 0.5},
+        {"touch_frames": 32, "sensing_frames": 24, "wanted": 0.05, "min_hold": 4.5, "settle": 0.5},
+        {"touch_frames": 64, "sensing_frames": 64, "wanted": 0.04, "min_hold": 6.0, "settle": 1.0},
     ],
     "from zero": [
-        {"touch_frames": 4, "sensing_frames": 8, "frames": 2, "hold": 0.2, "settle": 0.0},
-        {"touch_frames": 8, "sensing_frames": 16, "frames": 4, "hold": 1.5, "settle": 0.5},
-        {"touch_frames": 8, "sensing_frames": 24, "frames": 12, "hold": 4.5, "settle": 1.5},
-        {"touch_frames": 8, "sensing_frames": 64, "frames": 32, "hold": 6.0, "settle": 2.0},
+        {"touch_frames": 4, "sensing_frames": 8, "frames": 2, "min_hold": 0.2, "settle": 0.0},
+        {"touch_frames": 8, "sensing_frames": 16, "frames": 4, "min_hold": 1.5, "settle": 0.5},
+        {"touch_frames": 8, "sensing_frames": 24, "frames": 12, "min_hold": 4.5, "settle": 1.5},
+        {"touch_frames": 8, "sensing_frames": 64, "frames": 32, "min_hold": 6.0, "settle": 2.0},
     ],
 }

@@ -58,7 +58,7 @@ class ForEach(Part):
         item = reader.signature.declared(key)
         assert item is not None
         items = reader.value(fields["items"], list_of(item.type), "for_each.items")
-        passes = Passes.read(reader, fields, do)
+        passes = Passes.read(reader, fields, do, key)
         return cls(mark, items, key, fields["as"].mark, do, passes) if items and do else None
 
     @classmethod
@@ -116,8 +116,8 @@ class ForEachNode(FlowNode):
         if not self.remaining:
             return Status.SUCCESS
         if self.child.status is not Status.RUNNING:
-            self.key.write(self.remaining[0], self.path)
             self.passes.start(self.count - len(self.remaining))
+            self.key.write(self.remaining[0], self.path)
         yield from self.child.tick()
         if self.child.status is Status.SUCCESS:
             self.remaining.pop(0)

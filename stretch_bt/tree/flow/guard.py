@@ -51,7 +51,7 @@ class Guard(Part):
 
     @classmethod
     def around(cls, reader: Reader, part: Part, value: Value) -> Part:
-        """Read the `guard` or `while` beside a body: an expression, `{that, name}`, or a list of them."""
+        """Read the `guard` beside a body: an expression, `{that, name}`, or a list of them."""
         for item in reversed(value.items) if isinstance(value, Seq) else (value,):
             name, that = None, item
             if isinstance(item, Map):

@@ -32,8 +32,8 @@ class Passes:
     marks: dict[str, Mark] = field(default_factory=dict)  # of what it writes
 
     @classmethod
-    def read(cls, reader: Reader, fields: Mapping[str, Value], do: Part | None) -> Passes:
-        """Read the fields of a loop that are about its passes."""
+    def read(cls, reader: Reader, fields: Mapping[str, Value], do: Part | None, item: str | None = None) -> Passes:
+        """Read the fields of a loop that are about its passes; `item` is the key that the loop itself writes."""
         found = cls()
         if (index := fields.get("index")) is not None and (name := reader.output(index, None, "index")) is not None:
             found.index = name
@@ -41,16 +41,17 @@ class Passes:
         keys = fields.get("keys")
         found.own = tuple(key.text for key, _ in keys) if isinstance(keys, Map) else ()
         if (collect := fields.get("collect")) is not None:
-            found._read_collect(reader, collect, do)
+            found._read_collect(reader, collect, do, item)
         return found
 
-    def _read_collect(self, reader: Reader, collect: Value, do: Part | None) -> None:
+    def _read_collect(self, reader: Reader, collect: Value, do: Part | None, item: str | None) -> None:
         if not isinstance(collect, Map) or not collect.pairs:
             reader.error(
                 collect.mark, "type-mismatch", "'collect' takes lists by name", "write 'collect: {forces: $force}'"
             )
             return
         written = {key for key, _, _ in reader.writes(do)} if do is not None else set()
+        written |= {item} if item is not None else set()
         for key, value in collect:
             target = reader.output(Scalar("$" + key.text.removeprefix("$"), False, key.mark), None, "collect")
             source = value.text.removeprefix("$") if isinstance(value, Scalar) else ""

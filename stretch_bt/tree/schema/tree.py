@@ -131,7 +131,7 @@ def _declarations() -> Schema:
         },
         "allOf": [
             {
-                "if": {"properties": {"type": {"const": name}}},
+                "if": {"properties": {"type": {"const": name}}, "required": ["type"]},
                 "then": {"properties": {f: _literal_of(type_, f) for f in fields}},
             }
             for name, type_ in {**types, **lists}.items()
@@ -150,7 +150,9 @@ def _declarations() -> Schema:
 
 def _literal_of(type_: Type, field: str) -> Schema:
     """Return the schema of a default or a bound; a list is bounded item by item."""
-    return literal(type_ if field == "default" or type_.item is None else type_.item) or {}
+    if field != "default":
+        return literal(type_.item or type_) or {}
+    return {"anyOf": [literal(type_) or {}, {"const": "none"}]}
 
 
 def _places(nodes: dict[str, NodeInfo]) -> Schema:
