@@ -72,7 +72,7 @@ def test_nothing_of_the_place_or_the_hour_is_in_the_log(jobs: dict[str, dict[str
 
 def test_two_trees_ticked_in_turn_do_not_see_each_other(bench: Any) -> None:
     body = """
-        {{sequence: [set: {{n: {0}}}, {{repeat: {{times: 5, do: {{sequence: [probe: {{script: RS, name: p}}, set: {{n: n + {0}}}]}}}}}}],
+        {{sequence: [set: {{n: {0}}}, {{repeat: {{times: 5, do: {{sequence: [{{name: p, probe: {{script: RS}}}}, set: {{n: n + {0}}}]}}}}}}],
          out: {{n: int}}}}
     """
     trees = [bench.build(body.format(step)) for step in (1, 100)]
@@ -86,12 +86,11 @@ def test_two_trees_ticked_in_turn_do_not_see_each_other(bench: Any) -> None:
 WAITING = """\
 format: stretch-tree/1
 tick: 1 ms
-keys: {at: Time}
 trees:
   main:
-    out: {total: Time}
+    out: {total: Time, when: Time}
     sequence:
-      - until: {that: task.time >= 20 ms, max: 1000, do: {set: {at: task.time}}}
+      - until: {that: task.time >= 20 ms, max: 1000, do: {set: {when: task.time}}}
       - set: {total: task.time}
 """
 

@@ -30,7 +30,10 @@ print(json.dumps([result.status, sorted(name for name in late if not name.starts
 @pytest.mark.parametrize(
     ("tree", "params"),
     [
-        ("palpate_stiffness", {"touch_frames": 2, "sensing_frames": 2, "hold": 0.0, "settle": 0.0, "model": "paper"}),
+        (
+            "palpate_stiffness",
+            {"touch_frames": 2, "sensing_frames": 2, "min_hold": 0.0, "settle": 0.0, "model": "paper"},
+        ),
         *(pytest.param(tree, {}, marks=pytest.mark.slow) for tree in ("form_cookie_fast", "reconstruct")),
     ],
 )

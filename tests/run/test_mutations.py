@@ -220,7 +220,9 @@ def plain(sample: str) -> Any:
 
 
 def dumped(root: Any) -> str:
-    return yaml.safe_dump(root, sort_keys=False, allow_unicode=True, width=10_000)
+    return re.sub(
+        r": null$", ":", yaml.safe_dump(root, sort_keys=False, allow_unicode=True, width=10_000), flags=re.MULTILINE
+    )
 
 
 @samples
@@ -263,16 +265,17 @@ def test_no_required_port_and_no_bound_of_a_loop_can_be_left_out(sample: str, tm
 def test_no_number_can_be_pushed_out_of_its_bounds(sample: str, tmp_path: Path) -> None:
     root = plain(sample)
     for name, spec in root["params"].items():
+        whole = spec.get("type", type(spec.get("default")).__name__) == "int"
         for bound, way in (("min", -0.1), ("max", 0.1)):
             if bound not in spec:
                 continue
             text = str(spec[bound])
             number, unit = (text, "") if not NUMBER_AND_UNIT.fullmatch(text) else text.split()
             outside = float(number) + way * abs(float(number)) if float(number) else -1.0
-            value = f"{outside:g} {unit}".strip() if unit else (int(outside) if spec["type"] == "int" else outside)
-            if spec["type"] == "int":
+            value = f"{outside:g} {unit}".strip() if unit else (int(outside) if whole else outside)
+            if whole:
                 value = int(number) + (1 if bound == "max" else -1)
-            default = [value] if spec["type"].startswith("list") else value
+            default = [value] if spec.get("type", "").startswith("list") else value
             assert findings(dumped(with_value(root, ("params", name, "default"), default)), tmp_path), (name, default)
 
 
@@ -293,7 +296,7 @@ def test_no_port_takes_a_number_out_of_its_bounds(sample: str, tmp_path: Path) -
 def test_no_option_or_name_can_be_misspelt_in_silence(sample: str, tmp_path: Path) -> None:
     """Words that are values: keys, options, policies, types, devices."""
     root = plain(sample)
-    assert len(list(named(sample))) > 10
+    assert len(list(named(sample))) > 2
     for path, value in first_in_role(sample, named):
         assert findings(dumped(with_value(root, path, f"{value}q")), tmp_path), (path, value)
 

@@ -218,7 +218,7 @@ def small_twin(tmp_path_factory: pytest.TempPathFactory, at_hertz: Callable[[str
     """A cell that begins close above the object and takes fewer frames: the same task in half the ticks."""
     folder = tmp_path_factory.mktemp("cell")
     (folder / "small.yaml").write_text(CELL, encoding="utf-8")
-    params = {"frames": 2, "touch_frames": 4, "sensing_frames": 4, "hold": 0.0, "settle": 0.0, "model": "paper"}
+    params = {"frames": 2, "touch_frames": 4, "sensing_frames": 4, "min_hold": 0.0, "settle": 0.0, "model": "paper"}
     return {"cell": folder / "small.yaml", "scene": at_hertz("water_balloon", folder), "params": params}
 
 

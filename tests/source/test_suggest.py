@@ -30,7 +30,7 @@ HEAD = "format: stretch-tree/1\n"
 MISSPELT = {
     "keys": f"{HEAD}keys:\n{lines('  key_name_#: Length')}trees:\n{steps('check: $key_nama_# > 1 mm')}",
     "calls": f"{HEAD}trees:\n{lines('  call_name_#: {check: 1 mm > 0 mm}')}{steps('call_nama_#: {}')}",
-    "params": f"{HEAD}params:\n{lines('  name_#: {type: Length, default: 1 mm}')}trees:\n{steps('check: params.nama_# > 1 mm')}",
+    "params": f"{HEAD}params:\n{lines('  name_#: {type: Length, default: 1 mm}')}trees:\n{steps('check: nama_# > 1 mm')}",
     "ports": f"{HEAD}trees:\n  feel:\n    in:\n{lines('      port_name_#: Length')}    check: 1 mm > 0 mm\n"
     f"  main:\n    sequence:\n      - feel:\n{lines('          port_nama_#: 1 mm')}",
     "scene": f"format: stretch-scene/1\n{lines('nama_#: 1')}",

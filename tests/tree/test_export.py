@@ -90,7 +90,7 @@ def test_every_node_is_there_with_its_path(form: str, name: str, programs: dict[
 
 @pytest.mark.parametrize("name", NAMES)
 def test_text_shows_ports_guards_and_finally_as_written(name: str, programs: dict[str, Program]) -> None:
-    text = export(programs[name], "text")
+    text = export(programs[name], "text", wires=True)
     flat = re.sub(r"\s+", " ", re.sub(r"[│├└─]|  main\S*", " ", text))
     for root in views(programs[name]):
         for view in root.walk():
