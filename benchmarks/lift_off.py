@@ -18,7 +18,6 @@ import numpy as np
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.perception.drum import PART, lift_of_flat
-from stretch_bt.simulation.membrane.indenters.base import Solid
 from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.materials.neo_hookean import NeoHookean
@@ -58,7 +57,7 @@ def drawn(rng: np.random.Generator) -> Drawn:
     return Drawn(half, depth, thickness, gauge, (mount + stretch) / gauge, lift)
 
 
-def _body(rng: np.random.Generator, most: float) -> tuple[Solid, float]:
+def _body(rng: np.random.Generator, most: float) -> tuple[Cylinder | Box, float]:
     """Draw a disc or a block as wide as `most`, m, or less, and return half the size of its face, m."""
     first, second = rng.uniform(12e-3, most, 2).tolist()
     disc = rng.random() < 0.6
@@ -72,7 +71,7 @@ def _body(rng: np.random.Generator, most: float) -> tuple[Solid, float]:
     )
 
 
-def lift_over(body: Solid, depth: float, sheet: Sheet, stretch: float) -> float:
+def lift_over(body: Cylinder | Box, depth: float, sheet: Sheet, stretch: float) -> float:
     """Return how far the solved sheet stands above the middle of the face of a body that is pressed so deep, m; raises NoEquilibrium."""
     press = solve(sheet, Load(body, stretch, depth, (0.0, 0.0), (0.0, 0.0)), Settings(exact=False, corrected=False))
     return float(press.shape.points(3, 3)[1, 1, 2]) - depth

@@ -53,7 +53,7 @@ def test_the_law_holds_for_membranes_of_every_gauge(gauge):
     sheet = Sheet(gauge, 0.9 * gauge, THICK, NeoHookean(SHEAR), 0.119 * gauge, Effects(sag=DENSITY, bending=True))
     lift = lift_over(Cylinder(0.024, 2e-3), 8e-3, sheet, 0.0)
     law = lift_of_flat(8e-3, 0.012, THICK, 0.119, gauge)
-    assert abs(lift - law) < PART * law
+    assert abs(lift - law) < 1.1 * PART * law
 
 
 def test_blocks_are_drawn_with_their_edges(monkeypatch):
