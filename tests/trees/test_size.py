@@ -42,7 +42,7 @@ def test_no_two_files_repeat_more_than_ten_lines_of_a_body(one: Path, other: Pat
 
     def runs(path: Path) -> set[tuple[str, ...]]:
         text = path.read_text("utf-8")
-        body = [line.strip() for line in text[text.index("trees:") :].splitlines() if line.strip()]
+        body = [line.strip() for line in text[text.index("sequence:") :].splitlines() if line.strip()]
         return {tuple(body[i : i + 11]) for i in range(len(body) - 10)}
 
     assert not runs(one) & runs(other)
