@@ -222,7 +222,7 @@ def _scalars(node: yaml.Node | None) -> Iterator[yaml.ScalarNode]:
             yield from _scalars(item)
     elif isinstance(node, yaml.MappingNode):
         for key, value in node.value:
-            if key.value not in ("doc", "fail", "log", "name"):  # prose
+            if key.value not in ("doc", "fail", "log"):  # prose
                 yield from _scalars(value)
 
 

@@ -67,7 +67,9 @@ def _truth(record: RecordReader) -> tuple[list[Mark], list[Line]]:
 
 def _fitted(record: RecordReader, last: Look) -> list[Line]:
     """Return the curve that was fitted last, from its two points that the record holds: its force grows as a power of the drop."""
-    drop, stiffness = (record.header.get("params") or {}).get("drop"), written(record.events, "stiffness_at_drop")
+    params = record.header.get("params") or {}
+    drop = params.get("wanted_deflection", params.get("drop"))  # the latter in older records
+    stiffness = written(record.events, "stiffness_at_drop")
     if not isinstance(drop, float) or stiffness is None or not min(drop, stiffness, last.drop, last.force) > 0:
         return []
     apart = math.log(drop / last.drop)
