@@ -12,14 +12,14 @@ from stretch_bt.tree.schema.values import wired
 from stretch_bt.tree.types import Family, Type
 from stretch_bt.units import format_quantity
 
-__all__ = ["as_text", "bounds_text", "described", "node_schema"]
+__all__ = ["as_text", "bounds_text", "described", "must_be_written", "node_schema"]
 
 
 def node_schema(info: NodeInfo) -> Schema:
     """Return the schema of what follows a node's name."""
     ports = {port.name: short(_port(port, info.types[port.name])) for port in info.ports.values()}
     ports |= {name: short(_output(info, name, type_)) for name, type_ in info.outputs.items()}
-    required = [port.name for port in info.ports.values() if port.required and not _left_out(info, port)]
+    required = must_be_written(info)
     return {
         "title": info.name,
         "description": info.doc,
@@ -28,6 +28,11 @@ def node_schema(info: NodeInfo) -> Schema:
         **({"required": required} if required else {}),
         "additionalProperties": False,
     }
+
+
+def must_be_written(info: NodeInfo) -> list[str]:
+    """Return the ports without which a node cannot be written."""
+    return [port.name for port in info.ports.values() if port.required and not _left_out(info, port)]
 
 
 def _left_out(info: NodeInfo, port: Port) -> bool:

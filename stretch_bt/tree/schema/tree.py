@@ -11,7 +11,7 @@ from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.fragments import WORDS, Schema, form, ref, short
 from stretch_bt.tree.headings import FORMAT
 from stretch_bt.tree.registry import NodeInfo, load_all, object_types
-from stretch_bt.tree.schema.nodes import described, node_schema
+from stretch_bt.tree.schema.nodes import described, must_be_written, node_schema
 from stretch_bt.tree.schema.values import DRAFT, NAME, PLAIN, QUANTITIES, literal, value_definitions
 from stretch_bt.tree.types import Family, Type
 
@@ -163,7 +163,7 @@ def _places(nodes: dict[str, NodeInfo]) -> Schema:
     names |= _with()
     both = {word: {"anyOf": [ref(f"word_{word}"), ref(f"construct_{word}")]} for word in WORDS if word in CONSTRUCTS}
     words = {word: ref(f"word_{word}") for word in WORDS} | both
-    bare = [name for name, info in nodes.items() if not any(port.required for port in info.ports.values())]
+    bare = [name for name, info in nodes.items() if not must_be_written(info)]
     beside: Schema = {"anyOf": [{"required": [word]} for word in (*WORDS, "with")]}
     return {
         "call": {
