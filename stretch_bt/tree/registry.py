@@ -218,7 +218,9 @@ def load_all() -> dict[str, NodeInfo]:
 
 def lookup(name: str) -> NodeInfo | None:
     """Return the node of this name, or None."""
-    return load_all().get(name)
+    if not _loaded:
+        load_all()
+    return _nodes.get(name)
 
 
 def find(name: str, modules: Set[str]) -> NodeInfo | None:
