@@ -10,6 +10,7 @@ import math
 import re
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 from numbers import Integral, Real
 from typing import Annotated, Any, NamedTuple, TypeGuard
 
@@ -311,6 +312,7 @@ def unit_names(dimension: Dimension) -> list[str]:
     return simple or ([kind.unit] if kind else [])
 
 
+@lru_cache(maxsize=256)  # a file has few units, each in many places
 def parse_unit(text: str) -> tuple[float, Dimension]:
     """Return the SI scale and dimension of a unit such as `mm`, `N/mm`, `mm/s^2` or `1/mm`.
 
