@@ -21,9 +21,8 @@ RADII = (1.0, 1.5, 2.0, 2.5, 3.0)  # of the disc over that of the contact
 BELOW = (-0.004, -0.017, 0.010, 0.050, 0.110)
 OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
 PATCHES = 5.0  # independent values that a disc must hold before its quadratic tells anything
-SURER = (
-    1.15  # times what the surest of some states: it is the one that is taken because its own noise made it look sure
-)
+# times what the surest of some states: it is taken because its own noise made it look sure
+SURER = 1.15
 CLEAR = 0.03  # of the depth, below whose error no wider disc can tell the height better
 SMALL = 3.0  # times noise that is alike, which if it is below CLEAR does not choose what is taken for contact
 LEAST_POINTS = 30

@@ -11,7 +11,7 @@ import yaml
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import read_text
 from stretch_bt.tree.program import load_program
-from stretch_bt.tree.respell import respell
+from stretch_bt.tree.respell import respell, without_pair
 
 __all__ = ["fix_tree"]
 
@@ -78,23 +78,11 @@ def _without(text: str, name: str) -> str | None:
     """Return the text without the first bare declaration of a key; the last one takes the heading with it."""
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     for mapping in _keys(root):
-        for at, (key, value) in enumerate(mapping.value):
-            if key.value != name or not _is_bare(text, mapping, key, value):
-                continue
-            if len(mapping.value) == 1:
-                return _without_heading(text, mapping)
-            return _without_pair(text, mapping, at)
+        for key, value in mapping.value:
+            if key.value == name and _is_bare(text, mapping, key, value):
+                alone = len(mapping.value) == 1
+                return _without_heading(text, mapping) if alone else without_pair(text, mapping, key)
     return None
-
-
-def _without_pair(text: str, mapping: yaml.MappingNode, at: int) -> str:
-    pairs = mapping.value
-    start, end = pairs[at][0].start_mark.index, pairs[at][1].end_mark.index
-    if not mapping.flow_style:
-        return _cut_line(text, start, end)
-    if at + 1 < len(pairs):
-        return text[:start] + text[pairs[at + 1][0].start_mark.index :]
-    return text[: pairs[at - 1][1].end_mark.index] + text[end:]
 
 
 def _without_heading(text: str, mapping: yaml.MappingNode) -> str:
@@ -104,10 +92,5 @@ def _without_heading(text: str, mapping: yaml.MappingNode) -> str:
         after = re.match(r"\s*,\s*", text[mapping.end_mark.index :])
         return text[:heading] + text[mapping.end_mark.index + (after.end() if after else 0) :]
     last = mapping.value[-1][1].end_mark.index if not mapping.flow_style else mapping.end_mark.index
-    return _cut_line(text, heading, last)
-
-
-def _cut_line(text: str, start: int, end: int) -> str:
-    """Return the text without the lines from one place to another."""
-    first, last = text.rfind("\n", 0, start) + 1, text.find("\n", end)
-    return text[:first] + ("" if last < 0 else text[last + 1 :])
+    first, end = text.rfind("\n", 0, heading) + 1, text.find("\n", last)
+    return text[:first] + ("" if end < 0 else text[end + 1 :])

@@ -95,16 +95,20 @@ def check_flow(
 
 def _unread(signature: Signature, writers: dict[str, list[tuple[str, Mark]]], read: set[str]) -> list[Diagnostic]:
     """Warn of each key that the tree names and writes and that nothing reads: it may be another one, misspelt."""
+    used = read | set(signature.outs) | set(signature.inouts) | signature.left_out
     found = []
     for name, places in writers.items():
-        if name in read or name in signature.outs or name in signature.inouts or name in signature.left_out:
-            continue
-        guess = closest(name, [known for known in signature.names if known != name])
-        hint = f"did you mean '{guess}'?" if guess else "read it, make it an 'out', or leave it out"
-        found.append(places[0][1].warning("key-unread", f"${name} is written and never read", hint))
+        if name not in used:
+            hint = _meant(signature, name) or "read it, make it an 'out', or leave it out"
+            found.append(places[0][1].warning("key-unread", f"${name} is written and never read", hint))
     for declared in signature.keys.values():
         if not (declared.inferred or declared.name in read or declared.name in writers):
-            guess = closest(declared.name, [known for known in signature.names if known != declared.name])
-            hint = f"did you mean '{guess}'?" if guess else "remove it, or read it"
+            hint = _meant(signature, declared.name) or "remove it, or read it"
             found.append(declared.mark.warning("key-unread", f"${declared.name} is declared and never read", hint))
     return found
+
+
+def _meant(signature: Signature, name: str) -> str:
+    """Return a hint with the other name of the tree that a name resembles, or nothing."""
+    guess = closest(name, [known for known in signature.names if known != name])
+    return f"did you mean '{guess}'?" if guess else ""

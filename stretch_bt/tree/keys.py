@@ -104,12 +104,9 @@ class _Keys:
             known = [self.scope.resolve(n.parts) for w in writers for n in names(parse(w.value.text))]  # type: ignore[union-attr]
             if writers and known:
                 message = f"the type of ${declared.name} follows from nothing: it is written from itself alone"
-                inferred = declared.name in self.signature.keys
-                hint = (
-                    f"'keys: {{{declared.name}: {{default: 0}}}}'" if inferred else f"'{declared.name}: {{default: 0}}'"
-                )
-                hint = f"give it a default: {hint}"
-                self.found.append(writers[0].mark.error("type-missing", message, hint))
+                form = f"{declared.name}: {{default: 0}}"
+                form = f"keys: {{{form}}}" if declared.name in self.signature.keys else form
+                self.found.append(writers[0].mark.error("type-missing", message, f"give it a default: '{form}'"))
 
     def keys_of_loops(self) -> None:
         """Take the keys that loops declare for themselves among those of the tree."""

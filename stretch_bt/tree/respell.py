@@ -14,7 +14,7 @@ import yaml
 from stretch_bt.errors import Diagnostic
 from stretch_bt.tree.registry import RESERVED, RETIRED
 
-__all__ = ["Respelt", "respell"]
+__all__ = ["Respelt", "respell", "without_pair"]
 
 #: constructs whose braces hold no places, and those in which a name may stand
 _NO_PORTS = (
@@ -86,32 +86,33 @@ def _word_renamed(text: str) -> str | None:
 
 def _word_moved(text: str) -> str | None:
     """Return the text with the next word that stands among ports put beside its node."""
-    for mapping in _maps(_root(text)):
+    root = _root(text)
+    trees = _trees(root)
+    for mapping in _maps(root):
         for key, value in mapping.value:
-            if not isinstance(value, yaml.MappingNode) or key.value in _NO_PORTS:
-                continue
-            if key.value in _WORDS and not any(inner.value == "do" for inner, _ in value.value):
+            if mapping is trees or not isinstance(value, yaml.MappingNode) or not _is_place(key, value):
                 continue
             for inner in value.value:
-                if (
-                    inner[0].value in _WORDS
-                    and inner[0].value != "finally"
-                    and not (inner[0].value == "name" and key.value in _CONDITIONS)
-                ):
-                    if _is_tree(text, mapping, key):
-                        continue
+                if _stands_beside(inner[0].value, key.value):
                     return _moved(text, mapping, (key, value), inner)
     return None
 
 
-def _is_tree(text: str, mapping: yaml.MappingNode, key: yaml.ScalarNode) -> bool:
-    """Whether a key names a tree of a file, whose words stand beside its body as they are."""
-    root = _root(text)
-    if not isinstance(root, yaml.MappingNode):
-        return False
-    trees = next((v for k, v in root.value if k.value == "trees"), None)
-    at = key.start_mark.index
-    return isinstance(trees, yaml.MappingNode) and any(k.start_mark.index == at for k, _ in trees.value)
+def _trees(root: yaml.Node | None) -> yaml.Node | None:
+    """Return the trees of a file, whose words stand beside their bodies as they are; None of the body of one tree."""
+    pairs = root.value if isinstance(root, yaml.MappingNode) else ()
+    return next((value for key, value in pairs if key.value == "trees"), None)
+
+
+def _is_place(key: yaml.ScalarNode, value: yaml.MappingNode) -> bool:
+    """Whether a pair is a node, a call or a construct with its ports or fields; a word such as `timeout` is one with a `do`."""
+    inside = [inner.value for inner, _ in value.value]
+    return key.value not in _NO_PORTS and (key.value not in _WORDS or "do" in inside)
+
+
+def _stands_beside(word: str, place: str) -> bool:
+    """Whether a word among the ports of a place belongs beside it."""
+    return word in _WORDS and word != "finally" and not (word == "name" and place in _CONDITIONS)
 
 
 def _moved(text: str, place: yaml.MappingNode, node: tuple[yaml.ScalarNode, yaml.MappingNode], inner: Pair) -> str:
@@ -119,7 +120,7 @@ def _moved(text: str, place: yaml.MappingNode, node: tuple[yaml.ScalarNode, yaml
     key, value = node
     written = f"{inner[0].value}: {text[inner[1].start_mark.index : inner[1].end_mark.index].rstrip()}"
     start, end = place.start_mark.index, value.end_mark.index
-    rest = _without(text, value, inner)
+    rest = without_pair(text, value, inner[0])
     grown = len(rest) - len(text)
     if place.flow_style and text[start] == "{":
         return _put(rest, key.start_mark.index, key.start_mark.index, f"{written}, ")
@@ -129,20 +130,20 @@ def _moved(text: str, place: yaml.MappingNode, node: tuple[yaml.ScalarNode, yaml
     return _put(rest, key.start_mark.index, key.start_mark.index, f"{written}\n{' ' * key.start_mark.column}")
 
 
-def _without(text: str, mapping: yaml.MappingNode, pair: Pair) -> str:
-    """Return the text without one pair of a mapping."""
+def without_pair(text: str, mapping: yaml.MappingNode, key: yaml.ScalarNode) -> str:
+    """Return the text without one pair of a mapping, the lines of which go where it is no mapping in braces."""
     pairs = mapping.value
-    at = next(i for i, (key, _) in enumerate(pairs) if key is pair[0])
-    start, end = pair[0].start_mark.index, pair[1].end_mark.index
+    at = next(i for i, (other, _) in enumerate(pairs) if other is key)
+    start, end = key.start_mark.index, pairs[at][1].end_mark.index
     if not mapping.flow_style:
         end = text.find("\n", end if text[end - 1 : end] != "\n" else end - 1)
         start = text.rfind("\n", 0, start)
         if (
             at == 0
             and pairs[0][0].start_mark.line == mapping.start_mark.line
-            and not text[start : pair[0].start_mark.index].isspace()
+            and not text[start : key.start_mark.index].isspace()
         ):
-            return _put(text, pair[0].start_mark.index, pairs[1][0].start_mark.index, "")
+            return _put(text, key.start_mark.index, pairs[1][0].start_mark.index, "")
         return _put(text, start, len(text) if end < 0 else end, "")
     if at + 1 < len(pairs):
         return _put(text, start, pairs[at + 1][0].start_mark.index, "")
