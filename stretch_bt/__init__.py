@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from stretch_bt.run.task import run as run
     from stretch_bt.tree.ports import Behavior as Behavior
     from stretch_bt.tree.ports import In as In
+    from stretch_bt.tree.ports import InOut as InOut
     from stretch_bt.tree.ports import Out as Out
     from stretch_bt.tree.ports import Status as Status
     from stretch_bt.tree.ports import Uses as Uses
@@ -17,11 +18,12 @@ if TYPE_CHECKING:
     from stretch_bt.tree.registry import node as node
 
 __version__ = "0.1.0"
-__all__ = ["Behavior", "In", "Out", "Status", "Uses", "check", "node", "port", "run"]
+__all__ = ["Behavior", "In", "InOut", "Out", "Status", "Uses", "check", "node", "port", "run"]
 
 _HOMES = {
     "Behavior": "tree.ports",
     "In": "tree.ports",
+    "InOut": "tree.ports",
     "Out": "tree.ports",
     "Status": "tree.ports",
     "Uses": "tree.ports",

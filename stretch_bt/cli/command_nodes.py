@@ -51,7 +51,7 @@ def _one(entry: dict[str, Any]) -> None:
     table = Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("port", "", "type", "default", "bounds", "doc"):
         table.add_column(heading)
-    for direction, key in (("in", "inputs"), ("out", "outputs")):
+    for direction, key in (("in", "inputs"), ("in and out", "inouts"), ("out", "outputs")):
         for port in entry[key]:
             default = "required" if port["required"] else _shown(port["default"], port["type"])
             table.add_row(port["name"], direction, port["type"], default, _bounds(port), port["doc"])

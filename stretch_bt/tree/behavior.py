@@ -12,8 +12,8 @@ from py_trees.common import Status
 
 from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, named, shown, writable
 from stretch_bt.forked import here, leave_if_forked
-from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.declared_ports import declared_ports
+from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.slots import Slot, bit, slot
 
@@ -35,7 +35,7 @@ class Behavior(py_trees.behaviour.Behaviour):
     """
 
     ports: ClassVar[dict[str, Port]] = {}
-    #: bits of the outputs that each SUCCESS must have written; bits cost a tick less than a set
+    #: bits of the ports that each SUCCESS must have written; bits cost a tick less than a set
     owed: int = 0
     kind: ClassVar[str] = "action"
 
@@ -46,8 +46,9 @@ class Behavior(py_trees.behaviour.Behaviour):
         for name, declared in cls.ports.items():
             if name in own or not isinstance(inspect.getattr_static(cls, name, None), Slot):
                 setattr(cls, name, slot(declared, cls.ports))
-        outputs = [p for p in cls.ports.values() if p.role is Role.OUTPUT]
-        cls.owed = sum(bit(p.name, cls.ports) for p in outputs if not p.check(cls.ports).optional)
+        written = [p for p in cls.ports.values() if p.written]
+        owed = [p for p in written if p.role is Role.INOUT or not p.check(cls.ports).optional]
+        cls.owed = sum(bit(p.name, cls.ports) for p in owed)
 
     def __init__(self, path: str = "") -> None:
         super().__init__(name=path.rpartition("/")[2] or type(self).__name__)
@@ -58,7 +59,7 @@ class Behavior(py_trees.behaviour.Behaviour):
         self.owed = self.unwritten = self.owed  # an attribute of the object is read faster than one of its class
         self.context: Context = cast("Context", None)
         self.wiring: dict[str, Callable[[], Any]] = {}
-        self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.role is Role.OUTPUT}
+        self.sinks: dict[str, Cell] = {n: Cell(n) for n, p in self.ports.items() if p.written}
         self.device_names: dict[str, str] = {}
 
     def prepare(self) -> None:
@@ -103,7 +104,7 @@ class Behavior(py_trees.behaviour.Behaviour):
             if status is not _SUCCESS and status is not _FAILURE:
                 raise NodeError(self.path, f"update() returned {shown(status)}; return SUCCESS, FAILURE or RUNNING")
             if self.unwritten and status is _SUCCESS:
-                raise NodeError(self.path, _unwritten(self))
+                _check_written(self)
             self.stop(status)
         self.status = status
         self.ticking = False
@@ -134,9 +135,19 @@ class Behavior(py_trees.behaviour.Behaviour):
             self.status = new_status
 
 
-def _unwritten(node: Behavior) -> str:
+def _check_written(node: Behavior) -> None:
+    """Refuse a SUCCESS without an output; a port that is read and written keeps its value, and is none where it had none."""
+    unwritten = [port for name, port in node.ports.items() if bit(name, node.ports) & node.unwritten]
+    for port in unwritten:
+        if port.role is Role.INOUT and node.sinks[port.name].value is MISSING:
+            node.sinks[port.name].unset(node.path)
+    names = [port.name for port in unwritten if port.role is Role.OUTPUT]
+    if names:
+        raise NodeError(node.path, _unwritten(names))
+
+
+def _unwritten(names: list[str]) -> str:
     """Return what is said of outputs that a SUCCESS lacks."""
-    names = [name for name in node.ports if bit(name, node.ports) & node.unwritten]
     hint = f"write it before, fail, or declare it as {names[0]}: Out[... | None] if it may be absent"
     return f"ended with SUCCESS without writing {', '.join(map(repr, names))}; {hint}"
 

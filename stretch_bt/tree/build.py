@@ -165,7 +165,7 @@ class Builder:
     def outputs(self, part: Part) -> dict[str, tuple[Cell, Type]]:
         """Return the cells that a part writes, by port; what the tree does not take goes nowhere."""
         if isinstance(part, Leaf):
-            types, keys = part.info.outputs, part.outputs
+            types, keys = part.info.outputs | part.info.inouts, part.outputs | part.inouts
         elif isinstance(part, Call):
             types = {name: d.type for name, d in (part.target.outs | part.target.inouts).items()}
             keys = part.outputs | part.inouts
@@ -259,6 +259,8 @@ class Builder:
         self.devices.update(node.device_names.values())
         for declared in part.info.of(Role.INPUT):
             node.wiring[declared.name] = self.port(part, declared)
+        for name, (key, _) in part.inouts.items():
+            node.sinks[name] = self.cell(key)
         for declared in part.info.of(Role.OUTPUT):
             cell = self.cell(part.outputs[declared.name][0]) if declared.name in part.outputs else Cell(declared.name)
             sd = part.outputs.get(f"{declared.name}_sd")
@@ -310,7 +312,8 @@ class Builder:
         private += [d for d in part.target.inouts.values() if d.name not in part.inouts]
         for name, (key, _) in part.inouts.items():
             frame.cells[name] = self.cell(key)
-        defaults = [(frame.cells[n], d.default) for n in part.inouts if (d := part.target.inouts[n]).has_default]
+        shared = [(frame.cells[n], part.target.inouts[n]) for n in part.inouts]
+        defaults = [(cell, d.default) for cell, d in shared if d.has_default and d.default is not None]
         for declared in part.target.outs.values():
             if declared.name in part.outputs:
                 frame.cells[declared.name] = self.cell(part.outputs[declared.name][0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Mapping
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Mark, closest
@@ -33,6 +33,11 @@ class DataFlow:
                     self._seen.add((name, mark))
                     self.diagnostics.append(self._unset(name, mark))
 
+    def read_over(self, inouts: Mapping[str, tuple[str, Mark]], optional: Container[str], known: Known) -> None:
+        """Note each key that is read and written over, as one that is read; what is optional may be unset."""
+        for name, (key, mark) in inouts.items():
+            self.read((Wire(mark, reads=((key, mark),), optional=name in optional),), known)
+
     def _unset(self, name: str, mark: Mark) -> Diagnostic:
         writers = [(who, m) for who, m in self.writers.get(name, []) if m != mark]
         if not writers:
@@ -60,7 +65,7 @@ def check_flow(
     data = DataFlow(signature, writers)
     start = (
         frozenset(signature.ins)
-        | frozenset(signature.inouts)
+        | {d.name for d in signature.inouts.values() if not (d.has_default and d.default is None)}
         | {d.name for table in (signature.keys, signature.outs) for d in table.values() if d.has_default}
     )
     done = body.flow(data, start)

@@ -7,7 +7,7 @@ other such keys, so they are worked out until nothing changes.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -132,12 +132,7 @@ class _Keys:
             for port in reached:
                 declared.min = max((b for b in (declared.min, port.min) if b is not None), default=None)
                 declared.max = min((b for b in (declared.max, port.max) if b is not None), default=None)
-            if (
-                reached
-                and declared.name in self.signature.ins
-                and declared.listed
-                and not any(port.needed for port in reached)
-            ):
+            if reached and declared.listed and not any(port.needed for port in reached):
                 declared.has_default = declared.may_be_absent = True
 
     def take_type(self, declared: Declared, reached: list[_Port]) -> None:
@@ -177,7 +172,7 @@ class _Keys:
         info = registry.find(place.word.text, self.document.modules)
         if info is None:
             return {}
-        ports = info.of(Role.INPUT)
+        ports = (*info.of(Role.INPUT), *info.of(Role.INOUT))
         return {p.name: _Port(info.types[p.name], p.min, p.max, p.required) for p in ports}
 
     def output_ports(self, place: Place) -> dict[str, Type]:
@@ -185,7 +180,15 @@ class _Keys:
         if target is not None:
             return {d.name: d.type for d in (*target.outs.values(), *target.inouts.values())}
         info = registry.find(place.word.text, self.document.modules)
-        return {} if info is None else info.outputs
+        return {} if info is None else info.outputs | info.inouts
+
+    def written_over(self, place: Place) -> Container[str]:
+        """Return the ports of a place that are read and written."""
+        target = self.document.tree(place.word.text)
+        if target is not None:
+            return target.inouts
+        info = registry.find(place.word.text, self.document.modules)
+        return () if info is None else info.inouts
 
     # --- keys
 
@@ -230,10 +233,16 @@ class _Keys:
         """Yield the writers of records that the file leaves out, where the tree reads them."""
         first: dict[str, Place] = {}
         for place in self.places:
+            both = self.written_over(place)
             for port, type_ in self.output_ports(place).items():
-                target = self.document.tree(place.word.text)
-                both = target is not None and port in target.inouts
-                if both or port in place.given or not type_.is_record or not self.takes(port, type_):
+                if port in place.given or not type_.is_record:
+                    continue
+                if port in both:
+                    if self.is_free(port, type_):
+                        self.signature.left_out.add(port)
+                        yield _Writer(port, place.word.mark, type_)
+                    continue
+                if not self.takes(port, type_):
                     continue
                 other = first.setdefault(port, place)
                 if other.word.text != place.word.text:
@@ -247,7 +256,11 @@ class _Keys:
 
     def takes(self, name: str, type_: Type) -> bool:
         """Whether a record that is left out is written: something reads its name, and the name is no other thing."""
-        if name not in self.signature.read or name in self.document.params or name in self.signature.ins:
+        return name in self.signature.read and self.is_free(name, type_)
+
+    def is_free(self, name: str, type_: Type) -> bool:
+        """Whether a record may be written to the key of its name: the name is no param, input or key of another type."""
+        if name in self.document.params or name in self.signature.ins:
             return False
         declared = self.signature.declared(name)
         return declared is None or declared.type is UNKNOWN or declared.type.accepts(type_)

@@ -40,6 +40,7 @@ class NodeWiring(Wiring):
         if ports is None:
             return None
         outputs = info.outputs
+        inouts = info.inouts
         meant = self.unknown(ports, info.name, [*info.ports, *outputs], required)
         for key, value_given in ports:
             declared = info.ports.get(key.text)
@@ -52,10 +53,13 @@ class NodeWiring(Wiring):
                 continue
             if declared is not None and declared.role is Role.INPUT:
                 self.input(found.inputs, key, given, info.types[key.text], f"{info.name}.{key.text}", declared)
+            elif key.text in inouts:
+                self.sink(found.inouts, key, given, inouts[key.text], f"{info.name}.{key.text}")
             elif key.text in outputs:
                 self.sink(found.outputs, key, given, outputs[key.text], f"{info.name}.{key.text}")
         self.records_in(found, {p.name: (info.types[p.name], p.required) for p in info.of(Role.INPUT)}, ports, mark)
         self.records_out(found, outputs, ports, mark)
+        self.records_both(found, inouts, ports, mark)
         self.lost_errors(found)
         for name in required:
             carried = name.endswith("_sd") and found.inputs.get(name.removesuffix("_sd"))
@@ -63,6 +67,7 @@ class NodeWiring(Wiring):
                 name not in ports
                 and name not in meant
                 and name not in found.inputs
+                and name not in found.inouts
                 and not (carried and carried.source)
             ):
                 self.missing(mark, info.name, name, info.types[name])
@@ -137,14 +142,26 @@ class NodeWiring(Wiring):
                 found[key.text] = name
         return found, Map(tuple(rest), ports.mark)
 
-    def records_both(self, found: Call, ports: Map, mark: Mark) -> None:
-        """Wire each record that a tree reads and writes, and that is left out, to the key of its name."""
-        for name, border in found.target.inouts.items():
+    def records_both(self, found: Leaf | Call, inouts: dict[str, Type], ports: Map, mark: Mark) -> None:
+        """Wire each record that is read and written over, and that is left out, to the key of its name."""
+        for name, type_ in inouts.items():
+            if name in ports or not type_.is_record:
+                continue
             declared = self.signature.declared(name)
-            fits = declared is not None and declared.type.accepts(border.type) and name not in self.signature.ins
-            if name not in ports and border.type.is_record and fits:
+            if declared is not None and declared.type.accepts(type_) and name not in self.signature.ins:
                 found.inouts[name] = (name, mark)
                 found.left_out.add(name)
+            elif declared is not None or name in self.document.params:
+                self.not_written_over(found, name, mark)
+
+    def not_written_over(self, found: Leaf | Call, name: str, mark: Mark) -> None:
+        """Note a record that is left out and whose name is another thing, so that nothing keeps what is written over it."""
+        message = f"{found.label!r} writes over {name!r}, and ${name} is something else here"
+        hint = f"give it a key of its own: '{name}: $other'"
+        if name in self.signature.ins:
+            message = f"{found.label!r} writes over {name!r}, and ${name} is an input, which is never written"
+            hint = f"declare it as 'inout: [{name}]'"
+        self.error(mark, "input-written", message, hint)
 
     def records_out(self, found: Leaf | Call, outputs: dict[str, Type], ports: Map, mark: Mark) -> None:
         """Write each record that is left out to the key of its name, where something reads that."""
@@ -160,7 +177,11 @@ class NodeWiring(Wiring):
         """Note an input that must be given and is not."""
         hint = f"add '{name}: {sample(type_)}'"
         if type_.is_record:
-            givers = [info.name for info in registry.load_all().values() if type_ in info.outputs.values()]
+            givers = [
+                info.name
+                for info in registry.load_all().values()
+                if type_ in (*info.outputs.values(), *info.inouts.values())
+            ]
             hint = f"nothing before it writes {name!r}; {', '.join(map(repr, givers[:3])) or 'some node'} gives one, or {hint}"
         self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", hint)
 
@@ -239,7 +260,7 @@ class NodeWiring(Wiring):
                 self.sink(found.outputs, key, given, target.outs[key.text].type, f"{target.name}.{key.text}")
         self.records_in(found, {d.name: (d.type, not d.has_default) for d in target.ins.values()}, ports, mark)
         self.records_out(found, {d.name: d.type for d in target.outs.values() if not d.scene}, ports, mark)
-        self.records_both(found, ports, mark)
+        self.records_both(found, {d.name: d.type for d in target.inouts.values()}, ports, mark)
         for name in required:
             if not any(name in given for given in (ports, meant, found.inputs, found.inouts)):
                 self.missing(mark, target.name, name, (target.ins | target.inouts)[name].type)

@@ -14,7 +14,7 @@ from typing import Annotated, Any, TypeVar, overload
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.port_check import PortCheck
 
-__all__ = ["In", "Options", "Out", "Port", "Role", "Uses", "port"]
+__all__ = ["In", "InOut", "Options", "Out", "Port", "Role", "Uses", "port"]
 
 T = TypeVar("T")
 
@@ -24,11 +24,13 @@ class Role(Enum):
 
     INPUT = "input"
     OUTPUT = "output"
+    INOUT = "inout"  # read, and written over
     DEVICE = "device"
 
 
 In = Annotated[T, Role.INPUT]
 Out = Annotated[T, Role.OUTPUT]
+InOut = Annotated[T, Role.INOUT]
 Uses = Annotated[T, Role.DEVICE]
 
 
@@ -100,8 +102,16 @@ class Port:
 
     @property
     def required(self) -> bool:
-        """Whether a tree must give it."""
+        """Whether a tree must give it; a record that is read and written over need not be there before where it may be None."""
+        if self.role is Role.INOUT:
+            check = self.check({})
+            return not (check.optional and check.type.is_record)
         return self.role is Role.INPUT and self.default is MISSING
+
+    @property
+    def written(self) -> bool:
+        """Whether the node writes it."""
+        return self.role in (Role.OUTPUT, Role.INOUT)
 
     def check(self, beside: Mapping[str, Port]) -> PortCheck:
         """Return what its values must be; a deviation `x_sd` beside a port `x` is not negative."""

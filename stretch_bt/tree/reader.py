@@ -241,8 +241,7 @@ class Reader(NodeWiring):
         """Yield every key that a part writes, with who writes it and where."""
         for inner in part.walk():
             if isinstance(inner, Leaf | Call):
-                both = inner.inouts.values() if isinstance(inner, Call) else ()
-                for key, mark in (*inner.outputs.values(), *both):
+                for key, mark in (*inner.outputs.values(), *inner.inouts.values()):
                     yield key, inner.label, mark
             elif isinstance(inner, SetKeys):
                 for key, mark in inner.marks.items():

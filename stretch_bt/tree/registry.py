@@ -80,6 +80,11 @@ class NodeInfo:
         return [p for p in self.ports.values() if p.role is role]
 
     @property
+    def inouts(self) -> dict[str, Type]:
+        """Types of the ports that are read and written."""
+        return {declared.name: self.types[declared.name] for declared in self.of(Role.INOUT)}
+
+    @property
     def outputs(self) -> dict[str, Type]:
         """Types of the output ports; each quantity also writes `<name>_sd`."""
         found: dict[str, Type] = {}
@@ -258,6 +263,7 @@ def describe(info: NodeInfo) -> dict[str, Any]:
         "module": info.cls.__module__,
         "inputs": [_describe_port(info, p) for p in info.of(Role.INPUT)],
         "outputs": [_describe_output(info, name, type_) for name, type_ in info.outputs.items()],
+        "inouts": [_describe_port(info, p) for p in info.of(Role.INOUT)],
         "devices": [
             {"name": p.name, "type": info.types[p.name].name, "required": not p.optional} for p in info.of(Role.DEVICE)
         ],

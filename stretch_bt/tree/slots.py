@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import InvalidInput, NodeError
+from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.port_check import PortCheck
 
@@ -92,6 +93,18 @@ class _NumberSlot(_OutputSlot):
             self.judge(node, value)
 
 
+class _InOutSlot(_OutputSlot):
+    """Reads the key that the tree wired to the port, None where it may hold nothing, and writes over it."""
+
+    __slots__ = ()
+
+    def __get__(self, node: Behavior | None, owner: type) -> Any:
+        if node is None:
+            return self
+        cell = node.sinks[self.name]
+        return None if cell.value is MISSING and self.check.optional else cell.read()
+
+
 class _DeviceSlot:
     """Hands out the device that the tree declared for the port."""
 
@@ -122,4 +135,6 @@ def slot(declared: Port, ports: Mapping[str, Port]) -> Slot:
     if declared.role is Role.DEVICE:
         return _DeviceSlot(declared.name)
     check = declared.check(ports)
+    if declared.role is Role.INOUT:
+        return _InOutSlot(declared.name, check, bit(declared.name, ports))
     return (_NumberSlot if check.type.is_number else _OutputSlot)(declared.name, check, bit(declared.name, ports))

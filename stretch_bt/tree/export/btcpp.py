@@ -88,7 +88,7 @@ def _element(part: Part, model: Model) -> tuple[str, dict[str, str]]:
 
 def _ports(part: Leaf | Call, types: Mapping[str, Type]) -> dict[str, str]:
     found = {port_name(name): _input(wire, types[name]) for name, wire in part.inputs.items()}
-    keys = part.outputs | (part.inouts if isinstance(part, Call) else {})
+    keys = part.outputs | part.inouts
     return found | {port_name(name): f"{{{key}}}" for name, (key, _) in keys.items()}
 
 

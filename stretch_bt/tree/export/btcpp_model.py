@@ -51,6 +51,9 @@ class Model:
             if port.role is Role.OUTPUT:
                 continue
             type_ = info.types[port.name]
+            if port.role is Role.INOUT:
+                _port(entry, "inout_port", port.name, type_.name, port.doc)
+                continue
             default = None if port.default in (MISSING, None) else as_text(port.default, type_)
             _port(entry, "input_port", port.name, type_.name, port.doc, default)
         for name, type_ in info.outputs.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterable
 
+from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.document import Declared
 from stretch_bt.tree.export.escape import xml
 from stretch_bt.tree.export.headings import documents, facts, rows
@@ -97,8 +98,9 @@ def _node(info: NodeInfo) -> str:
 def _ports(info: NodeInfo) -> str:
     about = describe(info)
     inputs = [
-        (p["name"], p["type"], "in", "required" if p["required"] else _default(info, p["name"]), p["doc"])
-        for p in about["inputs"]
+        (p["name"], p["type"], way, "required" if p["required"] else _default(info, p["name"]), p["doc"])
+        for way, key in (("in", "inputs"), ("in and out", "inouts"))
+        for p in about[key]
     ]
     outputs = [(p["name"], p["type"], "out", "", p["doc"]) for p in about["outputs"]]
     devices = [(p["name"], p["type"], "device", "" if p["required"] else "optional", "") for p in about["devices"]]
@@ -107,4 +109,4 @@ def _ports(info: NodeInfo) -> str:
 
 def _default(info: NodeInfo, name: str) -> str:
     default = info.ports[name].default
-    return "" if default is None else as_text(default, info.types[name])
+    return "" if default is None or default is MISSING else as_text(default, info.types[name])

@@ -55,9 +55,7 @@ class Call(Part):
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS, because the called tree was checked for it."""
         data.read(self.inputs.values(), known)
-        for name, (key, mark) in self.inouts.items():
-            optional = self.target.inouts[name].has_default
-            data.read((Wire(mark, reads=((key, mark),), optional=optional),), known)
+        data.read_over(self.inouts, {name for name in self.inouts if self.target.inouts[name].has_default}, known)
         return Flow(known | {key for key, _ in (*self.outputs.values(), *self.inouts.values())}, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:

@@ -26,6 +26,7 @@ class Leaf(Part):
     info: NodeInfo
     inputs: dict[str, Wire] = field(default_factory=dict)
     outputs: dict[str, tuple[str, Mark]] = field(default_factory=dict)
+    inouts: dict[str, tuple[str, Mark]] = field(default_factory=dict)
     left_out: set[str] = field(default_factory=set)  # records that the file does not name
     devices: dict[str, str] = field(default_factory=dict)
     keyword: ClassVar[str] = "node"
@@ -47,12 +48,13 @@ class Leaf(Part):
         """Return its ports; a device only where it is not called like its port."""
         devices = {port: name for port, name in self.devices.items() if port != name}
         inputs = {name: wire.text for name, wire in self.inputs.items()}
-        return {**devices, **inputs, **{name: f"${key}" for name, (key, _) in self.outputs.items()}}
+        return {**devices, **inputs, **{name: f"${key}" for name, (key, _) in (self.inouts | self.outputs).items()}}
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Inputs must be written; outputs are, on SUCCESS."""
         data.read(self.inputs.values(), known)
-        return Flow(known | {key for key, _ in self.outputs.values()}, known)
+        data.read_over(self.inouts, {name for name in self.inouts if not self.info.ports[name].required}, known)
+        return Flow(known | {key for key, _ in (*self.outputs.values(), *self.inouts.values())}, known)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
         """Return the node with its ports bound to slots."""

@@ -80,7 +80,7 @@ def _outputs() -> Schema:
     """Return the output ports of all nodes, each with who writes it."""
     writers: dict[str, list[str]] = {}
     for info in load_all().values():
-        for name, type_ in info.outputs.items():
+        for name, type_ in (info.outputs | info.inouts).items():
             writers.setdefault(name, []).append(f"{info.name} ({type_.name})")
     return {name: {"description": f"written by {', '.join(who)}"} for name, who in sorted(writers.items())}
 

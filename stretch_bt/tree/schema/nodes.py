@@ -74,8 +74,12 @@ def _port(port: Port, type_: Type) -> Schema:
         return {"type": "string", "pattern": r"^\$?[A-Za-z_]\w*$", "description": text}
     facts = [type_.name, bounds_text(port.min, port.max, type_)]
     given = port.default is not MISSING and port.default is not None
+    facts.append("read and written" if port.role is Role.INOUT else "")
     facts.append(f"default {as_text(port.default, type_)}" if given else "" if not port.required else "required")
-    found: Schema = {"description": _sentence(port.doc, facts), **described(wired(type_))}
+    found: Schema = {
+        "description": _sentence(port.doc, facts),
+        **described(ref("key") if port.role is Role.INOUT else wired(type_)),
+    }
     if given:
         found["default"] = _as_json(port.default, type_)
     return found
