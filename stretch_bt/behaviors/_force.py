@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 
+from stretch_bt.behaviors.records import ForceSample, Touch
 from stretch_bt.errors import IllConditioned
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Arm, ForceSensor
 from stretch_bt.tree.context import Context
-from stretch_bt.units import Estimate
 
-__all__ = ["ForceMean", "zero_of"]
+__all__ = ["ForceMean", "check_alive"]
 
 MAX_AGE = 0.2
 _SILENT = 1.0  # s without a new reading
@@ -21,14 +21,6 @@ _APART = 5e-4  # m between two measurements whose forces cannot be the same to t
 _DEEP = 1e-3  # m past first contact from which on there is a force
 
 Readings = list[tuple[float, float, float]]
-
-
-@dataclass(frozen=True, slots=True)
-class _Last:
-    """The only force that a measurement read, N, if there was only one, and the height of the hand then, m."""
-
-    alone: tuple[float, float, float] | None
-    height: float
 
 
 class ForceMean:
@@ -56,40 +48,35 @@ class ForceMean:
             raise IllConditioned(f"the force sensor has had no new reading for {_SILENT:g} s; look after it")
         return len(self.forces)
 
-    def mean(self) -> Estimate:
-        """Return the mean force along the hand's axis, N, away from the object, with its standard error.
-
-        Raises
-        ------
-        IllConditioned
-            The sensor is stuck.
-        """
-        pose = (
-            Pose() if self.arm is None else self.arm.pose(MAX_AGE).value
-        )  # without an arm the hand points straight down
-        if self.arm is not None:
-            self._check_moving(pose)
+    def sample(self) -> ForceSample:
+        """Return the mean force along the hand's axis, N, away from the object, with its standard error."""
+        # without an arm the hand points straight down
+        pose = Pose() if self.arm is None else self.arm.pose(MAX_AGE).value
         along = np.asarray(self.forces) @ pose.matrix()[:, 2]
-        spread = float(along.std(ddof=1)) if len(set(self.forces)) > 1 else 0.0
-        return Estimate(float(along.mean()), spread / math.sqrt(along.size))
+        alone = len(set(self.forces)) == 1
+        spread = 0.0 if alone else float(along.std(ddof=1))
+        return ForceSample(
+            float(along.mean()),
+            spread / math.sqrt(along.size),
+            None if self.arm is None else pose.height,
+            self.forces[0] if alone else None,
+        )
 
-    def _check_moving(self, pose: Pose) -> None:
-        """Refuse readings that are alike to the last digit here and where the hand stood before, at another depth in contact."""
-        memory, key = self.context.memory, (_Last, id(self.sensor))
-        alone = self.forces[0] if len(set(self.forces)) == 1 else None
-        last: _Last | None = memory.get(key)
-        memory[key] = _Last(alone, pose.height)
-        depth = self.context.hand.depth(pose.height)
-        if alone is None or last is None or last.alone != alone or depth is None or depth < _DEEP:
-            return
-        if abs(pose.height - last.height) > _APART:
-            force = math.hypot(*alone)
+
+def check_alive(sample: ForceSample, before: Iterable[ForceSample | None], touch: Touch | None) -> None:
+    """Refuse readings that are alike to the last digit here and in a sample before, at another depth in contact.
+
+    Raises
+    ------
+    IllConditioned
+        The sensor is stuck.
+    """
+    if sample.stuck_at is None or sample.height is None or touch is None or touch.height - sample.height < _DEEP:
+        return
+    for past in before:
+        same = past is not None and past.stuck_at == sample.stuck_at
+        if same and past is not None and past.height is not None and abs(sample.height - past.height) > _APART:
+            force = math.hypot(*sample.stuck_at)
             raise IllConditioned(
                 f"the force sensor says {force:.4g} N to the last digit at two depths, so that it is stuck; look after it"
             )
-
-
-def zero_of(context: Context, sensor: ForceSensor) -> dict[str, Estimate]:
-    """Return where the run keeps what a force sensor says without a load, under `zero`; empty before `zero_force`."""
-    found: dict[str, Estimate] = context.memory.setdefault((ForceMean, id(sensor)), {})
-    return found

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 from stretch_bt import perception
-from stretch_bt.errors import NoAnswer
+from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.context import Context
 
-__all__ = ["MAX_AGE", "FrameSource"]
+__all__ = ["MAX_AGE", "FrameSource", "corrected"]
 
 #: how old the latest frame may be, s: a camera at 5 Hz or more passes
 MAX_AGE = 0.5
 
+#: the frame that each camera handed out last, so that two nodes of one tick do not take the same one
+_latest: WeakKeyDictionary[DepthCamera, int] = WeakKeyDictionary()
+
 
 class FrameSource:
-    """Hands out frames exposed after the source was made, each once in a run, with the hand's pose and stretch then."""
+    """Hands out frames exposed after the source was made, each once, with the hand's pose and stretch then."""
 
     def __init__(self, context: Context, camera: DepthCamera, arm: Arm | None, gripper: Gripper | None) -> None:
         self.context = context
@@ -38,20 +42,10 @@ class FrameSource:
         if self.camera.ended:
             raise NoAnswer("the recording has ended")
         reading = self.camera.frame(MAX_AGE)
-        key = (FrameSource, id(self.camera))
-        if reading.sequence == self.context.memory.get(key) or reading.host_time < self.since - 1e-9:
+        if reading.sequence == _latest.get(self.camera) or reading.host_time < self.since - 1e-9:
             return None
-        self.context.memory[key] = reading.sequence
+        _latest[self.camera] = reading.sequence
         return self._placed(reading.value)
-
-    def corrected(self, frame: DepthFrame) -> DepthFrame:
-        """Return a frame, or a mean of frames, without the static error of the camera, where one was learned."""
-        pattern = self.context.memory.get((Pattern, id(self.camera)))
-        return frame if pattern is None else perception.without_pattern(frame, pattern)
-
-    def learn(self, pattern: Pattern | None) -> None:
-        """Correct later frames of this camera in this run by its static error; None ends that."""
-        self.context.memory[(Pattern, id(self.camera))] = self.context.memory[Pattern] = pattern
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:
         geometry = self.context.hand.geometry
@@ -70,3 +64,20 @@ class FrameSource:
         if self.arm is None and self.gripper is None:  # a camera alone may look at anything
             return placed
         return perception.mask_membrane(placed, gauge=geometry.gauge, width=geometry.width, stretch=stretch or 0.0)
+
+
+def corrected(frame: DepthFrame, pattern: Pattern | None, camera: str) -> DepthFrame:
+    """Return a frame, or a mean of frames, of the camera of this name without its static error, where one was learned.
+
+    Raises
+    ------
+    IllConditioned
+        The error is that of another camera.
+    """
+    if pattern is None:
+        return frame
+    if pattern.camera not in ("", camera):
+        raise IllConditioned(
+            f"the static error is that of camera {pattern.camera!r}, and the frame is of {camera!r}; write 'pattern: none', or the key of this one"
+        )
+    return perception.without_pattern(frame, pattern)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,21 +12,14 @@ from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.types import UNDEFORMED, FloatArray, LabelArray, MaskArray
-from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
-__all__ = [
-    "Mounting",
-    "as_touched",
-    "camera_off",
-    "height_of_top",
-    "keep_how",
-    "left_of_pattern",
-    "strain_of",
-    "told_by_membrane",
-]
+if TYPE_CHECKING:
+    from stretch_bt.behaviors.records import Mounting
+    from stretch_bt.hardware.hand import HandGeometry
 
-TOLD = "told"
+__all__ = ["as_touched", "camera_off", "height_of_top", "is_mounted", "left_of_pattern", "strain_of"]
+
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
 STATIC = 2.5e-3  # of the distance, by which a depth camera is off in places where nothing shows it (SR300 and SR305, 0.5 mm at 0.2 m)
 MOUNTED = Estimate(
@@ -36,26 +29,14 @@ LEAST_STRAIN = 0.01  # of a slack one that is pressed
 LEAST_FLAT = 200  # pixels of the undeformed membrane that show it
 
 
-@dataclass(frozen=True, slots=True)
-class Mounting:
-    """How a force model says that the membrane is mounted: its stretch at stretch 0, m, and how far it hangs there in its middle, m."""
-
-    prestretch: Length
-    hang: Estimate
-
-
-def keep_how(context: Context, *, by_membrane: bool) -> None:
-    """Remember whether the whole membrane told the latest height of the top."""
-    context.memory[Mounting, TOLD] = by_membrane
-
-
-def told_by_membrane(context: Context) -> bool:
-    """Return whether the whole membrane told the latest height of the top."""
-    return bool(context.memory.get((Mounting, TOLD), False))
+def is_mounted(mounting: Mounting | None) -> bool:
+    """Return whether something knows by how much the mounts stretch the membrane."""
+    return mounting is not None and mounting.prestretch > 0
 
 
 def height_of_top(
-    context: Context,
+    hand: HandGeometry,
+    mounting: Mounting | None,
     points: FloatArray,
     valid: MaskArray,
     labels: LabelArray,
@@ -68,17 +49,18 @@ def height_of_top(
 
     By the whole membrane, where that may be and can tell it, else by the contact.
     """
-    reach = context.hand.geometry.reach(stretch)
+    reach = hand.reach(stretch)
     top = perception.track_height(points, valid, labels, curvature=curvature, reach=reach)
     if curvature is not None and by_membrane:
-        whole = _by_membrane(context, points, valid, stretch, curvature, top)
+        whole = _by_membrane(hand, mounting, points, valid, stretch, curvature, top)
         if whole is not None:
             return whole, True
     return top, False
 
 
 def _by_membrane(
-    context: Context,
+    hand: HandGeometry,
+    mounting: Mounting | None,
     points: FloatArray,
     valid: MaskArray,
     stretch: Length,
@@ -89,13 +71,12 @@ def _by_membrane(
 
     None where no mount is known, what is seen is no sphere pressed into the middle of such a membrane, or the two heights do not agree.
     """
-    mount: Mounting | None = context.memory.get(Mounting)
-    if mount is None:
+    if mounting is None or not is_mounted(mounting):
         return None
-    hand = context.hand.geometry
+    sag = Estimate(mounting.sag, mounting.sag_sd)
     try:
         membrane = perception.mounted_membrane(
-            hand.gauge, hand.width, hand.thickness, mount.prestretch, stretch, mount.hang
+            hand.gauge, hand.width, hand.thickness, mounting.prestretch, stretch, sag
         )
         found = perception.membrane_height(points, valid, membrane, curvature, contact.value)
     except IllConditioned:
@@ -103,36 +84,41 @@ def _by_membrane(
     return found if abs(found.value - contact.value) < APART * math.hypot(found.sd, contact.sd) else None
 
 
-def strain_of(context: Context, stretch: Length) -> Estimate:
-    """Return by how much the free membrane is stretched at a stretch, m, as a part of its gauge."""
-    mount: Mounting | None = context.memory.get(Mounting)
-    gauge = context.hand.geometry.gauge
-    mounted = Estimate(mount.prestretch / gauge, 0.0) if mount is not None else MOUNTED
+def strain_of(gauge: Length, mounting: Mounting | None, stretch: Length) -> Estimate:
+    """Return by how much the free membrane is stretched at a stretch, m, as a part of its gauge, m."""
+    known = mounting is not None and is_mounted(mounting)
+    mounted = Estimate(mounting.prestretch / gauge, 0.0) if mounting is not None and known else MOUNTED
     return Estimate(max(mounted.value + stretch / gauge, LEAST_STRAIN), mounted.sd)
 
 
-def as_touched(context: Context, top: Estimate, points: FloatArray, labels: LabelArray, stretch: Length) -> Estimate:
+def as_touched(
+    hand: HandGeometry,
+    mounting: Mounting | None,
+    top: Estimate,
+    points: FloatArray,
+    labels: LabelArray,
+    stretch: Length,
+) -> Estimate:
     """Return the height of what is touched under a top of the membrane, m: a flat one lifts the membrane by its edges.
 
     `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes.
     """
-    hand = context.hand.geometry
-    lift = perception.lift_off(points, labels, top.value, hand.thickness, strain_of(context, stretch), hand.gauge)
+    strain = strain_of(hand.gauge, mounting, stretch)
+    lift = perception.lift_off(points, labels, top.value, hand.thickness, strain, hand.gauge)
     return Estimate(top.value - lift.value, math.hypot(top.sd, lift.sd))
 
 
-def left_of_pattern(context: Context) -> Length | None:
+def left_of_pattern(pattern: Pattern | None) -> Length | None:
     """Return what a learned static error misses of the camera's, m; None where none is learned."""
-    pattern: Pattern | None = context.memory.get(Pattern)
     return pattern.left if pattern is not None else None
 
 
-def camera_off(context: Context, points: FloatArray, labels: LabelArray, distance: Length) -> Length:
+def camera_off(pattern: Pattern | None, points: FloatArray, labels: LabelArray, distance: Length) -> Length:
     """Return by how much a camera is off over all of a contact, m: what a learned static error misses, or what the flat membrane shows.
 
     `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes, `distance` that of the flat membrane.
     """
-    left = left_of_pattern(context)
+    left = left_of_pattern(pattern)
     if left is not None:
         return left
     z = points[..., 2][(labels == UNDEFORMED) & np.isfinite(points[..., 2])]

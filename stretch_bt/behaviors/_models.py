@@ -27,6 +27,8 @@ class ModelBehavior(Behavior):
         PAPER, doc="'paper', 'membrane' or 'sheet' for a shipped one, 'fitted', or the path of a calibration file"
     )
 
+    fitted: In[ForceModel | None] = None  # what `fit_calibration` fitted
+
     def prepare(self) -> None:
         """Load the model when its name is known already."""
         try:
@@ -51,9 +53,11 @@ class ModelBehavior(Behavior):
     def force_model(self) -> ForceModel:
         """Return the shipped model, or the one that a calibration file holds; each is read once a run."""
         name, memory = self.model, self.context.memory
-        if (ForceModel, name) not in memory:
-            if name == FITTED:
+        if name == FITTED:
+            if self.fitted is None:
                 raise IllConditioned("no model is fitted yet; run 'fit_calibration' first")
+            return self.fitted
+        if (ForceModel, name) not in memory:
             memory[ForceModel, name] = ForceModel.load(name)
         model: ForceModel = memory[ForceModel, name]
         return model

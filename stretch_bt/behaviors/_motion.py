@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stretch_bt.errors import NodeError, shown
 from stretch_bt.frames import Pose
@@ -12,7 +12,10 @@ from stretch_bt.hardware.interfaces import Motion, MotionState
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.ports import Behavior, Status
 
-__all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior", "slowed"]
+if TYPE_CHECKING:
+    from stretch_bt.behaviors.records import Touch
+
+__all__ = ["MOST_DEPTH", "MOST_STRETCH", "MotionBehavior", "slowed", "touched_at"]
 
 #: what a node may ask of the hand, m: past the rest length, and past first contact
 MOST_STRETCH, MOST_DEPTH = 0.080, 0.030
@@ -28,6 +31,12 @@ def slowed(context: Context, speed: float, way: Sequence[Pose]) -> float:
     """Return a speed, m/s, or the lower one that the cell allows where the hand may meet something on its way."""
     limits = context.limits
     return speed if limits is None else limits.slowed(speed, [pose.height for pose in way])
+
+
+def touched_at(context: Context, touch: Touch) -> float:
+    """Return the world height of first contact, m, from which the limits of the cell count depths, too, from now on."""
+    context.hand.contact_height = touch.height
+    return touch.height
 
 
 class MotionBehavior(Behavior):

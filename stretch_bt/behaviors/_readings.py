@@ -3,65 +3,68 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from stretch_bt.behaviors._membrane import height_of_top, left_of_pattern, told_by_membrane
-from stretch_bt.model import Series
+from stretch_bt.behaviors._membrane import height_of_top
 from stretch_bt.model.palpation.balance import presses_of
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
-from stretch_bt.tree.context import Context
 from stretch_bt.units import Estimate, Length
 
+if TYPE_CHECKING:
+    from stretch_bt.behaviors.records import Mounting
+    from stretch_bt.hardware.hand import HandGeometry
+
 __all__ = [
-    "Fitted",
+    "FirstTouch",
     "Reading",
-    "Touch",
-    "fitted",
+    "creep_of",
     "fixed_part",
-    "forget_object",
     "frames_at",
+    "infer_again",
     "noise_at",
     "of_one_kind",
     "of_press",
     "reading_sd",
-    "readings_of",
-    "tell_again",
 ]
 
-LEAST_TOUCHES = 2  # that tell where the top stands without a force
+CREEP = 3.0  # standard deviations by which older readings of a press must differ from newer ones to count as past
+LEAST_TOUCHES = 2  # that say where the top stands without a force
 FIXED, FRAME_NOISE = (
     3e-5,
     3e-4,
 )  # m; what no averaging takes away of a height that is off by so much in one frame, or by more
 
 
-@dataclass(frozen=True, slots=True)
-class Touch:
-    """A first touch: points (h, w, 3), m, membrane frame, valid and labels (h, w); frames averaged.
+class FirstTouch:
+    """What was seen at a first touch: points (h, w, 3), m, membrane frame, valid and labels (h, w); no record prints it."""
 
-    `curvature`, 1/m, is what its height was told with, `by_membrane` whether the whole membrane was asked; `alone` is true where the
-    contact alone told it all the same.
-    """
+    __slots__ = ("labels", "points", "valid")
 
-    points: FloatArray
-    valid: MaskArray
-    labels: LabelArray
-    frames: int
-    curvature: float | None = None
-    by_membrane: bool = False
-    alone: bool = False
+    def __init__(self, points: FloatArray, valid: MaskArray, labels: LabelArray) -> None:
+        self.points, self.valid, self.labels = points, valid, labels
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The height of the top, m, world, with its standard deviation, in so many frames averaged, at a stretch and a depth, m."""
+    """The height of the top in so many frames averaged, at a stretch and a depth of the membrane.
 
-    stretch: Length
-    depth: Length
-    height: Length
-    sd: Length
-    touch: Touch | None = None  # what `approach` saw, where it took it
-    frames: int = 1
+    Of a first touch `touch` holds what was seen, `curvature`, 1/m, what its height was inferred with, `asked` whether the whole membrane was
+    asked for it; `alone` is true where the contact alone gave it all the same.
+    """
+
+    stretch: Length  # past the rest length
+    depth: Length  # of the membrane
+    height: Length  # of the top, world
+    sd: Length  # standard deviation of height
+    touch: FirstTouch | None = None
+    frames: int = 1  # averaged
+    fixed: Length = 0.0  # part of sd that no averaging takes away
+    by_membrane: bool = False  # whether the whole membrane gave the height
+    curvature: float | None = None
+    asked: bool = False
+    alone: bool = False
 
     @property
     def hand(self) -> Length:
@@ -69,59 +72,66 @@ class Reading:
         return self.height - self.depth
 
 
-@dataclass(frozen=True, slots=True)
-class Fitted:
-    """The latest curve through the readings."""
+def infer_again(
+    readings: Sequence[Reading],
+    curvature: Estimate,
+    hand: HandGeometry,
+    mounting: Mounting | None,
+    *,
+    by_membrane: bool,
+) -> list[Reading]:
+    """Return the readings with the heights of first touches inferred again, now that the curvature of the top, 1/m, is known.
 
-    series: Series
-    last: Reading
-
-
-def readings_of(context: Context) -> list[Reading]:
-    """Return the readings of the run so far; `approach` empties the list."""
-    found: list[Reading] = context.memory.setdefault(Reading, [])
-    return found
-
-
-def forget_object(context: Context) -> None:
-    """Forget the readings of an object and the curve through them."""
-    readings_of(context).clear()
-    context.memory.pop(Fitted, None)
-
-
-def fitted(context: Context) -> Fitted | None:
-    """Return what `track_drop` fitted last, or None before its first fit since `approach`."""
-    found: Fitted | None = context.memory.get(Fitted)
-    return found
-
-
-def tell_again(context: Context, curvature: Estimate, *, by_membrane: bool) -> None:
-    """Tell the heights of first touches again, now that the curvature of the top, 1/m, is known.
-
-    `by_membrane` says whether the press was told by the whole membrane: heights of two kinds do not go together.
+    `by_membrane` says whether the whole membrane gave the press: heights of two kinds do not go together.
     """
-    readings = readings_of(context)
-    for i, reading in enumerate(readings):
-        touch = reading.touch
-        if touch is not None and (touch.curvature, touch.by_membrane) != (curvature.value, by_membrane):
-            top, whole = height_of_top(
-                context, touch.points, touch.valid, touch.labels, reading.stretch, curvature, by_membrane=by_membrane
-            )
-            alone = by_membrane and not whole
-            told = replace(touch, curvature=curvature.value, by_membrane=by_membrane, alone=alone)
-            readings[i] = Reading(reading.stretch, top.value, reading.hand + top.value, top.sd, told, touch.frames)
+    return [
+        reading
+        if reading.touch is None or (reading.curvature, reading.asked) == (curvature.value, by_membrane)
+        else _inferred(reading, reading.touch, curvature, hand, mounting, by_membrane=by_membrane)
+        for reading in readings
+    ]
+
+
+def _inferred(
+    reading: Reading,
+    touch: FirstTouch,
+    curvature: Estimate,
+    hand: HandGeometry,
+    mounting: Mounting | None,
+    *,
+    by_membrane: bool,
+) -> Reading:
+    top, whole = height_of_top(
+        hand,
+        mounting,
+        touch.points,
+        touch.valid,
+        touch.labels,
+        reading.stretch,
+        curvature,
+        by_membrane=by_membrane,
+    )
+    return replace(
+        reading,
+        depth=top.value,
+        height=reading.hand + top.value,
+        sd=top.sd,
+        curvature=curvature.value,
+        asked=by_membrane,
+        alone=by_membrane and not whole,
+    )
 
 
 def of_one_kind(readings: list[Reading]) -> list[Reading]:
-    """Return the readings without first touches that the contact alone told where at least two others were told by the whole membrane.
+    """Return the readings without first touches that the contact alone gave where the whole membrane gave at least two others.
 
     The two kinds differ by some tenths of a millimetre over a top that flattens, which would be a part of the deflection.
     """
-    kept = [reading for reading in readings if reading.touch is None or not reading.touch.alone]
+    kept = [reading for reading in readings if not reading.alone]
     return kept if sum(reading.touch is not None for reading in kept) >= LEAST_TOUCHES else readings
 
 
-def of_press(readings: list[Reading], latest: Reading) -> list[Reading]:
+def of_press(readings: Sequence[Reading], latest: Reading) -> list[Reading]:
     """Return those of one press with the latest reading, which may be the last of them or come after them.
 
     A hand that went away and came back is at another press: it need not stand off as it did.
@@ -130,18 +140,30 @@ def of_press(readings: list[Reading], latest: Reading) -> list[Reading]:
     return [reading for reading, number in zip(readings, numbers, strict=False) if number == numbers[-1]]
 
 
-def frames_at(context: Context, press: Reading) -> int:
+def creep_of(press: Sequence[Reading], noise: float) -> tuple[Estimate, Sequence[Reading]]:
+    """Return by how much the newer half of a press' readings stands above the older, m, and what of the older no longer counts.
+
+    `noise` is the scatter of the readings over what they state.
+    """
+    if len(press) < 2:
+        return Estimate(0.0, 0.0), []
+    halves = press[: len(press) // 2], press[len(press) // 2 :]
+    means = [sum(r.height for r in half) / len(half) for half in halves]
+    sds = [math.hypot(*(r.sd for r in half)) / len(half) for half in halves]
+    crept = Estimate(means[1] - means[0], noise * math.hypot(*sds))
+    return crept, halves[0] if abs(crept.value) > CREEP * crept.sd else []
+
+
+def frames_at(readings: Sequence[Reading], press: Reading) -> int:
     """Return how many frames the readings of a press hold together."""
-    return sum(reading.frames for reading in of_press(readings_of(context), press))
+    return sum(reading.frames for reading in of_press(readings, press))
 
 
-def noise_at(context: Context, press: Reading) -> tuple[Length, Length]:
+def noise_at(readings: Sequence[Reading], press: Reading) -> tuple[Length, Length]:
     """Return by how much a height of a press is off in one frame, m, as its readings state it, and what of it more frames leave, m."""
-    readings = of_press(readings_of(context), press)
-    left = 0.0 if told_by_membrane(context) else left_of_pattern(context) or 0.0
-    white = [max(reading.sd**2 - left**2, 0.0) * reading.frames for reading in readings]
+    white = [max(r.sd**2 - r.fixed**2, 0.0) * r.frames for r in of_press(readings, press)]
     noise = math.sqrt(sum(white) / len(white))
-    return noise, math.hypot(left, fixed_part(noise))
+    return noise, math.hypot(press.fixed, fixed_part(noise))
 
 
 def reading_sd(stated: float, frames: int, frame_noise: float) -> float:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model.calibration import characterization, sensitivity
@@ -17,11 +17,11 @@ from stretch_bt.model.calibration.protocol import State
 from stretch_bt.source.bounds import read_bytes
 from stretch_bt.tree.context import Context
 
-__all__ = ["TableFile", "check_table", "is_of_run", "opened", "table_of"]
+__all__ = ["TableFile", "check_table", "open_table"]
 
 #: what must be alike for rows to belong to one table
 _ALIKE = ("hand", "scene", "cell", "protocol")
-_CHECKED = "checked"
+P = TypeVar("P", bound=State)
 
 
 class _Parsed(Protocol):
@@ -80,36 +80,36 @@ def _kind_of(protocol: str) -> _Kind:
 
 
 class TableFile:
-    """A table that grows by a press at a time, each on the disk before the next one; `presses` are those it holds."""
+    """A table that grows by a press at a time, each on the disk before the next one; `presses` are those it holds.
 
-    def __init__(self, kind: _Kind, files: list[Path], provenance: Mapping[str, Any], presses: list[Any]) -> None:
-        self.kind = kind
-        self.files = files
-        self.provenance = provenance
-        self.presses = presses
+    A table that grew is another one; no record prints it.
+    """
 
-    def append(self, press: State) -> None:
-        """Write a press to every copy."""
+    __slots__ = ("files", "kind", "presses", "provenance")
+
+    def __init__(
+        self, kind: _Kind, files: Sequence[Path], provenance: Mapping[str, Any], presses: tuple[Any, ...]
+    ) -> None:
+        self.kind, self.files, self.provenance, self.presses = kind, files, provenance, presses
+
+    def grown(self, press: State) -> TableFile:
+        """Return the table with a press more, which every file of it then holds."""
         line = self.kind.line(press)
         for file in self.files:
             _write(file, line, "a")
-        self.presses.append(press)
+        return TableFile(self.kind, self.files, self.provenance, (*self.presses, press))
+
+    def of(self, press: type[P]) -> tuple[P, ...]:
+        """Return its presses; raises IllConditioned where they are of another kind."""
+        if self.kind.press is not press:
+            raise IllConditioned(f"the open table is a {self.kind.name}; run 'plan_protocol' with another 'protocol'")
+        return self.presses
 
 
-def table_of(context: Context, name: str, press: type[State] = characterization.Press) -> TableFile:
-    """Return the table of such presses that this run works on; raises IllConditioned before `next_state` has looked at it."""
-    found = context.memory.get((TableFile, name))
-    if not isinstance(found, TableFile):
-        raise IllConditioned("no table is open; run 'next_state' with the same 'table' first")
-    if found.kind.press is not press:
-        raise IllConditioned(f"the open table is a {found.kind.name}; run 'next_state' with another 'protocol'")
-    return found
+def open_table(context: Context, name: str, protocol: str, conditioned: Conditioning) -> TableFile:
+    """Return the table of a run: the one that is named, or a new one in the record.
 
-
-def opened(context: Context, name: str, protocol: str, conditioned: Conditioning) -> TableFile:
-    """Return the table of this run, opened once: the one that is named, or a new one in the record.
-
-    A named table keeps its rows, and the record gets a copy of it, so that the record alone tells what was known. A last line
+    A named table keeps its rows, and the record gets a copy of it, so that the record alone shows what was known. A last line
     that was cut short is removed first. A replay begins with the table that its record began with, and writes to no other place.
 
     Raises
@@ -119,11 +119,7 @@ def opened(context: Context, name: str, protocol: str, conditioned: Conditioning
     InvalidInput
         It is no table, or cannot be written.
     """
-    key = (TableFile, name)
-    if key not in context.memory:
-        context.memory[key] = _open(context, name, _kind_of(protocol), _provenance(context, protocol, conditioned))
-    found: TableFile = context.memory[key]
-    return found
+    return _open(context, name, _kind_of(protocol), _provenance(context, protocol, conditioned))
 
 
 def check_table(context: Context, name: str, protocol: str, conditioned: Conditioning) -> None:
@@ -132,7 +128,7 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
     Raises
     ------
     InvalidInput
-        What `opened` would refuse, or a place where nothing can be written.
+        What `open_table` would refuse, or a place where nothing can be written.
     """
     path, kind = Path(name), _kind_of(protocol)
     if path.is_dir() or not path.parent.is_dir():
@@ -148,12 +144,6 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
             _check_alike(path, table.provenance, _provenance(context, protocol, conditioned))
         except IllConditioned as refusal:
             raise InvalidInput(str(refusal)) from None
-    context.memory[TableFile, _CHECKED, name] = True
-
-
-def is_of_run(context: Context, name: str) -> bool:
-    """Return whether the run writes the table of this name, or has begun to."""
-    return (TableFile, _CHECKED, name) in context.memory or (TableFile, name) in context.memory
 
 
 def _open(context: Context, name: str, kind: _Kind, provenance: Mapping[str, Any]) -> TableFile:
@@ -174,7 +164,7 @@ def _open(context: Context, name: str, kind: _Kind, provenance: Mapping[str, Any
         shutil.copyfile(source, own)
     table = kind.read(source)
     _check_alike(source, table.provenance, provenance)
-    return TableFile(kind, files, table.provenance, list(table.presses()))
+    return TableFile(kind, files, table.provenance, tuple(table.presses()))
 
 
 def _provenance(context: Context, protocol: str, conditioned: Conditioning) -> dict[str, Any]:

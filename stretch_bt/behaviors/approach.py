@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import ClassVar
 
 from stretch_bt import model, perception
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._frames import FrameSource
-from stretch_bt.behaviors._membrane import Mounting
-from stretch_bt.behaviors._motion import MotionBehavior
-from stretch_bt.behaviors._readings import Reading, Touch, forget_object, readings_of
+from stretch_bt.behaviors._frames import FrameSource, corrected
+from stretch_bt.behaviors._motion import MotionBehavior, touched_at
+from stretch_bt.behaviors._readings import FirstTouch, Reading
+from stretch_bt.behaviors.records import Mounting, TopReadings, Touch
 from stretch_bt.errors import NoAnswer, NoContact
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
-from stretch_bt.perception.pattern import HANG
+from stretch_bt.perception.pattern import HANG, Pattern
 from stretch_bt.perception.types import FloatArray, LabelArray, MaskArray
 from stretch_bt.tree.countdown import Countdown
-from stretch_bt.tree.ports import In, Out, Status, Uses, port
+from stretch_bt.tree.ports import In, InOut, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length, Speed, Time
 
@@ -48,7 +49,7 @@ class Approach(MotionBehavior):
     Up to the touch every frame shows the free membrane, whose shape is known. What they show beside it is the static error
     of the camera; here and in `capture` and `average_frames` it is then taken off all later frames of the run.
 
-    With `mount_prestretch` and `hang` the shape of the whole membrane tells later heights of a sphere (`track_height`, `track_drop`).
+    With `mounting` the static error is told from the sag of the membrane.
     """
 
     arm: Uses[Arm]
@@ -66,15 +67,12 @@ class Approach(MotionBehavior):
     settle: In[Time] = port(
         0.0, min=0.0, max=60.0, doc="wait at each depth before it is read: a gel gives way for seconds"
     )
-    hang: In[Length] = port(
-        HANG.value, min=0.0, max=0.02, doc="of the free membrane in its middle, as far as something knows it"
-    )
-    hang_sd: In[Length] = port(HANG.sd, min=0.0, max=0.02, doc="standard deviation of hang")
-    mount_prestretch: In[Length] = port(
-        0.0, min=0.0, max=0.05, doc="by which the mounts stretch the membrane at stretch 0"
-    )
+    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
     learn_pattern: In[bool] = port(True, doc="take the camera's static error off later frames")
     contact_height: Out[Length] = port(truth="contact_height")  # world height of the undeformed top
+    touch: InOut[Touch | None]  # the same, from which depths count
+    pattern: InOut[Pattern | None]  # static error of the camera
+    top_readings: InOut[TopReadings | None]  # heights of the top at the depths
 
     #: frames in a row that must show contact
     ALARMS: ClassVar[int] = 2
@@ -86,17 +84,11 @@ class Approach(MotionBehavior):
     def initialise(self) -> None:
         """Forget an earlier contact and begin by looking at the free membrane."""
         super().initialise()
-        self.context.hand.contact_height = None
+        self.touch = self.pattern = self.top_readings = self.context.hand.contact_height = None
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         self.detector = perception.ContactDetector(false_alarms=FALSE_ALARMS)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.free = perception.FreeView()
-        self.pattern: perception.Pattern | None = None
-        self.source.learn(None)
-        forget_object(self.context)
-        self.context.memory.pop(Mounting, None)
-        if self.mount_prestretch > 0:
-            self.context.memory[Mounting] = Mounting(self.mount_prestretch, Estimate(self.hang, self.hang_sd))
         self.frames: list[DepthFrame] = []
         self.felt: list[tuple[float, float, float]] = []  # membrane depth, world height, sd
         self.read: list[Reading] = []
@@ -148,9 +140,9 @@ class Approach(MotionBehavior):
         if self.alarms >= self.ALARMS:
             self._halt()
             if self.learn_pattern:
-                hand, hang = self.context.hand.geometry, Estimate(self.hang, self.hang_sd)
-                self.pattern = self.free.pattern(hand.gauge + self.mount_prestretch, hang, hand.width)
-                self.source.learn(self.pattern)
+                hand, known = self.context.hand.geometry, self.mounting or Mounting(0.0, HANG.value, HANG.sd)
+                found = self.free.pattern(hand.gauge + known.prestretch, Estimate(known.sag, known.sag_sd), hand.width)
+                self.pattern = None if found is None else replace(found, camera=self.device_names["camera"])
             self._look()
             return Status.RUNNING
         return self._moving(NoContact(f"nothing was met down to {self.goal * 1e3:.0f} mm"))
@@ -202,7 +194,7 @@ class Approach(MotionBehavior):
             self.frames.append(frame)
         if len(self.frames) < self.average:
             return self._rise_to_touch() or Status.RUNNING
-        self._measure(self.source.corrected(perception.average_frames(self.frames)))
+        self._measure(corrected(perception.average_frames(self.frames), self.pattern, self.device_names["camera"]))
         if len(self.felt) >= self.readings:
             return self._conclude()
         if self.steps >= 2 * self.readings:
@@ -218,7 +210,7 @@ class Approach(MotionBehavior):
         if self.risen or len(self.frames) < max(1, min(self.RISING, self.average - 1)):
             return None
         self.risen = True
-        found = self._top(self.source.corrected(perception.average_frames(self.frames)))
+        found = self._top(corrected(perception.average_frames(self.frames), self.pattern, self.device_names["camera"]))
         if found is None or found[0].value <= DEEPEST_TOUCH:
             return None
         pose = self.arm.pose(MAX_AGE).value
@@ -235,7 +227,7 @@ class Approach(MotionBehavior):
             top, points, valid, labels = found
             height = top.value + (frame.hand_height or 0.0)
             self.felt.append((top.value, height, top.sd))
-            touch = Touch(points, valid, labels, self.average)
+            touch = FirstTouch(points, valid, labels)
             self.read.append(Reading(frame.stretch or 0.0, top.value, height, top.sd, touch, self.average))
 
     # A flat top lifts the membrane; not taken off here, since the extrapolation from light touches may absorb it already: not measured.
@@ -255,9 +247,9 @@ class Approach(MotionBehavior):
         found: Estimate = model.undeformed_height(depths, heights, sds)
         beyond = EXTRAPOLATED * max(found.value - max(heights), 0.0)
         height = Estimate(found.value, math.hypot(found.sd, beyond, self.pattern.hang_sd if self.pattern else 0.0))
-        self.context.hand.contact_height = height.value
-        self.context.hand.contact_height_sd = height.sd
+        self.touch = Touch(height.value, height.sd)
+        touched_at(self.context, self.touch)
         self.contact_height = height
-        readings_of(self.context).extend(self.read)
+        self.top_readings = TopReadings(tuple(self.read))
         self.reason = ""
         return Status.SUCCESS

@@ -1,9 +1,10 @@
 """Taking several frames of a still scene as one."""
 
 from stretch_bt import perception
-from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.behaviors._frames import FrameSource, corrected
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, Gripper
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 
@@ -16,6 +17,7 @@ class AverageFrames(Behavior):
     camera: Uses[DepthCamera]
     arm: Uses[Arm | None]
     gripper: Uses[Gripper | None]
+    pattern: In[Pattern | None] = None  # static error of the camera, which is taken off
     count: In[int] = port(8, min=1, max=256, doc="how many frames")
     frame: Out[DepthFrame]  # the mean, in a finer unit, with the hand's height and stretch
 
@@ -31,5 +33,5 @@ class AverageFrames(Behavior):
             self.frames.append(frame)
         if len(self.frames) < self.count:
             return Status.RUNNING
-        self.frame = self.source.corrected(perception.average_frames(self.frames))
+        self.frame = corrected(perception.average_frames(self.frames), self.pattern, self.device_names["camera"])
         return Status.SUCCESS

@@ -1,8 +1,11 @@
 """Telling whether the membrane touches something."""
 
+from copy import deepcopy
+
 from stretch_bt import perception
+from stretch_bt.behaviors.records import Watch
 from stretch_bt.frames import DepthFrame
-from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, port
 from stretch_bt.tree.registry import node
 
 
@@ -16,15 +19,13 @@ class DetectContact(Behavior):
     false_alarms: In[float] = port(
         1e-3, min=1e-9, max=0.1, doc="probability that a frame without contact counts as one"
     )
+    watch: InOut[Watch | None]  # what the frames so far say; it begins with the first frame
     in_contact: Out[bool]  # whether this frame shows a touch
-
-    def __init__(self, path: str = "") -> None:
-        super().__init__(path)
-        self.detector: perception.ContactDetector | None = None
 
     def update(self) -> Status:
         """Take the frame into account."""
-        if self.detector is None:
-            self.detector = perception.ContactDetector(false_alarms=self.false_alarms)
-        self.in_contact = self.detector.update(self.frame)
+        watch = self.watch or Watch(0, perception.ContactDetector(false_alarms=self.false_alarms))
+        detector = deepcopy(watch.detector)
+        self.in_contact = detector.update(self.frame)
+        self.watch = Watch(watch.frames + 1, detector)
         return Status.SUCCESS

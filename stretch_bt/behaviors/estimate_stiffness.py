@@ -16,11 +16,11 @@ class EstimateStiffness(Behavior):
     deflection: In[Length]  # how far the top has given way
     force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
     deflection_sd: In[Length] = port(0.0, min=0.0, doc="standard deviation of deflection")
-    together: In[float] = port(0.0, min=-1.0, max=1.0, doc="correlation of the errors of force and deflection")
+    correlation: In[float] = port(0.0, min=-1.0, max=1.0, doc="correlation of the errors of force and deflection")
     stiffness: Out[Stiffness] = port(truth="stiffness")  # force over deflection
 
     def update(self) -> Status:
         """Divide, with the standard deviations of both."""
         force, deflection = Estimate(self.force, self.force_sd), Estimate(self.deflection, self.deflection_sd)
-        self.stiffness = mechanics.estimate_stiffness(force, deflection, self.together)
+        self.stiffness = mechanics.estimate_stiffness(force, deflection, self.correlation)
         return Status.SUCCESS

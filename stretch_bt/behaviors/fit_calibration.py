@@ -3,10 +3,11 @@
 from contextlib import suppress
 
 from stretch_bt import model as mechanics
-from stretch_bt.behaviors._table import is_of_run, table_of
-from stretch_bt.errors import InvalidInput, UnsetKey
-from stretch_bt.model.calibration.characterization import Table, as_table, read_table
-from stretch_bt.model.force.force_model import FITTED, FITTED_FILE
+from stretch_bt.behaviors.protocol_records import Table
+from stretch_bt.errors import IllConditioned, InvalidInput, UnsetKey
+from stretch_bt.model.calibration.characterization import Press, as_table, read_table
+from stretch_bt.model.calibration.characterization import Table as Presses
+from stretch_bt.model.force.force_model import FITTED_FILE
 from stretch_bt.tree.ports import Behavior, In, Out, Status
 from stretch_bt.tree.registry import node
 
@@ -15,29 +16,31 @@ from stretch_bt.tree.registry import node
 class FitCalibration(Behavior):
     """Fit a force model to a table of measured forces; FAILURE when they do not determine it.
 
-    Nodes that come later use it by the name `fitted`; the record keeps it as `calibration.json`.
+    Nodes use it where their `model` is `fitted`; the record keeps it as `calibration.json`.
     """
 
     kind = "model"
     instant = True
-    table: In[str] = ""  # a CSV file, or as `next_state` has it; without a name that of this run
+    table: In[str] = ""  # a CSV file; without it `measured` is taken
+    measured: In[Table | None] = None  # the table of this run, by `plan_protocol`
     fit: In[str] = "membrane"  # `membrane`, `paper` or `sheet`
+    fitted: Out[mechanics.ForceModel]  # the model
     left: Out[float]  # part of a force that the model does not explain
     presses: Out[int]  # that it was fitted to
 
     def prepare(self) -> None:
         """Refuse a model that does not exist, and a table that is none."""
         with suppress(UnsetKey):  # a key names it, and nothing wrote it yet
-            if self.table and not is_of_run(self.context, self.table):
+            if self.table:
                 read_table(self.table)
             self._fit()
 
     def update(self) -> Status:
-        """Fit, and keep the model for the rest of the run."""
+        """Fit, and write the model down."""
         table = self._table()
         given = mechanics.Measurements.of(table)
         model = self._fit()(given, {"characterization": dict(table.provenance)})
-        self.context.memory[mechanics.ForceModel, FITTED] = model
+        self.fitted = model
         if self.context.folder is not None:
             model.save(self.context.folder / FITTED_FILE)
         self.left, self.presses = model.relative_sd, len(given)
@@ -49,8 +52,10 @@ class FitCalibration(Behavior):
             raise InvalidInput(f"there is no model {self.fit!r} to fit; write one of {known}")
         return mechanics.CALIBRATIONS[self.fit]
 
-    def _table(self) -> Table:
-        if self.table and not is_of_run(self.context, self.table):
+    def _table(self) -> Presses:
+        if self.table:
             return read_table(self.table)
-        table = table_of(self.context, self.table)
-        return as_table(table.provenance, table.presses)
+        if self.measured is None:
+            raise IllConditioned("there is no table to fit to; name a file as 'table', or run 'plan_protocol' first")
+        content = self.measured.content
+        return as_table(content.provenance, content.of(Press))

@@ -8,12 +8,12 @@ from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.clouds.told import told_points
 from stretch_bt.perception.solids.agree import outside
 from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
-from stretch_bt.perception.solids.result import Solid
+from stretch_bt.perception.solids.result import DIMENSIONS, Solid
 from stretch_bt.perception.solids.wire import no_wire_there
 from stretch_bt.perception.types import Contact
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Angle, Estimate, Length
+from stretch_bt.units import Length
 
 Wanted = Literal[
     "auto", "block", "disc", "ridge", "half_cylinder", "domes", "point", "wire_circle", "wire_triangle", "extents"
@@ -24,8 +24,8 @@ Wanted = Literal[
 class FitObject(Behavior):
     """Fit the shape of an object on the table to the contacts felt on it; FAILURE when it cannot be measured.
 
-    Outputs are written as far as the shape has them: a block has length, width and height, domes have the radius of each,
-    the largest first.
+    The dimensions of the shape are those that it has, the others `none`: a block has length, width and height, domes have the radius of
+    each, the largest first.
     """
 
     kind = "perception"
@@ -33,23 +33,11 @@ class FitObject(Behavior):
     cloud: In[Cloud]  # the contacts, fused
     contacts: In[list[Contact]]  # of which the cloud was fused, with the pose of the hand
     shape: In[Wanted] = port("auto", doc="a shape to take for granted, or the one with most evidence")
-    relief: In[Relief | None] = None  # map of the presses; what it tells beside what was felt is added to `felt`
+    relief: In[Relief | None] = None  # map of the presses; what it tells beside what was felt is added to `filled_cloud`
     fillet: In[Length] = port(FILLET, min=1e-4, max=0.01, doc="radius of the object's edges, or of its wire")
     fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="its standard deviation")
-    solid: Out[Solid]  # the shape with all its dimensions, and how all compare
-    felt: Out[Cloud]  # the cloud with what the map tells, less what the shape leaves free, as the inside of a wire
-    kind_found: Out[str]  # which shape
-    x: Out[Length]  # of the middle of its top, world
-    y: Out[Length]  # of the middle of its top, world
-    heading: Out[Angle]  # of its length from the world's x, or of the normal of a triangle's side
-    length: Out[Length | None] = port(truth="length")  # the longer side of the top, or the length of a crest
-    width: Out[Length | None] = port(truth="width")  # the shorter side of the top
-    height: Out[Length | None] = port(truth="height")  # of the top above the table
-    radius: Out[Length | None] = port(truth="radius")  # of a disc, half-cylinder, circle of wire or the largest dome
-    side: Out[Length | None] = port(truth="side")  # of a triangle of wire, along its middle
-    radius_1: Out[Length | None] = port(truth="radius_1")  # of the largest dome
-    radius_2: Out[Length | None] = port(truth="radius_2")  # of the second dome
-    radius_3: Out[Length | None] = port(truth="radius_3")  # of the third dome
+    solid: Out[Solid] = port(truth={name: name for name in DIMENSIONS}, doc="the shape, with the dimensions that it has")
+    filled_cloud: Out[Cloud]  # the cloud with what the map shows, less what the shape leaves free, as the inside of a wire
 
     def update(self) -> Status:
         """Fit."""
@@ -61,17 +49,12 @@ class FitObject(Behavior):
             fillet_sd=self.fillet_sd,
             relief=self.relief,
         )
-        self.solid, self.kind_found = found, found.kind
-        self.x, self.y, self.heading = float(found.middle[0]), float(found.middle[1]), float(found.heading)
+        self.solid = found
         # a wire is no wider than it is, and beside it there is nothing to tell
         whole = (
             self.cloud if self.relief is None or found.kind.startswith("wire") else told_points(self.cloud, self.relief)
         )
         # nor is there any of a flat top beyond its sides, along which the membrane is as close
         beyond = (whole.seen == 0) & (outside(found, whole.points[:, :2]) > whole.cell)
-        self.felt = whole.part(~(beyond | no_wire_there(found, whole.points[:, :2], self.fillet)))
-        for name in ("length", "width", "height", "radius", "side", "radius_1", "radius_2", "radius_3"):
-            known = found.dimensions.get(name)
-            if known is not None:
-                setattr(self, name, Estimate(known.value, known.sd))
+        self.filled_cloud = whole.part(~(beyond | no_wire_there(found, whole.points[:, :2], self.fillet)))
         return Status.SUCCESS

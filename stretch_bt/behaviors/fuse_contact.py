@@ -3,7 +3,7 @@
 from stretch_bt import perception
 from stretch_bt.perception.clouds.cloud import CELL, FLOOR, Cloud
 from stretch_bt.perception.types import Contact
-from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status, port
+from stretch_bt.tree.ports import Behavior, In, InOut, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length
 
@@ -22,11 +22,10 @@ class FuseContact(Behavior):
     cell: In[Length] = port(CELL, min=1e-4, max=0.01, doc="width of the columns in which points are averaged")
     floor: In[Length] = port(FLOOR, min=0.0, max=0.01, doc="standard deviation that all points share, as of the pose")
     reset: In[bool] = False  # whether to begin a new cloud
-    cloud: Out[Cloud]  # with this contact in it
+    cloud: InOut[Cloud | None]  # with this contact in it
 
     def update(self) -> Status:
         """Fuse."""
-        before = MISSING if self.reset else self.cloud
-        known = None if before is MISSING else before
+        known = None if self.reset else self.cloud
         self.cloud = perception.fuse_contact(self.contact, known, cell=self.cell, floor=self.floor)
         return Status.SUCCESS

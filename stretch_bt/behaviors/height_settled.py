@@ -3,7 +3,8 @@
 import math
 import statistics
 
-from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.behaviors.records import Heights
+from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
 
@@ -23,18 +24,16 @@ class HeightSettled(Behavior):
     count: In[int] = port(10, min=3, max=1000, doc="how many of the last heights count")
     limit: In[Length] = port(0.001, min=1e-6, max=0.1, doc="of their standard deviation")
     reset: In[bool] = False  # whether to begin anew with this height
+    heights: InOut[Heights | None]  # the last ones
     spread: Out[Length]  # standard deviation of the last heights, of those there are
     settled: Out[bool]  # whether there are enough of them and their spread is under the limit
 
-    def __init__(self, path: str = "") -> None:
-        super().__init__(path)
-        self.known: list[float] = []
-
     def update(self) -> Status:
         """Take it, and look at the last ones."""
-        self.known = [*([] if self.reset else self.known), float(self.height)][-self.count :]
-        number = len(self.known)
-        spread = statistics.pstdev(self.known)
+        before = () if self.reset or self.heights is None else self.heights.values
+        known = (*before, float(self.height))[-self.count :]
+        self.heights = Heights(known)
+        number, spread = len(known), statistics.pstdev(known)
         self.spread = Estimate(spread, math.hypot(spread, self.height_sd) / math.sqrt(2 * number))
         self.settled = number >= self.count and spread < self.limit
         return Status.SUCCESS

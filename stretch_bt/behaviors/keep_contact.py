@@ -2,7 +2,7 @@
 
 from stretch_bt.errors import NoContact
 from stretch_bt.perception.types import Contact
-from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status, port
+from stretch_bt.tree.ports import Behavior, In, InOut, Status, port
 from stretch_bt.tree.registry import node
 
 
@@ -19,13 +19,12 @@ class KeepContact(Behavior):
     contact: In[Contact]  # from any pose of the hand
     most: In[int] = port(64, min=1, max=1000, doc="how many to keep")
     reset: In[bool] = False  # whether to begin a new list
-    contacts: Out[list[Contact]]  # with this contact as the last
+    contacts: InOut[list[Contact] | None]  # with this contact as the last
 
     def update(self) -> Status:
         """Keep."""
         if self.contact.pose is None:
             raise NoContact("the contact does not know the pose of the hand; use an arm beside the camera")
-        before = MISSING if self.reset else self.contacts
-        known = [] if before is MISSING else list(before)
+        known = [] if self.reset else self.contacts or []
         self.contacts = [*known, self.contact][-self.most :]
         return Status.SUCCESS

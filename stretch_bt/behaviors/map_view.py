@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from stretch_bt import perception
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
@@ -12,7 +10,7 @@ from stretch_bt.perception.clouds.relief import Relief, add_view, carved
 from stretch_bt.perception.clouds.seen import view_of
 from stretch_bt.perception.clouds.views import contact_of, surface_of
 from stretch_bt.perception.types import Contact
-from stretch_bt.tree.ports import MISSING, Behavior, In, Out, Status
+from stretch_bt.tree.ports import Behavior, In, InOut, Status
 from stretch_bt.tree.registry import node
 
 
@@ -28,9 +26,9 @@ class MapView(Behavior):
     instant = True
     deep: In[DepthFrame]  # with the hand lowered
     shallow: In[DepthFrame]  # with the hand raised a little, still in contact
-    relief: Out[Relief]  # the map with this press in it
-    cloud: Out[Cloud | None]  # of the points in contact, without what later presses undercut
-    contacts: Out[list[Contact] | None]  # of the presses that touched, for a fit of the shape to all of them
+    relief: InOut[Relief | None]  # the map with this press in it
+    cloud: InOut[Cloud | None]  # of the points in contact, without what later presses undercut
+    contacts: InOut[list[Contact] | None]  # of the presses that touched, for a fit of the shape to all of them
 
     def update(self) -> Status:
         """Add."""
@@ -41,17 +39,13 @@ class MapView(Behavior):
         half = 0.5 * (geometry.gauge + (deep.stretch or 0.0))
         surface = surface_of(deep)
         view = view_of(surface, surface_of(shallow), deep_pose=deep.pose, shallow_pose=shallow.pose, half_length=half)
-        relief = add_view(view, None if self.relief is MISSING else self.relief)
-        before = None if self.cloud is MISSING else self.cloud
+        relief = add_view(view, self.relief)
+        before = self.cloud
         contact = contact_of(deep, surface, view, relief)
         cloud = before if contact is None else perception.fuse_contact(contact, before, cell=CELL)
         self.relief = relief
         if cloud is not None:
             self.cloud = carved(cloud, relief)
         if contact is not None:
-            touched = self.contacts
-            self.contacts = [*([] if touched is MISSING or touched is None else touched), contact]
-        top = relief.height[relief.felt]
-        if top.size and self.context.hand.contact_height is not None:
-            self.context.hand.contact_height = max(self.context.hand.contact_height, float(np.percentile(top, 99)))
+            self.contacts = [*(self.contacts or []), contact]
         return Status.SUCCESS

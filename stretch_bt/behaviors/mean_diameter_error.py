@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from stretch_bt.behaviors._table import table_of
+from stretch_bt.behaviors.protocol_records import Table
 from stretch_bt.model.calibration.sensitivity import Sensed
 from stretch_bt.model.calibration.sensitivity_trends import mean_error
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
@@ -16,12 +16,12 @@ class MeanDiameterError(Behavior):
 
     kind = "model"
     instant = True
-    table: In[str] = ""  # as `next_state` has it
+    measured: In[Table]  # the table, by `plan_protocol`
     method: In[Literal["fit", "paper_fit", "paper_width"]] = "fit"  # as `compare_diameters` has them
     least_depth: In[Length] = port(5e-3, min=0.0, doc="of the presses that count, or the deepest")
     error: Out[Length]  # what a method refused does not count
 
     def update(self) -> Status:
         """Average."""
-        self.error = mean_error(table_of(self.context, self.table, Sensed).presses, self.method, self.least_depth)
+        self.error = mean_error(self.measured.content.of(Sensed), self.method, self.least_depth)
         return Status.SUCCESS

@@ -2,9 +2,10 @@
 
 import math
 
-from stretch_bt.behaviors._force import ForceMean, zero_of
+from stretch_bt.behaviors._force import ForceMean, check_alive
+from stretch_bt.behaviors.records import ForceSample, Touch, Zero
 from stretch_bt.hardware.interfaces import Arm, ForceSensor
-from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
+from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force
 
@@ -23,6 +24,9 @@ class MeasureForce(Behavior):
     force_sensor: Uses[ForceSensor]
     arm: Uses[Arm | None]
     count: In[int] = port(10, min=1, max=10000, doc="readings to average, one a tick")
+    zero: In[Zero | None] = None  # what the sensor says without a load, which is taken off
+    touch: In[Touch | None] = None  # first contact: below it two measurements are never alike
+    force_sample: InOut[ForceSample | None]  # the readings of this measurement, and before it of the one before
     force: Out[Force] = port(truth="force")  # on the hand, along its axis
 
     def initialise(self) -> None:
@@ -33,7 +37,10 @@ class MeasureForce(Behavior):
         """Collect, then average."""
         if self.readings.add() < self.count:
             return Status.RUNNING
-        found = self.readings.mean()
-        zero = zero_of(self.context, self.force_sensor).get("zero", Estimate(0.0, 0.0))
-        self.force = Estimate(found.value - zero.value, math.hypot(found.sd, zero.sd))
+        found, zero = self.readings.sample(), self.zero
+        before = (self.force_sample, None if zero is None else zero.sample)
+        self.force_sample = found
+        check_alive(found, before, self.touch)
+        offset, sd = (0.0, 0.0) if zero is None else (zero.offset, zero.offset_sd)
+        self.force = Estimate(found.force - offset, math.hypot(found.force_sd, sd))
         return Status.SUCCESS

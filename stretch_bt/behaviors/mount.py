@@ -3,10 +3,11 @@
 from contextlib import suppress
 
 from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import UnsetKey
 from stretch_bt.hardware.indenters import check_indenter
 from stretch_bt.hardware.interfaces import Motion, Operator
-from stretch_bt.tree.ports import In, Uses, port
+from stretch_bt.tree.ports import In, InOut, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Angle, Length
 
@@ -15,13 +16,14 @@ from stretch_bt.units import Angle, Length
 class Mount(MotionBehavior):
     """Ask the operator to mount an indenter in place of what stands under the hand, and wait until it is done.
 
-    The height of first contact is then no longer known: run `approach` next. Raise the hand well clear before.
+    It unsets `touch`, as the height of first contact is then no longer known: run `approach` next. Raise the hand well clear before.
     """
 
     operator: Uses[Operator]
     geometry: In[str]  # sphere, cylinder or cone
     diameter: In[Length] = port(0.0, min=0.0, doc="of a sphere or cylinder")
     angle: In[Angle] = port(0.0, min=0.0, doc="of a cone, between its surface and the membrane plane")
+    touch: InOut[Touch | None]  # first contact, which is unset
 
     def prepare(self) -> None:
         """Refuse what no operator can mount, where it is known already."""
@@ -30,7 +32,7 @@ class Mount(MotionBehavior):
 
     def start(self) -> Motion:
         """Ask."""
-        self.context.hand.contact_height = self.context.hand.contact_height_sd = None
+        self.touch = self.context.hand.contact_height = None
         return self.operator.mount(self.geometry, self._size(), owner=self.path)
 
     def _size(self) -> float:

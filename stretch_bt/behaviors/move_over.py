@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from stretch_bt.behaviors._motion import MotionBehavior, slowed
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Arm, Motion
@@ -26,6 +27,7 @@ class MoveOver(MotionBehavior):
     """
 
     arm: Uses[Arm]
+    touch: In[Touch | None] = None  # first contact, at the highest place that was felt, where it is known
     x: In[Length] = port(limit="x")  # of the hand, world
     y: In[Length] = port(limit="y")  # of the hand, world
     yaw: In[Angle] = port(0.0, min=-math.pi, max=math.pi, doc="turn about the vertical")
@@ -39,7 +41,7 @@ class MoveOver(MotionBehavior):
         now = self.arm.pose(MAX_AGE).value
         if now.matrix()[2, 2] < 1.0 - STRAIGHT:
             raise InvalidInput("the hand is tilted; 'move_over' turns only a hand that points straight down")
-        contact = self.context.hand.contact_height
+        contact = None if self.touch is None else self.touch.height
         high = now.height if contact is None else max(now.height, contact + self.clearance)
         across = Pose((self.x, self.y, high), (0.0, 0.0, self._turn(now)))
         raised = now.at_height(high)

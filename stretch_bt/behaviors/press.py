@@ -1,7 +1,8 @@
 """Pressing into the object."""
 
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
 from stretch_bt.tree.ports import In, Status, Uses, port
 from stretch_bt.tree.registry import node
@@ -16,6 +17,7 @@ class Press(MotionBehavior):
 
     arm: Uses[Arm]
     force_sensor: Uses[ForceSensor | None]
+    touch: In[Touch]  # first contact, from which depths count
     depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="absolute, past first contact", limit="depth")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
     max_force: In[Force] = port(15.0, min=0.05, max=50.0, doc="stop and fail above this", limit="held_force")
@@ -23,8 +25,7 @@ class Press(MotionBehavior):
     def start(self) -> Motion:
         """Move straight down, or up."""
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
-        contact = self.context.hand.touched_at
-        pose = self.arm.pose(MAX_AGE).value
+        pose, contact = self.arm.pose(MAX_AGE).value, touched_at(self.context, self.touch)
         return self.arm.move(pose.at_height(contact - self.depth), speed=self.speed, owner=self.path)
 
     def arrived(self) -> Status:

@@ -7,14 +7,16 @@ import math
 import numpy as np
 
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._frames import FrameSource
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
+from stretch_bt.behaviors._frames import FrameSource, corrected
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion
 from stretch_bt.perception.clouds.relief import Relief
 from stretch_bt.perception.clouds.views import surface_of
 from stretch_bt.perception.deprojection import to_world
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
@@ -43,11 +45,13 @@ class PressGently(MotionBehavior):
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
     force_sensor: Uses[ForceSensor | None]
+    touch: In[Touch]  # first contact, from which depths count
     depth: In[Length] = port(min=0.0, max=MOST_DEPTH, doc="at most, past first contact", limit="depth")
     speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
     max_force: In[Force] = port(5.0, min=0.05, max=50.0, doc="stop here", limit="lowered_force")
     max_drop: In[Length] = port(0.001, min=0.0001, max=0.02, doc="stop when the top has fallen by this")
     relief: In[Relief | None] = None  # what was felt before
+    pattern: In[Pattern | None] = None  # static error of the camera, which is taken off
     reached: Out[Length]  # depth at which the hand stands now, 0 above first contact
     ended: Out[str]  # by what: `depth`, `force`, `drop` or `balance`, which the membrane lost
 
@@ -63,8 +67,7 @@ class PressGently(MotionBehavior):
 
     def start(self) -> Motion:
         """Move straight down."""
-        contact = self.context.hand.touched_at
-        pose = self.arm.pose(MAX_AGE).value
+        pose, contact = self.arm.pose(MAX_AGE).value, touched_at(self.context, self.touch)
         return self.arm.move(pose.at_height(max(contact - self.depth, 0.0)), speed=self.speed, owner=self.path)
 
     def update(self) -> Status:
@@ -89,14 +92,14 @@ class PressGently(MotionBehavior):
         if frame is None:
             return None
         self.looked = depth
-        return self._end("drop") if self._fell(self.source.corrected(frame)) else None
+        return self._end("drop") if self._fell(corrected(frame, self.pattern, self.device_names["camera"])) else None
 
     def arrived(self) -> Status:
         """Tell how deep it is."""
         try:
             force = self.limit.force()
         except NoEquilibrium:
-            if self.arm.pose(MAX_AGE).value.height < self.context.hand.touched_at + CLEAR / 2:
+            if self.arm.pose(MAX_AGE).value.height < self.touch.height + CLEAR / 2:
                 self._rise()
                 return Status.RUNNING
             force = 0.0
@@ -110,12 +113,12 @@ class PressGently(MotionBehavior):
         if self.motion is not None:
             self.motion.stop()
         self.lost, pose = True, self.arm.pose(MAX_AGE).value
-        high = self.context.hand.touched_at + CLEAR
+        high = self.touch.height + CLEAR
         target = pose.height + BACK if self._depth() > 2 * BACK else high
         self.motion = self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
 
     def _depth(self) -> float:
-        return self.context.hand.touched_at - self.arm.pose(MAX_AGE).value.height
+        return self.touch.height - self.arm.pose(MAX_AGE).value.height
 
     def _most(self) -> float:
         limits = self.context.limits

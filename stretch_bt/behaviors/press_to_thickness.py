@@ -8,12 +8,14 @@ import numpy as np
 
 from stretch_bt import perception
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._frames import FrameSource
+from stretch_bt.behaviors._frames import FrameSource, corrected
 from stretch_bt.behaviors._membrane import as_touched
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors.records import Mounting, Touch
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Force, Length, Speed
@@ -39,6 +41,9 @@ class PressToThickness(MotionBehavior):
     camera: Uses[DepthCamera]
     gripper: Uses[Gripper | None]
     force_sensor: Uses[ForceSensor | None]
+    touch: In[Touch]  # first contact, from which depths count
+    pattern: In[Pattern | None] = None  # static error of the camera, which is taken off
+    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
     thickness: In[Length] = port(min=0.001, max=0.1, doc="wanted, under the press")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
     max_force: In[Force] = port(18.0, min=0.05, max=50.0, doc="stop here", limit="lowered_force")
@@ -85,9 +90,9 @@ class PressToThickness(MotionBehavior):
         self.looks += 1
         limits = self.context.limits
         deepest = self.max_depth if limits is None else min(self.max_depth, limits.depth)
-        low = max(self.context.hand.touched_at - deepest, 0.0)
+        low = max(touched_at(self.context, self.touch) - deepest, 0.0)
         pose = self.arm.pose(MAX_AGE).value
-        top = self._top(self.source.corrected(perception.average_frames(self.shots)))
+        top = self._top(corrected(perception.average_frames(self.shots), self.pattern, self.device_names["camera"]))
         over = top.value - self.thickness
         if over <= CLOSE or self.limited or self.looks >= MOST_LOOKS or pose.height <= low + 1e-5:
             return self._end(top, "thickness" if over <= CLOSE else "force" if self.limited else "depth")
@@ -119,9 +124,9 @@ class PressToThickness(MotionBehavior):
         seen = perception.to_membrane(points, frame.plane_distance or 0.0)
         stretch = frame.stretch or 0.0
         try:
-            contact, reach = perception.find_contact(frame), self.context.hand.geometry.reach(stretch)
-            top = perception.track_height(seen, valid, contact.labels, reach=reach)
-            top = as_touched(self.context, top, contact.surface, contact.labels, stretch)
+            contact, hand = perception.find_contact(frame), self.context.hand.geometry
+            top = perception.track_height(seen, valid, contact.labels, reach=hand.reach(stretch))
+            top = as_touched(hand, self.mounting, top, contact.surface, contact.labels, stretch)
         except NoAnswer:  # a top that is pressed flat has no curvature to tell contact by
             top = Estimate(perception.highest_of(np.where(valid[..., None], seen, np.nan)), FLAT_SD)
         return Estimate(top.value + (frame.hand_height or 0.0), top.sd)

@@ -3,6 +3,7 @@
 import math
 
 from stretch_bt.behaviors._motion import MotionBehavior, slowed
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
@@ -19,13 +20,14 @@ class Retract(MotionBehavior):
     """
 
     arm: Uses[Arm]
+    touch: In[Touch | None] = None  # first contact, where it is known
     clearance: In[Length] = port(0.020, min=0.0, max=0.300, doc="above first contact")
     speed: In[Speed] = port(0.020, min=0.001, max=0.250, doc="of the hand", limit="speed")
 
     def start(self) -> Motion:
         """Move straight up."""
         pose = self.arm.pose(MAX_AGE).value
-        contact = self.context.hand.contact_height
+        contact = None if self.touch is None else self.touch.height
         limits = self.context.limits
         highest = math.inf if limits is None else limits.height.max
         target = max(min((pose.height if contact is None else contact) + self.clearance, highest), pose.height)

@@ -3,8 +3,9 @@
 from typing import Literal
 
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior
+from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
 from stretch_bt.behaviors._rolling import laid, length_of
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
@@ -29,6 +30,7 @@ class Roll(MotionBehavior):
 
     arm: Uses[Arm]
     force_sensor: Uses[ForceSensor | None]
+    touch: In[Touch]  # first contact, from which depths count
     shape: In[Literal["circle", "eight"]] = "circle"  # a circle, or an eight along the stretch, 0.4 as wide as long
     radius: In[Length] = port(
         0.015, min=0.001, max=0.060, doc="of the circle, or half of the length of the eight", limit="radius"
@@ -60,7 +62,7 @@ class Roll(MotionBehavior):
 
     @property
     def _lowest(self) -> float:
-        return max(self.context.hand.touched_at - self.depth, 0.0)
+        return max(touched_at(self.context, self.touch) - self.depth, 0.0)
 
     @property
     def _pieces(self) -> int:

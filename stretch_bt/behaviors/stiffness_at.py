@@ -1,7 +1,6 @@
-"""Stiffness at a stated drop."""
+"""Stiffness at a stated deflection."""
 
-from stretch_bt.behaviors._readings import fitted
-from stretch_bt.errors import IllConditioned
+from stretch_bt.behaviors.records import Felt
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length, Stiffness
@@ -9,20 +8,18 @@ from stretch_bt.units import Length, Stiffness
 
 @node
 class StiffnessAt(Behavior):
-    """Tell the object's force over its drop at a stated drop, on the curve that `track_drop` fitted last.
+    """Read the object's force over its deflection at a stated deflection off the curve that `fit_deflection` fitted.
 
-    Soft objects stiffen as they give way, so that stiffnesses compare only at one drop. FAILURE when the object gave way by too little to tell.
+    Soft objects stiffen as they give way, so that stiffnesses compare only at one deflection. FAILURE when the object gave way by too little.
     """
 
     kind = "model"
     instant = True
-    drop: In[Length] = port(0.0015, min=1e-4, doc="at which to tell")
-    stiffness: Out[Stiffness]  # force over drop there
+    felt: In[Felt]  # the object
+    deflection: In[Length] = port(0.0015, min=1e-4, doc="at which the stiffness is wanted")
+    stiffness: Out[Stiffness]  # force over deflection there
 
     def update(self) -> Status:
         """Read off the curve."""
-        found = fitted(self.context)
-        if found is None:
-            raise IllConditioned("nothing is known of the object yet; run 'track_drop' first")
-        self.stiffness = found.series.stiffness_at(self.drop)
+        self.stiffness = self.felt.stiffness_at(self.deflection)
         return Status.SUCCESS

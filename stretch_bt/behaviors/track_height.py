@@ -1,12 +1,15 @@
 """Tracking the height of the object's top."""
 
 import math
+from copy import deepcopy
 
 from stretch_bt import perception
-from stretch_bt.behaviors._membrane import as_touched, camera_off, height_of_top, keep_how
+from stretch_bt.behaviors._membrane import as_touched, camera_off, height_of_top
+from stretch_bt.behaviors.records import Mounting, ObservedTop, Rise
 from stretch_bt.frames import DepthFrame
+from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.types import Contact, Sphere
-from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Estimate, Length
 
@@ -17,13 +20,13 @@ class TrackHeight(Behavior):
 
     With a contact the height is that of its top, and of the highest where there are several: in the world when the frame knows where the
     hand is, else above the flat membrane. Its deviation counts how many pixels share the camera's noise, and by how much the camera is off
-    over all of the contact: what `approach` could not take off, or else what the undeformed membrane shows. Over a flat top the membrane
+    over all of the contact: what a learned pattern misses, or else what the undeformed membrane shows. Over a flat top the membrane
     stands a little higher, as its edges bend it; that is taken off.
 
     Without a contact it is how far the highest place has risen above the first frames, on any soft sensor.
 
-    With a sphere, after an `approach` that was told how the membrane is mounted, the whole membrane tells the height, by the shape that the
-    solved sheet has over such a sphere. The contact alone tells it where that shape does not fit.
+    With a sphere, where it is known how the membrane is mounted, the whole membrane gives the height, by the shape that the
+    solved sheet has over such a sphere. The contact alone gives it where that shape does not fit.
     """
 
     kind = "perception"
@@ -31,44 +34,42 @@ class TrackHeight(Behavior):
     frame: In[DepthFrame]  # the one to measure in
     contact: In[Contact | None] = None  # where the top is; without it, frames are followed one by one
     sphere: In[Sphere | None] = None  # fitted to the top in contact before; with it the height is surer
+    pattern: In[Pattern | None] = None  # static error of the camera, as far as it was learned
+    mounting: In[Mounting | None] = None  # of the membrane, as far as it is known
+    rise: InOut[Rise | None]  # what the frames without a contact say so far
     height: Out[Length] = port(truth="height")  # of the object's top
-
-    def __init__(self, path: str = "") -> None:
-        super().__init__(path)
-        self.tracker: perception.HeightTracker | None = None
+    observed_top: Out[ObservedTop]  # the same, with how it was had
 
     def update(self) -> Status:
         """Measure."""
-        if self.contact is None:
-            self.height = self._risen()
-            keep_how(self.context, by_membrane=False)
-        else:
-            self.height = self._top(self.contact)
+        contact = self.contact
+        found = ObservedTop(*_both(self._risen()), 0.0, False) if contact is None else self._top(contact)
+        self.height, self.observed_top = Estimate(found.height, found.height_sd), found
         return Status.SUCCESS
 
     def _risen(self) -> Estimate:
-        if self.tracker is None:
-            self.tracker = perception.HeightTracker()
-        return self.tracker.update(self.frame)
+        rise = self.rise or Rise(0, perception.HeightTracker())
+        tracker = deepcopy(rise.tracker)
+        height = tracker.update(self.frame)
+        self.rise = Rise(rise.frames + 1, tracker)
+        return height
 
-    def _top(self, contact: Contact) -> Estimate:
-        frame = self.frame
+    def _top(self, contact: Contact) -> ObservedTop:
+        frame, hand = self.frame, self.context.hand.geometry
         points, valid = perception.deproject(frame)
         points = perception.to_membrane(points, frame.plane_distance or 0.0)
-        top, by_membrane = height_of_top(
-            self.context, points, valid, contact.labels, frame.stretch or 0.0, self._curvature()
-        )
-        keep_how(self.context, by_membrane=by_membrane)
+        stretch, mounting = frame.stretch or 0.0, self.mounting
+        top, by_membrane = height_of_top(hand, mounting, points, valid, contact.labels, stretch, self._curvature())
+        off = 0.0
         if not by_membrane:
-            top = self._as_touched(top, contact, frame)
-        return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
-
-    def _as_touched(self, top: Estimate, contact: Contact, frame: DepthFrame) -> Estimate:
-        """Return the height of what is touched, as far as the contact tells it: a flat top lifts the membrane by its edges."""
-        off = camera_off(self.context, contact.surface, contact.labels, frame.plane_distance or 0.0)
-        if self.sphere is None:
-            top = as_touched(self.context, top, contact.surface, contact.labels, frame.stretch or 0.0)
-        return Estimate(top.value, math.hypot(top.sd, off))
+            off = camera_off(self.pattern, contact.surface, contact.labels, frame.plane_distance or 0.0)
+            if self.sphere is None:
+                top = as_touched(hand, mounting, top, contact.surface, contact.labels, stretch)
+        return ObservedTop(top.value + (frame.hand_height or 0.0), math.hypot(top.sd, off), off, by_membrane)
 
     def _curvature(self) -> Estimate | None:
         return None if self.sphere is None else Estimate(self.sphere.curvature, self.sphere.curvature_sd)
+
+
+def _both(height: Estimate) -> tuple[float, float]:
+    return height.value, height.sd

@@ -1,17 +1,18 @@
 """Writing down a press of a sensitivity map."""
 
 from stretch_bt.behaviors._pressed import pressed
-from stretch_bt.behaviors._table import table_of
+from stretch_bt.behaviors.protocol_records import Table
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.model.calibration.sensitivity import Found, Sensed
-from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
+from stretch_bt.tree.ports import Behavior, In, InOut, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length
 
 
 @node
 class WriteDiameters(Behavior):
-    """Add what was found of a flat cylinder to the table that `next_state` opened, and return once the disk has it.
+    """Add what was found of a flat cylinder to the table that `plan_protocol` opened, and return once the disk has it.
 
     Stretch and depth are those that gripper and arm tell, not those that were asked for; the depth counts from the contact that
     `approach` found.
@@ -21,20 +22,20 @@ class WriteDiameters(Behavior):
     instant = True
     arm: Uses[Arm]
     gripper: Uses[Gripper]
+    touch: In[Touch]  # first contact, from which depths count
     diameter: In[Length] = port(min=0.0, doc="of the cylinder that is mounted")
     trial: In[int] = port(1, min=1, doc="from 1")
     found: In[tuple[Found, ...]]  # as `compare_diameters` has it
-    table: In[str] = ""  # as `next_state` has it
-    rows: Out[int]  # presses that the table holds now
+    measured: InOut[Table]  # the table, with this press in it
 
     def update(self) -> Status:
         """Write."""
-        press = self._press()
-        table = table_of(self.context, self.table, Sensed)
-        table.append(press)
-        self.rows = len(table.presses)
+        content = self.measured.content
+        content.of(Sensed)
+        grown = content.grown(self._press())
+        self.measured = Table(len(grown.presses), grown)
         return Status.SUCCESS
 
     def _press(self) -> Sensed:
-        stretch, depth = pressed(self.context.hand, self.arm, self.gripper)
+        stretch, depth = pressed(self.context.hand.geometry, self.touch, self.arm, self.gripper)
         return Sensed("cylinder", self.diameter, stretch, depth, self.trial, tuple(self.found), self.context.time)

@@ -1,15 +1,16 @@
 """Zeroing the force sensor."""
 
-from stretch_bt.behaviors._force import ForceMean, zero_of
+from stretch_bt.behaviors._force import ForceMean
+from stretch_bt.behaviors.records import Zero
 from stretch_bt.hardware.interfaces import Arm, ForceSensor
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Force
+from stretch_bt.units import Estimate, Force
 
 
 @node
 class ZeroForce(Behavior):
-    """Zero the force sensor, and take the mean of what it then still says off the forces that `measure_force` finds.
+    """Zero the force sensor, and read what it then still says, which `measure_force` takes off its forces.
 
     The hand must touch nothing; no reading tells whether it does. A single reading is a poor zero: its noise would be in every
     force until the next one.
@@ -20,6 +21,7 @@ class ZeroForce(Behavior):
     arm: Uses[Arm | None]
     count: In[int] = port(20, min=1, max=10000, doc="readings to average, one a tick")
     offset: Out[Force]  # that is left, and taken off
+    zero: Out[Zero]  # the same, with the readings
 
     def initialise(self) -> None:
         """Zero at the first tick."""
@@ -32,5 +34,7 @@ class ZeroForce(Behavior):
             self.readings = ForceMean(self.context, self.force_sensor, self.arm)
         if self.readings.add() < self.count:
             return Status.RUNNING
-        zero_of(self.context, self.force_sensor)["zero"] = self.offset = self.readings.mean()
+        sample = self.readings.sample()
+        self.offset = Estimate(sample.force, sample.force_sd)
+        self.zero = Zero(sample.force, sample.force_sd, sample)
         return Status.SUCCESS

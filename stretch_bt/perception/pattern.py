@@ -36,21 +36,17 @@ PART = 0.7  # of its standard deviation that a static error adds to a hang that 
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """Static error of a camera's depth, `error` (h, w) float32, m, 0 where unknown.
+    """Static error of a camera's depth, learned from frames of the free membrane, whose sag is no error."""
 
-    `hung` (h, w) float32, m, is how far below the flat membrane each place of it hung while that was learned, `hang`, m, its middle, by
-    what could be told; that is no error. `hang_sd`, m, is the standard deviation of that, and of heights of the world. `left`, m, is about
-    that of what `error` misses. `rate`, m/s, is how fast depth grew as the camera warmed, and `time`, s, the device's time that it is of.
-    """
-
-    error: Image
-    hung: Image
-    left: Length
-    hang: Length
-    hang_sd: Length
-    rate: Speed
-    time: Time
-    stretch: Length | None = None
+    error: Image  # (h, w) float32, m, 0 where unknown
+    hung: Image  # (h, w) float32, m, how far below the flat membrane each place of it hung meanwhile
+    left: Length  # about the standard deviation of what `error` misses
+    hang: Length  # sag of the middle of the membrane, as estimated
+    hang_sd: Length  # standard deviation of hang, and of heights in the world
+    rate: Speed  # by which depth grew as the camera warmed
+    time: Time  # of the camera, at which the error was so
+    stretch: Length | None = None  # of the membrane meanwhile
+    camera: str = ""  # name of the camera in the task, where it is known
 
 
 class FreeView:

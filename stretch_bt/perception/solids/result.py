@@ -9,7 +9,7 @@ from typing import Literal
 from stretch_bt.perception.types import FloatArray
 from stretch_bt.units import Angle, Length
 
-__all__ = ["KINDS", "Dimension", "Kind", "Solid", "Weighed", "pooled"]
+__all__ = ["DIMENSIONS", "KINDS", "Dimension", "Kind", "Solid", "Weighed", "pooled"]
 
 Kind = Literal["block", "disc", "ridge", "half_cylinder", "domes", "point", "wire_circle", "wire_triangle", "extents"]
 KINDS: tuple[Kind, ...] = (
@@ -23,6 +23,9 @@ KINDS: tuple[Kind, ...] = (
     "wire_triangle",
     "extents",
 )
+
+#: what a shape may have, by name
+DIMENSIONS = ("length", "width", "height", "radius", "side", "radius_1", "radius_2", "radius_3")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +70,102 @@ class Solid:
     ranking: tuple[Weighed, ...]
 
     @property
-    def height(self) -> Length:
-        """Of its top above the table, m."""
-        return self.dimensions["height"].value
+    def x(self) -> Length:
+        """Of the middle of its top, world."""
+        return float(self.middle[0])
+
+    @property
+    def y(self) -> Length:
+        """Of the middle of its top, world."""
+        return float(self.middle[1])
+
+    @property
+    def length(self) -> Length | None:
+        """The longer side of the top, or the length of a crest."""
+        return self._value("length")
+
+    @property
+    def length_sd(self) -> Length | None:
+        """Standard deviation of length."""
+        return self._sd("length")
+
+    @property
+    def width(self) -> Length | None:
+        """The shorter side of the top."""
+        return self._value("width")
+
+    @property
+    def width_sd(self) -> Length | None:
+        """Standard deviation of width."""
+        return self._sd("width")
+
+    @property
+    def height(self) -> Length | None:
+        """Of the top above the table."""
+        return self._value("height")
+
+    @property
+    def height_sd(self) -> Length | None:
+        """Standard deviation of height."""
+        return self._sd("height")
+
+    @property
+    def radius(self) -> Length | None:
+        """Of a disc, half-cylinder, circle of wire or the largest dome."""
+        return self._value("radius")
+
+    @property
+    def radius_sd(self) -> Length | None:
+        """Standard deviation of radius."""
+        return self._sd("radius")
+
+    @property
+    def side(self) -> Length | None:
+        """Of a triangle of wire, along its middle."""
+        return self._value("side")
+
+    @property
+    def side_sd(self) -> Length | None:
+        """Standard deviation of side."""
+        return self._sd("side")
+
+    @property
+    def radius_1(self) -> Length | None:
+        """Of the largest dome."""
+        return self._value("radius_1")
+
+    @property
+    def radius_1_sd(self) -> Length | None:
+        """Standard deviation of radius_1."""
+        return self._sd("radius_1")
+
+    @property
+    def radius_2(self) -> Length | None:
+        """Of the second dome."""
+        return self._value("radius_2")
+
+    @property
+    def radius_2_sd(self) -> Length | None:
+        """Standard deviation of radius_2."""
+        return self._sd("radius_2")
+
+    @property
+    def radius_3(self) -> Length | None:
+        """Of the third dome."""
+        return self._value("radius_3")
+
+    @property
+    def radius_3_sd(self) -> Length | None:
+        """Standard deviation of radius_3."""
+        return self._sd("radius_3")
+
+    def _value(self, name: str) -> Length | None:
+        known = self.dimensions.get(name)
+        return None if known is None else known.value
+
+    def _sd(self, name: str) -> Length | None:
+        known = self.dimensions.get(name)
+        return None if known is None else known.sd
 
 
 def pooled(found: list[Dimension], shared: float = 0.0) -> Dimension:

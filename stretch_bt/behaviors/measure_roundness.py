@@ -1,0 +1,67 @@
+"""How round a lump is, from what several ways it lay show of it."""
+
+import statistics
+
+from stretch_bt import perception
+from stretch_bt.behaviors.records import LumpLook, LumpLooks
+from stretch_bt.errors import NoAnswer
+from stretch_bt.perception.types import Contact
+from stretch_bt.tree.ports import Behavior, In, InOut, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Estimate, Length
+
+UNKNOWN = 1.0  # residual over the radius before there are two looks
+
+
+@node
+class MeasureRoundness(Behavior):
+    """Take one more look at a lump that rolls, and compare the last ones with a ball.
+
+    Of looks between which the lump turned three things are measured: by how much its caps differ from their mean, how round their level
+    lines are on average, and how high it is on average over the diameter of the ball of its volume. Of all bodies of a volume
+    the ball has the least mean width (Urysohn 1924), so that the last, unlike the spread of the heights, misses no shape; the
+    load of the hand lowers it. A level line that is cut or unseen is left out, and
+    under a tense membrane they say more of the membrane than of the lump.
+    """
+
+    kind = "perception"
+    instant = True
+    contact: In[Contact]  # the latest
+    height: In[Length]  # of the top over the table, at the same look
+    radius: In[Length] = port(min=0.001, max=0.1, doc="of the ball of the lump's volume")
+    count: In[int] = port(6, min=2, max=1000, doc="how many of the last looks count")
+    level: In[Length | None] = port(None, min=0.0005, max=0.02, doc="of level lines below the top, where any are drawn")
+    lump_looks: InOut[LumpLooks | None]  # the last ones
+    residual: Out[float]  # of the caps from their mean over the radius, without the camera's noise; 1 before two looks
+    spread: Out[float]  # standard deviation of the heights over the radius
+    width: Out[float]  # mean height over the diameter
+    outline: Out[float]  # mean circularity of the level lines, low-pass; 0 where none was drawn
+
+    def update(self) -> Status:
+        """Look, and take the last looks together."""
+        look = LumpLook(perception.cap_of(self.contact, self.radius), float(self.height), self._outline())
+        before = () if self.lump_looks is None else self.lump_looks.looks
+        looks = (*before, look)[-self.count :]
+        self.lump_looks = LumpLooks(looks)
+        number, heights = len(looks), [look.height / self.radius for look in looks]
+        spread, width = statistics.pstdev(heights), statistics.fmean(heights) / 2
+        self.residual = _residual(looks, self.radius)
+        self.spread = Estimate(spread, spread / (2 * number) ** 0.5)
+        self.width = Estimate(width, spread / 2 / number**0.5)
+        self.outline = statistics.fmean([look.outline for look in looks if look.outline is not None] or [0.0])
+        return Status.SUCCESS
+
+    def _outline(self) -> float | None:
+        if self.level is None:
+            return None
+        try:
+            return perception.outline_at(self.contact.surface, self.level).roundness("low_pass").circularity
+        except NoAnswer:
+            return None
+
+
+def _residual(looks: tuple[LumpLook, ...], radius: Length) -> Estimate:
+    if len(looks) < 2:
+        return Estimate(UNKNOWN, UNKNOWN)
+    found = perception.cap_residual([look.cap for look in looks])
+    return Estimate(found.value / radius, found.sd / radius)

@@ -1,0 +1,96 @@
+"""Where to press next and how long to look."""
+
+from stretch_bt import model as mechanics
+from stretch_bt.behaviors._models import within_range
+from stretch_bt.behaviors._readings import fixed_part, frames_at, noise_at
+from stretch_bt.behaviors.records import Candidates, Felt, PlannedPress, TopReadings
+from stretch_bt.errors import IllConditioned
+from stretch_bt.model.palpation.active import Choice
+from stretch_bt.tree.ports import Behavior, In, Out, Status, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Length, Time
+
+LEAST_NOISE = 1e-6  # m
+
+
+@node
+class PlanLook(Behavior):
+    """Choose the press and the number of frames that take most off the variance of the stiffness at a deflection per second of the robot.
+
+    The force never falls: the hand stays where it is, or presses harder by at least three standard deviations of what the two may be off.
+    The plan is `known` when the stated deviation is as small as wanted, or no look takes enough off it; it is then the present press.
+    While the object's deflection is not known yet the press is that of `plan_press`; FAILURE when no candidate is harder.
+    """
+
+    kind = "model"
+    instant = True
+    candidates: In[Candidates]  # by `list_presses`
+    felt: In[Felt]  # the object, as far as it was felt
+    top_readings: In[TopReadings]  # of its top
+    deflection: In[Length] = port(
+        min=1e-4, doc="at which the stiffness is wanted; no press is sent to where it may be twice as large"
+    )
+    at_press: In[bool] = port(False, doc="whether the stiffness at the last press is wanted instead, whichever that will be")
+    wanted_error: In[float] = port(0.05, min=1e-3, max=1.0, doc="relative standard deviation of that stiffness")
+    least_gain: In[float] = port(
+        0.01, min=0.0, max=10.0, doc="part of the variance, a second, below which no look is worth its time"
+    )
+    settle: In[Time] = port(0.0, min=0.0, max=60.0, doc="for which a new press is left alone before it is looked at")
+    frame_noise: In[Length | None] = port(
+        None,
+        min=1e-6,
+        max=0.01,
+        doc="by which a height is off in one frame; unless given, as the readings of the present press say",
+    )
+    next: Out[PlannedPress]  # at the present press where the hand stays
+
+    def update(self) -> Status:
+        """Plan."""
+        felt, last = self.felt, self.felt.last
+        choice = None if self._known(felt) else self._choice(felt)
+        press = choice.press if choice is not None else None
+        stretch, hand = (last.stretch, last.hand) if press is None else (press.stretch, press.hand)
+        force, deflection = (felt.force, felt.deflection) if press is None else (press.force, press.drop)
+        self.next = PlannedPress(
+            stretch,
+            max(self.candidates.touched_at - hand, 0.0),
+            force,
+            deflection,
+            choice.count if choice is not None else min(mechanics.COUNTS),
+            choice.gain if choice is not None else 0.0,
+            choice is None,
+        )
+        return Status.SUCCESS
+
+    def _known(self, felt: Felt) -> bool:
+        """Return whether the stiffness is known as well as is wanted."""
+        try:
+            stiffness = felt.series.stiffness() if self.at_press else felt.stiffness_at(self.deflection)
+        except IllConditioned:
+            return False
+        return stiffness.sd <= self.wanted_error * stiffness.value
+
+    def _noise(self, felt: Felt) -> tuple[Length, Length]:
+        """Return by how much a height is off in one frame, m, and what of it more frames leave, m."""
+        if self.frame_noise:
+            return self.frame_noise, fixed_part(self.frame_noise)
+        noise, fixed = noise_at(self.top_readings.readings, felt.last)
+        return max(noise, LEAST_NOISE), fixed
+
+    def _choice(self, felt: Felt) -> Choice | None:
+        given = self.candidates
+        noise, fixed = self._noise(felt)
+        taken = float(frames_at(self.top_readings.readings, felt.last))
+        with within_range():
+            return mechanics.next_look(
+                given.model,
+                given.radius,
+                felt.series,
+                felt.last,
+                self.deflection,
+                given.limits,
+                mechanics.Looks(noise, fixed, mechanics.ROBOT, taken),
+                mechanics.Costs(settle=self.settle),
+                least=self.least_gain,
+                at_press=self.at_press,
+            )
