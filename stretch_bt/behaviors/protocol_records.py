@@ -46,6 +46,11 @@ class Indenter:
     angle: Angle  # of a cone, between its surface and the membrane plane; else 0
     trials: list[Trial]  # in their order
 
+    @property
+    def size(self) -> float:
+        """The angle of a cone, rad; the diameter of another one, m."""
+        return self.angle if self.geometry == "cone" else self.diameter
+
 
 @dataclass(frozen=True, slots=True)
 class Left:

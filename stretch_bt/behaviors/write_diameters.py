@@ -1,13 +1,12 @@
 """Writing down a press of a sensitivity map."""
 
 from stretch_bt.behaviors._pressed import pressed
-from stretch_bt.behaviors.protocol_records import Table
+from stretch_bt.behaviors.protocol_records import Indenter, Table, Trial
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.model.calibration.sensitivity import Found, Sensed
 from stretch_bt.tree.ports import Behavior, In, InOut, Status, Uses, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Length
 
 
 @node
@@ -23,8 +22,8 @@ class WriteDiameters(Behavior):
     arm: Uses[Arm]
     gripper: Uses[Gripper]
     touch: In[Touch]  # first contact, from which depths count
-    diameter: In[Length] = port(min=0.0, doc="of the cylinder that is mounted")
-    trial: In[int] = port(1, min=1, doc="from 1")
+    indenter: In[Indenter]  # that is mounted
+    trial: In[Trial]  # that this press belongs to
     found: In[tuple[Found, ...]]  # as `compare_diameters` has it
     measured: InOut[Table]  # the table, with this press in it
 
@@ -38,4 +37,4 @@ class WriteDiameters(Behavior):
 
     def _press(self) -> Sensed:
         stretch, depth = pressed(self.context.hand.geometry, self.touch, self.arm, self.gripper)
-        return Sensed("cylinder", self.diameter, stretch, depth, self.trial, tuple(self.found), self.context.time)
+        return Sensed("cylinder", self.indenter.diameter, stretch, depth, self.trial.number, tuple(self.found), self.context.time)

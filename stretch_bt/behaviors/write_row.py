@@ -1,13 +1,13 @@
 """Writing down a press of a characterisation."""
 
 from stretch_bt.behaviors._pressed import pressed
-from stretch_bt.behaviors.protocol_records import Table
+from stretch_bt.behaviors.protocol_records import Indenter, Table, Trial
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.model.calibration.characterization import Press
 from stretch_bt.tree.ports import Behavior, In, InOut, Status, Uses, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Angle, Force, Length
+from stretch_bt.units import Force
 
 
 @node
@@ -23,10 +23,8 @@ class WriteRow(Behavior):
     arm: Uses[Arm]
     gripper: Uses[Gripper]
     touch: In[Touch]  # first contact, from which depths count
-    geometry: In[str]  # of what is mounted: sphere, cylinder or cone
-    diameter: In[Length] = port(0.0, min=0.0, doc="of a sphere or cylinder")
-    angle: In[Angle] = port(0.0, min=0.0, doc="of a cone, between its surface and the membrane plane")
-    trial: In[int] = port(1, min=1, doc="from 1")
+    indenter: In[Indenter]  # that is mounted
+    trial: In[Trial]  # that this press belongs to
     force: In[Force]  # at this press
     force_sd: In[Force] = port(0.0, min=0.0, doc="standard deviation of force")
     measured: InOut[Table]  # the table, with this press in it
@@ -41,6 +39,6 @@ class WriteRow(Behavior):
 
     def _press(self) -> Press:
         stretch, depth = pressed(self.context.hand.geometry, self.touch, self.arm, self.gripper)
-        size = self.angle if self.geometry == "cone" else self.diameter
+        indenter = self.indenter
         force, sd = float(self.force), float(self.force_sd)
-        return Press(self.geometry, size, stretch, depth, self.trial, force, sd, self.touch.height, self.context.time)
+        return Press(indenter.geometry, indenter.size, stretch, depth, self.trial.number, force, sd, self.touch.height, self.context.time)

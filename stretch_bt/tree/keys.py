@@ -132,7 +132,7 @@ class _Keys:
             for port in reached:
                 declared.min = max((b for b in (declared.min, port.min) if b is not None), default=None)
                 declared.max = min((b for b in (declared.max, port.max) if b is not None), default=None)
-            if reached and declared.listed and not any(port.needed for port in reached):
+            if declared.listed and reached and not _needed(declared.name in self.signature.inouts, reached):
                 declared.has_default = declared.may_be_absent = True
 
     def take_type(self, declared: Declared, reached: list[_Port]) -> None:
@@ -332,6 +332,11 @@ class _Keys:
         except ExpressionError:
             return None
         return None if found is ANY else found
+
+
+def _needed(written_over: bool, reached: list[_Port]) -> bool:
+    """Whether a tree needs an input: one of its ports does, or the first one of what is written over after that."""
+    return reached[0].needed if written_over else any(port.needed for port in reached)
 
 
 def _named(key: Value | None, type_: Type | None = None, items: Value | None = None) -> Iterator[_Writer]:
