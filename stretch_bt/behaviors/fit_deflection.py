@@ -50,7 +50,9 @@ class FitDeflection(ModelBehavior):
     robot_sd: In[Length] = port(
         mechanics.ROBOT, min=0.0, max=0.001, doc="Standard deviation of the hand's positioning error."
     )
-    felt: Out[Felt] = port(truth={"top": "contact_height", "height": "height", "deflection": "deflection", "force": "force"})
+    felt: Out[Felt] = port(
+        truth={"top": "contact_height", "height": "height", "deflection": "deflection", "force": "force"}
+    )
 
     def update(self) -> Status:
         """Fit all."""

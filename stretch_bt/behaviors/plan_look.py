@@ -30,7 +30,9 @@ class PlanLook(Behavior):
     deflection: In[Length] = port(
         min=1e-4, doc="at which the stiffness is wanted; no press is sent to where it may be twice as large"
     )
-    at_press: In[bool] = port(False, doc="whether the stiffness at the last press is wanted instead, whichever that will be")
+    at_press: In[bool] = port(
+        False, doc="whether the stiffness at the last press is wanted instead, whichever that will be"
+    )
     wanted_error: In[float] = port(0.05, min=1e-3, max=1.0, doc="relative standard deviation of that stiffness")
     least_gain: In[float] = port(
         0.01, min=0.0, max=10.0, doc="part of the variance, a second, below which no look is worth its time"

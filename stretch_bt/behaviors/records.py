@@ -8,6 +8,7 @@ from stretch_bt.behaviors._readings import Reading
 from stretch_bt.model import ForceModel, Limits, Series
 from stretch_bt.perception.cap import Cap
 from stretch_bt.perception.detect import ContactDetector
+from stretch_bt.perception.pattern import FreeView
 from stretch_bt.perception.tracker import HeightTracker
 from stretch_bt.units import Angle, Area, Estimate, Force, Length
 
@@ -15,6 +16,7 @@ __all__ = [
     "Candidates",
     "Felt",
     "ForceSample",
+    "FreeMembrane",
     "Heights",
     "LumpLook",
     "LumpLooks",
@@ -39,6 +41,16 @@ class Touch:
 
     height: Length  # of the hand, world, at which it touches the undeformed top
     height_sd: Length  # standard deviation of height
+
+
+@dataclass(frozen=True, slots=True)
+class FreeMembrane:
+    """What frames of the free membrane show, before it touches anything."""
+
+    frames: int  # how many
+    camera: str  # that took them, by its name in the task
+    view: FreeView  # their mean
+    detector: ContactDetector  # what counts as contact against them
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +93,9 @@ class Felt:
     force: Force  # on the object at the latest press, by the force model
     force_sd: Force  # standard deviation of force
     correlation: float  # of the errors of force and deflection
-    creep: Length  # by which the newer readings of the latest press stand above the older; below 0 where the object creeps
+    creep: (
+        Length  # by which the newer readings of the latest press stand above the older; below 0 where the object creeps
+    )
     creep_sd: Length  # standard deviation of creep
     top: Length  # height of the undeformed top, world
     top_sd: Length  # standard deviation of top
@@ -239,5 +253,3 @@ class TriedViews:
     def is_fruitless(self) -> bool:
         """Whether so many presses in a row showed nothing new that another is not worth it."""
         return self.fruitless >= PATIENCE
-
-

@@ -37,4 +37,6 @@ class WriteDiameters(Behavior):
 
     def _press(self) -> Sensed:
         stretch, depth = pressed(self.context.hand.geometry, self.touch, self.arm, self.gripper)
-        return Sensed("cylinder", self.indenter.diameter, stretch, depth, self.trial.number, tuple(self.found), self.context.time)
+        return Sensed(
+            "cylinder", self.indenter.diameter, stretch, depth, self.trial.number, tuple(self.found), self.context.time
+        )

@@ -41,4 +41,14 @@ class WriteRow(Behavior):
         stretch, depth = pressed(self.context.hand.geometry, self.touch, self.arm, self.gripper)
         indenter = self.indenter
         force, sd = float(self.force), float(self.force_sd)
-        return Press(indenter.geometry, indenter.size, stretch, depth, self.trial.number, force, sd, self.touch.height, self.context.time)
+        return Press(
+            indenter.geometry,
+            indenter.size,
+            stretch,
+            depth,
+            self.trial.number,
+            force,
+            sd,
+            self.touch.height,
+            self.context.time,
+        )

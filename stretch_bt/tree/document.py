@@ -9,6 +9,7 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree.shared import SHARED
 from stretch_bt.tree.types import Type
 
 __all__ = ["Declared", "DeviceDecl", "Document", "Param", "Signature"]
@@ -103,6 +104,7 @@ class Document:
     devices: dict[str, DeviceDecl] = field(default_factory=dict)
     doubtful: set[str] = field(default_factory=set)  # devices and imports that are declared, but wrongly
     imports: dict[str, Document] = field(default_factory=dict)
+    shared: dict[str, Document] = field(default_factory=dict)  # files of shipped trees, by the tree that is called
     modules: set[str] = field(default_factory=set)  # names under which Python modules are imported
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
@@ -111,6 +113,11 @@ class Document:
     #: reads the file anew with other params, where it is imported; `variants` are those that calls asked for
     reread: Callable[[dict[str, Any]], Document] | None = None
     variants: dict[tuple[tuple[str, Any], ...], Document] = field(default_factory=dict)
+
+    @property
+    def inner(self) -> list[Document]:
+        """The files that this one imports or calls trees of."""
+        return [*self.imports.values(), *self.shared.values()]
 
     @property
     def scene_path(self) -> str | None:
@@ -125,7 +132,8 @@ class Document:
         prefix, _, rest = name.partition(".")
         if rest and prefix in self.imports:
             return self.imports[prefix].tree(rest)
-        return self.trees.get(name)
+        found = self.trees.get(name)
+        return self.shared[name].trees[name] if found is None and name in self.shared else found
 
     def with_params(self, given: dict[str, Any]) -> Document:
         """Return this file with other values of its params, read once for each set of them."""
@@ -140,12 +148,12 @@ class Document:
         """Give a file that declares no devices those of the file that imports it."""
         if not self.declares_devices:
             self.devices = devices
-        for imported in self.imports.values():
+        for imported in self.inner:
             imported.hand_down(self.devices)
 
     def tree_names(self) -> list[str]:
         """Return every name that a body may call."""
-        return [*self.trees, *(f"{p}.{n}" for p, d in self.imports.items() for n in d.tree_names())]
+        return [*self.trees, *SHARED, *(f"{p}.{n}" for p, d in self.imports.items() for n in d.tree_names())]
 
 
 def as_map(value: Value | None) -> Mapping[str, Value]:

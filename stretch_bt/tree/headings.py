@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping
-from importlib.resources import files
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Sign
 from stretch_bt.tree.expression import FUNCTIONS
 from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.renamed import renamed
+from stretch_bt.tree.shared import SHARED, shared_trees, shipped
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, example, literal
 from stretch_bt.units import KINDS, plain_number
@@ -36,11 +36,6 @@ FRAME_WORDS = {
     **dict.fromkeys(("key", "local", "locals"), "keys"),
 }
 BODY = ("sequence", "selector", "parallel", "main")
-
-
-def shipped(name: str) -> Path:
-    """Return the path of a file among the shipped trees."""
-    return Path(str(files("stretch_bt") / "trees" / name))
 
 
 def read_document(
@@ -102,9 +97,10 @@ class _Headings:
         self.scene(root.get("scene"))
         self.params(root.get("params"))
         self.trees(root.get("trees"))
+        self.shared()
         self.main_keys(root.get("keys"))
         self.tick(root.get("tick"))
-        if not self.doc.prefix:
+        if len(self.stack) == 1:
             self.doc.hand_down(self.devices_alone() if "main" not in self.doc.trees else self.doc.devices)
         return self.doc
 
@@ -173,6 +169,18 @@ class _Headings:
         document.reread = read
         self.doc.imports[key.text] = document
         self.doc.files.update(document.files)
+
+    def shared(self) -> None:
+        """Read the shipped trees that this file calls without an import."""
+        for name in shared_trees([tree.body for tree in self.doc.trees.values()]):
+            if name not in self.doc.trees:
+                path, file = shipped(SHARED[name]), SHARED[name]
+
+                def read(given: dict[str, Any], path: Path = path, file: str = file) -> Document:
+                    return _Headings(path, file, given, "", self.stack, self.count, self.modules).read()
+
+                self.doc.shared[name] = read({})
+                self.doc.files.update(self.doc.shared[name].files)
 
     def import_module(self, target: Scalar) -> None:
         try:

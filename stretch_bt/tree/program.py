@@ -17,6 +17,7 @@ from stretch_bt.tree.keys import settle_types
 from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
+from stretch_bt.tree.shared import SHARED, shipped
 from stretch_bt.tree.structure import check_structure
 from stretch_bt.tree.tree_body import TreeBody
 
@@ -54,7 +55,7 @@ class Program:
 
 def shipped_trees() -> list[str]:
     """Return the names of the shipped tasks."""
-    return sorted(p.stem for p in headings.shipped("").glob("*.yaml"))
+    return sorted(p.stem for p in shipped("").glob("*.yaml"))
 
 
 def find_tree(tree: str | Path) -> tuple[Path, str]:
@@ -68,9 +69,9 @@ def find_tree(tree: str | Path) -> tuple[Path, str]:
     path = Path(tree)
     if path.suffix in (".yaml", ".yml") or _exists(path):
         return path, str(tree)
-    shipped = headings.shipped(f"{tree}.yaml")
-    if shipped.exists():
-        return shipped, f"{tree}.yaml"
+    own = shipped(f"{tree}.yaml")
+    if own.exists():
+        return own, f"{tree}.yaml"
     hint = did_you_mean(str(tree), shipped_trees())
     raise TreeError([Diagnostic(str(tree), 1, 1, "error", "file-missing", "no such file or shipped tree", hint)])
 
@@ -168,6 +169,8 @@ class _Checker:
         """A tree called like a node or a construct would hide it, or be hidden by it, in silence."""
         name = signature.name
         taken = "construct" if name in (*CONSTRUCTS, *RESERVED, "run") else "node" if registry.lookup(name) else ""
+        if name in SHARED and signature.document.path != shipped(SHARED[name]):
+            taken = "shipped tree, which needs no import"
         if taken:
             message = f"tree {name!r} has the name of a {taken}"
             self.found.append(signature.mark.error("name", message, f"give it another name, such as 'my_{name}'"))
@@ -227,5 +230,5 @@ class _Checker:
 
 def _documents(document: Document) -> Iterator[Document]:
     yield document
-    for imported in document.imports.values():
+    for imported in document.inner:
         yield from _documents(imported)

@@ -24,7 +24,7 @@ class Row(NamedTuple):
 def documents(document: Document) -> Iterable[Document]:
     """Yield a file and all that it imports."""
     yield document
-    for imported in document.imports.values():
+    for imported in document.inner:
         yield from documents(imported)
 
 
