@@ -1,9 +1,9 @@
 """Lowering the hand by a step."""
 
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors._limited_motion import LimitedMotion
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
-from stretch_bt.tree.ports import In, Status, Uses, port
+from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
@@ -11,7 +11,7 @@ MAX_AGE = 0.2
 
 
 @node
-class Lower(MotionBehavior):
+class Lower(LimitedMotion):
     """Lower the hand by a step, wherever first contact is; FAILURE when the force exceeds its limit."""
 
     arm: Uses[Arm]
@@ -25,11 +25,3 @@ class Lower(MotionBehavior):
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         pose = self.arm.pose(MAX_AGE).value
         return self.arm.move(pose.moved(z=-self.by), speed=self.speed, owner=self.path)
-
-    def watch(self) -> Status | None:
-        """Stop at the limit of force."""
-        passed = self.limit.passed()
-        if passed is None:
-            return None
-        self.reason = passed
-        return Status.FAILURE

@@ -6,6 +6,7 @@ from stretch_bt.behaviors._readings import fixed_part, frames_at, noise_at
 from stretch_bt.behaviors.records import Candidates, Felt, PlannedPress, TopReadings
 from stretch_bt.errors import IllConditioned
 from stretch_bt.model.palpation.active import Choice
+from stretch_bt.model.palpation.planning import Plan
 from stretch_bt.tree.ports import Behavior, In, Out, Status, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Length, Time
@@ -48,20 +49,13 @@ class PlanLook(Behavior):
 
     def update(self) -> Status:
         """Plan."""
-        felt, last = self.felt, self.felt.last
+        felt = self.felt
         choice = None if self._known(felt) else self._choice(felt)
-        press = choice.press if choice is not None else None
-        stretch, hand = (last.stretch, last.hand) if press is None else (press.stretch, press.hand)
-        force, deflection = (felt.force, felt.deflection) if press is None else (press.force, press.drop)
-        self.next = PlannedPress(
-            stretch,
-            max(self.candidates.touched_at - hand, 0.0),
-            force,
-            deflection,
-            choice.count if choice is not None else min(mechanics.COUNTS),
-            choice.gain if choice is not None else 0.0,
-            choice is None,
-        )
+        plan = None if choice is None else choice.press
+        plan = plan or Plan(felt.last.stretch, felt.last.hand, felt.force, felt.deflection)
+        count, gain = (min(mechanics.COUNTS), 0.0) if choice is None else (choice.count, choice.gain)
+        depth = max(self.candidates.touched_at - plan.hand, 0.0)
+        self.next = PlannedPress(plan.stretch, depth, plan.force, plan.drop, count, gain, choice is None)
         return Status.SUCCESS
 
     def _known(self, felt: Felt) -> bool:

@@ -1,10 +1,11 @@
 """Pressing into the object."""
 
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors._limited_motion import LimitedMotion
+from stretch_bt.behaviors._motion import MOST_DEPTH, touched_at
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
-from stretch_bt.tree.ports import In, Status, Uses, port
+from stretch_bt.tree.ports import In, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
 
@@ -12,7 +13,7 @@ MAX_AGE = 0.2
 
 
 @node
-class Press(MotionBehavior):
+class Press(LimitedMotion):
     """Move the hand to a depth past first contact, up or down; FAILURE when the force exceeds its limit."""
 
     arm: Uses[Arm]
@@ -27,15 +28,3 @@ class Press(MotionBehavior):
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         pose, contact = self.arm.pose(MAX_AGE).value, touched_at(self.context, self.touch)
         return self.arm.move(pose.at_height(contact - self.depth), speed=self.speed, owner=self.path)
-
-    def arrived(self) -> Status:
-        """Look at the force once more."""
-        return self.watch() or Status.SUCCESS
-
-    def watch(self) -> Status | None:
-        """Stop at the limit of force."""
-        passed = self.limit.passed()
-        if passed is None:
-            return None
-        self.reason = passed
-        return Status.FAILURE

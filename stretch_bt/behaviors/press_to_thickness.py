@@ -1,20 +1,18 @@
-"""Pressing something that stays as it is pressed, until it is as thin as wanted."""
+"""Pressing plastic material down to a given thickness."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from stretch_bt import perception
 from stretch_bt.behaviors._force_limit import ForceLimit
 from stretch_bt.behaviors._frames import FrameSource, corrected
-from stretch_bt.behaviors._membrane import as_touched
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors._top_height import height_over_table
 from stretch_bt.behaviors.records import Mounting, Touch
-from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Pose
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
+from stretch_bt.model.control.thickness import next_step
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
@@ -22,15 +20,12 @@ from stretch_bt.units import Estimate, Force, Length, Speed
 
 MAX_AGE = 0.5
 SHARE = 0.97  # of the force at which the cell stops the arm, which is never asked for
-CLOSE = 0.0004  # m above the wanted thickness that is as good
-LEAST_STEP = 0.0003
-FLAT_SD = 0.0003  # m, of a top whose contact is not told
-MOST_LOOKS = 24
+FRAMES = 2  # averaged at each look
 
 
 @node
 class PressToThickness(MotionBehavior):
-    """Press until the top stands at a thickness over the table, as the camera sees it, or until the force reaches its limit.
+    """Press plastic material down to a given thickness over the table, as the camera sees it, or until the force reaches its limit.
 
     The hand goes down by what the top still has to fall and looks again, so that it comes to the thickness from above whatever
     share of the way the membrane takes. SUCCESS however it ended, with what ended it: `thickness`, `force`, or `depth` where the
@@ -50,7 +45,6 @@ class PressToThickness(MotionBehavior):
     max_depth: In[Length] = port(
         MOST_DEPTH, min=0.0, max=MOST_DEPTH, doc="past first contact; no deeper than the cell allows"
     )
-    frames: In[int] = port(2, min=1, max=64, doc="to average at each look")
     reached: Out[Length]  # thickness under the press
     force: Out[Force]  # along the hand's axis, at the last look
     ended: Out[str]  # by what: `thickness`, `force` or `depth`
@@ -85,18 +79,17 @@ class PressToThickness(MotionBehavior):
         self.forces.append(self.arm.wrench(MAX_AGE).value.force[2])
         if frame is not None:
             self.shots.append(frame)
-        if len(self.shots) < self.frames:
+        if len(self.shots) < FRAMES:
             return Status.RUNNING
         self.looks += 1
         limits = self.context.limits
         deepest = self.max_depth if limits is None else min(self.max_depth, limits.depth)
         low = max(touched_at(self.context, self.touch) - deepest, 0.0)
         pose = self.arm.pose(MAX_AGE).value
-        top = self._top(corrected(perception.average_frames(self.shots), self.pattern, self.device_names["camera"]))
-        over = top.value - self.thickness
-        if over <= CLOSE or self.limited or self.looks >= MOST_LOOKS or pose.height <= low + 1e-5:
-            return self._end(top, "thickness" if over <= CLOSE else "force" if self.limited else "depth")
-        return self._go(pose.at_height(max(pose.height - max(over, LEAST_STEP), low)))
+        shot = corrected(perception.average_frames(self.shots), self.pattern, self.device_names["camera"])
+        top = height_over_table(shot, self.context.hand.geometry, self.mounting)
+        step = next_step(top.value, self.thickness, pose.height, low, limited=self.limited, steps=self.looks)
+        return self._end(top, step.ended) if step.ended else self._go(pose.at_height(step.height))
 
     def _go(self, target: Pose) -> Status:
         self.target = target
@@ -117,19 +110,6 @@ class PressToThickness(MotionBehavior):
         self.motion = None
         self._look()
         return Status.RUNNING
-
-    def _top(self, frame: DepthFrame) -> Estimate:
-        """Return the height of the top over the table, m."""
-        points, valid = perception.deproject(frame)
-        seen = perception.to_membrane(points, frame.plane_distance or 0.0)
-        stretch = frame.stretch or 0.0
-        try:
-            contact, hand = perception.find_contact(frame), self.context.hand.geometry
-            top = perception.track_height(seen, valid, contact.labels, reach=hand.reach(stretch))
-            top = as_touched(hand, self.mounting, top, contact.surface, contact.labels, stretch)
-        except NoAnswer:  # a top that is pressed flat has no curvature to tell contact by
-            top = Estimate(perception.highest_of(np.where(valid[..., None], seen, np.nan)), FLAT_SD)
-        return Estimate(top.value + (frame.hand_height or 0.0), top.sd)
 
     def _end(self, top: Estimate, ended: str) -> Status:
         self.reached, self.ended = top, ended

@@ -3,10 +3,12 @@
 from typing import Literal
 
 from stretch_bt.behaviors._force_limit import ForceLimit
-from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
+from stretch_bt.behaviors._limited_motion import LimitedMotion
+from stretch_bt.behaviors._motion import MOST_DEPTH, touched_at
 from stretch_bt.behaviors._rolling import laid, length_of
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, ForceSensor, Motion
+from stretch_bt.model.control.level import ForceKeeper
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
 from stretch_bt.units import Force, Length, Speed
@@ -14,13 +16,10 @@ from stretch_bt.units import Force, Length, Speed
 MAX_AGE = 0.5
 STEPS = 72  # poses a turn: the chord misses a circle by a thousandth of the radius
 LEGS = 8  # pieces of a lap after each of which the height follows the force
-STIFFNESS = 600.0  # N/m, above that of the hand on a lump, so that the height creeps to where the force is right
-MOST_STEP = 0.0015  # m by which it changes after a leg
-LOST = 0.1  # of the wanted force, below which at the greatest depth nothing is under the hand
 
 
 @node
-class Roll(MotionBehavior):
+class Roll(LimitedMotion):
     """Press to a depth and roll what lies under the hand along a closed path that begins and ends where it stands.
 
     With a `force` the hand goes higher or lower after each eighth of a lap, down to `depth` at most, until the force along
@@ -50,14 +49,13 @@ class Roll(MotionBehavior):
         super().initialise()
         self.done = 0  # pieces
         self.rolled = 0.0
-        self.missed = 0  # pieces in a row without a force at the greatest depth
         self.readings: list[float] = []
 
     def start(self) -> Motion:
         """Follow the first piece."""
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         self.begin = self.arm.pose(MAX_AGE).value
-        self.height = self.begin.height if self.force is not None else self._lowest
+        self.keeper = ForceKeeper(self.begin.height if self.force is not None else self._lowest)
         return self._follow()
 
     @property
@@ -72,7 +70,7 @@ class Roll(MotionBehavior):
         """Follow the next piece: a lap, or a leg of it where the height follows the force."""
         pieces = self._pieces
         part = self.done % pieces / pieces
-        start = self.begin.at_height(self.height)
+        start = self.begin.at_height(self.keeper.height)
         poses = laid(self.shape, self.radius, start, part, part + 1 / pieces, STEPS // pieces)
         self.length = length_of(poses)
         self.readings = []
@@ -80,12 +78,9 @@ class Roll(MotionBehavior):
 
     def watch(self) -> Status | None:
         """Stop at the limit of force."""
-        passed = self.limit.passed()
+        ended = super().watch()
         self.readings.append(self.limit.latest[2])
-        if passed is None:
-            return None
-        self.reason = passed
-        return Status.FAILURE
+        return ended
 
     def arrived(self) -> Status:
         """Go on with the next piece, or end with the last lap."""
@@ -93,22 +88,13 @@ class Roll(MotionBehavior):
             return Status.FAILURE
         self.done += 1
         self.rolled += self.length
-        self.travel = self.rolled
-        self.felt = sum(self.readings) / len(self.readings)
-        if self.force is not None and not self._level(self.force):
+        self.travel, self.felt = self.rolled, (felt := sum(self.readings) / len(self.readings))
+        if self.force is not None:
+            self.keeper.keep(self.force, felt, self._lowest)
+        if self.keeper.is_lost:
+            self.reason = f"nothing is under the hand any more: {felt:.2f} N at the greatest depth"
             return Status.FAILURE
         if self.laps and self.done >= self.laps * self._pieces:
             return Status.SUCCESS
         self.motion = self._follow()
         return Status.RUNNING
-
-    def _level(self, force: float) -> bool:
-        """Go towards the height at which the force is right; tell whether anything is there to roll."""
-        mean = sum(self.readings) / len(self.readings)
-        step = min(max((force - mean) / STIFFNESS, -MOST_STEP), MOST_STEP)
-        self.missed = self.missed + 1 if self.height <= self._lowest and mean < LOST * force else 0
-        if self.missed >= LEGS:
-            self.reason = f"nothing is under the hand any more: {mean:.2f} N at the greatest depth"
-            return False
-        self.height = max(self.height - step, self._lowest)
-        return True

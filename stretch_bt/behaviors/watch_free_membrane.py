@@ -47,9 +47,7 @@ class WatchFreeMembrane(Behavior):
             return Status.RUNNING
         self._check_free()
         self.view.settle()
-        self.free_membrane = FreeMembrane(
-            len(self.frames), self.device_names["camera"], self.view, self.detector
-        )
+        self.free_membrane = FreeMembrane(len(self.frames), self.device_names["camera"], self.view, self.detector)
         self.reason = ""
         return Status.SUCCESS
 
@@ -58,4 +56,6 @@ class WatchFreeMembrane(Behavior):
         found = top_of(perception.average_frames(self.frames), self.context.hand.geometry)
         if found is not None and found[0].value > TOUCHING:
             deep = found[0].value * 1e3
-            raise NoContact(f"the membrane touches something already, {deep:.1f} mm deep; raise the hand before it approaches")
+            raise NoContact(
+                f"the membrane touches something already, {deep:.1f} mm deep; raise the hand before it approaches"
+            )

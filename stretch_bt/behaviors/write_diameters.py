@@ -5,7 +5,7 @@ from stretch_bt.behaviors.protocol_records import Indenter, Table, Trial
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.model.calibration.sensitivity import Found, Sensed
-from stretch_bt.tree.ports import Behavior, In, InOut, Status, Uses, port
+from stretch_bt.tree.ports import Behavior, In, InOut, Status, Uses
 from stretch_bt.tree.registry import node
 
 

@@ -12,8 +12,8 @@ from py_trees.common import Status
 
 from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, StretchError, named, shown, writable
 from stretch_bt.forked import here, leave_if_forked
-from stretch_bt.tree.declared_ports import declared_ports
 from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.tree.declared_ports import declared_ports
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.slots import Slot, bit, slot
 

@@ -117,7 +117,7 @@ class Document:
     @property
     def inner(self) -> list[Document]:
         """The files that this one imports or calls trees of."""
-        return [*self.imports.values(), *self.shared.values()]
+        return [*self.imports.values(), *{id(found): found for found in self.shared.values()}.values()]
 
     @property
     def scene_path(self) -> str | None:

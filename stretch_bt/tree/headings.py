@@ -172,15 +172,11 @@ class _Headings:
 
     def shared(self) -> None:
         """Read the shipped trees that this file calls without an import."""
-        for name in shared_trees([tree.body for tree in self.doc.trees.values()]):
-            if name not in self.doc.trees:
-                path, file = shipped(SHARED[name]), SHARED[name]
-
-                def read(given: dict[str, Any], path: Path = path, file: str = file) -> Document:
-                    return _Headings(path, file, given, "", self.stack, self.count, self.modules).read()
-
-                self.doc.shared[name] = read({})
-                self.doc.files.update(self.doc.shared[name].files)
+        called = shared_trees([tree.body for tree in self.doc.trees.values()])
+        for file in {SHARED[name] for name in called if name not in self.doc.trees}:
+            found = _Headings(shipped(file), file, {}, "", self.stack, self.count, self.modules).read()
+            self.doc.shared |= {name: found for name in found.trees if SHARED.get(name) == file}
+            self.doc.files.update(found.files)
 
     def import_module(self, target: Scalar) -> None:
         try:

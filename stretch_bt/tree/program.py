@@ -169,7 +169,8 @@ class _Checker:
         """A tree called like a node or a construct would hide it, or be hidden by it, in silence."""
         name = signature.name
         taken = "construct" if name in (*CONSTRUCTS, *RESERVED, "run") else "node" if registry.lookup(name) else ""
-        if name in SHARED and signature.document.path != shipped(SHARED[name]):
+        path = signature.document.path
+        if name in SHARED and (path is None or path.resolve() != shipped(SHARED[name]).resolve()):
             taken = "shipped tree, which needs no import"
         if taken:
             message = f"tree {name!r} has the name of a {taken}"

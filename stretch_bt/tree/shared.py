@@ -11,7 +11,7 @@ from stretch_bt.source import Map, Scalar, Seq, Value
 __all__ = ["SHARED", "shared_trees", "shipped"]
 
 #: trees, and the files that hold them
-SHARED = {"approach": "lib/approach.yaml"}
+SHARED = {"approach": "lib/press.yaml", "press_gently": "lib/press.yaml"}
 
 
 def shipped(name: str) -> Path:

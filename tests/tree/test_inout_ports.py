@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
 from stretch_bt import Behavior, In, InOut, Out, Status, node, run
 from stretch_bt.run.check import check
 from stretch_bt.tree import registry

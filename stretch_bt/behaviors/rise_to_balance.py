@@ -1,0 +1,46 @@
+"""Going back up to where the membrane has an equilibrium."""
+
+from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.behaviors.records import Touch
+from stretch_bt.errors import NoEquilibrium
+from stretch_bt.hardware.interfaces import Arm, Motion
+from stretch_bt.tree.ports import In, Status, Uses, port
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Speed
+
+MAX_AGE = 0.2
+BACK = 0.001  # m to rise by where nothing answers
+CLEAR = 0.002  # m above first contact at which a hand that went back stays
+
+
+@node
+class RiseToBalance(MotionBehavior):
+    """Raise the hand, a little at a time, to where the membrane has an equilibrium; from close to first contact clear of it."""
+
+    arm: Uses[Arm]
+    touch: In[Touch]  # first contact
+    speed: In[Speed] = port(0.010, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
+
+    def start(self) -> Motion:
+        """Go up a little."""
+        pose = self.arm.pose(MAX_AGE).value
+        near = self.touch.height - pose.height <= 2 * BACK
+        target = self.touch.height + CLEAR if near else pose.height + BACK
+        return self.arm.move(pose.at_height(target), speed=self.speed, owner=self.path)
+
+    def update(self) -> Status:
+        """Go on; on the way the membrane need not have one."""
+        try:
+            return super().update()
+        except NoEquilibrium:
+            return Status.RUNNING
+
+    def arrived(self) -> Status:
+        """Go on up while the arm feels that there is none; clear of first contact there is."""
+        try:
+            self.arm.wrench(MAX_AGE)
+        except NoEquilibrium:
+            if self.arm.pose(MAX_AGE).value.height < self.touch.height + CLEAR / 2:
+                self.motion = self.start()
+                return Status.RUNNING
+        return Status.SUCCESS

@@ -1,0 +1,31 @@
+"""Keeping the force on what rolls under the hand."""
+
+from __future__ import annotations
+
+__all__ = ["LOST", "MOST_STEP", "PATIENCE", "STIFFNESS", "ForceKeeper"]
+
+STIFFNESS = 600.0  # N/m, above that of the hand on a lump, so that the height creeps to where the force is right
+MOST_STEP = 0.0015  # m by which it changes at once
+LOST = 0.1  # of the wanted force, below which at the greatest depth nothing is under the hand
+PATIENCE = 8  # steps in a row, those of a lap, after which it is gone
+
+
+class ForceKeeper:
+    """Moves the height of the hand, m, so that the force that it feels goes towards the wanted one."""
+
+    def __init__(self, height: float) -> None:
+        self.height = height
+        self._missed = 0
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether next to nothing was felt for a whole lap where the hand may not go lower."""
+        return self._missed >= PATIENCE
+
+    def keep(self, wanted: float, felt: float, lowest: float) -> None:
+        """Go by what the hand felt, N, but never below `lowest`, m."""
+        missed = self.height <= lowest and felt < LOST * wanted
+        self._missed = self._missed + 1 if missed else 0
+        if not self.is_lost:
+            step = min(max((wanted - felt) / STIFFNESS, -MOST_STEP), MOST_STEP)
+            self.height = max(self.height - step, lowest)
