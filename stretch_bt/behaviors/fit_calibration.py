@@ -58,4 +58,4 @@ class FitCalibration(Behavior):
         if self.measured is None:
             raise IllConditioned("there is no table to fit to; name a file as 'table', or run 'plan_protocol' first")
         content = self.measured.content
-        return as_table(content.provenance, content.of(Press))
+        return as_table(content.provenance, list(content.of(Press)))
