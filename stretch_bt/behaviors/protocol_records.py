@@ -82,4 +82,4 @@ class Table:
     """A table of presses, which grows by one at a time."""
 
     rows: int  # presses that it holds
-    content: TableFile
+    content: TableFile  # the table

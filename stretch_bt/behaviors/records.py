@@ -76,7 +76,7 @@ class ObservedTop:
 class TopReadings:
     """The heights of an object's top at each stretch and depth since first contact."""
 
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[Reading, ...] = ()  # in their order
 
     @property
     def count(self) -> int:
@@ -93,9 +93,7 @@ class Felt:
     force: Force  # on the object at the latest press, by the force model
     force_sd: Force  # standard deviation of force
     correlation: float  # of the errors of force and deflection
-    creep: (
-        Length  # by which the newer readings of the latest press stand above the older; below 0 where the object creeps
-    )
+    creep: Length  # of the top at the latest press, newer readings less older; below 0 where the object creeps
     creep_sd: Length  # standard deviation of creep
     top: Length  # height of the undeformed top, world
     top_sd: Length  # standard deviation of top
@@ -197,7 +195,7 @@ class LumpLook:
 class LumpLooks:
     """The last looks at a lump that rolls."""
 
-    looks: tuple[LumpLook, ...]
+    looks: tuple[LumpLook, ...]  # in their order
 
     @property
     def count(self) -> int:
@@ -210,7 +208,7 @@ class Watch:
     """What the frames so far say of the membrane without contact."""
 
     frames: int  # taken into account
-    detector: ContactDetector
+    detector: ContactDetector  # what counts as contact against them
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +216,7 @@ class Rise:
     """What the frames so far say of the sensor at rest, from which its highest place rises."""
 
     frames: int  # taken into account
-    tracker: HeightTracker
+    tracker: HeightTracker  # the sensor at rest, and where it rose last
 
 
 @dataclass(frozen=True, slots=True)

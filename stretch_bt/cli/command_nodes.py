@@ -22,11 +22,13 @@ def command(
 ) -> None:
     """List the nodes that trees may use, with their ports."""
     from stretch_bt.tree.registry import describe, load_all
+    from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 
-    known = load_all()
+    known = {key: describe(info) for key, info in load_all().items()}
+    known |= {key: describe_shared(tree) for key, tree in shared_signatures().items()}
     if name is not None and name not in known:
         raise InvalidInput(f"there is no node {name!r}; {did_you_mean(name, known) or 'see `stretch-bt nodes`'}")
-    found = [describe(info) for key, info in known.items() if name in (None, key)]
+    found = [entry for key, entry in sorted(known.items()) if name in (None, key)]
     if json_:
         emit_json(found)
     elif name is None:
@@ -57,6 +59,19 @@ def _one(entry: dict[str, Any]) -> None:
             table.add_row(port["name"], direction, port["type"], default, _bounds(port), port["doc"])
     for device in entry["devices"]:
         table.add_row(device["name"], "device", device["type"], "required" if device["required"] else "", "", "")
+    console.print(table)
+    for name, fields in entry["records"].items():
+        _record(console, name, fields)
+
+
+def _record(console: Console, name: str, fields: list[dict[str, Any]]) -> None:
+    """Print what expressions may read of a record."""
+    console.print(f"\n[bold]{name}[/], a record")
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in ("field", "type", "doc"):
+        table.add_column(heading)
+    for field in fields:
+        table.add_row(field["name"], field["type"], field["doc"])
     console.print(table)
 
 

@@ -47,6 +47,7 @@ class _Port:
     min: float | None = None
     max: float | None = None
     needed: bool = True
+    doc: str = ""
 
 
 @dataclass(slots=True)
@@ -129,6 +130,7 @@ class _Keys:
             reached = [port for place in self.places for port in self.reached(place, declared.name)]
             if declared.type is UNKNOWN:
                 self.take_type(declared, reached)
+            declared.doc = declared.doc or next((port.doc for port in reached if port.doc), "")
             for port in reached:
                 declared.min = max((b for b in (declared.min, port.min) if b is not None), default=None)
                 declared.max = min((b for b in (declared.max, port.max) if b is not None), default=None)
@@ -168,12 +170,12 @@ class _Keys:
         target = self.document.tree(place.word.text)
         if target is not None:
             borders = (*target.ins.values(), *target.inouts.values())
-            return {d.name: _Port(d.type, d.min, d.max, not d.has_default) for d in borders}
+            return {d.name: _Port(d.type, d.min, d.max, not d.has_default, d.doc) for d in borders}
         info = registry.find(place.word.text, self.document.modules)
         if info is None:
             return {}
         ports = (*info.of(Role.INPUT), *info.of(Role.INOUT))
-        return {p.name: _Port(info.types[p.name], p.min, p.max, p.required) for p in ports}
+        return {p.name: _Port(info.types[p.name], p.min, p.max, p.required, p.doc) for p in ports}
 
     def output_ports(self, place: Place) -> dict[str, Type]:
         target = self.document.tree(place.word.text)

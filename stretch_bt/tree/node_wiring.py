@@ -11,6 +11,7 @@ from stretch_bt.tree.flow import Call, Leaf, Part
 from stretch_bt.tree.keys import settle_types
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
+from stretch_bt.tree.shared_signatures import shared_signatures
 from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import braces, sample
 from stretch_bt.tree.wiring import Wiring
@@ -177,11 +178,7 @@ class NodeWiring(Wiring):
         """Note an input that must be given and is not."""
         hint = f"add '{name}: {sample(type_)}'"
         if type_.is_record:
-            givers = [
-                info.name
-                for info in registry.load_all().values()
-                if type_ in (*info.outputs.values(), *info.inouts.values())
-            ]
+            givers = _givers(type_)
             hint = f"nothing before it writes {name!r}; {', '.join(map(repr, givers[:3])) or 'some node'} gives one, or {hint}"
         self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", hint)
 
@@ -265,3 +262,15 @@ class NodeWiring(Wiring):
             if not any(name in given for given in (ports, meant, found.inputs, found.inouts)):
                 self.missing(mark, target.name, name, (target.ins | target.inouts)[name].type)
         return found
+
+
+def _givers(type_: Type) -> list[str]:
+    """Return what gives a record of a type: shipped trees first, then nodes, last those that need not have it before."""
+    trees = [name for name, tree in shared_signatures().items() if type_ in [out.type for out in tree.outs.values()]]
+    nodes = [info.name for info in registry.load_all().values() if type_ in info.outputs.values()]
+    begun = [
+        info.name
+        for info in registry.load_all().values()
+        if any(type_ == info.types[p.name] and not p.required for p in info.of(Role.INOUT))
+    ]
+    return [*trees, *nodes] or begun

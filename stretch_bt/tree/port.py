@@ -14,7 +14,7 @@ from typing import Annotated, Any, TypeVar, overload
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.port_check import PortCheck
 
-__all__ = ["In", "InOut", "Options", "Out", "Port", "Role", "Uses", "port"]
+__all__ = ["In", "InOut", "Options", "Out", "Port", "Role", "Uses", "comments_of", "port"]
 
 T = TypeVar("T")
 
@@ -98,7 +98,7 @@ class Port:
     @property
     def doc(self) -> str:
         """What it is for: as it was told, or as the comment on the line of its annotation says."""
-        return self.told or (_comments(self.owner).get(self.name, "") if self.owner else "")
+        return self.told or (comments_of(self.owner).get(self.name, "") if self.owner else "")
 
     @property
     def required(self) -> bool:
@@ -122,7 +122,7 @@ class Port:
 
 
 @cache
-def _comments(cls: type) -> dict[str, str]:
+def comments_of(cls: type) -> dict[str, str]:
     """Return the comment on the line of each annotated attribute, where the source can be read; no run needs to."""
     try:
         source = inspect.getsource(cls)

@@ -1,7 +1,8 @@
 """What the author of a node imports: the base of nodes and the words for its ports.
 
 A node is one class with a docstring and typed ports. A port is an annotation: `In[T]` reads, `Out[T]` writes,
-`InOut[T]` reads and writes over, `Uses[D]` names a device interface. Building a tree binds each port to a slot, so that a tick costs one attribute access a port.
+`InOut[T]` reads and writes over, `Uses[D]` names a device interface. Building a tree binds each port to a slot, so that a
+tick costs one attribute access a port.
 """
 
 from py_trees.common import Status

@@ -19,6 +19,7 @@ from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.flow.until import Until
 from stretch_bt.tree.node_wiring import NodeWiring
 from stretch_bt.tree.registry import RESERVED, RETIRED, NodeInfo
+from stretch_bt.tree.renamed import new_node
 from stretch_bt.tree.values import written
 
 __all__ = ["Reader"]
@@ -180,8 +181,8 @@ class Reader(NodeWiring):
         if key.text.partition(".")[0] in self.document.doubtful:
             return None
         known = [*registry.load_all(), *self.document.tree_names(), *CONSTRUCTS, "run"]
-        guess = closest(registry.snake_case(key.text), known)
-        hint = f"did you mean {guess!r}?" if guess else did_you_mean(key.text, known)
+        guess = None if new_node(key.text) else closest(registry.snake_case(key.text), known)
+        hint = f"did you mean {guess!r}?" if guess else new_node(key.text) or did_you_mean(key.text, known)
         hint = hint or "`stretch-bt nodes` lists all nodes"
         self.error(key.mark, "node-unknown", f"there is no node or tree {key.text!r}", hint)
         return None

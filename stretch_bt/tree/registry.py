@@ -9,7 +9,7 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -21,7 +21,7 @@ from stretch_bt.source import did_you_mean
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.declared_ports import RegistryError
-from stretch_bt.tree.port import Port, Role
+from stretch_bt.tree.port import Port, Role, comments_of
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
 from stretch_bt.units import Estimate
 
@@ -31,11 +31,13 @@ __all__ = [
     "NodeInfo",
     "RegistryError",
     "describe",
+    "fields_of",
     "find",
     "load_all",
     "lookup",
     "node",
     "object_types",
+    "records_of",
 ]
 
 GROUP = "stretch_bt.nodes"
@@ -267,7 +269,14 @@ def describe(info: NodeInfo) -> dict[str, Any]:
         "devices": [
             {"name": p.name, "type": info.types[p.name].name, "required": not p.optional} for p in info.of(Role.DEVICE)
         ],
+        "records": records_of(info.types[p.name] for p in info.ports.values() if p.role is not Role.DEVICE),
     }
+
+
+def records_of(types: Iterable[Type]) -> dict[str, list[dict[str, Any]]]:
+    """Return the fields of the records among some types, by the name of the type."""
+    classes = {(type_.item or type_).name: (type_.item or type_).cls for type_ in types if type_.is_record}
+    return {name: fields_of(cls) for name, cls in classes.items() if cls is not None}
 
 
 def _describe_port(info: NodeInfo, declared: Port) -> dict[str, Any]:
@@ -290,6 +299,20 @@ def _describe_output(info: NodeInfo, name: str, type_: Type) -> dict[str, Any]:
     doc = declared.doc if declared else f"standard deviation of {name.removesuffix('_sd')}"
     return {"name": name, "type": type_.name, "unit": type_.kind.si_unit if type_.kind else None,
             "default": None, "required": False, "doc": doc}  # fmt: skip
+
+
+def fields_of(cls: type) -> list[dict[str, Any]]:
+    """Return what expressions may read of a record: name, type, unit and doc of each field."""
+    docs = comments_of(cls)
+    return [
+        {
+            "name": name,
+            "type": type_.name,
+            "unit": type_.kind.si_unit if type_.kind else None,
+            "doc": docs.get(name) or (inspect.getdoc(getattr(cls, name, None)) or "").partition("\n")[0],
+        }
+        for name, type_ in attributes(cls).items()
+    ]
 
 
 def _plain_default(default: Any) -> Any:

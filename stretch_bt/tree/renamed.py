@@ -1,19 +1,34 @@
-"""Names of params that shipped trees had in older versions, so that `--set` with one says what it is called now."""
+"""Names that nodes, and params of shipped trees, had in older versions: `check` and `--set` say what they are called now."""
 
 from __future__ import annotations
 
-__all__ = ["renamed"]
+__all__ = ["new_node", "renamed"]
+
+#: by the old name of a node: what to write now
+_NODES = {
+    "detect_hanging": "it is 'detect_adhesion' now, which gives 'adhering'",
+    "next_state": "'plan_protocol' lists the presses that are left; go through them with 'for_each'",
+    "plan_active": "write 'list_presses' and 'plan_look', which gives a record 'next'",
+    "predict_hang": "it is 'predict_sag' now, which gives a record 'mounting'",
+    "roundness": "it is 'measure_roundness' now; compare its outputs in a 'check'",
+    "track_drop": "write 'add_reading' and 'fit_deflection', which gives a record 'felt'",
+}
 
 _PALPATION = {"drop": "wanted_deflection", "last_drop": "last_deflection", "hold": "min_hold"}
 #: by the name of the tree's file: the old name of a param and the one of today
 _PARAMS = {
     "palpate_stiffness": _PALPATION,
-    "palpate_active": _PALPATION,
+    "palpate_active": {**_PALPATION, "wanted": "wanted_error"},
     "form_cookie": {"settled": "settled_spread"},
-    "reconstruct": {"depth": "max_depth", "coverage": "wanted_coverage"},
+    "reconstruct": {"depth": "max_depth", "coverage": "wanted_coverage", "max_drop": "max_deflection"},
 }
 
 
 def renamed(tree: str, param: str) -> str | None:
     """Return what a param of a shipped tree is called now, or None where it never had another name."""
     return _PARAMS.get(tree, {}).get(param)
+
+
+def new_node(name: str) -> str | None:
+    """Return what to write in place of an old node, or None where there never was one of that name."""
+    return _NODES.get(name)

@@ -139,7 +139,7 @@ trees: {show_step: {in: {n: {type: int, default: 1}}, sequence: [show: {value: $
 
 
 def test_devices_and_readings_are_known_before_anything_is_opened(task: Any) -> None:
-    body = "guard: arm.force < 5 N\nsequence: [press: {depth: 1 mm}, capture: {frame: $f}, check: arm.height > 0 mm]"
+    body = "guard: arm.force < 5 N\nsequence: [lower: {by: 1 mm}, capture: {frame: $f}, check: arm.height > 0 mm]"
     built = task.build(body, "devices: {arm: Arm, camera: DepthCamera}\nkeys: {f: DepthFrame}")
     assert built.devices == {"arm", "camera"}
     assert built.readings == {"arm.force", "arm.height"}

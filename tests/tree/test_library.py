@@ -17,7 +17,7 @@ trees:
   go:
     in: [speed]
     guard: arm.force < most
-    sequence: [press: {depth: $deep, speed}, inner.away]
+    sequence: [lower: {by: $deep, speed}, inner.away]
 """
 INNER = "format: stretch-tree/1\ntrees: {away: {sequence: [retract]}}\n"
 TREE = """\
@@ -45,7 +45,7 @@ def load(tmp_path: Path) -> Any:
     return loaded
 
 
-#: a call -> depth of the press, the arm that moves, the readings that are asked for
+#: a call -> step of the arm, the arm that moves, the readings that are asked for
 CALLS = {
     "lib.go: {speed: 5 mm/s}": (0.003, "arm", {"arm.force"}),
     "lib.go: {speed: 5 mm/s, deep: 4 mm}": (0.004, "arm", {"arm.force"}),
@@ -61,8 +61,8 @@ def test_a_call_gives_params_and_devices(load: Any, call: str) -> None:
     program = load(call)
     assert [str(d) for d in program.diagnostics if d.severity == "error"] == []
     built = build(program, RunContext())
-    press, retract = built.nodes["main/go/press"], built.nodes["main/go/away/retract"]
-    assert (press.depth, press.device_names["arm"], retract.device_names["arm"]) == (depth, arm, arm)
+    lower, retract = built.nodes["main/go/lower"], built.nodes["main/go/away/retract"]
+    assert (lower.by, lower.device_names["arm"], retract.device_names["arm"]) == (depth, arm, arm)
     assert built.readings == readings
 
 

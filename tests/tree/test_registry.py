@@ -3,19 +3,22 @@
 import inspect
 import json
 import re
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import pytest
 
 from stretch_bt import check, run
+from stretch_bt.behaviors import protocol_records, records
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.interfaces import Arm, Gripper
 from stretch_bt.hardware.limits import LIMITED
 from stretch_bt.tree import registry
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.ports import Behavior, In, Out, Role, Status, Uses, port
-from stretch_bt.tree.registry import RESERVED, RegistryError, describe, load_all, lookup, node, snake_case
+from stretch_bt.tree.registry import RESERVED, RegistryError, describe, fields_of, load_all, lookup, node, snake_case
+from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 from stretch_bt.tree.types import Family
 from stretch_bt.units import Length
 
@@ -94,17 +97,35 @@ set_stretch{stretch, speed} approach{speed, contact_height: out} press{depth, sp
 roll{radius, speed, depth} capture{frame: out} average_frames{count, frame: out} segment_contact{frame, rule, contact: out}
 fit_sphere{contact, sphere: out} track_height{frame, contact, height: out} detect_contact{frame, in_contact: out}
 predict_force{radius, stretch, depth, model, force: out} next_indentation{radius, stretch, force, model, depth: out}
-choose_stretch{radius, depth, force, model, stretch: out} estimate_stiffness{force, deflection, stiffness: out}
+choose_stretch{radius, depth, force, model, stretch: out} fuse_contact{contact, cloud: inout} estimate_stiffness{force, deflection, stiffness: out}
 """
 
 
 @pytest.mark.parametrize(("name", "ports"), re.findall(r"(\w+)\{([^}]*)\}", CONTRACT))
 def test_the_promised_ports_are_there(name: str, ports: str) -> None:
-    info = lookup(name)
-    assert info is not None
+    info, tree = lookup(name), shared_signatures().get(name)
+    found = describe(info) if info is not None else describe_shared(tree) if tree is not None else {}
     for text in ports.split(", "):
-        port_name, _, out = text.partition(": ")
-        assert info.ports[port_name].role is (Role.OUTPUT if out else Role.INPUT)
+        port_name, _, way = text.partition(": ")
+        entries = found[{"": "inputs", "out": "outputs", "inout": "inouts"}[way]]
+        assert port_name in [entry["name"] for entry in entries]
+
+
+RECORDS = {getattr(module, name) for module in (records, protocol_records) for name in module.__all__}
+
+
+@pytest.mark.parametrize("record", sorted(RECORDS, key=lambda cls: cls.__name__), ids=lambda cls: cls.__name__)
+def test_a_record_is_frozen_and_each_field_has_a_doc(record: type) -> None:
+    assert is_dataclass(record)
+    assert record.__dataclass_params__.frozen  # type: ignore[attr-defined]
+    assert record.__doc__
+    assert [field["name"] for field in fields_of(record) if not field["doc"]] == []
+
+
+def test_what_a_record_of_nodes_is_shows_beside_the_node() -> None:
+    felt = describe(NODES["fit_deflection"])["records"]["Felt"]
+    [deflection] = [field for field in felt if field["name"] == "deflection"]
+    assert (deflection["type"], deflection["unit"]) == ("Length", "m")
 
 
 def behavior(ports: dict[str, Any] | None = None, doc: str | None = "A probe.", **members_: Any) -> type[Behavior]:

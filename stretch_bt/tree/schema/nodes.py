@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stretch_bt.tree.cell import MISSING
+from stretch_bt.tree.document import Signature
 from stretch_bt.tree.fragments import Schema, ref, short
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
@@ -12,7 +13,7 @@ from stretch_bt.tree.schema.values import wired
 from stretch_bt.tree.types import Family, Type
 from stretch_bt.units import format_quantity
 
-__all__ = ["as_text", "bounds_text", "described", "must_be_written", "node_schema"]
+__all__ = ["as_text", "bounds_text", "call_schema", "described", "must_be_written", "node_schema"]
 
 
 def node_schema(info: NodeInfo) -> Schema:
@@ -26,6 +27,28 @@ def node_schema(info: NodeInfo) -> Schema:
         "type": "object" if required else ["object", "null"],
         "properties": ports,
         **({"required": required} if required else {}),
+        "additionalProperties": False,
+    }
+
+
+def call_schema(tree: Signature) -> Schema:
+    """Return the schema of what follows the name of a shipped tree that is called like a node."""
+    ins = {
+        d.name: short({"description": _sentence(d.doc, [d.type.name]), **described(wired(d.type))})
+        for d in tree.ins.values()
+    }
+    written = (*tree.inouts.values(), *tree.outs.values())
+    outs = {
+        d.name: short({"description": _sentence(d.doc, [d.type.name, "output"]), **described(ref("key"))})
+        for d in written
+    }
+    needed = [d.name for d in tree.ins.values() if not d.has_default and not d.type.is_record]
+    return {
+        "title": tree.name,
+        "description": tree.doc,
+        "type": "object" if needed else ["object", "null"],
+        "properties": ins | outs,
+        **({"required": needed} if needed else {}),
         "additionalProperties": False,
     }
 

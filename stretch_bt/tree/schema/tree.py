@@ -11,8 +11,10 @@ from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.fragments import WORDS, Schema, form, ref, short
 from stretch_bt.tree.headings import FORMAT
 from stretch_bt.tree.registry import NodeInfo, load_all, object_types
-from stretch_bt.tree.schema.nodes import described, must_be_written, node_schema
+from stretch_bt.tree.schema.nodes import call_schema, described, must_be_written, node_schema
 from stretch_bt.tree.schema.values import DRAFT, NAME, PLAIN, QUANTITIES, literal, value_definitions
+from stretch_bt.tree.shared import SHARED
+from stretch_bt.tree.shared_signatures import shared_signatures
 from stretch_bt.tree.types import Family, Type
 
 __all__ = ["tree_schema"]
@@ -42,6 +44,7 @@ def tree_schema() -> Schema:
             **_places(nodes),
             **{f"construct_{name}": _construct(part) for name, part in CONSTRUCTS.items()},
             **{f"node_{name}": node_schema(info) for name, info in nodes.items()},
+            **{f"node_{name}": call_schema(tree) for name, tree in shared_signatures().items()},
         },
     }
 
@@ -158,7 +161,7 @@ def _literal_of(type_: Type, field: str) -> Schema:
 def _places(nodes: dict[str, NodeInfo]) -> Schema:
     """Return what may stand at a place of a tree, and what a whole tree is."""
     names = {name: ref(f"construct_{name}") for name in CONSTRUCTS if name not in WORDS}
-    names |= {name: ref(f"node_{name}") for name in nodes}
+    names |= {name: ref(f"node_{name}") for name in (*nodes, *SHARED)}
     names["run"] = {"description": "Call a tree by name.", "anyOf": [ref("text"), form({"tree": ref("text")}, _with())]}
     names |= _with()
     both = {word: {"anyOf": [ref(f"word_{word}"), ref(f"construct_{word}")]} for word in WORDS if word in CONSTRUCTS}
