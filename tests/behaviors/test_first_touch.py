@@ -244,8 +244,8 @@ def test_how_far_the_membrane_hangs_is_in_the_deviation_of_the_top(above):
     assert hung == pytest.approx(np.hypot(plain, 2e-4))
 
 
-@pytest.mark.parametrize("depths", [(0.001,), (0.002, 0.002)])
-def test_one_depth_shows_no_height_without_a_force(above, depths):
+@pytest.mark.parametrize("depths", [(), (0.001,), (0.002, 0.002)])
+def test_fewer_than_two_depths_show_no_height_without_a_force(above, depths):
     node = ran(above(), "extrapolate_top", top_readings=touches(SOFT, depths))
     assert node.status is Status.FAILURE
     assert len(node.reason) > 20
