@@ -57,6 +57,8 @@ class FitDeflection(ModelBehavior):
 
     def update(self) -> Status:
         """Fit all."""
+        if not self.top_readings.count:
+            raise IllConditioned("no height of the top was read yet; run 'add_reading' first")
         readings = self._inferred(self.top_readings.readings)
         latest = readings[-1]
         series = self._fit(readings)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from stretch_bt import check
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
-from stretch_bt.perception import FreeView, Pattern
+from stretch_bt.perception import FreeView
 from stretch_bt.perception.types import Contact
 from stretch_bt.run.context import RunContext
 from stretch_bt.testing import ScriptedDevice
@@ -26,9 +27,9 @@ def node(name, arm=None, **inputs):
     info = lookup(name)
     made = info.cls(f"main/{name}")
     made.context = RunContext()
-    made.context.hand.contact_height = TOUCHED
     made.context.devices = {} if arm is None else {"arm": arm}
     made.device_names = {p.name: p.name for p in info.of(Role.DEVICE) if p.name in made.context.devices}
+    inputs = {"touch": Touch(TOUCHED, 0.0), **inputs}
     for p in info.of(Role.INPUT):
         made.wiring[p.name] = partial(inputs.get, p.name, p.default)
     return made
@@ -140,6 +141,7 @@ def test_heights_settle_when_enough_of_them_are_alike():
     made.wiring["reset"] = lambda: True
     tick(made)
     assert not told(made, "settled")
+    assert told(made, "heights").values == (0.0311,)
 
 
 def seen_from(shape, noise=0.0, seed=0, at=(0.0, 0.0), lift=0.009):
@@ -167,22 +169,50 @@ def facetted(angle, oval):
     return shape
 
 
-@pytest.mark.parametrize("oval", [0.0, 0.05, 0.2])
-def test_roundness_tells_an_oval_from_a_ball(oval):
-    made = node("roundness", radius=BALL, count=6, max_residual=0.004, max_spread=0.08, max_width=1.05)
-    for k in range(6):
-        made.wiring["contact"] = lambda k=k: seen_from(facetted(k * 0.5, oval), 1e-4, k, at=(1e-3 * k, 0.0))
-        made.wiring["height"] = lambda k=k: 2 * BALL * (1 + oval * math.cos(k))
+def looked(shape_of, heights, count=6, **inputs):
+    """Return `measure_roundness` after it looked at several ways that a lump lay."""
+    made = node("measure_roundness", radius=BALL, count=count, **inputs)
+    for k, height in enumerate(heights):
+        made.wiring["contact"] = lambda k=k: seen_from(shape_of(k), 1e-4, k, at=(1e-3 * k, 0.0))
+        made.wiring["height"] = lambda height=height: height
         assert tick(made) is Status.SUCCESS, made.reason
-        assert told(made, "round") in ({False} if k < 5 else {oval == 0.0})
+        assert told(made, "lump_looks").count == min(k + 1, count)
+    return made
+
+
+LIMITS = {"residual": 0.004, "spread": 0.08, "width": 1.05}  # within which a lump is a ball
+
+
+@pytest.mark.parametrize("oval", [0.0, 0.05, 0.2])
+def test_roundness_distinguishes_an_oval_from_a_ball(oval):
+    made = looked(lambda k: facetted(k * 0.5, oval), [2 * BALL * (1 + oval * math.cos(k)) for k in range(6)])
     residual = made.sinks["residual"]
     assert residual.value == pytest.approx({0.0: 0.0, 0.05: 0.007, 0.2: 0.0285}[oval], abs=0.002)
     assert residual.sd > 0
     assert told(made, "width") == pytest.approx(1.0, abs=0.1)
+    assert all(told(made, name) <= limit for name, limit in LIMITS.items()) == (oval == 0.0)
+
+
+def test_one_look_says_nothing_of_how_round_a_lump_is():
+    assert told(looked(lambda _: facetted(0.0, 0.0), [2 * BALL]), "residual") == 1.0
+
+
+def test_only_the_last_looks_count():
+    heights = [3 * BALL, 3 * BALL, 2 * BALL, 2.02 * BALL]
+    made = looked(lambda _: facetted(0.0, 0.0), heights, count=2)
+    assert [look.height for look in told(made, "lump_looks").looks] == pytest.approx(heights[2:])
+    assert told(made, "width") == pytest.approx(1.005)
+    assert told(made, "spread") == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(("level", "drawn"), [(None, False), (0.003, True)])
+def test_level_lines_are_drawn_where_a_level_is_given(level, drawn):
+    made = looked(lambda _: facetted(0.0, 0.0), [2 * BALL] * 2, level=level)
+    assert told(made, "outline") == pytest.approx(1.0 if drawn else 0.0, abs=0.05)
 
 
 def test_roundness_refuses_what_shows_nothing():
-    made = node("roundness", radius=BALL, contact=seen_from(lambda x, y: -0.012 + 0 * x, lift=0.0), height=0.03)
+    made = node("measure_roundness", radius=BALL, contact=seen_from(lambda x, y: -0.012 + 0 * x, lift=0.0), height=0.03)
     assert tick(made) is Status.FAILURE
     assert "nothing stands" in made.reason
 
@@ -210,19 +240,25 @@ def test_a_lower_patch_that_looks_touched_does_not_draw_the_hand_aside():
 
 
 @pytest.mark.parametrize(
-    ("pulled", "least", "hanging"), [(0.0, 0.4e-3, False), (1e-3, 0.4e-3, True), (1e-3, 2e-3, False)]
+    ("pulled", "least", "adhering"), [(0.0, 0.4e-3, False), (1e-3, 0.4e-3, True), (1e-3, 2e-3, False)]
 )
-def test_what_hangs_at_the_membrane_is_told_from_how_it_hung_before(pulled, least, hanging):
+def test_what_adheres_to_the_membrane_shows_against_how_it_hung_before(pulled, least, adhering):
     lens, view = Intrinsics(475.0, 475.0, 100.0, 110.0, 200, 220), FreeView()
     for number in range(30):
         view.add(DepthFrame(np.full((220, 200), 1600, np.uint16), 1.25e-4, lens, number / 30, number, 0.2, stretch=0.0))
     view.settle()
     lower = DepthFrame(np.full((220, 200), round((0.2 + pulled) / 1.25e-4), np.uint16), 1.25e-4, lens, 2.0, 60, 0.2)
-    made = node("detect_hanging", frame=lower, least=least)
-    assert tick(made) is Status.FAILURE
-    assert "approach an object first" in made.reason
-    made = node("detect_hanging", frame=lower, least=least)
-    made.context.memory[Pattern] = view.pattern(0.1)
+    made = node("detect_adhesion", frame=lower, least=least, pattern=view.pattern(0.1))
     assert tick(made) is Status.SUCCESS, made.reason
-    assert told(made, "hanging") == hanging
+    assert told(made, "adhering") == adhering
     assert told(made, "pulled") == pytest.approx(pulled, abs=0.35e-3)
+
+
+def test_adhesion_shows_only_against_a_pattern_that_was_learned(tmp_path):
+    tree = (
+        "format: stretch-tree/1\ndevices: {camera: DepthCamera}\ntrees:\n  main:\n    sequence:\n"
+        "      - average_frames\n      - detect_adhesion\n"
+    )
+    (tmp_path / "tree.yaml").write_text(tree)
+    errors = [d.message for d in check([tmp_path / "tree.yaml"]) if d.severity == "error"]
+    assert any("pattern" in message for message in errors)

@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.behaviors.records import Mounting
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model import CalibratedHertz, ForceModel, hertz_force
 from stretch_bt.perception.pattern import HANG
+from stretch_bt.run.check import check
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
@@ -38,6 +40,14 @@ def run(name: str, **inputs: Any) -> tuple[Behavior, Cell]:
     return node, next(iter(node.sinks.values()))
 
 
+def mounting_by(**inputs: Any) -> Mounting:
+    """Return what a model predicts of the free membrane."""
+    node, found = run("predict_sag", **inputs)
+    assert node.status is Status.SUCCESS, node.reason
+    mounting: Mounting = found.value
+    return mounting
+
+
 @given(radius=radii, stretch=stretches, depth=depths)
 def test_the_next_indentation_gives_the_same_force(radius: float, stretch: float, depth: float) -> None:
     _, force = run("predict_force", radius=radius, stretch=stretch, depth=depth)
@@ -48,15 +58,18 @@ def test_the_next_indentation_gives_the_same_force(radius: float, stretch: float
     assert harder.value < depth, "a tenser membrane needs less depth"
 
 
-def test_a_hang_is_told_by_a_model_that_knows_the_membrane() -> None:
-    node, found = run("predict_hang", model="membrane")
-    assert node.status is Status.SUCCESS
-    assert found.value == pytest.approx(0.606e-3, rel=0.02)
-    assert 0.03e-3 < found.sd < 0.1e-3  # type: ignore[operator]
-    tighter = run("predict_hang", model="membrane", stretch=0.03)[1]
-    assert tighter.value < 0.5 * found.value
-    unknown = run("predict_hang", model="paper")[1]
-    assert (unknown.value, unknown.sd) == (HANG.value, HANG.sd)
+def test_a_sag_is_predicted_by_a_model_that_knows_the_membrane() -> None:
+    slack = mounting_by(model="membrane")
+    assert slack.sag == pytest.approx(0.606e-3, rel=0.02)
+    assert 0.03e-3 < slack.sag_sd < 0.1e-3
+    assert slack.prestretch > 0
+    tighter = mounting_by(model="membrane", stretch=0.03)
+    assert tighter.sag < 0.5 * slack.sag
+    assert tighter.prestretch == slack.prestretch, "the mounts are as they were"
+
+
+def test_a_model_that_knows_nothing_of_the_membrane_gives_what_such_membranes_do() -> None:
+    assert mounting_by(model="paper") == Mounting(0.0, HANG.value, HANG.sd)
 
 
 @given(radius=radii, stretch=stretches, depth=depths)
@@ -67,6 +80,17 @@ def test_the_chosen_stretch_gives_the_wanted_force(radius: float, stretch: float
     assert found.value == pytest.approx(stretch, abs=1e-6)
     assert found.sd is not None
     assert found.sd >= 0
+
+
+@pytest.mark.parametrize(
+    ("force", "most", "stretch"),
+    [(0.0, 0.05, 0.0), (100.0, 0.05, 0.05)],
+    ids=["the slack membrane presses harder already", "no stretch is hard enough"],
+)
+def test_the_nearest_stretch_will_do_where_that_is_wanted(force: float, most: float, stretch: float) -> None:
+    given_ = {"radius": 0.01, "depth": 0.005, "force": force, "max_stretch": most}
+    node, found = run("choose_stretch", **given_, nearest=True)
+    assert (node.status, found.value) == (Status.SUCCESS, stretch)
 
 
 @given(radius=radii, stretch=stretches, depth=depths, sd=st.floats(1e-5, 1e-3))
@@ -119,11 +143,26 @@ def test_stiffness_is_the_force_over_what_was_lost() -> None:
     assert stiffness.sd == pytest.approx(1000 * (0.02**2 + 0.02**2) ** 0.5, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["plan_press", "plan_active", "stiffness_at"])
-def test_what_follows_from_the_curve_needs_one(name: str) -> None:
-    node, _ = run(name, radius=0.03, contact_height=0.06, drop=0.0015)
-    assert node.status is Status.FAILURE
-    assert "track_drop" in node.reason
+@pytest.mark.parametrize(
+    ("name", "needs"),
+    [
+        ("plan_press", {"candidates", "felt"}),
+        ("plan_look", {"candidates", "felt", "top_readings"}),
+        ("list_presses", {"touch", "sphere", "felt"}),
+        ("stiffness_at", {"felt"}),
+        ("fit_deflection", {"touch", "sphere", "top_readings"}),
+    ],
+)
+def test_what_follows_from_an_object_that_was_felt_needs_one_before_the_run(
+    name: str, needs: set[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "task.yaml"
+    deflection = "" if name in ("list_presses", "fit_deflection") else "deflection: 1 mm"
+    file.write_text(
+        f"format: stretch-tree/1\ntrees:\n  main:\n    sequence:\n      - {name}: {{{deflection}}}\n", encoding="utf-8"
+    )
+    errors = [d.message for d in check([file]) if d.severity == "error"]
+    assert {word for word in needs if any(word in message for message in errors)} == needs, errors
 
 
 def calibrated_to(folder: Path, stretch: float) -> str:
@@ -135,13 +174,12 @@ def calibrated_to(folder: Path, stretch: float) -> str:
     return str(path)
 
 
-@pytest.mark.parametrize("name", ["plan_press", "plan_active"])
-def test_a_model_that_does_not_reach_the_largest_stretch_is_refused_before_the_run(name: str, tmp_path: Path) -> None:
+def test_a_model_that_does_not_reach_the_largest_stretch_is_refused_before_the_run(tmp_path: Path) -> None:
     short = calibrated_to(tmp_path, 0.06)
-    node = made(name, radius=0.03, contact_height=0.06, drop=0.0015, model=short)
+    node = made("list_presses", model=short)
     with pytest.raises(
         InvalidInput, match=r"max_stretch: 80 mm is past 60 mm, up to which the model '.*hand.json' holds"
     ):
         node.prepare()
     for inputs in ({"model": short, "max_stretch": 0.06}, {"model": "paper"}, {"model": "fitted"}):
-        made(name, radius=0.03, contact_height=0.06, drop=0.0015, **inputs).prepare()
+        made("list_presses", **inputs).prepare()

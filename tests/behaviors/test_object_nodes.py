@@ -116,13 +116,13 @@ def test_contacts_are_kept_and_their_shape_is_fitted() -> None:
     assert len(contacts.value) == 2
     fit = node("fit_object", cloud=cloud.value, contacts=contacts.value)
     assert tick(fit) is Status.SUCCESS, fit.reason
-    assert fit.sinks["kind_found"].value == "block"
+    solid = fit.sinks["solid"].value
+    assert solid.kind == "block"
     for name, value in (("length", 0.030), ("width", 0.024), ("height", 0.040)):
-        found = fit.sinks[name]
-        assert found.sd is not None
-        assert abs(found.value - value) < 3 * found.sd < 2e-3
-    assert fit.sinks["radius"].value is MISSING
-    assert len(fit.sinks["felt"].value) == len(cloud.value), "a block has no inside that hangs"
+        found, sd = getattr(solid, name), getattr(solid, f"{name}_sd")
+        assert abs(found - value) < 3 * sd < 2e-3
+    assert (solid.radius, solid.radius_sd) == (None, None)
+    assert len(fit.sinks["filled_cloud"].value) == len(cloud.value), "a block has no inside that hangs"
     wrong = node("fit_object", cloud=cloud.value, contacts=[])
     assert tick(wrong) is Status.FAILURE
     assert "no contact" in wrong.reason
@@ -146,25 +146,24 @@ format: stretch-tree/1
 doc: Press a flat cylinder at two places and measure it.
 devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
 scene: calibration_cylinder
-keys: {contact: Contact, cloud: Cloud}
 trees:
   feel:
-    keys: {frame: DepthFrame}
-    in: {depth: Length}
-    out: {cloud: Cloud, contact: Contact}
+    in: {depth: Length, touch: }
+    inout: [cloud]
+    out: [contact]
     sequence:
       - press: {depth: $depth}
-      - average_frames: {count: 4, frame: $frame}
-      - segment_contact: {frame: $frame, contact: $contact}
-      - fuse_contact: {contact: $contact, cloud: $cloud}
+      - average_frames: {count: 4}
+      - segment_contact
+      - fuse_contact
   main:
-    out: {circularity: float, height: Length, contacts: int, disagreement: float}
+    out: [circularity, height, contacts, disagreement]
     sequence:
-      - approach: {}
-      - feel: {depth: 6 mm, cloud: $cloud, contact: $contact}
-      - feel: {depth: 8 mm, cloud: $cloud, contact: $contact}
-      - measure_outline: {contact: $contact, circularity: $circularity}
-      - measure_object: {cloud: $cloud, height: $height}
+      - approach
+      - feel: {depth: 6 mm}
+      - feel: {depth: 8 mm}
+      - measure_outline: {circularity}
+      - measure_object: {height}
       - set: {contacts: cloud.contacts, disagreement: cloud.disagreement}
 """
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.limits import Limits
@@ -31,7 +32,7 @@ def press(bench):
         arm = ScriptedDevice("Arm", {"pose": Pose((0.0, 0.0, HAND)), "wrench": forces}, motion)
         run = bench(camera=ScriptedDevice("DepthCamera", {"frame": frame(top)}))
         run.context.devices["arm"], run.context.limits = arm, limits
-        return run.run("press_to_thickness", frames=1, **inputs), arm
+        return run.run("press_to_thickness", touch=Touch(TOUCHED, 0.0), **inputs), arm
 
     return made
 

@@ -1,38 +1,50 @@
 """What the readings of a press say of a frame's noise."""
 
 import math
-from dataclasses import replace
+from functools import partial
+from typing import Any
 
-import numpy as np
 import pytest
 
-from stretch_bt.behaviors._membrane import keep_how
-from stretch_bt.behaviors._readings import Reading, noise_at, readings_of
-from stretch_bt.perception.pattern import Pattern
-from stretch_bt.run.context import RunContext
+from stretch_bt.behaviors._readings import Reading, noise_at
+from stretch_bt.behaviors.add_reading import AddReading
+from stretch_bt.behaviors.records import ObservedTop, Touch
+from stretch_bt.tree.ports import Status
 
 LEFT, WHITE = 1e-4, 3e-4  # m
-EMPTY = np.zeros((2, 2), np.float32)
-PATTERN = Pattern(EMPTY, EMPTY, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("left", [0.0, LEFT])
 @pytest.mark.parametrize("frames", [1, 4, 64])
 def test_what_more_frames_leave_is_no_noise_of_a_frame(left: float, frames: int) -> None:
     """With 64 frames what the camera's static error leaves made the noise of one 2.8 times too large, and many looks seem worth it."""
-    context = RunContext()
-    context.memory[Pattern] = replace(PATTERN, left=left)
-    press = Reading(0.0, 0.005, 0.06, math.hypot(left, WHITE / math.sqrt(frames)), frames=frames)
-    readings_of(context).append(press)
-    noise, fixed = noise_at(context, press)
+    sd = math.hypot(left, WHITE / math.sqrt(frames))
+    press = Reading(0.0, 0.005, 0.06, sd, frames=frames, fixed=left)
+    noise, fixed = noise_at([press], press)
     assert noise == pytest.approx(WHITE)
     assert fixed == pytest.approx(math.hypot(left, 3e-5))
 
 
-def test_a_height_by_the_whole_membrane_has_none_of_the_static_error() -> None:
-    context = RunContext()
-    context.memory[Pattern] = replace(PATTERN, left=LEFT)
-    keep_how(context, by_membrane=True)
-    press = Reading(0.0, 0.005, 0.06, WHITE)
-    readings_of(context).append(press)
-    assert noise_at(context, press) == pytest.approx((WHITE, 3e-5))
+@pytest.mark.parametrize("fixed", [0.0, LEFT])
+def test_a_reading_keeps_what_no_averaging_takes_away_of_its_height(fixed: float) -> None:
+    """A height by the whole membrane has none of the static error."""
+    node = AddReading("main/add_reading")
+    seen = ObservedTop(0.058, math.hypot(fixed, WHITE), fixed, by_membrane=fixed == 0.0)
+    inputs: dict[str, Any] = {
+        "touch": Touch(0.06, 2e-5),
+        "observed_top": seen,
+        "stretch": 0.01,
+        "depth": 0.005,
+        "frames": 1,
+    }
+    for name, port in AddReading.ports.items():
+        if not port.written:
+            node.wiring[name] = partial(inputs.get, name, port.default)
+    node.sinks["top_readings"].value = None
+    for _ in node.tick():
+        pass
+    assert node.status is Status.SUCCESS, node.reason
+    [reading] = node.sinks["top_readings"].value.readings
+    assert (reading.depth, reading.hand) == (pytest.approx(0.003), pytest.approx(0.055)), "less what the top gave way"
+    assert (reading.stretch, reading.by_membrane) == (0.01, fixed == 0.0)
+    assert noise_at([reading], reading) == pytest.approx((WHITE, math.hypot(fixed, 3e-5)))
