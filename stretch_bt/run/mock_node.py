@@ -11,13 +11,13 @@ import py_trees
 from py_trees.common import Status
 
 from stretch_bt.errors import UnsetKey
-from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow.base import FlowNode
-from stretch_bt.tree.types import Family, Type, attributes
-from stretch_bt.tree.values import literal, refuse
+from stretch_bt.tree.types import Family, Type, attributes, may_be_none
+from stretch_bt.tree.values import is_none, literal, refuse
 from stretch_bt.units import Estimate
 
 __all__ = ["Mock", "MockNode", "iter_then", "mock_value", "pattern_fits"]
@@ -125,8 +125,10 @@ def mock_value(value: Value, type_: Type, what: str) -> Any:
             message = f"{what}.sd is a standard deviation, which is not below 0"
             refuse(value.mark, "out-of-bounds", message, "write '0' with its unit, or more")
         return Estimate(fields["value"], fields["sd"])
+    if type_.item is not None and type_.is_record and isinstance(value, Seq):
+        return [mock_value(item, type_.item, f"{what}[{i}]") for i, item in enumerate(value.items)]
     if type_.family is not Family.OBJECT or type_.cls is None:
-        return literal(value, type_, what)
+        return None if is_none(value) else literal(value, type_, what)
     if not isinstance(value, Map):
         known = ", ".join(sorted(attributes(type_.cls))[:4])
         hint = f"write a mapping of some of {known}"
@@ -151,7 +153,7 @@ class _FieldNotGiven(UnsetKey, AttributeError):
 
 
 class _Partial:
-    """An object of which a mocks file gives some fields."""
+    """An object of which a mocks file gives some fields; what may be absent and is not given is none."""
 
     def __init__(self, cls: type, given: dict[str, Any]) -> None:
         self.__dict__.update(given)
@@ -163,6 +165,8 @@ class _Partial:
         return self._cls
 
     def __getattr__(self, field_name: str) -> Any:
+        if may_be_none(self._cls, field_name):
+            return None
         raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")
 
 
