@@ -47,6 +47,7 @@ class Descend(MotionBehavior):
     def initialise(self) -> None:
         """Take frames from now on."""
         super().initialise()
+        self.context.hand.contact_height = None  # no depth counts from what was touched before
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
         self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
         self.free = deepcopy(self.free_membrane)

@@ -54,7 +54,9 @@ def test_later_nodes_use_what_was_fitted(tmp_path, table, fit):
 
 def test_without_the_name_of_a_table_it_is_that_of_the_run(bench, tmp_path):
     model, made = shipped("membrane"), bench()
-    made.run("plan_protocol", diameters=[0.01, 0.02, 0.04], stretches=[0.0, 0.03, 0.06], depths=[0.003, 0.007], trials=1)
+    made.run(
+        "plan_protocol", diameters=[0.01, 0.02, 0.04], stretches=[0.0, 0.03, 0.06], depths=[0.003, 0.007], trials=1
+    )
     for press in made.left():
         indenter, trial, depth = press
         force, _ = model.predict(indenter.diameter / 2, trial.stretch, depth)
