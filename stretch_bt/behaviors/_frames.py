@@ -17,12 +17,12 @@ __all__ = ["MAX_AGE", "FrameSource", "corrected"]
 #: how old the latest frame may be, s: a camera at 5 Hz or more passes
 MAX_AGE = 0.5
 
-#: the frame that each camera handed out last, so that two nodes of one tick do not take the same one
-_latest: WeakKeyDictionary[DepthCamera, int] = WeakKeyDictionary()
+#: by run, the frame that each camera, by its id, handed out last, so that two nodes of one tick do not take the same one
+_latest: WeakKeyDictionary[Context, dict[int, int]] = WeakKeyDictionary()
 
 
 class FrameSource:
-    """Hands out frames exposed after the source was made, each once, with the hand's pose and stretch then."""
+    """Hands out frames exposed after the source was made, each once in a run, with the hand's pose and stretch then."""
 
     def __init__(self, context: Context, camera: DepthCamera, arm: Arm | None, gripper: Gripper | None) -> None:
         self.context = context
@@ -42,9 +42,10 @@ class FrameSource:
         if self.camera.ended:
             raise NoAnswer("the recording has ended")
         reading = self.camera.frame(MAX_AGE)
-        if reading.sequence == _latest.get(self.camera) or reading.host_time < self.since - 1e-9:
+        latest, camera = _latest.setdefault(self.context, {}), id(self.camera)
+        if reading.sequence == latest.get(camera) or reading.host_time < self.since - 1e-9:
             return None
-        _latest[self.camera] = reading.sequence
+        latest[camera] = reading.sequence
         return self._placed(reading.value)
 
     def _placed(self, frame: DepthFrame) -> DepthFrame:

@@ -79,6 +79,12 @@ def test_capture_waits_for_a_frame_exposed_after_it_began_and_takes_each_once() 
     assert capture.reason == "the recording has ended"
 
 
+def test_two_nodes_of_one_run_do_not_take_the_same_frame_and_another_run_begins_anew() -> None:
+    camera, context = Camera(), RunContext()
+    ends = [tick(node("capture", {"camera": camera}, given)) for given in (context, context, RunContext())]
+    assert ends == [Status.SUCCESS, Status.RUNNING, Status.SUCCESS]
+
+
 def test_average_frames_takes_so_many_different_ones() -> None:
     camera = Camera()
     average = node("average_frames", {"camera": camera}, count=3)
