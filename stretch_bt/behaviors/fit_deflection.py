@@ -51,7 +51,8 @@ class FitDeflection(ModelBehavior):
         mechanics.ROBOT, min=0.0, max=0.001, doc="Standard deviation of the hand's positioning error."
     )
     felt: Out[Felt] = port(
-        truth={"top": "contact_height", "height": "height", "deflection": "deflection", "force": "force"}
+        truth={"top": "contact_height", "height": "height", "deflection": "deflection", "force": "force"},
+        doc="the curve, and where the latest press stands on it",
     )
 
     def update(self) -> Status:

@@ -33,17 +33,13 @@ class FitObject(Behavior):
     cloud: In[Cloud]  # the contacts, fused
     contacts: In[list[Contact]]  # of which the cloud was fused, with the pose of the hand
     shape: In[Wanted] = port("auto", doc="a shape to take for granted, or the one with most evidence")
-    relief: In[Relief | None] = (
-        None  # map of the presses; what it tells beside what was felt is added to `filled_cloud`
-    )
+    relief: In[Relief | None] = None  # map of the presses; what it tells beside what was felt is in `filled_cloud`
     fillet: In[Length] = port(FILLET, min=1e-4, max=0.01, doc="radius of the object's edges, or of its wire")
     fillet_sd: In[Length] = port(FILLET_SD, min=0.0, max=0.01, doc="its standard deviation")
     solid: Out[Solid] = port(
         truth={name: name for name in DIMENSIONS}, doc="the shape, with the dimensions that it has"
     )
-    filled_cloud: Out[
-        Cloud
-    ]  # the cloud with what the map shows, less what the shape leaves free, as the inside of a wire
+    filled_cloud: Out[Cloud]  # with what the map shows, less what the shape leaves free, as the inside of a wire
 
     def update(self) -> Status:
         """Fit."""
