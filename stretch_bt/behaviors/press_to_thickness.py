@@ -10,13 +10,14 @@ from stretch_bt.behaviors._frames import FrameSource, corrected
 from stretch_bt.behaviors._motion import MOST_DEPTH, MotionBehavior, touched_at
 from stretch_bt.behaviors._top_height import height_over_table
 from stretch_bt.behaviors.records import Mounting, Touch
-from stretch_bt.frames import DepthFrame, Pose
+from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import Arm, DepthCamera, ForceSensor, Gripper, Motion, MotionState
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.model.control.thickness import next_step
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.ports import In, Out, Status, Uses, port
 from stretch_bt.tree.registry import node
-from stretch_bt.units import Estimate, Force, Length, Speed
+from stretch_bt.units import Force, Length, Speed
 
 MAX_AGE = 0.5
 SHARE = 0.97  # of the force at which the cell stops the arm, which is never asked for
@@ -52,9 +53,8 @@ class PressToThickness(MotionBehavior):
     def initialise(self) -> None:
         """Look first."""
         super().initialise()
-        limits = self.context.limits
         self.limit = ForceLimit(self.max_force, self.arm, self.force_sensor, self.context)
-        self.most = self.max_force if limits is None else min(self.max_force, SHARE * limits.force - self.limit.margin)
+        self.most = _most(self.max_force, self.limit.margin, self.context.limits)
         self.looks = 0
         self.limited = False
         self._look()
@@ -69,32 +69,23 @@ class PressToThickness(MotionBehavior):
         return self.phase()
 
     def _look(self) -> None:
-        self.source = FrameSource(self.context, self.camera, self.arm, self.gripper)
-        self.shots: list[DepthFrame] = []
-        self.forces: list[float] = []
+        self.look = _Look(FrameSource(self.context, self.camera, self.arm, self.gripper), self.arm)
         self.phase: Callable[[], Status] = self._see
 
     def _see(self) -> Status:
-        frame = self.source.next()
-        self.forces.append(self.arm.wrench(MAX_AGE).value.force[2])
-        if frame is not None:
-            self.shots.append(frame)
-        if len(self.shots) < FRAMES:
+        if not self.look.add():
             return Status.RUNNING
         self.looks += 1
-        limits = self.context.limits
-        deepest = self.max_depth if limits is None else min(self.max_depth, limits.depth)
-        low = max(touched_at(self.context, self.touch) - deepest, 0.0)
+        lowest = _lowest(touched_at(self.context, self.touch), self.max_depth, self.context.limits)
         pose = self.arm.pose(MAX_AGE).value
-        shot = corrected(perception.average_frames(self.shots), self.pattern, self.device_names["camera"])
+        shot = corrected(perception.average_frames(self.look.frames), self.pattern, self.device_names["camera"])
         top = height_over_table(shot, self.context.hand.geometry, self.mounting)
-        step = next_step(top.value, self.thickness, pose.height, low, limited=self.limited, steps=self.looks)
-        return self._end(top, step.ended) if step.ended else self._go(pose.at_height(step.height))
-
-    def _go(self, target: Pose) -> Status:
-        self.target = target
+        step = next_step(top.value, self.thickness, pose.height, lowest, limited=self.limited, steps=self.looks)
+        if step.ended:
+            self.reached, self.ended, self.force = top, step.ended, self.look.force
+            return Status.SUCCESS
+        self.target, self.phase = pose.at_height(step.height), self._move
         self.start()
-        self.phase = self._move
         return Status.RUNNING
 
     def _move(self) -> Status:
@@ -111,7 +102,34 @@ class PressToThickness(MotionBehavior):
         self._look()
         return Status.RUNNING
 
-    def _end(self, top: Estimate, ended: str) -> Status:
-        self.reached, self.ended = top, ended
-        self.force = sum(self.forces) / len(self.forces)
-        return Status.SUCCESS
+
+class _Look:
+    """Takes frames, and the forces along the hand's axis meanwhile, while the hand stands still."""
+
+    def __init__(self, source: FrameSource, arm: Arm) -> None:
+        self._source, self._arm = source, arm
+        self.frames: list[DepthFrame] = []
+        self._forces: list[float] = []
+
+    def add(self) -> bool:
+        """Take what there is, and return whether it is enough."""
+        frame = self._source.next()
+        self._forces.append(self._arm.wrench(MAX_AGE).value.force[2])
+        if frame is not None:
+            self.frames.append(frame)
+        return len(self.frames) >= FRAMES
+
+    @property
+    def force(self) -> float:
+        """The mean force, N."""
+        return sum(self._forces) / len(self._forces)
+
+
+def _most(force: Force, margin: float, limits: Limits | None) -> float:
+    """Return the force to stop at, N: the cell stops the arm a little above it at the earliest."""
+    return force if limits is None else min(force, SHARE * limits.force - margin)
+
+
+def _lowest(touched: Length, depth: Length, limits: Limits | None) -> float:
+    """Return the world height, m, that is a depth past first contact, or as deep as the cell allows."""
+    return max(touched - (depth if limits is None else min(depth, limits.depth)), 0.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from stretch_bt.errors import NoContact
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.transforms import rotation_vector
 
@@ -59,20 +58,6 @@ class Hand:
 
     geometry: HandGeometry = field(default_factory=HandGeometry)
     contact_height: float | None = None
-    contact_height_sd: float | None = None
-
-    @property
-    def touched_at(self) -> float:
-        """World height of the hand at first contact, m.
-
-        Raises
-        ------
-        NoContact
-            No node has found it yet.
-        """
-        if self.contact_height is None:
-            raise NoContact("the height of first contact is not known; run 'approach' first")
-        return self.contact_height
 
     def depth(self, hand_height: float) -> float | None:
         """Return how far the hand is past first contact, m, or None before contact was found."""

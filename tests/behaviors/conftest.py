@@ -4,21 +4,16 @@ from functools import partial
 
 import pytest
 
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.run.context import RunContext
 from stretch_bt.testing import ScriptedDevice
-from stretch_bt.tree.ports import Role, Status
+from stretch_bt.tree.ports import MISSING, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
 
 TOUCHED = 0.060
 SMALL = {"diameters": [0.02, 0.03], "stretches": [0.0, 0.01], "depths": [0.0, 0.002], "trials": 1}
-
-
-def told(node):
-    """Return what `next_state` told."""
-    names = ("geometry", "diameter", "stretch", "depth", "trial", "new_indenter", "new_trial", "rows")
-    return tuple(node.sinks[name].value for name in names)
 
 
 class Sensor:
@@ -39,13 +34,16 @@ class Sensor:
 
 
 class Bench:
-    """A run of single nodes: one context, a clock, and devices that stay from node to node."""
+    """A run of single nodes: one context, a clock, and devices and keys that stay from node to node.
+
+    A record that a node is not given it shares under the name of its port, as nodes of a tree do.
+    """
 
     def __init__(self, folder, **devices):
         self.context = RunContext()
         self.context.folder = folder
         self.context.about = {"scene": "calibration_sphere", "seed": 4, "versions": {}}
-        self.context.hand.contact_height = TOUCHED
+        self.keys = {"touch": Cell("touch", Touch(TOUCHED, 1e-4))}
         for device in devices.values():
             device.now = lambda: self.context.now
         self.context.devices = {
@@ -63,8 +61,18 @@ class Bench:
         node.context = self.context
         node.device_names = {p.name: p.name for p in info.of(Role.DEVICE) if p.name in self.context.devices}
         for port in info.of(Role.INPUT):
-            node.wiring[port.name] = partial(inputs.get, port.name, port.default)
+            read = self.shared(port) if info.types[port.name].is_record else lambda port=port: port.default
+            node.wiring[port.name] = partial(inputs.get, port.name) if port.name in inputs else read
+        for port in (p for p in info.ports.values() if p.written and info.types[p.name].is_record):
+            node.sinks[port.name] = self.keys.setdefault(port.name, node.sinks[port.name])
+            if port.name in inputs:
+                node.sinks[port.name].write(inputs[port.name])
         return node
+
+    def shared(self, port):
+        """Return what reads the key of the port's name, or the port's default where it is unset."""
+        key = self.keys.get(port.name, Cell(port.name))
+        return key.read if port.required else lambda: port.default if key.value is MISSING else key.value
 
     def tick(self, node, times=1):
         for _ in range(times):
@@ -79,22 +87,28 @@ class Bench:
             assert self.context.now < 100.0
         return node
 
-    def write(self, state, **more):
-        """Stand where a state wants the hand, and write its row."""
-        self.stand(TOUCHED - state.sinks["depth"].value)
-        self.context.devices["gripper"] = ScriptedDevice("Gripper", {"opening": 0.055 + state.sinks["stretch"].value})
-        inputs = {name: state.sinks[name].value for name in ("geometry", "diameter", "angle", "trial")}
-        return self.run("write_row", force=0.5, force_sd=0.01, **inputs, **more)
+    def left(self):
+        """Return the presses that the latest plan left: indenter, trial and depth of each, in their order."""
+        indenters = self.keys["left"].value.indenters
+        return [
+            (indenter, trial, depth) for indenter in indenters for trial in indenter.trials for depth in trial.depths
+        ]
+
+    def write(self, name, press, **more):
+        """Stand where a press wants the hand, and write its row."""
+        indenter, trial, depth = press
+        self.stand(TOUCHED - depth)
+        self.context.devices["gripper"] = ScriptedDevice("Gripper", {"opening": 0.055 + trial.stretch})
+        return self.run(name, indenter=indenter, trial=trial, **more)
 
     def measure(self, rows=None, **inputs):
-        """Measure until it is done, or some rows were written; return what was told before each row."""
-        node, seen = self.node("next_state", **{**SMALL, **inputs}), []
-        while True:
-            assert self.tick(node) is Status.SUCCESS
-            if node.sinks["done"].value or len(seen) == rows:
-                return node, seen
-            seen.append(told(node))
-            assert self.write(node, table=inputs.get("table", "")).status is Status.SUCCESS
+        """Plan, and measure all that is left, or so many rows; return the plan, and the presses that were made."""
+        plan = self.run("plan_protocol", **{**SMALL, **inputs})
+        assert plan.status is Status.SUCCESS, plan.reason
+        made = self.left()[:rows]
+        for press in made:
+            assert self.write("write_row", press, force=0.5, force_sd=0.01).status is Status.SUCCESS
+        return plan, made
 
 
 @pytest.fixture
@@ -118,9 +132,3 @@ def saying():
 def small():
     """Return a protocol of eight presses."""
     return SMALL
-
-
-@pytest.fixture(name="told")
-def told_by():
-    """Return what `next_state` told of a press."""
-    return told

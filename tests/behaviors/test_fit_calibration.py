@@ -5,8 +5,9 @@ import pytest
 from stretch_bt import run
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model import ForceModel
-from stretch_bt.model.calibration.characterization import Press, first_lines, table_line
+from stretch_bt.model.calibration.characterization import NAME, Press, first_lines, table_line
 from stretch_bt.model.force.force_model import shipped
+from stretch_bt.tree.ports import Status
 
 TREE = """\
 format: stretch-tree/1
@@ -51,6 +52,27 @@ def test_later_nodes_use_what_was_fitted(tmp_path, table, fit):
     assert kept.predict(0.012, 0.02, 0.008)[0] == pytest.approx(result.outputs["force"]["value"])
 
 
+def test_without_the_name_of_a_table_it_is_that_of_the_run(bench, tmp_path):
+    model, made = shipped("membrane"), bench()
+    made.run(
+        "plan_protocol", diameters=[0.01, 0.02, 0.04], stretches=[0.0, 0.03, 0.06], depths=[0.003, 0.007], trials=1
+    )
+    for press in made.left():
+        indenter, trial, depth = press
+        force, _ = model.predict(indenter.diameter / 2, trial.stretch, depth)
+        made.write("write_row", press, force=force, force_sd=0.005)
+    fits = [made.run("fit_calibration", **table).sinks for table in ({}, {"table": str(tmp_path / NAME)})]
+    assert [fit["presses"].value for fit in fits] == [18, 18]
+    own, named = (fit["fitted"].value.predict(0.012, 0.02, 0.006) for fit in fits)
+    assert own == pytest.approx(named, rel=1e-3)
+
+
+def test_without_any_table_there_is_nothing_to_fit_to(bench):
+    node = bench().run("fit_calibration")
+    assert node.status is Status.FAILURE
+    assert node.reason == "there is no table to fit to; name a file as 'table', or run 'plan_protocol' first"
+
+
 def test_without_a_fit_there_is_no_model(tmp_path):
     text = """\
 format: stretch-tree/1
@@ -79,10 +101,11 @@ def test_an_unknown_model_is_refused_before_anything_moves(tmp_path, table):
 
 def test_a_table_that_the_run_writes_itself_is_not_asked_for_before_it(tmp_path):
     name = tmp_path / "own.csv"
-    text = TREE.replace("TABLE", f"'{name}'").replace("FIT", "membrane")
-    begin = f"      - next_state: {{table: '{name}', diameters: [20 mm], stretches: [0 mm], depths: [2 mm]}}\n"
+    text = TREE.replace("table: TABLE, ", "").replace("FIT", "membrane")
+    begin = f"      - plan_protocol: {{table: '{name}', diameters: [20 mm], stretches: [0 mm], depths: [2 mm]}}\n"
     text = text.replace("      - fit_calibration", begin + "      - fit_calibration")
     result = run(tree(tmp_path, text), out=tmp_path / "record")
     assert result.status == "FAILURE"
     assert result.reason.startswith("main/fit_calibration: ")
+    assert "no table" not in result.reason
     assert name.exists()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,10 @@ from stretch_bt.hardware.limits import Limits
 from stretch_bt.perception.types import Contact
 from stretch_bt.run.clock import VirtualClock
 from stretch_bt.run.context import RunContext
-from stretch_bt.tree.ports import MISSING, Behavior, Role, Status
+from stretch_bt.tree.build import build
+from stretch_bt.tree.flow.base import why_failed
+from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
+from stretch_bt.tree.program import load_program
 from stretch_bt.tree.registry import lookup
 
 LENS = Intrinsics(475.0, 475.0, 4.0, 3.0, 8, 6)
@@ -73,6 +77,12 @@ def test_capture_waits_for_a_frame_exposed_after_it_began_and_takes_each_once() 
     camera.ended = True
     assert tick(capture) is Status.FAILURE
     assert capture.reason == "the recording has ended"
+
+
+def test_two_nodes_of_one_run_do_not_take_the_same_frame_and_another_run_begins_anew() -> None:
+    camera, context = Camera(), RunContext()
+    ends = [tick(node("capture", {"camera": camera}, given)) for given in (context, context, RunContext())]
+    assert ends == [Status.SUCCESS, Status.RUNNING, Status.SUCCESS]
 
 
 def test_average_frames_takes_so_many_different_ones() -> None:
@@ -142,101 +152,144 @@ def test_fit_sphere_counts_an_earlier_fit_which_stands_where_there_is_no_other()
     assert both.sinks["sphere"].value.radius_sd == pytest.approx(before.radius_sd / np.sqrt(2))
 
 
-@pytest.fixture
-def approached(cell: Callable[..., Any], virtual_clock: VirtualClock) -> Callable[..., tuple[Behavior, Any]]:
-    """Run `approach` alone from a little above the object; returns the node after it ended, and the cell."""
+APPROACH = """\
+format: stretch-tree/1
+devices: {arm: Arm, camera: DepthCamera, gripper: Gripper, force_sensor: ForceSensor}
+trees:
+  main:
+    out: {touch: Touch, contact_height: Length, readings: int}
+    sequence:
+      - approach: INPUTS
+      - set: {readings: top_readings.count}
+"""
 
-    def run(scene: str, above: float = 0.008, limits: float | None = None, **inputs: Any) -> tuple[Behavior, Any]:
+
+class Approach:
+    """The shipped `approach`, which nothing stops but itself: no runner does."""
+
+    def __init__(self, opened: Any, clock: VirtualClock, context: RunContext, folder: Path, inputs: str) -> None:
+        (folder / "tree.yaml").write_text(APPROACH.replace("INPUTS", inputs))
+        self.opened, self.clock, self.context = opened, clock, context
+        self.context.devices = opened.devices
+        self.built = build(load_program(folder / "tree.yaml").require(), context)
+        self.root = self.built.root
+
+    def tick(self) -> Status:
+        self.context.now = self.clock.now()
+        for _ in self.root.tick():
+            pass
+        self.clock.advance(0.05)
+        status: Status = self.root.status
+        return status
+
+    def end(self) -> Status:
+        status = self.tick()
+        while status is Status.RUNNING and self.clock.now() < 100.0:
+            status = self.tick()
+        return status
+
+    @property
+    def reason(self) -> str:
+        return why_failed(self.root).removeprefix("main/approach/")
+
+    @property
+    def height(self) -> float:
+        height: float = self.opened.devices["arm"].pose(1.0).value.height
+        return height
+
+    def moves(self) -> float:
+        """Return how far the hand goes after it has had time to brake, m."""
+        self.clock.advance(0.5)
+        before = self.height
+        self.clock.advance(1.0)
+        return abs(self.height - before)
+
+    def output(self, name: str) -> Cell:
+        return self.built.outputs[name][1]
+
+
+@pytest.fixture
+def approaching(cell: Callable[..., Any], virtual_clock: VirtualClock, tmp_path: Path) -> Callable[..., Approach]:
+    """Place the hand a little above the object, to approach that; the hand still knows the first contact of another one, far above."""
+
+    def place(scene: str, above: float = 0.008, lowest: float | None = None, inputs: str = "") -> Approach:
         opened = cell(scene)
         start = opened.devices["arm"].pose(1.0).value
         opened._bench.twin.place(start.at_height(opened.truth()["contact_height"] + above))
+        opened.hand.contact_height = 0.5
         context = RunContext(opened.hand)
-        if limits is not None:
-            context.limits = Limits.model_validate({"height": {"min": f"{limits} m", "max": "0.6 m"}})
-        approach = node("approach", opened.devices, context, **{"max_travel": 0.025, "average": 2, **inputs})
-        for _ in range(2000):
-            context.now = virtual_clock.now()
-            if tick(approach) is not Status.RUNNING:
-                break
-            virtual_clock.advance(0.05)
-        return approach, opened
+        if lowest is not None:
+            context.limits = Limits.model_validate({"height": {"min": f"{lowest} m", "max": "0.6 m"}})
+        travel = "" if "max_travel" in inputs else "max_travel: 25 mm, "
+        return Approach(opened, virtual_clock, context, tmp_path, f"{{{travel}average: 2, contact_height, {inputs}}}")
 
-    return run
+    return place
 
 
-def moving(opened: Any, virtual_clock: VirtualClock) -> float:
-    """Return how far the hand goes after it has had time to brake, m."""
-    virtual_clock.advance(0.5)
-    before = opened.devices["arm"].pose(1.0).value.height
-    virtual_clock.advance(1.0)
-    return abs(opened.devices["arm"].pose(1.0).value.height - before)
+def test_approach_finds_the_undeformed_top(approaching: Callable[..., Approach]) -> None:
+    approach = approaching("water_balloon")
+    assert approach.end() is Status.SUCCESS, approach.reason
+    found, touch = approach.output("contact_height"), approach.output("touch").value
+    assert abs(found.value - approach.opened.truth()["contact_height"]) < 4 * found.read_sd() < 0.002
+    assert (touch.height, touch.height_sd) == (found.value, found.sd)
+    assert approach.opened.hand.contact_height == found.value, "from which the cell counts depths"
+    assert approach.output("readings").value == 5
+    assert approach.moves() == 0
 
 
-def test_approach_finds_the_undeformed_top(approached: Callable[..., Any]) -> None:
-    approach, opened = approached("water_balloon")
-    assert approach.status is Status.SUCCESS
-    found = approach.sinks["contact_height"]
-    assert abs(found.value - opened.truth()["contact_height"]) < 4 * found.sd < 0.002
-    assert opened.hand.contact_height == found.value
-
-
-@pytest.mark.parametrize(
-    ("inputs", "limits"), [({}, None), ({"max_travel": None}, 0.095), ({"max_travel": 0.5}, 0.095)]
-)
+@pytest.mark.parametrize(("inputs", "lowest"), [("", None), ("max_travel: none", 0.095), ("max_travel: 500 mm", 0.095)])
 def test_approach_gives_up_where_nothing_is(
-    approached: Callable[..., Any], virtual_clock: VirtualClock, inputs: dict[str, Any], limits: float | None
+    approaching: Callable[..., Approach], inputs: str, lowest: float | None
 ) -> None:
     """At the end of its travel, or where the cell ends before that."""
-    approach, opened = approached("water_balloon", above=0.060, limits=limits, **inputs)
-    assert (approach.status, approach.reason) == (Status.FAILURE, "nothing was met down to 95 mm")
-    assert opened.hand.contact_height is None
-    assert moving(opened, virtual_clock) == 0
-    assert opened.devices["arm"].pose(1.0).value.height == pytest.approx(0.095)
+    approach = approaching("water_balloon", above=0.060, lowest=lowest, inputs=inputs)
+    assert (approach.end(), approach.reason) == (Status.FAILURE, "descend: nothing was met down to 95 mm")
+    assert approach.opened.hand.contact_height is None
+    assert approach.moves() == 0
+    assert approach.height == pytest.approx(0.095)
 
 
 @pytest.mark.parametrize(
     "scene", ["water_balloon", "wooden_cube", pytest.param("wire_circle", marks=pytest.mark.slow), "calibration_cone"]
 )
-def test_approach_refuses_to_begin_in_contact(
-    approached: Callable[..., Any], virtual_clock: VirtualClock, scene: str
-) -> None:
+def test_approach_refuses_to_begin_in_contact(approaching: Callable[..., Approach], scene: str) -> None:
     """The pressed membrane would be taken for the free one, and the object for nothing."""
-    approach, opened = approached(scene, above=-0.004)
-    assert approach.status is Status.FAILURE
+    approach = approaching(scene, above=-0.004)
+    height = approach.height
+    assert approach.end() is Status.FAILURE
     assert "touches something already" in approach.reason
     assert "raise the hand" in approach.reason
-    assert moving(opened, virtual_clock) == 0
+    assert (approach.moves(), approach.height) == (0, height)
 
 
-def test_approach_stops_at_too_much_force(approached: Callable[..., Any], virtual_clock: VirtualClock) -> None:
-    approach, opened = approached("calibration_sphere", max_force=0.05)
-    assert approach.status is Status.FAILURE
+def test_approach_stops_at_too_much_force(approaching: Callable[..., Approach]) -> None:
+    approach = approaching("calibration_sphere", inputs="max_force: 0.05 N")
+    assert approach.end() is Status.FAILURE
     assert "N exceeds the limit of 0.05 N" in approach.reason
-    assert moving(opened, virtual_clock) == 0
+    assert approach.moves() == 0
 
 
 def test_approach_finds_out_a_false_alarm(
-    approached: Callable[..., Any], virtual_clock: VirtualClock, monkeypatch: pytest.MonkeyPatch
+    approaching: Callable[..., Approach], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(perception.ContactDetector, "update", lambda self, frame: True)
-    approach, opened = approached("water_balloon", above=0.060, readings=2)
-    assert approach.status is Status.FAILURE
-    assert approach.reason == "only 0 of 4 depths showed the top of an object"
-    assert opened.hand.contact_height is None
-    assert moving(opened, virtual_clock) == 0
+    approach = approaching("water_balloon", above=0.060, inputs="readings: 2")
+    assert approach.end() is Status.FAILURE
+    assert approach.reason == "until_the_top_shows: the condition still does not hold after 4 passes"
+    assert approach.output("touch").value is MISSING
+    assert approach.opened.hand.contact_height is None
+    assert approach.moves() == 0
 
 
-def test_approach_interrupted_stops_the_arm(
-    cell: Callable[..., Any], virtual_clock: VirtualClock, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    opened = cell("water_balloon")
-    approach = node("approach", opened.devices, RunContext(opened.hand))
-    while approach.reason != "moving down":
-        approach.context.now = virtual_clock.now()
-        assert tick(approach) is Status.RUNNING
-        virtual_clock.advance(0.05)
-    approach.stop(Status.INVALID)
-    assert moving(opened, virtual_clock) == 0
+def test_approach_interrupted_stops_the_arm(approaching: Callable[..., Approach]) -> None:
+    approach = approaching("water_balloon")
+    while (
+        approach.tick() is Status.RUNNING and approach.built.nodes["main/approach/descend"].status is not Status.RUNNING
+    ):
+        pass
+    assert approach.moves() > 0
+    approach.root.stop(Status.INVALID)
+    assert approach.moves() == 0
 
 
 def contact_at(points: np.ndarray) -> Contact:

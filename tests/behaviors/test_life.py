@@ -1,14 +1,23 @@
 """Every shipped node through its life, from the registry: a new node is tested here without a line more."""
 
+import dataclasses
+import inspect
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
 import stretch_bt.behaviors
+from stretch_bt.accuracy.perception.noise import WHITE_03, observe
+from stretch_bt.accuracy.perception.view import Press, seen
+from stretch_bt.behaviors.protocol_records import Table
+from stretch_bt.behaviors.records import FreeMembrane, Touch
 from stretch_bt.errors import NotReady
 from stretch_bt.run.context import RunContext
-from stretch_bt.tree.ports import Behavior, Role, Status
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.tree.ports import MISSING, Behavior, Port, Role, Status
 from stretch_bt.tree.registry import NodeInfo, load_all
 from stretch_bt.tree.types import Family
 
@@ -21,16 +30,41 @@ WITH_DEVICES = [name for name, info in NODES.items() if any(not p.optional for p
 MOVING = [name for name, info in NODES.items() if info.cls.kind == "actuation"]
 
 
+#: of a node, devices and deviations, which stand beside a value, not counted; of its class
+MOST_PORTS, MOST_LINES = 10, 80
+
+
+@cache
+def records() -> dict[str, Any]:
+    """Return records that nodes read before they use a device; the frame shows a deep contact."""
+    return {
+        "touch": Touch(0.1, 1e-4),
+        "frame": observe(seen(Press(Cylinder(0.02), 0.03, 0.008)), WHITE_03, 2),
+        "free_membrane": FreeMembrane(12, "camera", Mock(), Mock()),
+        "measured": Table(0, Mock()),
+    }
+
+
+def plausible(info: NodeInfo, port: Port) -> Any:
+    """Return what a port is given: nothing where it needs nothing, else a record or a number."""
+    if port.required:
+        return 0.01 if info.types[port.name].is_number else records().get(port.name, port.default)
+    return port.default
+
+
 def placed(info: NodeInfo, devices: dict[str, Any] | None = None, **inputs: Any) -> Behavior:
-    """Return a node at its place, with its inputs wired to what is given, to their defaults, or to a plausible number."""
+    """Return a node at its place, with its ports wired to what is given, to their defaults, or to what is plausible."""
     node = info.cls(f"main/{info.name}")
     node.context = RunContext()
     node.context.devices = devices or {}
-    node.context.hand.contact_height = 0.1
     node.device_names = {p.name: p.name for p in info.of(Role.DEVICE) if not p.optional or p.name in (devices or {})}
     for port in info.of(Role.INPUT):
-        value = inputs.get(port.name, 0.01 if port.required and info.types[port.name].is_number else port.default)
+        value = inputs.get(port.name, plausible(info, port))
         node.wiring[port.name] = lambda value=value: value
+    for port in info.of(Role.INOUT):
+        value = inputs.get(port.name, plausible(info, port))
+        if value is not MISSING:
+            node.sinks[port.name].write(value)
     return node
 
 
@@ -51,6 +85,7 @@ def test_there_are_nodes_of_each_kind() -> None:
     assert len(NODES) >= 16
     assert len(WITH_DEVICES) >= 6
     assert MOVING
+    assert any(info.of(Role.INOUT) for info in NODES.values())
 
 
 def test_a_node_is_told_to_end_once_for_each_start_and_never_before(
@@ -102,3 +137,26 @@ def test_what_a_person_reads_of_a_node_is_there(info: NodeInfo) -> None:
             low, high = port.min, port.max
             assert low is None or low <= port.default
             assert high is None or port.default <= high
+    for port in (p for p in info.ports.values() if p.written):
+        assert port.doc or port.name.endswith("_sd"), f"say beside {port.name!r} what it holds"
+
+
+def test_a_node_is_small_enough_to_be_taken_in_at_once(info: NodeInfo) -> None:
+    ports = [p.name for p in info.ports.values() if p.role is not Role.DEVICE and not p.name.endswith("_sd")]
+    assert len(ports) <= MOST_PORTS, ports
+    assert len(inspect.getsource(info.cls).splitlines()) <= MOST_LINES
+
+
+def test_what_is_written_over_is_a_record_and_no_node_changes_one_in_place(info: NodeInfo) -> None:
+    """A reader keeps what it read: whoever has more to say writes another record."""
+    assert all(info.types[port.name].is_record for port in info.of(Role.INOUT))
+    carried = {(type_.item or type_).cls for type_ in info.types.values()} - {None}
+    own = [cls for cls in carried if cls.__module__.startswith(stretch_bt.behaviors.__name__ + ".")]
+    for cls in own:
+        assert dataclasses.is_dataclass(cls), cls
+        assert cls.__dataclass_params__.frozen, cls  # type: ignore[attr-defined]
+
+
+def test_a_node_that_goes_to_a_depth_needs_the_first_contact_from_which_it_counts(info: NodeInfo) -> None:
+    if any(port.limit == "depth" for port in info.ports.values()):
+        assert info.ports["touch"].required

@@ -102,6 +102,30 @@ def test_a_sensor_that_says_one_force_everywhere_is_stuck(bench, saying, before,
     assert (node.status, node.reason) == ((Status.FAILURE, STUCK) if stuck else (Status.SUCCESS, ""))
 
 
+def test_a_sensor_that_still_says_what_it_said_when_it_was_zeroed_is_stuck(bench, saying):
+    made = bench(force_sensor=saying([0.5]))
+    made.stand(0.080)
+    made.run("zero_force", count=2)
+    made.stand(0.055)
+    assert made.run("measure_force", count=2).reason == STUCK
+
+
+def test_a_sensor_that_is_stuck_stays_so_when_it_is_asked_again(bench, saying):
+    made = bench(force_sensor=saying([0.5]))
+    for height in (0.056, 0.055):
+        made.stand(height)
+        made.run("measure_force", count=2)
+    made.stand(0.053)
+    assert made.run("measure_force", count=2).reason == STUCK
+
+
+def test_before_first_contact_is_known_no_sensor_is_called_stuck(bench, saying):
+    made = bench(force_sensor=saying([0.5]))
+    for height in (0.056, 0.050):
+        made.stand(height)
+        assert made.run("measure_force", touch=None, count=2).status is Status.SUCCESS
+
+
 def test_without_an_arm_the_hand_points_straight_down(tmp_path):
     (tmp_path / "alone.yaml").write_text(ALONE)
     result = run(tmp_path / "alone.yaml", out=tmp_path / "record")

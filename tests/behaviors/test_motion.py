@@ -3,13 +3,16 @@
 import math
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import DeviceLost
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.run.check import check
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.ports import Behavior, Role, Status
 from stretch_bt.tree.registry import lookup
@@ -43,10 +46,10 @@ def place(scripted_device: Callable[..., Any]) -> Callable[..., tuple[Behavior, 
         node = info.cls(f"main/{name}")
         node.context = RunContext()
         node.context.devices = {port.name: device}
-        node.context.hand.contact_height = contact
+        given = {"touch": None if contact is None else Touch(contact, 1e-4), **inputs}
         node.device_names = {port.name: port.name}
         for p in info.of(Role.INPUT):
-            node.wiring[p.name] = partial(inputs.get, p.name, p.default)
+            node.wiring[p.name] = partial(given.get, p.name, p.default)
         return node, device
 
     return make
@@ -78,11 +81,21 @@ def test_press_stops_at_the_limit_of_force(place: Callable[..., Any]) -> None:
     assert [command.name for command in arm.commands] == ["move", "stop"]
 
 
-def test_press_without_approach_moves_nothing(place: Callable[..., Any]) -> None:
-    node, arm = place("press", depth=0.010)
-    assert tick(node) is Status.FAILURE
-    assert "run 'approach' first" in node.reason
-    assert arm.commands == []
+@pytest.mark.parametrize("step", ["press: {depth: 5 mm}", "roll: {depth: 5 mm}", "press_gently: {depth: 5 mm}"])
+def test_a_press_without_a_first_contact_is_refused_before_the_run(tmp_path: Path, step: str) -> None:
+    head = "format: stretch-tree/1\ndevices: {arm: Arm, camera: DepthCamera, gripper: Gripper}\n"
+    (tmp_path / "tree.yaml").write_text(head + f"trees: {{main: {{sequence: [{step}]}}}}\n")
+    errors = [d for d in check([tmp_path / "tree.yaml"]) if d.severity == "error"]
+    assert any(d.code == "port-missing" and "needs 'touch' (Touch)" in d.message for d in errors)
+
+
+def test_the_cell_counts_depths_from_the_first_contact_that_is_pressed_from(place: Callable[..., Any]) -> None:
+    """Whatever it counted from before: a key may keep the first contact of another object."""
+    for name in ("press", "roll"):
+        node, _ = place(name, contact=TOUCHED, depth=0.005, radius=0.01)
+        node.context.hand.contact_height = 0.3
+        tick(node)
+        assert node.context.hand.contact_height == TOUCHED
 
 
 @pytest.mark.parametrize(

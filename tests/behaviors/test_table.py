@@ -24,9 +24,8 @@ def test_an_interrupted_table_is_gone_on_with(tmp_path, rows, torn, bench):
     with table.open("a") as file:
         file.write(torn)
     second = bench(tmp_path / "second")
-    _, seen = second.measure(table=str(table))
-    assert len(seen) == 8 - rows
-    assert not seen or seen[0][5:] == (True, True, rows)
+    _, made = second.measure(table=str(table))
+    assert (len(made), second.keys["measured"].value.rows) == (8 - rows, 8)
     assert table_of(table) == table_of(whole.context.folder / NAME) == table_of(second.context.folder / NAME)
 
 
@@ -46,7 +45,7 @@ def test_a_table_that_was_cut_in_its_head_begins_anew(bench, tmp_path, kept):
 def test_another_file_is_never_written_over(bench, tmp_path, text, small):
     path = tmp_path / "notes.csv"
     path.write_text(text)
-    node = bench().node("next_state", table=str(path), **small)
+    node = bench().node("plan_protocol", table=str(path), **small)
     with pytest.raises(InvalidInput, match=r"notes\.csv:1: a table begins with"):
         next(iter(node.tick()))
     assert path.read_text() == text
@@ -67,7 +66,7 @@ def test_a_table_of_something_else_is_refused(bench, tmp_path, change, said, sma
     bench().measure(rows=1, table=str(tmp_path / "table.csv"))
     made = bench()
     made.context.about = {**made.context.about, **change}
-    node = made.run("next_state", table=str(tmp_path / "table.csv"), **small)
+    node = made.run("plan_protocol", table=str(tmp_path / "table.csv"), **small)
     assert node.status is (Status.FAILURE if said else Status.SUCCESS)
     assert (said or "") in node.reason
     assert len(read_table(tmp_path / "table.csv")) == 1
@@ -75,7 +74,7 @@ def test_a_table_of_something_else_is_refused(bench, tmp_path, change, said, sma
 
 def test_a_table_of_another_protocol_is_refused(bench, tmp_path):
     bench().measure(rows=1, table=str(tmp_path / "table.csv"))
-    node = bench().run("next_state", protocol="paper", table=str(tmp_path / "table.csv"))
+    node = bench().run("plan_protocol", protocol="paper", table=str(tmp_path / "table.csv"))
     assert "the table is of protocol 'tasks', this run is of 'paper'" in node.reason
 
 
@@ -100,7 +99,7 @@ def test_a_table_of_another_protocol_is_refused(bench, tmp_path):
 def test_a_table_of_a_membrane_that_was_conditioned_otherwise_is_refused(bench, tmp_path, first, second, said, small):
     table = str(tmp_path / "table.csv")
     bench().measure(rows=1, table=table, **first)
-    node = bench().run("next_state", table=table, **{**small, **second})
+    node = bench().run("plan_protocol", table=table, **{**small, **second})
     assert node.status is (Status.FAILURE if said else Status.SUCCESS)
     assert (said or "") in node.reason
 
@@ -113,13 +112,13 @@ def test_a_table_that_does_not_say_so_is_held_to_be_conditioned(bench, tmp_path,
     kept = json.loads(head.removeprefix("# stretch-characterization/1 "))
     assert kept.pop("conditioned") == {"stretch": 0.01, "depth": 0.002}
     table.write_text(f"# stretch-characterization/1 {json.dumps(kept)}\n{rest}")
-    node = bench().run("next_state", table=str(table), condition=condition, **small)
+    node = bench().run("plan_protocol", table=str(table), condition=condition, **small)
     assert node.status is (Status.SUCCESS if condition else Status.FAILURE)
     assert condition or "held to be conditioned" in node.reason
 
 
 def test_a_folder_that_is_not_there_is_named(bench, tmp_path, small):
-    node = bench().node("next_state", table=str(tmp_path / "none" / "table.csv"), **small)
+    node = bench().node("plan_protocol", table=str(tmp_path / "none" / "table.csv"), **small)
     with pytest.raises(InvalidInput, match=r"table\.csv: the table cannot be written .* in a folder that exists"):
         next(iter(node.tick()))
 
@@ -132,8 +131,8 @@ def test_a_replay_begins_as_its_record_did_and_touches_nothing_else(tmp_path, be
     before = table.read_bytes()
     again = bench(tmp_path / "again")
     again.context.repeated = tmp_path / "two"
-    _, seen = again.measure(table=str(table))
-    assert len(seen) == 5
+    _, made = again.measure(table=str(table))
+    assert len(made) == 5
     assert table.read_bytes() == before
     assert table_of(again.context.folder / NAME) == table_of(table)
 

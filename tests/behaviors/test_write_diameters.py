@@ -4,30 +4,19 @@ import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model.calibration.sensitivity import METHODS, NAME, Found, read_sensitivity
-from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import Status
 
-TOUCHED = 0.060
 SMALL = {"protocol": "sensitivity", "diameters": [0.02], "stretches": [0.0, 0.01], "depths": [0.005, 0.01], "trials": 1}
 FOUND = (Found("fit", 0.021, 1e-4, 0.018, 2e-4, "ellipse"), *(Found(m, refused="it, or not") for m in METHODS[1:]))
 
 
-def write(made, state, **more):
-    """Stand where a state wants the hand, and write what was found there."""
-    made.stand(TOUCHED - state.sinks["depth"].value)
-    made.context.devices["gripper"] = ScriptedDevice("Gripper", {"opening": 0.055 + state.sinks["stretch"].value})
-    inputs = {name: state.sinks[name].value for name in ("diameter", "trial")}
-    return made.run("write_diameters", found=FOUND, **inputs, **more)
-
-
 def measure(made, presses=None, table=""):
-    node, count = made.node("next_state", **SMALL, table=table), 0
-    while True:
-        assert made.tick(node) is Status.SUCCESS
-        if node.sinks["done"].value or count == presses:
-            return node, count
-        assert write(made, node, table=table).status is Status.SUCCESS
-        count += 1
+    """Plan, and write what was found at each press that is left, or at so many; return how many."""
+    made.run("plan_protocol", **SMALL, table=table)
+    left = made.left()[:presses]
+    for press in left:
+        assert made.write("write_diameters", press, found=FOUND).status is Status.SUCCESS
+    return len(left)
 
 
 def places(path):
@@ -58,7 +47,7 @@ def test_an_interrupted_map_is_gone_on_with(bench, tmp_path, presses, lines, tor
     with table.open("a") as file:
         file.write("".join(rows[:lines]) + torn)
     second = bench(tmp_path / "second")
-    _, seen = measure(second, table=str(table))
+    seen = measure(second, table=str(table))
     assert seen == 4 - presses
     assert places(table) == places(whole / NAME) == places(second.context.folder / NAME)
 
@@ -67,24 +56,23 @@ def test_a_table_of_forces_is_not_gone_on_with(bench, tmp_path):
     forces = tmp_path / "forces.csv"
     bench().measure(rows=1, table=str(forces))
     before = forces.read_bytes()
-    node = bench().node("next_state", **SMALL, table=str(forces))
+    node = bench().node("plan_protocol", **SMALL, table=str(forces))
     with pytest.raises(InvalidInput, match="a table begins with '# stretch-sensitivity/1 '"):
         node.prepare()
     assert forces.read_bytes() == before
 
 
-def test_a_row_of_another_kind_or_without_a_table_or_a_contact_is_refused(bench):
+def test_a_row_of_another_kind_is_refused(bench, tmp_path):
     made = bench()
-    row = {"diameter": 0.02, "found": FOUND}
-    assert "run 'next_state' with the same 'table' first" in made.run("write_diameters", **row).reason
     measure(made, presses=1)
-    forces = made.run("write_row", geometry="sphere", diameter=0.02, force=0.5)
+    made.run("plan_protocol", **SMALL)
+    before = (tmp_path / NAME).read_bytes()
+    forces = made.write("write_row", made.left()[0], force=0.5)
     assert (forces.status, "another 'protocol'" in forces.reason) == (Status.FAILURE, True)
-    made.context.hand.contact_height = None
-    assert "run 'approach' first" in made.run("write_diameters", **row).reason
+    assert (tmp_path / NAME).read_bytes() == before
 
 
-def test_the_mean_error_is_that_of_the_open_table(bench):
+def test_the_mean_error_is_that_of_the_table(bench):
     made = bench()
     measure(made)
     node = made.run("mean_diameter_error", method="fit", least_depth=0.005)
