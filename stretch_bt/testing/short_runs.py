@@ -29,11 +29,14 @@ format: stretch-mocks/1
 tree: palpate_stiffness
 readings: {arm.force: [1 N, 2 N]}
 mocks:
-  - {match: "**/approach", after: 100 ms, outputs: {contact_height: {value: 100 mm, sd: 0.01 mm}}}
-  - match: main/feel
-    outputs: {height: {value: 99.1 mm, sd: 0.05 mm}, sphere: {radius: 30 mm, radius_sd: 0.2 mm}}
-  - match: main/until/feel
-    outputs: {height: {value: 96.9 mm, sd: 0.05 mm}, sphere: {radius: 30 mm, radius_sd: 0.2 mm}}
+  - {match: "**/approach", after: 100 ms, outputs: {touch: {height: 100 mm, height_sd: 0.01 mm}}}
+  - {match: "**/average_frames", outputs: {frame: {}}}
+  - {match: "**/segment_contact", outputs: {contact: {}}}
+  - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
+  - match: main/feel_first/track_height
+    outputs: {observed_top: {height: 99.1 mm, height_sd: 0.05 mm, fixed_sd: 0 mm, by_membrane: false}}
+  - match: main/until/feel/track_height
+    outputs: {observed_top: {height: 96.9 mm, height_sd: 0.05 mm, fixed_sd: 0 mm, by_membrane: false}}
   - {match: "**/press", after: 100 ms}
   - {match: "**/set_stretch"}
   - {match: "**/retract", after: 100 ms}

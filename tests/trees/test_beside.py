@@ -14,7 +14,7 @@ CUBE = "type: box, length: 40 mm, width: 40 mm, height: 40 mm, edge: 1 mm, rigid
     ("tree", "thing", "y", "said"),
     [
         ("palpate_stiffness", CUBE, 45, "main/force_limit: the indenter overlaps a clamp"),
-        ("reconstruct", CUBE, 45, "main/approach: the indenter overlaps a clamp"),
+        ("reconstruct", CUBE, 45, "main/approach/descend: the indenter overlaps a clamp"),
     ],
 )
 def test_a_hand_that_comes_down_beside_an_object_fails_and_is_raised(run, tmp_path, tree, thing, y, said):

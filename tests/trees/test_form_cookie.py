@@ -86,7 +86,7 @@ def test_a_look_that_fails_is_no_dough_that_stayed_behind(run, tmp_path):
     mocks.write_text(text.replace(seen, "status: failure, message: no place is seen").partition("expect:")[0])
     result = run("form_cookie_fast", mocks=mocks)
     assert result.status == "FAILURE"
-    assert "detect_hanging: no place is seen" in result.reason
+    assert "detect_adhesion: no place is seen" in result.reason
 
 
 # the dough, what differs from a brief run, and the reason that is told

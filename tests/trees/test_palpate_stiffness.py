@@ -172,23 +172,28 @@ format: stretch-mocks/1
 tree: {tree}
 readings: {{arm.force: 1 N}}
 mocks:
-  - {{match: main/approach, outputs: {{contact_height: {{value: 60 mm, sd: 0.01 mm}}}}}}
+  - {{match: main/approach, outputs: {{touch: {{height: 60 mm, height_sd: 0.01 mm}}}}}}
   - {{match: "**/press"}}
-  - {{match: "**/feel", outputs: {{height: 59 mm, sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}}}}}
-  - {{match: main/track/track_drop, outputs: {{drop: {{value: 1 mm, sd: 0.01 mm}}, force: {{value: 2 N, sd: 0.1 N}},
-      together: 0, crept: {{value: 0 mm, sd: 0.01 mm}}}}}}
-  - {{match: "**/track_drop", outputs: {{drop: {{value: 0.02 mm, sd: 0.01 mm}}, force: {{value: 3 N, sd: 0.1 N}},
-      together: 0, crept: {{value: 0 mm, sd: 0.01 mm}}}}}}
+  - {{match: main/feel_first, outputs: {{sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}, felt: {first}}}}}
+  - {{match: "**/feel", outputs: {{sphere: {{radius: 30 mm, radius_sd: 0.2 mm}}, felt: {second}}}}}
+  - {{match: "**/list_presses", outputs: {{candidates: {{count: 3}}}}}}
   - {{match: "**/plan_*", status: [success, failure], outputs: {{{plan}}}}}
   - {{match: "**/retract"}}
   - {{match: "**/set_stretch"}}
 """
+FELT = (
+    "{{deflection: {deflection}, deflection_sd: 0.01 mm, force: {force}, force_sd: 0.1 N, correlation: 0, "
+    "creep: 0 mm, creep_sd: 0.01 mm}}"
+)
 
 
-@pytest.mark.parametrize(("tree", "more"), [("palpate_stiffness", ""), ("palpate_active", ", count: 4, done: false")])
+@pytest.mark.parametrize(("tree", "more"), [("palpate_stiffness", ""), ("palpate_active", ", frames: 4, known: false")])
 def test_what_a_failed_run_tells_is_all_of_one_look(run, tree, more):
     """The second look no longer shows that the object gave way; its force must not stand beside the stiffness of the first."""
-    result = run(tree, mocks=STILL.format(tree=tree, plan=f"stretch: 0 mm, depth: 12 mm{more}"))
+    first = FELT.format(deflection="1 mm", force="2 N")
+    second = FELT.format(deflection="0.02 mm", force="3 N")
+    plan = f"next: {{stretch: 0 mm, depth: 12 mm{more}}}"
+    result = run(tree, mocks=STILL.format(tree=tree, first=first, second=second, plan=plan))
     assert result.status == "FAILURE", result.reason
     assert "plan_" in result.reason
     found = {name: result.outputs[name]["value"] for name in ("stiffness", "force", "deflection")}

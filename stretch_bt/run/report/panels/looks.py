@@ -15,7 +15,7 @@ _MAIN = "main/"
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """One look: time, s; stretch, hand (its depth past first contact), depth of the membrane, radius and drop, m; force, N."""
+    """One look: time, s; stretch, hand (height of its flat membrane), depth of the membrane, radius and drop, m; force, N."""
 
     time: float
     stretch: float
@@ -34,45 +34,30 @@ class Look:
 
 
 def read_looks(events: Iterable[dict[str, Any]]) -> list[Look]:
-    """Return the looks in order: each time that a node has written both `force` and `drop`.
+    """Return the looks in order: each record `felt` that the main tree was given, with the `sphere` before it.
 
-    The keys of the main tree are `stretch`, `depth` (of the hand past first contact), `h0` (height of that), `seen` (height of the
-    top, as seen), `sphere`, `look_force` (`force` in older records) and `drop`. A look of which one is missing or not a finite number is left out.
+    A look of which a number is missing or not finite is left out.
     """
-    known: dict[str, dict[str, Any]] = {}
-    told: dict[str, set[str]] = {}
-    found = []
+    found, radius = [], None
     for event in events:
-        if event["type"] != "write" or not str(event["key"]).startswith(_MAIN):
-            continue
-        name = str(event["key"]).removeprefix(_MAIN).replace("look_force", "force")
-        known[name] = event
-        if name in ("force", "drop"):
-            both = told.setdefault(event["path"], set())
-            both.add(name)
-            if len(both) == 2:
-                both.clear()
-                found.append(_look(known))
+        if event["type"] == "write" and event["key"] == _MAIN + "sphere":
+            radius = _value(event, "radius")
+        elif event["type"] == "write" and event["key"] == _MAIN + "felt" and radius is not None:
+            found.append(_look(event, radius))
     return [look for look in found if look is not None]
 
 
-def _look(known: dict[str, dict[str, Any]]) -> Look | None:
-    names = ("stretch", "depth", "h0", "seen", "force", "drop")
-    stretch, hand, top, seen, force, drop = (_value(known.get(name)) for name in names)
-    radius = _value(known.get("sphere"), "radius")
-    if (
-        stretch is None
-        or hand is None
-        or top is None
-        or seen is None
-        or force is None
-        or drop is None
-        or radius is None
-    ):
+def _look(event: dict[str, Any], radius: float) -> Look | None:
+    felt = event["value"] if isinstance(event["value"], dict) else {}
+    last = felt.get("last")
+    last = last if isinstance(last, dict) else {}
+    given = [last.get(name) for name in ("stretch", "height", "depth", "sd")]
+    given += [felt.get(name) for name in ("force", "force_sd", "deflection", "deflection_sd")]
+    known = [float(value) for value in given if isinstance(value, int | float) and math.isfinite(value)]
+    if len(known) < len(given):
         return None
-    seen_sd, force_sd, drop_sd = (_sd(known[name]) for name in ("seen", "force", "drop"))
-    depth = hand - (top - seen)
-    return Look(float(known["drop"]["time"]), stretch, hand, depth, seen_sd, radius, force, force_sd, drop, drop_sd)
+    stretch, height, depth, sd, force, force_sd, drop, drop_sd = known
+    return Look(float(event["time"]), stretch, height - depth, depth, sd, radius, force, force_sd, drop, drop_sd)
 
 
 def written(events: Iterable[dict[str, Any]], key: str) -> float | None:
@@ -89,8 +74,3 @@ def _value(event: dict[str, Any] | None, field: str = "") -> float | None:
     if field and isinstance(value, dict):
         value = value.get(field)
     return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
-
-
-def _sd(event: dict[str, Any]) -> float:
-    sd = event.get("sd")
-    return float(sd) if isinstance(sd, int | float) and math.isfinite(sd) else 0.0

@@ -30,18 +30,15 @@ def record(tmp_path):
         recorder = RunRecord(tmp_path / "record")
         recorder.start({"tree": "palpate.yaml", "params": params}, run_info or {})
         recorder.begin_tick(1, 0.05)
-        recorder.write("main/h0", TOP, 1e-4, "main/approach")
         recorder.write("main/sphere", {"radius": radius, "radius_sd": 1e-3}, None, "main/fit_sphere")
         force = drop = 0.0
         for tick, (stretch, depth) in enumerate(presses, 2):
             recorder.begin_tick(tick, tick / 20)
             force = shipped("paper").predict(RADIUS, stretch, depth)[0]
             drop = given_way(force)
-            recorder.write("main/stretch", stretch, None, "main/set")
-            recorder.write("main/depth", depth + drop, None, "main/set")
-            recorder.write("main/seen", TOP - drop, 5e-5, "main/feel/track_height")
-            recorder.write("main/drop", drop, 1e-4, "main/track/track_drop")
-            recorder.write("main/force", force, 0.05 * force, "main/track/track_drop")
+            last = {"stretch": stretch, "depth": depth, "height": TOP - drop, "sd": 5e-5}
+            felt = {"deflection": drop, "deflection_sd": 1e-4, "force": force, "force_sd": 0.05 * force, "last": last}
+            recorder.write("main/felt", felt, None, "main/feel/fit_deflection")
         if done:
             at = STIFF * PARAMS["drop"] ** (POWER - 1)
             recorder.write("main/stiffness_at_drop", at, 10.0, "main/stiffness_at")
