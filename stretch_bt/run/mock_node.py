@@ -16,7 +16,7 @@ from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow.base import FlowNode
-from stretch_bt.tree.types import Family, Type, attributes, may_be_none
+from stretch_bt.tree.types import Family, Type, attributes
 from stretch_bt.tree.values import is_none, literal, refuse
 from stretch_bt.units import Estimate
 
@@ -153,7 +153,7 @@ class _FieldNotGiven(UnsetKey, AttributeError):
 
 
 class _Partial:
-    """An object of which a mocks file gives some fields; what may be absent and is not given is none."""
+    """An object of which a mocks file gives some fields."""
 
     def __init__(self, cls: type, given: dict[str, Any]) -> None:
         self.__dict__.update(given)
@@ -165,8 +165,6 @@ class _Partial:
         return self._cls
 
     def __getattr__(self, field_name: str) -> Any:
-        if may_be_none(self._cls, field_name):
-            return None
         raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")
 
 

@@ -28,7 +28,6 @@ __all__ = [
     "from_annotation",
     "joined",
     "list_of",
-    "may_be_none",
     "named",
     "quantity",
 ]
@@ -198,29 +197,16 @@ def _options(text: str) -> Type | None:
 
 
 @lru_cache(maxsize=256)
-def _hints(cls: type) -> Mapping[str, Any]:
-    """Return the annotations of a class's fields and properties."""
+def attributes(cls: type) -> Mapping[str, Type]:
+    """Return the attributes of a class that expressions may read: annotated fields and properties of known types."""
     hints: dict[str, Any] = {}
     if dataclasses.is_dataclass(cls):
         hints.update(typing.get_type_hints(cls, include_extras=True))
     for name, member in vars(cls).items():
         if isinstance(member, property) and member.fget is not None:
             hints[name] = typing.get_type_hints(member.fget, include_extras=True).get("return")
-    return hints
-
-
-def may_be_none(cls: type, name: str) -> bool:
-    """Return whether a field or property of a class may be absent."""
-    hint = _hints(cls).get(name)
-    union = typing.get_origin(hint) in (typing.Union, types.UnionType)
-    return union and type(None) in typing.get_args(hint)
-
-
-@lru_cache(maxsize=256)
-def attributes(cls: type) -> Mapping[str, Type]:
-    """Return the attributes of a class that expressions may read: annotated fields and properties of known types."""
     found: dict[str, Type] = {}
-    for name, hint in _hints(cls).items():
+    for name, hint in hints.items():
         if name.startswith("_"):
             continue
         try:

@@ -26,7 +26,7 @@ keys: {height: {type: Length, default: 0 mm}}
 trees:
   main:
     guard: arm.force < 5 N
-    sequence: [press: {depth: 1 mm}, look: {height: $height}, press: {depth: 2 mm}]
+    sequence: [{name: press, lower: {by: 1 mm}}, look: {height: $height}, {name: press, lower: {by: 2 mm}}]
     finally: [retract: {clearance: 20 mm}]
   look:
     out: {height: Length}
@@ -167,10 +167,10 @@ trees:
   main:
     guard: arm.forse < 5 N
     sequence:
-      - press: {dept: 3 mm}
-      - pres: {depth: 3 mm}
-      - press: {depth: 3}
-      - press: {depth: 300 mm}
+      - lower: {bye: 3 mm}
+      - lowr: {by: 3 mm}
+      - lower: {by: 3}
+      - lower: {by: 300 mm}
       - capture: {frame: $g}
       - check: h > 3 mm
       - until: {that: h > 3 N, do: [sub]}

@@ -25,7 +25,7 @@ TREE = """\
 format: stretch-tree/1
 devices: {arm: Arm}
 params: {fast: {type: Speed, default: 10 mm/s, max: 50 mm/s}}
-keys: {speed: Speed}
+keys: {speed: Speed, touch: Touch}
 trees:
   main:
     BODY
@@ -38,7 +38,8 @@ def found(tmp_path):
     """Check a tree against a cell: the findings of forces, the marked place, and the cell."""
 
     def held(body, limits="force: 20 N", model="ur5"):
-        text = TREE.replace("BODY", body)
+        steps = body.removeprefix("sequence: [").removesuffix("]") if body.startswith("sequence") else body
+        text = TREE.replace("BODY", f"sequence: [set: {{touch: none}}, {steps}]")
         tree, cell = tmp_path / "tree.yaml", tmp_path / "cell.yaml"
         tree.write_text(MARKED.sub(r"\1", text))
         cell.write_text(CELL.replace("MODEL", model).replace("LIMITS", limits))
@@ -113,5 +114,5 @@ def test_a_limit_of_force_above_the_allowed_peak_is_named_as_what_to_change(foun
 
 
 def test_a_simulated_arm_meets_nothing_real(tmp_path):
-    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", "roll: {speed: 250 mm/s}"))
+    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", "sequence: [set: {touch: none}, roll: {speed: 250 mm/s}]"))
     assert [d for d in check(tmp_path / "tree.yaml", cell="simulated") if d.code == "cell-force"] == []

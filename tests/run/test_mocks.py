@@ -26,7 +26,7 @@ trees:
     out: {top: {type: Length, default: 0 mm}, top_sd: {type: Length, default: 0 mm}, seen: {type: int, default: 0}}
     guard: {that: "arm.force < 5 N", name: force_limit}
     sequence:
-      - press: {depth: 1 mm}
+      - {name: press, lower: {by: 1 mm}}
       - until:
           that: passes >= 3
           max: 9

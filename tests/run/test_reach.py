@@ -39,7 +39,7 @@ TREE = """\
 format: stretch-tree/1
 devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
 params: {deep: {type: Length, default: 1 mm, max: 10 mm}, fast: {type: Speed, default: 1 mm/s, max: 2 mm/s}}
-keys: {depth: Length}
+keys: {depth: Length, touch: Touch}
 trees:
   main:
 BODY
@@ -47,7 +47,7 @@ BODY
 SINK = """\
 
   sink:
-    in: {depth: Length}
+    in: {depth: Length, touch: Touch}
     sequence: [press: {depth: $depth, speed: 1 mm/s, max_force: 0.1 N}]"""
 MARKED = re.compile("«(.*?)»", re.DOTALL)
 QUIET = "speed: 1 mm/s, max_force: 0.1 N"
@@ -56,7 +56,7 @@ QUIET = "speed: 1 mm/s, max_force: 0.1 N"
 def limited():
     """Every port of a shipped node that has a limit and whose node can be given literals alone."""
     for info in load_all().values():
-        needed = [p for p in info.of(Role.INPUT) if p.required]
+        needed = [p for p in info.ports.values() if p.required and p.name != "touch"]
         if info.cls.__module__.startswith("stretch_bt.") and all(
             info.types[p.name].family is Family.QUANTITY for p in needed
         ):
@@ -86,10 +86,9 @@ def test_every_limit_of_a_port_is_one_of_a_cell_and_nodes_that_move_have_them():
             low, high = Limits().span(p.limit)
             assert low < high
     moving = {"speed", "max_force", "depth", "max_depth", "stretch", "max_stretch", "x", "y", "max_travel"}
-    nodes = {"approach", "press", "roll", "retract", "set_stretch", "move_over", "plan_press", "plan_active"}
+    nodes = {"descend", "press", "roll", "retract", "set_stretch", "move_over", "list_presses"}
     without = {(name, p.name) for name, p in ports if name in nodes and p.name in moving and p.limit is None}
-    searches = {("approach", "max_travel")}  # ends where the cell does
-    assert without == ({("plan_press", "stretch"), ("plan_active", "stretch")} & without) | searches
+    assert without == {("descend", "max_travel")}  # which ends where the cell does
 
 
 @pytest.mark.parametrize(("info", "declared"), [pytest.param(i, p, id=f"{i.name}-{p.name}") for i, p in limited()])
@@ -107,10 +106,10 @@ def test_a_constant_past_a_limit_is_found_at_its_place_and_one_at_the_limit_is_n
         "held_force": 0.2,
     }
     most = {**limits, "travel": 0.03, "radius": 0.02}[declared.limit]
-    others = {p.name: format_quantity(p.min or 0.0, info.types[p.name].kind) for p in info.of(Role.INPUT) if p.required}
+    others = {p.name: format_quantity(p.min or 0.0, info.types[p.name].kind) for p in info.of(Role.INPUT) if p.required and p.name != "touch"}
     for value, past in ((most, False), (1.1 * most, True)):
         given = {**others, declared.name: f"«{format_quantity(value, kind)}»"}
-        body = f"    {info.name}: {{{', '.join(f'{k}: {v}' for k, v in given.items())}}}"
+        body = f"    sequence: [set: {{touch: none}}, {info.name}: {{{', '.join(f'{k}: {v}' for k, v in given.items())}}}]"
         found, place = held(body)
         mine = [d for d in found if f": {declared.name} is" in d.message]
         assert [(d.line, d.column, d.severity) for d in mine] == [(*place, "error")] * past
@@ -118,12 +117,12 @@ def test_a_constant_past_a_limit_is_found_at_its_place_and_one_at_the_limit_is_n
 
 
 FOUND = {
-    "a default of a node": ("    «press»: {depth: 1 mm, speed: 1 mm/s}", "error", "main/press: max_force is 15 N"),
-    "a param": (f"    press: {{depth: «5 * $deep», {QUIET}}}", "error", "main/press: depth is 5 mm"),
-    "the range of a param": (f"    press: {{depth: $deep, {QUIET}}}", "warning", "deep = 10 mm, main/press: depth is 10 mm"),
-    "a call": ("    sequence: [sink: {depth: 1 mm}, {name: again, sink: {depth: 3 mm}}]" + SINK, "error", "main/again/press: depth is 3 mm"),
+    "a default of a node": ("    sequence: [set: {touch: none}, «press»: {depth: 1 mm, speed: 1 mm/s}]", "error", "main/press: max_force is 15 N"),
+    "a param": (f"    sequence: [set: {{touch: none}}, press: {{depth: «5 * $deep», {QUIET}}}]", "error", "main/press: depth is 5 mm"),
+    "the range of a param": (f"    sequence: [set: {{touch: none}}, press: {{depth: $deep, {QUIET}}}]", "warning", "deep = 10 mm, main/press: depth is 10 mm"),
+    "a call": ("    sequence: [set: {touch: none}, sink: {depth: 1 mm}, {name: again, sink: {depth: 3 mm}}]" + SINK, "error", "main/again/press: depth is 3 mm"),
     "a key": (
-        f"    sequence: [set: {{depth: task.time * 1 mm/s}}, press: {{depth: «$depth», {QUIET}}}]",
+        f"    sequence: [set: {{touch: none, depth: task.time * 1 mm/s}}, press: {{depth: «$depth», {QUIET}}}]",
         "warning",
         "main/press: depth is known in the run alone and takes up to 30 mm; cell.yaml allows at most 2 mm",
     ),
@@ -178,15 +177,15 @@ def test_ticks_that_are_too_far_apart_for_a_motion_are_found(tmp_path, tick, nod
 
 
 def test_the_command_tells_it_and_a_device_that_is_missing(tmp_path):
-    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", f"    press: {{depth: 3 mm, {QUIET}}}"))
+    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", f"    sequence: [set: {{touch: none}}, press: {{depth: 3 mm, {QUIET}}}]"))
     (tmp_path / "cell.yaml").write_text(CELL.replace("MOST", "140 mm"))
     done = CliRunner().invoke(
         app, ["check", str(tmp_path / "tree.yaml"), "--cell", str(tmp_path / "cell.yaml"), "--json"]
     )
     assert done.exit_code == 2
     errors = [d for d in json.loads(done.stdout) if d["severity"] == "error"]
-    assert [(d["line"], d["column"], d["code"]) for d in errors] == [(7, 20, "cell-limit")]
-    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", "    press: {depth: 3 mm, max_force: 5 N}"))
+    assert [(d["line"], d["column"], d["code"]) for d in errors] == [(7, len("    sequence: [set: {touch: none}, press: {depth: ") + 1, "cell-limit")]
+    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", "    sequence: [set: {touch: none}, press: {depth: 3 mm, max_force: 5 N}]"))
     found = check(tmp_path / "tree.yaml", cell="lab_ur5")
     assert not [d for d in found if d.code == "cell-limit" and d.severity == "error"]
     (tmp_path / "tree.yaml").write_text(

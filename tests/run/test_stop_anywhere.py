@@ -28,12 +28,14 @@ tree: palpate_stiffness
 readings: {arm.force: 1 N}
 mocks:
   - {match: "**/set_stretch", after: 150 ms}
-  - {match: "**/approach", after: 500 ms, outputs: {contact_height: {value: 100 mm, sd: 0.01 mm}}}
+  - {match: "**/approach", after: 500 ms, outputs: {touch: {height: 100 mm, height_sd: 0.01 mm}}}
   - {match: "**/press", after: 200 ms}
   - {match: "**/average_frames", after: 100 ms, outputs: {frame: {}}}
   - {match: "**/segment_contact", outputs: {contact: {}}}
-  - {match: main/feel/track_height, outputs: {height: {value: 99.1 mm, sd: 0.05 mm}}}
-  - {match: main/until/feel/track_height, outputs: {height: {value: 96.9 mm, sd: 0.05 mm}}}
+  - match: main/feel_first/track_height
+    outputs: {observed_top: {height: 99.1 mm, height_sd: 0.05 mm, fixed_sd: 0 mm, by_membrane: false}}
+  - match: main/until/feel/track_height
+    outputs: {observed_top: {height: 96.9 mm, height_sd: 0.05 mm, fixed_sd: 0 mm, by_membrane: false}}
   - {match: "**/fit_sphere", outputs: {sphere: {radius: 30 mm, radius_sd: 0.2 mm}}}
   - {match: "**/retract", after: 250 ms}
 """

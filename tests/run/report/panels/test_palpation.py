@@ -122,8 +122,8 @@ def test_looks_that_are_not_numbers_or_not_whole_are_left_out(record):
     lost = [e for e in events if e["type"] != "write" or e["key"] != "main/sphere"]
     assert read_looks(lost) == []
     for event in events:
-        if event["type"] == "write" and event["key"] == "main/force" and event["tick"] == 3:
-            event["value"] = "NaN"
+        if event["type"] == "write" and event["key"] == "main/felt" and event["tick"] == 3:
+            event["value"]["force"] = "NaN"
     assert [look.time for look in read_looks(events)] == [0.1, 0.2, 0.25]
 
 
