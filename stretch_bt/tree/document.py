@@ -105,6 +105,7 @@ class Document:
     doubtful: set[str] = field(default_factory=set)  # devices and imports that are declared, but wrongly
     imports: dict[str, Document] = field(default_factory=dict)
     shared: dict[str, Document] = field(default_factory=dict)  # files of shipped trees, by the tree that is called
+    shared_at: dict[str, Mark] = field(default_factory=dict)  # where each of these is called first
     modules: set[str] = field(default_factory=set)  # names under which Python modules are imported
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)

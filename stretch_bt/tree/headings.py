@@ -18,7 +18,7 @@ from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Sign
 from stretch_bt.tree.expression import FUNCTIONS
 from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.renamed import renamed
-from stretch_bt.tree.shared import SHARED, shared_trees, shipped
+from stretch_bt.tree.shared import SHARED, reachable, shared_trees, shipped
 from stretch_bt.tree.types import ANY, Family, Type
 from stretch_bt.tree.values import Refused, check_bounds, example, literal
 from stretch_bt.units import KINDS, plain_number
@@ -172,10 +172,13 @@ class _Headings:
 
     def shared(self) -> None:
         """Read the shipped trees that this file calls without an import."""
-        called = shared_trees([tree.body for tree in self.doc.trees.values()])
-        for file in {SHARED[name] for name in called if name not in self.doc.trees}:
+        called = shared_trees(tree.body for tree in self.doc.trees.values())
+        self.doc.shared_at = {name: mark for name, mark in called.items() if name not in self.doc.trees}
+        for file in sorted({SHARED[name] for name in self.doc.shared_at}):
             found = _Headings(shipped(file), file, {}, "", self.stack, self.count, self.modules).read()
-            self.doc.shared |= {name: found for name in found.trees if SHARED.get(name) == file}
+            wanted = reachable({name: tree.body for name, tree in found.trees.items()}, self.doc.shared_at)
+            found.trees = {name: tree for name, tree in found.trees.items() if name in wanted}
+            self.doc.shared |= {name: found for name in self.doc.shared_at if name in wanted}
             self.doc.files.update(found.files)
 
     def import_module(self, target: Scalar) -> None:

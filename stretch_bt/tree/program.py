@@ -127,6 +127,7 @@ class _Checker:
         self.found += check_structure(self.program.bodies, self.document.trees.get("main"))
         self.check_devices()
         self.check_params()
+        self.at_calls()
         self.sort()
         return self.program
 
@@ -135,6 +136,15 @@ class _Checker:
         variants = [variant for document in known for variant in document.variants.values()]
         found = [inner for variant in variants for inner in _documents(variant)]
         return [document for document in found if all(document is not other for other in known)]
+
+    def at_calls(self) -> None:
+        """Put what is wrong inside a shipped tree to where it is called: there it can be mended, as by a device that is missing."""
+        for document in _documents(self.document):
+            for shared in {id(shared): shared for shared in document.shared.values()}.values():
+                inside = [d for d in self.found if d.file == shared.file]
+                self.found[:] = [d for d in self.found if d.file != shared.file]
+                # one remedy is enough for all that it mends
+                self.found += {d.hint: _at_call(d, document, shared) for d in reversed(inside)}.values()
 
     def sort(self) -> None:
         seen = dict.fromkeys(self.found)
@@ -233,3 +243,13 @@ def _documents(document: Document) -> Iterator[Document]:
     yield document
     for imported in document.inner:
         yield from _documents(imported)
+
+
+def _at_call(found: Diagnostic, document: Document, shared: Document) -> Diagnostic:
+    """Return a finding inside a shipped tree as one of the place that calls it."""
+    begun = [tree for tree in shared.trees.values() if tree.mark.line <= found.line]
+    name = max(begun, key=lambda tree: tree.mark.line).name if begun else ""
+    name = name if name in document.shared_at else next(iter(document.shared_at))
+    mark = document.shared_at[name]
+    made = mark.error if found.severity == "error" else mark.warning
+    return made(found.code, f"in {name!r}: {found.message}", found.hint)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 
-from stretch_bt.source import Map, Scalar, Seq, Value
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value
 
-__all__ = ["SHARED", "shared_trees", "shipped"]
+__all__ = ["SHARED", "reachable", "shared_trees", "shipped"]
 
 #: trees, and the files that hold them
 SHARED = {"approach": "lib/press.yaml", "press_gently": "lib/press.yaml"}
@@ -19,19 +19,34 @@ def shipped(name: str) -> Path:
     return Path(str(files("stretch_bt") / "trees" / name))
 
 
-def shared_trees(bodies: list[Map]) -> list[str]:
-    """Return which of them some bodies may call."""
-    found = {word for body in bodies for word in _words(body)}
-    return [name for name in SHARED if name in found]
+def shared_trees(bodies: Iterable[Map]) -> dict[str, Mark]:
+    """Return which of them some bodies may call, and where first."""
+    found: dict[str, Mark] = {}
+    for word in (word for body in bodies for word in _words(body)):
+        if word.text in SHARED:
+            found.setdefault(word.text, word.mark)
+    return found
 
 
-def _words(value: Value) -> Iterator[str]:
+def reachable(bodies: Mapping[str, Map], begun: Iterable[str]) -> set[str]:
+    """Return the trees of a file, given by their bodies, that some of them may call, themselves among them."""
+    found: set[str] = set()
+    ahead = [name for name in begun if name in bodies]
+    while ahead:
+        name = ahead.pop()
+        if name not in found:
+            found.add(name)
+            ahead += [word.text for word in _words(bodies[name]) if word.text in bodies]
+    return found
+
+
+def _words(value: Value) -> Iterator[Scalar]:
     if isinstance(value, Map):
         for key, inner in value:
-            yield key.text
+            yield key
             yield from _words(inner)
     elif isinstance(value, Seq):
         for item in value.items:
             yield from _words(item)
     elif isinstance(value, Scalar):
-        yield value.text
+        yield value

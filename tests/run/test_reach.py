@@ -106,27 +106,42 @@ def test_a_constant_past_a_limit_is_found_at_its_place_and_one_at_the_limit_is_n
         "held_force": 0.2,
     }
     most = {**limits, "travel": 0.03, "radius": 0.02}[declared.limit]
-    others = {p.name: format_quantity(p.min or 0.0, info.types[p.name].kind) for p in info.of(Role.INPUT) if p.required and p.name != "touch"}
+    others = {
+        p.name: format_quantity(p.min or 0.0, info.types[p.name].kind)
+        for p in info.of(Role.INPUT)
+        if p.required and p.name != "touch"
+    }
     for value, past in ((most, False), (1.1 * most, True)):
         given = {**others, declared.name: f"«{format_quantity(value, kind)}»"}
-        body = f"    sequence: [set: {{touch: none}}, {info.name}: {{{', '.join(f'{k}: {v}' for k, v in given.items())}}}]"
+        body = (
+            f"    sequence: [set: {{touch: none}}, {info.name}: {{{', '.join(f'{k}: {v}' for k, v in given.items())}}}]"
+        )
         found, place = held(body)
         mine = [d for d in found if f": {declared.name} is" in d.message]
         assert [(d.line, d.column, d.severity) for d in mine] == [(*place, "error")] * past
         assert all(f"main/{info.name}: {declared.name} is {format_quantity(value, kind)}" in d.message for d in mine)
 
 
+KNOWN = "    sequence: [set: {touch: none}, "
 FOUND = {
-    "a default of a node": ("    sequence: [set: {touch: none}, «press»: {depth: 1 mm, speed: 1 mm/s}]", "error", "main/press: max_force is 15 N"),
-    "a param": (f"    sequence: [set: {{touch: none}}, press: {{depth: «5 * $deep», {QUIET}}}]", "error", "main/press: depth is 5 mm"),
-    "the range of a param": (f"    sequence: [set: {{touch: none}}, press: {{depth: $deep, {QUIET}}}]", "warning", "deep = 10 mm, main/press: depth is 10 mm"),
-    "a call": ("    sequence: [set: {touch: none}, sink: {depth: 1 mm}, {name: again, sink: {depth: 3 mm}}]" + SINK, "error", "main/again/press: depth is 3 mm"),
+    "a default of a node": (KNOWN + "«press»: {depth: 1 mm, speed: 1 mm/s}]", "error", "main/press: max_force is 15 N"),
+    "a param": (KNOWN + f"press: {{depth: «5 * $deep», {QUIET}}}]", "error", "main/press: depth is 5 mm"),
+    "the range of a param": (
+        KNOWN + f"press: {{depth: $deep, {QUIET}}}]",
+        "warning",
+        "deep = 10 mm, main/press: depth is 10 mm",
+    ),
+    "a call": (
+        KNOWN + "sink: {depth: 1 mm}, {name: again, sink: {depth: 3 mm}}]" + SINK,
+        "error",
+        "main/again/press: depth is 3 mm",
+    ),
     "a key": (
-        f"    sequence: [set: {{touch: none, depth: task.time * 1 mm/s}}, press: {{depth: «$depth», {QUIET}}}]",
+        KNOWN + f"set: {{depth: task.time * 1 mm/s}}, press: {{depth: «$depth», {QUIET}}}]",
         "warning",
         "main/press: depth is known in the run alone and takes up to 30 mm; cell.yaml allows at most 2 mm",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", FOUND)
@@ -177,15 +192,21 @@ def test_ticks_that_are_too_far_apart_for_a_motion_are_found(tmp_path, tick, nod
 
 
 def test_the_command_tells_it_and_a_device_that_is_missing(tmp_path):
-    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", f"    sequence: [set: {{touch: none}}, press: {{depth: 3 mm, {QUIET}}}]"))
+    (tmp_path / "tree.yaml").write_text(
+        TREE.replace("BODY", f"    sequence: [set: {{touch: none}}, press: {{depth: 3 mm, {QUIET}}}]")
+    )
     (tmp_path / "cell.yaml").write_text(CELL.replace("MOST", "140 mm"))
     done = CliRunner().invoke(
         app, ["check", str(tmp_path / "tree.yaml"), "--cell", str(tmp_path / "cell.yaml"), "--json"]
     )
     assert done.exit_code == 2
     errors = [d for d in json.loads(done.stdout) if d["severity"] == "error"]
-    assert [(d["line"], d["column"], d["code"]) for d in errors] == [(7, len("    sequence: [set: {touch: none}, press: {depth: ") + 1, "cell-limit")]
-    (tmp_path / "tree.yaml").write_text(TREE.replace("BODY", "    sequence: [set: {touch: none}, press: {depth: 3 mm, max_force: 5 N}]"))
+    assert [(d["line"], d["column"], d["code"]) for d in errors] == [
+        (7, len("    sequence: [set: {touch: none}, press: {depth: ") + 1, "cell-limit")
+    ]
+    (tmp_path / "tree.yaml").write_text(
+        TREE.replace("BODY", "    sequence: [set: {touch: none}, press: {depth: 3 mm, max_force: 5 N}]")
+    )
     found = check(tmp_path / "tree.yaml", cell="lab_ur5")
     assert not [d for d in found if d.code == "cell-limit" and d.severity == "error"]
     (tmp_path / "tree.yaml").write_text(

@@ -1,0 +1,25 @@
+"""How deep the hand stands."""
+
+from stretch_bt.behaviors.records import Touch
+from stretch_bt.hardware.interfaces import Arm
+from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses
+from stretch_bt.tree.registry import node
+from stretch_bt.units import Length
+
+MAX_AGE = 0.2
+
+
+@node
+class MeasureDepth(Behavior):
+    """Measure how far the hand stands past first contact; above it that is 0."""
+
+    kind = "perception"
+    instant = True
+    arm: Uses[Arm]
+    touch: In[Touch]  # first contact
+    depth: Out[Length]  # of the hand
+
+    def update(self) -> Status:
+        """Measure."""
+        self.depth = max(self.touch.height - self.arm.pose(MAX_AGE).value.height, 0.0)
+        return Status.SUCCESS
