@@ -46,9 +46,11 @@ def code(text: str) -> str:
 def described() -> list[dict[str, Any]]:
     """Return every shipped node as `nodes --json` has it."""
     from stretch_bt.tree.registry import describe, load_all
+    from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 
-    found = [describe(info) for info in load_all().values()]
-    return [entry for entry in found if entry["module"].startswith("stretch_bt.")]
+    found = [describe(info) for info in load_all().values() if info.cls.__module__.startswith("stretch_bt.")]
+    found += [describe_shared(tree) for tree in shared_signatures().values()]
+    return sorted(found, key=lambda entry: str(entry["name"]))
 
 
 def nodes() -> str:
@@ -58,6 +60,7 @@ def nodes() -> str:
         uses = ", ".join(f"{d['name']}" + ("" if d["required"] else " (if declared)") for d in entry["devices"])
         head = f"### {entry['name']}\n\n{entry['doc']} Kind: {entry['kind']}." + (f" Uses: {uses}." if uses else "")
         ports = [port_row(p, "in") for p in entry["inputs"]]
+        ports += [port_row(p, "in and out") for p in entry["inouts"]]
         ports += [port_row(p, "out") for p in entry["outputs"] if not is_sd(p, entry["outputs"])]
         table = rows(["port", "", "type", "default", "bounds", "meaning"], ports)
         parts.append(f"{head}\n\n{table}" if ports else f"{head}\n")
@@ -72,7 +75,7 @@ def is_sd(port: dict[str, Any], ports: list[dict[str, Any]]) -> bool:
 def port_row(port: dict[str, Any], direction: str) -> list[str]:
     """Return the row of a port."""
     kind = KINDS.get(port["type"])
-    default = ("required" if port["required"] else shown(port["default"], kind)) if direction == "in" else ""
+    default = ("required" if port["required"] else shown(port["default"], kind)) if direction != "out" else ""
     low, high = (shown(port[end], kind) if end in port else "" for end in ("min", "max"))
     return [code(port["name"]), direction, port["type"], default, bounds(low, high), port["doc"]]
 

@@ -103,7 +103,12 @@ devices:
   arm: {type: Arm, use: ur, host: 192.168.1.10, model: MODEL, base: {x: -500 mm}, hand: {z: 300 mm}, source: an example}
 limits: {force: 20 N, stiffness: STIFFNESS N/mm}
 """
-TREE = "format: stretch-tree/1\ndevices: {arm: Arm}\ntrees: {main: {roll: {speed: SPEED mm/s}}}\n"
+TREE = """\
+format: stretch-tree/1
+devices: {arm: Arm}
+keys: {touch: Touch}
+trees: {main: {sequence: [set: {touch: none}, roll: {speed: SPEED mm/s}]}}
+"""
 
 
 def table_of(model, page):
