@@ -15,6 +15,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError
 from stretch_bt.forked import alone, leave_if_forked
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
+from stretch_bt.run.cut_off import CutOff, Patience
 from stretch_bt.run.signals import signals
 from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
@@ -70,6 +71,7 @@ class Runner:
         watchers: list[Watcher] | None = None,
         max_ticks: int | None = None,
         interrupts: Mapping[int, Sequence[str]] | None = None,
+        cuts: Mapping[int, str] | None = None,
     ) -> None:
         self.tree = tree
         self.context = context
@@ -81,6 +83,10 @@ class Runner:
         self.outcome = Outcome()
         self._planned = dict(interrupts or {})
         self._interrupts: list[str] = []
+        #: how many interrupts there were before what goes on began: the task, or a `finally`
+        self._limit = 0
+        self._cuts = dict(cuts or {})
+        self._patience = Patience(self._hurried, self._path_of)
         self._last: dict[str, tuple[Status, int]] = {}
         self._running: set[str] = set()
         self._origin, self._slot = 0.0, 0
@@ -97,6 +103,7 @@ class Runner:
         """Ask for a safe stop."""
         self._interrupts.append(why)
         self.clock.wake()
+        self._patience.begin()
 
     @property
     def unheard(self) -> list[str]:
@@ -108,7 +115,7 @@ class Runner:
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
         wall, cpu = time.perf_counter(), time.process_time()
-        with signals(self.interrupt), alone():
+        with signals(self.interrupt), alone(), self._patience:
             self._drive()
             self._finish()
         outcome = self.outcome
@@ -134,24 +141,49 @@ class Runner:
                     return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
-        except BrokenOff:
-            self._interrupts += self._planned.pop(self.context.ticks + 1, ())
-            self._note("interrupt", why=self._interrupts, broken_off=True)
+        except (BrokenOff, CutOff) as error:
+            cut = self._broken_off(error)
             self._stopped()
+            self.outcome.reason += cut
         except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
 
     def _stopped(self) -> None:
         """End by a signal; what follows a stop does not wait for the next tick."""
         self._origin, self._slot = self.clock.now(), 0
+        self._patience.begin()
         self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
 
-    def _tick(self, root: Node, limit: int = 0) -> Status | None:
-        """Wait for the next deadline and tick once; None when there were more than `limit` interrupts before it."""
+    @property
+    def _interrupted(self) -> bool:
+        """Whether there were more interrupts than what goes on had before it began."""
+        return len(self._interrupts) > self._limit
+
+    def _hurried(self) -> bool:
+        """Whether what goes on is to stop: it was interrupted, or is in the record as cut off."""
+        return self._interrupted or self.context.ticks in self._cuts
+
+    def _broken_off(self, error: BaseException) -> str:
+        """Note by what a tick was broken off, and return what is told of a node that was cut off in it."""
         self._interrupts += self._planned.pop(self.context.ticks + 1, ())
-        self._wait(limit)
-        if len(self._interrupts) > limit:
-            self._note("interrupt", why=self._interrupts[limit:])
+        cut = self._cuts.pop(self.context.ticks, "")
+        if isinstance(error, CutOff):
+            cut = error.path
+            self._blame(error)
+        how: dict[str, Any] = {"cut_off": cut} if cut else {"broken_off": True}
+        self._note("interrupt", why=self._interrupts[self._limit :], **how)
+        return f"; {CutOff(cut)}" if cut else ""
+
+    def _path_of(self, node: Node) -> str:
+        """Return the path of a node, or of that of the tree which ticks it."""
+        return next((path for path, known in self.tree.nodes.items() if known is node), "") or self._ticking()
+
+    def _tick(self, root: Node) -> Status | None:
+        """Wait for the next deadline and tick once; None when it is interrupted before it."""
+        self._interrupts += self._planned.pop(self.context.ticks + 1, ())
+        self._wait()
+        if self._interrupted:
+            self._note("interrupt", why=self._interrupts[self._limit :])
             return None
         context = self.context
         context.ticks += 1
@@ -160,8 +192,10 @@ class Runner:
             context.start = context.now
         for watcher in self.watchers:
             watcher.begin_tick(context.ticks, context.now)
+        if context.ticks in self._cuts:
+            self._patience.begin()
         try:
-            with breakable(lambda: len(self._interrupts) > limit):
+            with breakable(lambda: self._interrupted):
                 self._visit(root)
         finally:
             leave_if_forked()  # whatever broke in the child, nothing of it is told
@@ -182,8 +216,8 @@ class Runner:
         """When the next tick is due, s; not a sum, whose rounding grows."""
         return self._origin + self._slot * self.period
 
-    def _wait(self, limit: int) -> None:
-        while len(self._interrupts) <= limit:
+    def _wait(self) -> None:
+        while not self._interrupted:
             self.clock.wait_until(self._deadline)
             if self.clock.reached(self._deadline):
                 break
@@ -303,22 +337,21 @@ class Runner:
         return errors
 
     def _tick_finally(self, finish: Node) -> None:
-        name, limit = finish.path.rpartition("/")[0], len(self._interrupts)
-        if limit > 1:
+        name = finish.path.rpartition("/")[0]
+        self._limit = len(self._interrupts)
+        if self._limit > 1:
             return self._unfinished(f"{name} was not run: stopped twice")
         until = self.context.now + FINALLY_LIMIT
         try:
-            while (status := self._tick(finish, limit)) is Status.RUNNING:
+            while (status := self._tick(finish)) is Status.RUNNING:
                 if self.context.now >= until:
                     return self._unfinished(f"{name} did not end within {FINALLY_LIMIT:g} s")
             if status is None:
                 self._cut_short(name)
             elif status is Status.FAILURE:
                 self._unfinished(self._explain(finish, status))
-        except BrokenOff:
-            self._interrupts += self._planned.pop(self.context.ticks + 1, ())
-            self._note("interrupt", why=self._interrupts[limit:], broken_off=True)
-            self._cut_short(name)
+        except (BrokenOff, CutOff) as error:
+            self._cut_short(name, self._broken_off(error))
         except EndOfRecord:
             pass
         except BaseException as error:
@@ -326,8 +359,8 @@ class Runner:
             at = "" if isinstance(error, NodeError) else f"{self._ticking(name) or name}: "
             self._unfinished(at + _told(error), _kind(error))
 
-    def _cut_short(self, name: str) -> None:
-        self._unfinished(f"{name} was cut short by {self._interrupts[-1]}", "INTERRUPTED")
+    def _cut_short(self, name: str, cut: str = "") -> None:
+        self._unfinished(f"{name} was cut short by {self._interrupts[-1]}{cut}", "INTERRUPTED")
 
     def _unfinished(self, reason: str, status: str = "FAILURE") -> None:
         self.outcome.errors.append(f"finally: {reason}")
@@ -348,13 +381,13 @@ class Runner:
 
 
 def _kind(error: BaseException) -> str:
-    if isinstance(error, KeyboardInterrupt):
+    if isinstance(error, KeyboardInterrupt | CutOff):
         return "INTERRUPTED"
     return "FAULT" if isinstance(error, DeviceFault) else "ERROR"
 
 
 def _told(error: BaseException) -> str:
-    return writable(error if isinstance(error, StretchError) else named(error))
+    return writable(error if isinstance(error, StretchError | CutOff) else named(error))
 
 
 _NEVER = (Status.INVALID, -1)
