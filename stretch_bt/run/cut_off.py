@@ -51,8 +51,7 @@ class Patience:
         self._within = False
         self._call: FrameType | None = None
         self._cuts = 0
-        #: handler and timer of whoever had the alarm before, and when they were taken away
-        self._borrowed: tuple[Any, tuple[float, float], float] | None = None
+        self._borrowed: _Alarm | None = None
 
     def __enter__(self) -> None:
         self._within = threading.current_thread() is threading.main_thread()
@@ -60,16 +59,15 @@ class Patience:
     def __exit__(self, *_: object) -> None:
         self._within, self._call = False, None
         if self._borrowed is not None:
-            self._give_back(*self._borrowed)
+            self._borrowed.give_back()
+            self._borrowed = None
 
     def begin(self) -> None:
         """Begin to wait for the call that is going on, and then for those after it, as long as the run is hurried."""
         if not self._within or threading.current_thread() is not threading.main_thread():
             return
         if self._borrowed is None:
-            before = signal.getsignal(signal.SIGALRM)
-            self._borrowed = before, signal.getitimer(signal.ITIMER_REAL), time.monotonic()
-            signal.signal(signal.SIGALRM, self._alarm)
+            self._borrowed = _Alarm(self._alarm)
         found = find_own_call(sys._getframe())
         self._wait_for(None if found is None else found.frame)
 
@@ -91,10 +89,23 @@ class Patience:
             signal.setitimer(signal.ITIMER_REAL, PATIENCE if self._cuts < _POLITE else _AT_ONCE)
             raise CutOff(self._path_of(found.node))
 
-    def _give_back(self, handler: Any, timer: tuple[float, float], since: float) -> None:
+
+class _Alarm:
+    """The alarm of the process, borrowed from whoever had it."""
+
+    def __init__(self, handler: Callable[[int, FrameType | None], None]) -> None:
+        self.since = time.monotonic()
+        self.timer = signal.getitimer(signal.ITIMER_REAL)
+        self.handler = signal.getsignal(signal.SIGALRM)
+        signal.signal(signal.SIGALRM, handler)
+        self.blocked = signal.SIGALRM in signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGALRM])
+
+    def give_back(self) -> None:
+        """Put handler and timer back; an alarm that was due meanwhile comes now."""
         signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, signal.SIG_DFL if handler is None else handler)
-        rest, interval = timer
-        if rest:  # one that was due meanwhile comes now
-            signal.setitimer(signal.ITIMER_REAL, max(rest - (time.monotonic() - since), 1e-6), interval)
-        self._borrowed = None
+        signal.signal(signal.SIGALRM, signal.SIG_DFL if self.handler is None else self.handler)
+        if self.blocked:
+            signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGALRM])
+        rest, interval = self.timer
+        if rest:
+            signal.setitimer(signal.ITIMER_REAL, max(rest - (time.monotonic() - self.since), 1e-6), interval)

@@ -16,6 +16,7 @@ from stretch_bt.forked import alone, leave_if_forked
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.cut_off import CutOff, Patience
+from stretch_bt.run.hearing import Hearing
 from stretch_bt.run.signals import signals
 from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
@@ -51,6 +52,7 @@ class Outcome:
     worst_overrun: float = 0.0
     errors: list[str] = field(default_factory=list)
     broken: list[Broken] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 class Runner:
@@ -87,6 +89,8 @@ class Runner:
         self._limit = 0
         self._cuts = dict(cuts or {})
         self._patience = Patience(self._hurried, self._path_of)
+        self._hearing = Hearing(tree.nodes)
+        self.outcome.notes = self._hearing.notes
         self._last: dict[str, tuple[Status, int]] = {}
         self._running: set[str] = set()
         self._origin, self._slot = 0.0, 0
@@ -199,6 +203,7 @@ class Runner:
                 self._visit(root)
         finally:
             leave_if_forked()  # whatever broke in the child, nothing of it is told
+            self._hearing.look()
             self._interrupted_nodes()
             self._lateness()
         if root.status is Status.INVALID:
@@ -295,6 +300,7 @@ class Runner:
     def _finish(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
         self._shield()
+        self._hearing.restore()
         abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
         self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
         owed = self.tree.take_pending()
