@@ -13,6 +13,7 @@ from py_trees.common import Status
 from stretch_bt.break_off import BrokenOff, breakable
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.forked import alone, leave_if_forked
+from stretch_bt.run.as_built import AsBuilt
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
 from stretch_bt.run.cut_off import CutOff, Patience
@@ -89,6 +90,7 @@ class Runner:
         self._limit = 0
         self._cuts = dict(cuts or {})
         self._patience = Patience(self._hurried, self._path_of)
+        self._as_built = AsBuilt(tree)
         self._hearing = Hearing(tree.nodes)
         self.outcome.notes = self._hearing.notes
         self._last: dict[str, tuple[Status, int]] = {}
@@ -269,6 +271,7 @@ class Runner:
 
     def _failed(self, error: BaseException) -> None:
         self._shield()
+        error = self._cause(error)
         status, reason = _kind(error), _told(error)
         if not isinstance(error, NodeError):
             at = self._ticking()
@@ -276,6 +279,21 @@ class Runner:
         self._blame(error)
         self._end(status, reason)
         self._note("error", error=type(error).__name__, reason=reason)
+
+    def _cause(self, error: BaseException) -> BaseException:
+        """Return an error, or that of a node which lost what it is made of, so that something else of ours broke."""
+        lost = self._mended()
+        if not lost or isinstance(error, StretchError):
+            self.outcome.errors += map(_told, lost)
+            return error
+        self.outcome.errors += map(_told, lost[1:])
+        return lost[0]
+
+    def _mended(self) -> list[NodeError]:
+        """Put back what nodes lost, without which the run does not come to its end, and return what is said of them."""
+        lost = self._as_built.mend()
+        self._running &= self.tree.nodes.keys()
+        return lost
 
     def _blame(self, error: BaseException) -> None:
         found = blame(error)
@@ -300,12 +318,12 @@ class Runner:
     def _finish(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
         self._shield()
+        lost = self._mended()
         self._hearing.restore()
         abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
         self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
         owed = self.tree.take_pending()
-        errors = stop_tree(self.tree.root)
-        self._interrupted_nodes()
+        errors = [*lost, *self._stop_nodes(self.tree.root)]
         if abnormal or errors:
             errors += self._stop_devices()
         for finish in owed:
@@ -321,6 +339,11 @@ class Runner:
         if worst is not None:
             self._worse(_kind(worst), _told(worst))
 
+    def _stop_nodes(self, root: Node) -> list[BaseException]:
+        errors = [*stop_tree(root), *self._mended()]
+        self._interrupted_nodes()
+        return errors
+
     def _stop_devices(self) -> list[BaseException]:
         if self.cell is None:
             return []
@@ -335,9 +358,9 @@ class Runner:
         Returns what broke while stopping them.
         """
         self._tick_finally(finish)
+        errors: list[BaseException] = [*self._mended()]
         owed = self.tree.take_pending(finish)
-        errors = stop_tree(finish)
-        self._interrupted_nodes()
+        errors += self._stop_nodes(finish)
         for inner in owed:
             errors += self._finally(inner)
         return errors
@@ -361,9 +384,10 @@ class Runner:
         except EndOfRecord:
             pass
         except BaseException as error:
-            self._blame(error)
-            at = "" if isinstance(error, NodeError) else f"{self._ticking(name) or name}: "
-            self._unfinished(at + _told(error), _kind(error))
+            cause = self._cause(error)
+            self._blame(cause)
+            at = "" if isinstance(cause, NodeError) else f"{self._ticking(name) or name}: "
+            self._unfinished(at + _told(cause), _kind(cause))
 
     def _cut_short(self, name: str, cut: str = "") -> None:
         self._unfinished(f"{name} was cut short by {self._interrupts[-1]}{cut}", "INTERRUPTED")
