@@ -10,6 +10,7 @@ from stretch_bt.errors import NodeError, shown
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.interfaces import Motion, MotionState
 from stretch_bt.tree.context import Context
+from stretch_bt.tree.own_calls import calls_own
 from stretch_bt.tree.ports import Behavior, Status
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ class MotionBehavior(Behavior):
         """Forget the motion of an earlier start."""
         self.motion = None
 
+    @calls_own
     def update(self) -> Status:
         """Start, then poll."""
         if self.motion is None:
@@ -77,6 +79,7 @@ class MotionBehavior(Behavior):
         self.reason = _ENDED[state]
         return Status.FAILURE
 
+    @calls_own
     def _started(self) -> Motion:
         """Start, and refuse what is no motion: it could be neither followed nor stopped."""
         motion = self.start()

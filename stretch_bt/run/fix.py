@@ -3,39 +3,86 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from shutil import copymode
 
 import yaml
 
-from stretch_bt.errors import Diagnostic
-from stretch_bt.source import read_text
-from stretch_bt.tree.program import load_program
+from stretch_bt.errors import Diagnostic, FileError, InvalidInput
+from stretch_bt.run.quoted_texts import quoted_texts
+from stretch_bt.source import Map, Scalar, Value, parse, read_text
+from stretch_bt.tree.headings import FORMAT
+from stretch_bt.tree.program import find_tree, load_program
 from stretch_bt.tree.respell import respell, without_pair
 
-__all__ = ["fix_tree"]
+__all__ = ["fix_files", "fix_tree"]
 
 
-def fix_tree(path: Path) -> list[Diagnostic]:
-    """Respell a tree file in place, comments kept, and return what is left to its author.
+def fix_files(files: Iterable[str]) -> list[Diagnostic]:
+    """Respell the tree files among those that are named, and return what is left to their authors.
 
-    Declarations of keys go where nothing but the type is declared and that follows from what writes the key. A file that is not YAML,
+    What cannot be read is left to the check, which says why; shipped trees are of the present form.
+
+    Raises
+    ------
+    InvalidInput
+        A file cannot be written.
+    """
+    left = []
+    for file in files:
+        with suppress(FileError):
+            if find_tree(file)[0] == Path(file):
+                left += fix_tree(Path(file), file)
+    return left
+
+
+def fix_tree(path: Path, name: str | None = None) -> list[Diagnostic]:
+    """Respell a tree file in place, comments kept, and return what is left to its author; `name` is what messages call it.
+
+    Declarations of keys go where nothing but the type is declared and that follows from what writes the key. A file that is no tree,
     or one of the present form, stays as it is.
 
     Raises
     ------
     FileError
-        The file cannot be read.
+        The file cannot be read, or is not YAML.
+    InvalidInput
+        It cannot be written.
     """
-    text = read_text(path, str(path))
-    try:
-        found = respell(text, str(path))
-    except yaml.YAMLError:
+    name = name or str(path)
+    text = read_text(path, name)
+    if not _is_tree(parse(text, name)):
         return []
-    new = found.text if found.left else _undeclared(found.text, path)
+    found = respell(text, name)
+    new = quoted_texts(found.text, path)
+    if not found.left:
+        new = _undeclared(new, path)
     if new != text:
-        path.write_text(new, encoding="utf-8")
+        _write(path, new)
     return found.left
+
+
+def _is_tree(root: Value) -> bool:
+    given = root.get("format") if isinstance(root, Map) else None
+    return isinstance(given, Scalar) and given.text == FORMAT
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file anew; one that cannot be written whole stays as it is."""
+    target = path.resolve()
+    new = target.with_name(f".{target.name}.new")
+    try:
+        new.write_text(text, encoding="utf-8", newline="")
+        copymode(target, new)
+        new.replace(target)
+    except OSError as error:
+        with suppress(OSError):
+            new.unlink(missing_ok=True)
+        raise InvalidInput(
+            f"{path}: the file cannot be written ({error.strerror}); nothing in it was changed"
+        ) from error
 
 
 def _undeclared(text: str, path: Path) -> str:

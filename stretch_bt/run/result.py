@@ -66,7 +66,7 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         errors=outcome.errors,
         broken=outcome.broken,
         unmet=unmet,
-        notes=task.notes,
+        notes=[*task.notes, *outcome.notes],
         readings={} if good else seen.shown(),
     )
 

@@ -13,8 +13,11 @@ from py_trees.common import Status
 from stretch_bt.break_off import BrokenOff, breakable
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.forked import alone, leave_if_forked
+from stretch_bt.run.as_built import AsBuilt
 from stretch_bt.run.clock import Clock, EndOfRecord
 from stretch_bt.run.context import RunContext
+from stretch_bt.run.cut_off import CutOff, Patience
+from stretch_bt.run.hearing import Hearing
 from stretch_bt.run.signals import signals
 from stretch_bt.run.stop import failed_at, stop_tree
 from stretch_bt.run.watcher import Careful, Watcher
@@ -50,6 +53,7 @@ class Outcome:
     worst_overrun: float = 0.0
     errors: list[str] = field(default_factory=list)
     broken: list[Broken] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 class Runner:
@@ -70,6 +74,7 @@ class Runner:
         watchers: list[Watcher] | None = None,
         max_ticks: int | None = None,
         interrupts: Mapping[int, Sequence[str]] | None = None,
+        cuts: Mapping[int, str] | None = None,
     ) -> None:
         self.tree = tree
         self.context = context
@@ -81,6 +86,13 @@ class Runner:
         self.outcome = Outcome()
         self._planned = dict(interrupts or {})
         self._interrupts: list[str] = []
+        #: how many interrupts there were before what goes on began: the task, or a `finally`
+        self._limit = 0
+        self._cuts = dict(cuts or {})
+        self._patience = Patience(self._hurried, self._path_of)
+        self._as_built = AsBuilt(tree)
+        self._hearing = Hearing(tree.nodes)
+        self.outcome.notes = self._hearing.notes
         self._last: dict[str, tuple[Status, int]] = {}
         self._running: set[str] = set()
         self._origin, self._slot = 0.0, 0
@@ -97,6 +109,7 @@ class Runner:
         """Ask for a safe stop."""
         self._interrupts.append(why)
         self.clock.wake()
+        self._patience.begin()
 
     @property
     def unheard(self) -> list[str]:
@@ -108,7 +121,7 @@ class Runner:
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
         wall, cpu = time.perf_counter(), time.process_time()
-        with signals(self.interrupt), alone():
+        with signals(self.interrupt), alone(), self._patience:
             self._drive()
             self._finish()
         outcome = self.outcome
@@ -134,24 +147,49 @@ class Runner:
                     return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
-        except BrokenOff:
-            self._interrupts += self._planned.pop(self.context.ticks + 1, ())
-            self._note("interrupt", why=self._interrupts, broken_off=True)
+        except (BrokenOff, CutOff) as error:
+            cut = self._broken_off(error)
             self._stopped()
+            self.outcome.reason += cut
         except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
 
     def _stopped(self) -> None:
         """End by a signal; what follows a stop does not wait for the next tick."""
         self._origin, self._slot = self.clock.now(), 0
+        self._patience.begin()
         self._end("INTERRUPTED", f"stopped by {self._interrupts[0]}")
 
-    def _tick(self, root: Node, limit: int = 0) -> Status | None:
-        """Wait for the next deadline and tick once; None when there were more than `limit` interrupts before it."""
+    @property
+    def _interrupted(self) -> bool:
+        """Whether there were more interrupts than what goes on had before it began."""
+        return len(self._interrupts) > self._limit
+
+    def _hurried(self) -> bool:
+        """Whether what goes on is to stop: it was interrupted, or is in the record as cut off."""
+        return self._interrupted or self.context.ticks in self._cuts
+
+    def _broken_off(self, error: BaseException) -> str:
+        """Note by what a tick was broken off, and return what is told of a node that was cut off in it."""
         self._interrupts += self._planned.pop(self.context.ticks + 1, ())
-        self._wait(limit)
-        if len(self._interrupts) > limit:
-            self._note("interrupt", why=self._interrupts[limit:])
+        cut = self._cuts.pop(self.context.ticks, "")
+        if isinstance(error, CutOff):
+            cut = error.path
+            self._blame(error)
+        how: dict[str, Any] = {"cut_off": cut} if cut else {"broken_off": True}
+        self._note("interrupt", why=self._interrupts[self._limit :], **how)
+        return f"; {CutOff(cut)}" if cut else ""
+
+    def _path_of(self, node: Node) -> str:
+        """Return the path of a node, or of that of the tree which ticks it."""
+        return next((path for path, known in self.tree.nodes.items() if known is node), "") or self._ticking()
+
+    def _tick(self, root: Node) -> Status | None:
+        """Wait for the next deadline and tick once; None when it is interrupted before it."""
+        self._interrupts += self._planned.pop(self.context.ticks + 1, ())
+        self._wait()
+        if self._interrupted:
+            self._note("interrupt", why=self._interrupts[self._limit :])
             return None
         context = self.context
         context.ticks += 1
@@ -160,11 +198,14 @@ class Runner:
             context.start = context.now
         for watcher in self.watchers:
             watcher.begin_tick(context.ticks, context.now)
+        if context.ticks in self._cuts:
+            self._patience.begin()
         try:
-            with breakable(lambda: len(self._interrupts) > limit):
+            with breakable(lambda: self._interrupted):
                 self._visit(root)
         finally:
             leave_if_forked()  # whatever broke in the child, nothing of it is told
+            self._hearing.look()
             self._interrupted_nodes()
             self._lateness()
         if root.status is Status.INVALID:
@@ -182,8 +223,8 @@ class Runner:
         """When the next tick is due, s; not a sum, whose rounding grows."""
         return self._origin + self._slot * self.period
 
-    def _wait(self, limit: int) -> None:
-        while len(self._interrupts) <= limit:
+    def _wait(self) -> None:
+        while not self._interrupted:
             self.clock.wait_until(self._deadline)
             if self.clock.reached(self._deadline):
                 break
@@ -230,6 +271,7 @@ class Runner:
 
     def _failed(self, error: BaseException) -> None:
         self._shield()
+        error = self._cause(error)
         status, reason = _kind(error), _told(error)
         if not isinstance(error, NodeError):
             at = self._ticking()
@@ -237,6 +279,21 @@ class Runner:
         self._blame(error)
         self._end(status, reason)
         self._note("error", error=type(error).__name__, reason=reason)
+
+    def _cause(self, error: BaseException) -> BaseException:
+        """Return an error, or that of a node which lost what it is made of, so that something else of ours broke."""
+        lost = self._mended()
+        if not lost or isinstance(error, StretchError):
+            self.outcome.errors += map(_told, lost)
+            return error
+        self.outcome.errors += map(_told, lost[1:])
+        return lost[0]
+
+    def _mended(self) -> list[NodeError]:
+        """Put back what nodes lost, without which the run does not come to its end, and return what is said of them."""
+        lost = self._as_built.mend()
+        self._running &= self.tree.nodes.keys()
+        return lost
 
     def _blame(self, error: BaseException) -> None:
         found = blame(error)
@@ -261,11 +318,12 @@ class Runner:
     def _finish(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
         self._shield()
+        lost = self._mended()
+        self._hearing.restore()
         abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
         self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
         owed = self.tree.take_pending()
-        errors = stop_tree(self.tree.root)
-        self._interrupted_nodes()
+        errors = [*lost, *self._stop_nodes(self.tree.root)]
         if abnormal or errors:
             errors += self._stop_devices()
         for finish in owed:
@@ -281,6 +339,11 @@ class Runner:
         if worst is not None:
             self._worse(_kind(worst), _told(worst))
 
+    def _stop_nodes(self, root: Node) -> list[BaseException]:
+        errors = [*stop_tree(root), *self._mended()]
+        self._interrupted_nodes()
+        return errors
+
     def _stop_devices(self) -> list[BaseException]:
         if self.cell is None:
             return []
@@ -295,39 +358,39 @@ class Runner:
         Returns what broke while stopping them.
         """
         self._tick_finally(finish)
+        errors: list[BaseException] = [*self._mended()]
         owed = self.tree.take_pending(finish)
-        errors = stop_tree(finish)
-        self._interrupted_nodes()
+        errors += self._stop_nodes(finish)
         for inner in owed:
             errors += self._finally(inner)
         return errors
 
     def _tick_finally(self, finish: Node) -> None:
-        name, limit = finish.path.rpartition("/")[0], len(self._interrupts)
-        if limit > 1:
+        name = finish.path.rpartition("/")[0]
+        self._limit = len(self._interrupts)
+        if self._limit > 1:
             return self._unfinished(f"{name} was not run: stopped twice")
         until = self.context.now + FINALLY_LIMIT
         try:
-            while (status := self._tick(finish, limit)) is Status.RUNNING:
+            while (status := self._tick(finish)) is Status.RUNNING:
                 if self.context.now >= until:
                     return self._unfinished(f"{name} did not end within {FINALLY_LIMIT:g} s")
             if status is None:
                 self._cut_short(name)
             elif status is Status.FAILURE:
                 self._unfinished(self._explain(finish, status))
-        except BrokenOff:
-            self._interrupts += self._planned.pop(self.context.ticks + 1, ())
-            self._note("interrupt", why=self._interrupts[limit:], broken_off=True)
-            self._cut_short(name)
+        except (BrokenOff, CutOff) as error:
+            self._cut_short(name, self._broken_off(error))
         except EndOfRecord:
             pass
         except BaseException as error:
-            self._blame(error)
-            at = "" if isinstance(error, NodeError) else f"{self._ticking(name) or name}: "
-            self._unfinished(at + _told(error), _kind(error))
+            cause = self._cause(error)
+            self._blame(cause)
+            at = "" if isinstance(cause, NodeError) else f"{self._ticking(name) or name}: "
+            self._unfinished(at + _told(cause), _kind(cause))
 
-    def _cut_short(self, name: str) -> None:
-        self._unfinished(f"{name} was cut short by {self._interrupts[-1]}", "INTERRUPTED")
+    def _cut_short(self, name: str, cut: str = "") -> None:
+        self._unfinished(f"{name} was cut short by {self._interrupts[-1]}{cut}", "INTERRUPTED")
 
     def _unfinished(self, reason: str, status: str = "FAILURE") -> None:
         self.outcome.errors.append(f"finally: {reason}")
@@ -348,13 +411,13 @@ class Runner:
 
 
 def _kind(error: BaseException) -> str:
-    if isinstance(error, KeyboardInterrupt):
+    if isinstance(error, KeyboardInterrupt | CutOff):
         return "INTERRUPTED"
     return "FAULT" if isinstance(error, DeviceFault) else "ERROR"
 
 
 def _told(error: BaseException) -> str:
-    return writable(error if isinstance(error, StretchError) else named(error))
+    return writable(error if isinstance(error, StretchError | CutOff) else named(error))
 
 
 _NEVER = (Status.INVALID, -1)

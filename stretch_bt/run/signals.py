@@ -11,13 +11,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from typing import Any
 
-__all__ = ["SIGNALS", "First", "signals", "unbroken"]
+__all__ = ["SIGNALS", "First", "put_back", "signals", "unbroken"]
 
 #: what asks for a safe stop; the last is a terminal that was closed
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 #: who takes signals, the last one first
 _receivers: list[Callable[[str], None]] = []
+#: the signals that are taken, and whether each was blocked before
+_taken: dict[int, bool] = {}
 
 
 def _handle(number: int, _: Any) -> None:
@@ -40,15 +42,40 @@ def signals(interrupt: Callable[[str], None]) -> Iterator[None]:
     try:
         for number in SIGNALS:
             before = signal.getsignal(number)
-            if before is _handle or (before is signal.SIG_IGN and number not in (signal.SIGINT, signal.SIGTERM)):
-                continue  # it stands; or nohup asks to outlive the terminal, though a stop that is asked for is obeyed
+            if number in _taken or before is _handle or not _is_ours(number, before):
+                continue
             kept[number] = before
-            signal.signal(number, _handle)
+            _taken[number] = _is_blocked(number)
+        put_back()
         yield
     finally:
         for number, handler in kept.items():
+            _taken.pop(number, None)
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
         _receivers.pop()
+
+
+def _is_ours(number: int, handler: Any) -> bool:
+    """Whether a signal is to be taken: nohup asks to outlive the terminal, but a stop that is asked for is obeyed."""
+    return handler is not signal.SIG_IGN or number in (signal.SIGINT, signal.SIGTERM)
+
+
+def _is_blocked(number: int) -> bool:
+    return number in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def put_back() -> list[str]:
+    """Take the signals that are ours again where somebody set another handler or blocked them, and return their names.
+
+    To be called in the main thread. One that came while it was blocked is heard at once.
+    """
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    lost = [n for n, before in _taken.items() if signal.getsignal(n) is not _handle or (n in blocked and not before)]
+    for number in lost:
+        signal.signal(number, _handle)
+    if lost:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [number for number in lost if not _taken[number]])
+    return [signal.Signals(number).name for number in lost]
 
 
 class First:

@@ -24,12 +24,13 @@ def stop_tree(root: Node) -> list[BaseException]:
     `terminate` of each is called once; nodes that had already ended are not told again.
     """
     errors: list[BaseException] = []
+    nodes = list(_all(root))  # what a node does to itself as it ends hides no other
     for leaf in reversed(started_leaves(root)):
         try:
             leaf.stop(Status.INVALID)
         except BaseException as error:  # a node that cannot stop must not keep the others from stopping
             errors.append(error)
-    for node in _all(root):
+    for node in nodes:
         node.status = Status.INVALID
     return errors
 

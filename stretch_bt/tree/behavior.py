@@ -14,6 +14,7 @@ from stretch_bt.errors import BeyondLimits, DeviceFault, NoAnswer, NodeError, St
 from stretch_bt.forked import here, leave_if_forked
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.declared_ports import declared_ports
+from stretch_bt.tree.own_calls import ticks_own
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.slots import Slot, bit, slot
 
@@ -80,6 +81,7 @@ class Behavior(py_trees.behaviour.Behaviour):
         """Do one tick's work and return at once."""
         raise NodeError(self.path, f"{type(self).__name__} does not override update()")
 
+    @ticks_own
     def tick(self) -> Generator[py_trees.behaviour.Behaviour, None, None]:
         """Tick once; a refusal becomes FAILURE with its reason, any other error names the node."""
         self.ticking = True  # stays set when an error leaves the node, so that the runner can name it
@@ -119,6 +121,7 @@ class Behavior(py_trees.behaviour.Behaviour):
             return f"{refusal.device}: "
         return f"{refusal.device}: {ports[0]}: "
 
+    @ticks_own
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """End with this status, INVALID when interrupted; `terminate` comes only when there was a start without an end."""
         try:

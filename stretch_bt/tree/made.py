@@ -7,7 +7,7 @@ from functools import cache
 from stretch_bt.errors import NodeError, shown
 from stretch_bt.tree.behavior import Behavior
 
-__all__ = ["made"]
+__all__ = ["base_attributes", "made"]
 
 
 def made(cls: type[Behavior], path: str) -> Behavior:
@@ -15,7 +15,7 @@ def made(cls: type[Behavior], path: str) -> Behavior:
     node = cls(path)
     if not isinstance(node, cls):
         raise NodeError(path, f"{cls.__name__}() gave {shown(node)}; its __new__ must return the node that it makes")
-    missing = sorted(name for name in _attributes() if not hasattr(node, name))
+    missing = sorted(name for name in base_attributes() if not hasattr(node, name))
     if missing:
         hint = "begin its __init__ with super().__init__(path)"
         raise NodeError(path, f"{cls.__name__}() made a node without {missing[0]!r}; {hint}")
@@ -23,5 +23,6 @@ def made(cls: type[Behavior], path: str) -> Behavior:
 
 
 @cache
-def _attributes() -> frozenset[str]:
+def base_attributes() -> frozenset[str]:
+    """Return the attributes that every node has from its base."""
     return frozenset(vars(Behavior()))

@@ -181,7 +181,7 @@ def _params_named(text: str, file: str, left: list[Diagnostic]) -> str:
                 )
             else:
                 edits.append(match.span())
-    for start, end in reversed(edits):
+    for start, end in sorted(set(edits), reverse=True):  # an alias is its anchor once more
         text = _put(text, start, end, "")
     return text
 
@@ -193,7 +193,7 @@ def _shortened(text: str) -> str:
         for key, value in mapping.value:
             if isinstance(value, yaml.MappingNode) and _has_ports(key.value):
                 edits += [_short_edit(value, pair) for pair in value.value if _repeats(pair)]
-    for start, end, new in sorted(edits, reverse=True):
+    for start, end, new in sorted(set(edits), reverse=True):
         text = _put(text, start, end, new)
     return text
 

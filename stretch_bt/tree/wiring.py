@@ -11,7 +11,7 @@ from stretch_bt.errors import Diagnostic, NoAnswer
 from stretch_bt.source import TRUTHS, Map, Mark, Scalar, Seq, Value, closest, is_nothing, is_null, unknown_key
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import Expression, ExpressionError, bind, names, parse, typecheck
-from stretch_bt.tree.expression.parse import Call, Name
+from stretch_bt.tree.expression.parse import Call, Constant, Name
 from stretch_bt.tree.expression.typecheck import Origin, Unresolved
 from stretch_bt.tree.flow import Wire
 from stretch_bt.tree.port import Port
@@ -255,7 +255,7 @@ class Wiring:
             hint = self.literal_meant(value, type_, error)
             self.error(_inside(value, error.offset, error.length), error.code, error.message, hint)
             return None
-        if not type_.accepts(given):
+        if not type_.accepts(given) and not _is_option(found, type_):
             self.mismatch(value, found, given, type_, what)
             return None
         return self.wire(value, found)
@@ -320,6 +320,11 @@ class Wiring:
             self.error(value.mark, "expression", message, "change the parameters, or the expression")
             return None
         return wire
+
+
+def _is_option(expression: Expression, type_: Type) -> bool:
+    """Whether an expression is one of the words that a type lists, in quotes of its own."""
+    return isinstance(expression, Constant) and type_.family is Family.ENUM and expression.value in type_.options
 
 
 def passes_error_on(expression: Expression) -> bool:

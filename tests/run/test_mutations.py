@@ -23,6 +23,7 @@ from stretch_bt.units import KINDS, parse_quantity, parse_unit
 
 T = TypeVar("T")
 SAMPLES = [Path(__file__).parent / "samples" / "every_construct.yaml", *(shipped(f"{t}.yaml") for t in shipped_trees())]
+PATHS = {path.stem: path for path in SAMPLES}
 TEXTS = {path.stem: path.read_text("utf-8") for path in SAMPLES}
 #: what each says is much of what another of the samples says
 ALIKE = ("palpate_active", "palpate_stiffness", "form_cookie", "form_cookie_fast", "contact_sensitivity", "reconstruct")
@@ -239,6 +240,7 @@ def needed(sample: str) -> Iterator[tuple[Role, Path_]]:
         "retry": ("attempts", "do"),
         "for_each": ("items", "as", "do"),
     }
+    trees = load_program(PATHS[sample]).document.trees
     for path, _ in places(root):
         if len(path) < 2 or not isinstance(path[-1], str):
             continue
@@ -248,8 +250,8 @@ def needed(sample: str) -> Iterator[tuple[Role, Path_]]:
         required = [p.name for p in ports if p.required and info and not info.types[p.name].is_record]
         required = required if info else bounds.get(name, ())
         if name in root["trees"] and path[-3] != "trees":
-            required = list(root["trees"][name].get("in", {}))
-        if path[-1] in required and (name != "look" or path[-1] != "limit"):
+            required = [given for given, declared in trees[name].ins.items() if not declared.has_default]
+        if path[-1] in required:
             yield (str(name), path[-1]), path
 
 

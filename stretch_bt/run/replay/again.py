@@ -147,6 +147,7 @@ def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome
         cell=cell,
         watchers=[log, written],
         interrupts=_interrupts(reader.events),
+        cuts={event["tick"]: event["cut_off"] for event in reader.events if event.get("cut_off")},
     )
     return runner.run()
 

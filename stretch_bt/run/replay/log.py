@@ -27,7 +27,7 @@ class Log(Onlooker):
         for event in reader.events:
             if event["type"] == "command":
                 self.commands.setdefault(event["tick"], []).append((event["device"], event["owner"]))
-        self.broken_off = {event["tick"] for event in reader.events if event.get("broken_off")}
+        self.broken_off = {event["tick"] for event in reader.events if event.get("broken_off") or event.get("cut_off")}
         self.tick = -1
         self.begin_tick(-1, 0.0)
 

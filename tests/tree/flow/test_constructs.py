@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from stretch_bt.errors import TreeError
 from stretch_bt.run.context import RunContext
 from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow import CONSTRUCTS
@@ -563,3 +564,12 @@ def test_nothing_sets_a_number_that_is_none(task: Any, given: str, told: str) ->
 def test_a_whole_number_does_not_grow_without_end(task: Any) -> None:
     outcome = task.run("repeat: {times: 60, do: {set: {n: n * n}}}", "keys: {n: {type: int, default: 10}}")
     assert "is no finite number" in outcome.reason
+
+
+def test_a_word_that_a_key_lists_is_set_in_quotes_of_its_own(task: Any) -> None:
+    body = (
+        """keys: {mode: {type: slow | fast, default: fast}}\nsequence: [set: {mode: "'%s'"}, check: "mode == 'slow'"]"""
+    )
+    assert task.run(body % "slow").status == "SUCCESS"
+    with pytest.raises(TreeError, match="'slwo' is str but mode takes slow"):
+        task.load(body % "slwo")
