@@ -13,7 +13,7 @@ def pressed():
     def watch(runner):
         class Ends(Onlooker):
             def write(self, key, value, sd, path):
-                if key.endswith("/pressed"):
+                if key.endswith("/pressed_at"):
                     forces.append(runner.cell.truth()["force"])
 
         runner.watchers.append(Ends())

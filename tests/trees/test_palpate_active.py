@@ -35,9 +35,9 @@ def test_the_wanted_deviation_is_reached_at_forces_that_never_fall(palpate, ball
 
 @pytest.mark.slow
 def test_less_is_wanted_in_less_time_and_a_bound_of_presses_holds(palpate):
-    hurried, _ = palpate("pudding", 2, wanted=0.15, min_hold=0.0, settle=0.0)
-    careful, _ = palpate("pudding", 2, wanted=0.06, min_hold=0.0, settle=0.0)
-    bounded, _ = palpate("pudding", 2, wanted=0.001, min_hold=0.0, settle=0.0, max_presses=2)
+    hurried, _ = palpate("pudding", 2, wanted_error=0.15, min_hold=0.0, settle=0.0)
+    careful, _ = palpate("pudding", 2, wanted_error=0.06, min_hold=0.0, settle=0.0)
+    bounded, _ = palpate("pudding", 2, wanted_error=0.001, min_hold=0.0, settle=0.0, max_presses=2)
     for result in (hurried, careful, bounded):
         assert result.status == "SUCCESS", result.reason
     assert hurried.outputs["robot_time"]["value"] < careful.outputs["robot_time"]["value"]
@@ -47,7 +47,7 @@ def test_less_is_wanted_in_less_time_and_a_bound_of_presses_holds(palpate):
 
 
 def test_no_press_begins_after_the_time_there_is(palpate):
-    result, _ = palpate("seeds", 4, wanted=0.001, min_hold=0.0, max_time=1.0)
+    result, _ = palpate("seeds", 4, wanted_error=0.001, min_hold=0.0, max_time=1.0)
     assert result.status == "SUCCESS", result.reason
     assert result.outputs["presses"]["value"] == 1
 
