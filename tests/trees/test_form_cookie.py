@@ -80,7 +80,7 @@ def test_without_a_scene_its_outputs_are_absent(run):
 
 def test_a_look_that_fails_is_no_dough_that_stayed_behind(run, tmp_path):
     text = (MOCKS / "form_cookie_fast_success.yaml").read_text()
-    seen = "outputs: {pulled: 0.05 mm, hanging: false}"
+    seen = "outputs: {pulled: 0.05 mm, adhering: false}"
     assert seen in text
     mocks = tmp_path / "mocks.yaml"
     mocks.write_text(text.replace(seen, "status: failure, message: no place is seen").partition("expect:")[0])
