@@ -41,8 +41,8 @@ def test_run_prints_one_document(cli, tmp_path, tree, mocks, code, status):
 def test_run_for_a_person_names_the_failed_node_and_why(cli):
     code, out, err = cli("run", "palpate_stiffness", "--mocks", MOCKS / "palpate_stiffness_failure.yaml")
     assert code == 1
-    assert "main/feel/fit_sphere: the cap carries no convex radius" in out
-    assert "main/feel/fit_sphere" in err  # the live view
+    assert "main/feel_first/fit_sphere: the cap carries no convex radius" in out
+    assert "main/feel_first/fit_sphere" in err  # the live view
 
 
 def test_replay_of_a_record(cli, tmp_path):
