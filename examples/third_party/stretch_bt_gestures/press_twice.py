@@ -2,7 +2,7 @@
 
 from stretch_bt import In, Status, Uses, node, port
 from stretch_bt.behaviors import MotionBehavior
-from stretch_bt.errors import NoContact
+from stretch_bt.behaviors.records import Touch
 from stretch_bt.hardware.interfaces import Arm, Motion
 from stretch_bt.units import Length, Speed
 
@@ -11,9 +11,10 @@ MAX_AGE = 0.2  # s, of a pose
 
 @node
 class PressTwice(MotionBehavior):
-    """Press to a depth, ease off and press again; FAILURE when first contact is not known or a motion is blocked."""
+    """Press to a depth, ease off and press again; FAILURE when a motion is blocked."""
 
     arm: Uses[Arm]
+    touch: In[Touch]  # first contact, by `approach`
     depth: In[Length] = port(min=0.0, max=0.030, doc="absolute, past first contact", limit="depth")
     relief: In[Length] = port(0.002, min=0.0005, max=0.030, doc="how far the hand eases off between the two")
     speed: In[Speed] = port(0.005, min=0.0005, max=0.050, doc="of the hand", limit="contact_speed")
@@ -32,8 +33,5 @@ class PressTwice(MotionBehavior):
 
     def move_to(self, depth: float) -> Motion:
         """Move straight up or down to a depth, m."""
-        contact = self.context.hand.contact_height
-        if contact is None:
-            raise NoContact("the height of first contact is not known; run 'approach' first")
         pose = self.arm.pose(MAX_AGE).value
-        return self.arm.move(pose.at_height(contact - depth), speed=self.speed, owner=self.path)
+        return self.arm.move(pose.at_height(self.touch.height - depth), speed=self.speed, owner=self.path)
