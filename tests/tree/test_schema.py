@@ -18,6 +18,7 @@ from stretch_bt.tree.headings import shipped
 from stretch_bt.tree.program import load_program, shipped_trees
 from stretch_bt.tree.registry import load_all
 from stretch_bt.tree.schema import schema
+from stretch_bt.tree.shared import SHARED
 from stretch_bt.units import KINDS, unit_names
 
 KINDS_OF_FILE = ("tree", "mocks", "scene", "cell")
@@ -223,7 +224,9 @@ def test_every_node_port_and_construct_is_described() -> None:
         assert part.schema(), f"{name} has no schema"
         assert definitions[f"construct_{name}"]["description"]
         assert name in definitions["node"]["properties"]
-    assert set(definitions["node"]["properties"]) == {*load_all(), *CONSTRUCTS, *WORDS, "run", "with"}
+    assert set(definitions["node"]["properties"]) == {*load_all(), *SHARED, *CONSTRUCTS, *WORDS, "run", "with"}
+    for name in SHARED:
+        assert definitions[f"node_{name}"]["description"]
 
 
 def test_no_reference_leads_nowhere() -> None:
