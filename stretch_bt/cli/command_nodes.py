@@ -24,11 +24,12 @@ def command(
     from stretch_bt.tree.registry import describe, load_all
     from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 
-    known = {key: describe(info) for key, info in load_all().items()}
-    known |= {key: describe_shared(tree) for key, tree in shared_signatures().items()}
+    nodes, trees = load_all(), shared_signatures()
+    known = sorted((*nodes, *trees))
     if name is not None and name not in known:
         raise InvalidInput(f"there is no node {name!r}; {did_you_mean(name, known) or 'see `stretch-bt nodes`'}")
-    found = [entry for key, entry in sorted(known.items()) if name in (None, key)]
+    wanted = known if name is None else [name]
+    found = [describe(nodes[key]) if key in nodes else describe_shared(trees[key]) for key in wanted]
     if json_:
         emit_json(found)
     elif name is None:

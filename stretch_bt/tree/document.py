@@ -9,6 +9,7 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree.port import Port
 from stretch_bt.tree.shared import SHARED
 from stretch_bt.tree.types import Type
 
@@ -37,6 +38,8 @@ class Declared:
     listed: bool = False
     may_be_absent: bool = False  # an input: each port that it reaches keeps its own default where no caller gives it
     inferred: bool = False  # a key that no one declared; `mark` is its first writer
+    #: the ports that an input reaches, whose docs say what it is for; read where they are shown, as that needs the source
+    reaches: list[Port | Declared] = field(default_factory=list)
 
 
 @dataclass(slots=True)

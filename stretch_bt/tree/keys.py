@@ -19,7 +19,8 @@ from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import FUNCTIONS, ExpressionError, names, parse, typecheck
 from stretch_bt.tree.expression.typecheck import Unresolved
 from stretch_bt.tree.places import Place, places
-from stretch_bt.tree.port import Role
+from stretch_bt.tree.port import Port, Role
+from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.scope import TreeScope
 from stretch_bt.tree.types import ANY, INT, UNKNOWN, Type, joined, list_of
 from stretch_bt.tree.values import is_none, literal_type, reads_as_expression
@@ -47,7 +48,30 @@ class _Port:
     min: float | None = None
     max: float | None = None
     needed: bool = True
-    doc: str = ""
+    declared: Port | Declared | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Ports:
+    """What a place is given, what it gives, and which of these it reads and writes over."""
+
+    inputs: dict[str, _Port]
+    outputs: dict[str, Type]
+    over: Container[str]
+
+
+def _of_tree(tree: Signature) -> _Ports:
+    borders = (*tree.ins.values(), *tree.inouts.values())
+    given = {d.name: _Port(d.type, d.min, d.max, not d.has_default, d) for d in borders}
+    return _Ports(given, {d.name: d.type for d in (*tree.outs.values(), *tree.inouts.values())}, tree.inouts)
+
+
+def _of_node(info: NodeInfo) -> _Ports:
+    given = {
+        p.name: _Port(info.types[p.name], p.min, p.max, p.required, p)
+        for p in (*info.of(Role.INPUT), *info.of(Role.INOUT))
+    }
+    return _Ports(given, info.outputs | info.inouts, info.inouts)
 
 
 @dataclass(slots=True)
@@ -79,6 +103,7 @@ class _Keys:
         self.found: list[Diagnostic] = []
         self.clashes: set[str] = set()
         self.writers: list[_Writer] = []
+        self.nodes: dict[str, _Ports] = {}
 
     def settle(self) -> list[Diagnostic]:
         self.keys_of_loops()
@@ -130,7 +155,7 @@ class _Keys:
             reached = [port for place in self.places for port in self.reached(place, declared.name)]
             if declared.type is UNKNOWN:
                 self.take_type(declared, reached)
-            declared.doc = declared.doc or next((port.doc for port in reached if port.doc), "")
+            declared.reaches = [port.declared for port in reached if port.declared is not None]
             for port in reached:
                 declared.min = max((b for b in (declared.min, port.min) if b is not None), default=None)
                 declared.max = min((b for b in (declared.max, port.max) if b is not None), default=None)
@@ -158,7 +183,7 @@ class _Keys:
 
     def reached(self, place: Place, name: str) -> Iterator[_Port]:
         """Yield each input port of a place that a name is wired to as it is."""
-        for port, given in self.input_ports(place).items():
+        for port, given in self.ports(place).inputs.items():
             value = place.given.get(port)
             if value is None:
                 if port == name and given.type.is_record:
@@ -166,31 +191,16 @@ class _Keys:
             elif (is_nothing(value) and port == name) or (isinstance(value, Scalar) and value.text == f"${name}"):
                 yield given
 
-    def input_ports(self, place: Place) -> dict[str, _Port]:
-        target = self.document.tree(place.word.text)
+    def ports(self, place: Place) -> _Ports:
+        """Return what a place is given and gives; of nodes once each, since most stand at many places."""
+        word = place.word.text
+        target = self.document.tree(word)
         if target is not None:
-            borders = (*target.ins.values(), *target.inouts.values())
-            return {d.name: _Port(d.type, d.min, d.max, not d.has_default, d.doc) for d in borders}
-        info = registry.find(place.word.text, self.document.modules)
-        if info is None:
-            return {}
-        ports = (*info.of(Role.INPUT), *info.of(Role.INOUT))
-        return {p.name: _Port(info.types[p.name], p.min, p.max, p.required, p.doc) for p in ports}
-
-    def output_ports(self, place: Place) -> dict[str, Type]:
-        target = self.document.tree(place.word.text)
-        if target is not None:
-            return {d.name: d.type for d in (*target.outs.values(), *target.inouts.values())}
-        info = registry.find(place.word.text, self.document.modules)
-        return {} if info is None else info.outputs | info.inouts
-
-    def written_over(self, place: Place) -> Container[str]:
-        """Return the ports of a place that are read and written."""
-        target = self.document.tree(place.word.text)
-        if target is not None:
-            return target.inouts
-        info = registry.find(place.word.text, self.document.modules)
-        return () if info is None else info.inouts
+            return _of_tree(target)
+        if word not in self.nodes:
+            info = registry.find(word, self.document.modules)
+            self.nodes[word] = _Ports({}, {}, ()) if info is None else _of_node(info)
+        return self.nodes[word]
 
     # --- keys
 
@@ -198,7 +208,7 @@ class _Keys:
         """Return every name that something in the body may read: in an expression or text, or by a record that is left out."""
         found = set(self.signature.outs) | set(_scalars(self.signature.body))
         for place in self.places:
-            for port, given in self.input_ports(place).items():
+            for port, given in self.ports(place).inputs.items():
                 if given.type.is_record and port not in place.given:
                     found.add(port)
         return found
@@ -211,7 +221,7 @@ class _Keys:
                 yield from self.of_set(given)
             elif word == "for_each" and isinstance(given.get("as"), Scalar):
                 yield from _named(given.get("as"), items=given.get("items"))
-            for port, type_ in self.output_ports(place).items():
+            for port, type_ in self.ports(place).outputs.items():
                 value = given.get(port)
                 if value is not None and is_nothing(value):
                     yield _Writer(port, given.key(port).mark, type_)
@@ -235,11 +245,11 @@ class _Keys:
         """Yield the writers of records that the file leaves out, where the tree reads them."""
         first: dict[str, Place] = {}
         for place in self.places:
-            both = self.written_over(place)
-            for port, type_ in self.output_ports(place).items():
+            ports = self.ports(place)
+            for port, type_ in ports.outputs.items():
                 if port in place.given or not type_.is_record:
                     continue
-                if port in both:
+                if port in ports.over:
                     if self.is_free(port, type_):
                         self.signature.left_out.add(port)
                         yield _Writer(port, place.word.mark, type_)

@@ -9,6 +9,7 @@ from typing import Any
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.headings import read_document
 from stretch_bt.tree.keys import settle_types
+from stretch_bt.tree.port import Port
 from stretch_bt.tree.registry import records_of
 from stretch_bt.tree.shared import SHARED, shipped
 
@@ -52,7 +53,7 @@ def _written(declared: Declared) -> list[dict[str, Any]]:
 
 def _entry(declared: Declared, name: str, required: bool) -> dict[str, Any]:
     kind, bounds = declared.type.kind, {"min": declared.min, "max": declared.max}
-    doc = declared.doc or (inspect.getdoc(declared.type.cls) if declared.type.cls else "") or declared.name
+    doc = _doc(declared) or (inspect.getdoc(declared.type.cls) if declared.type.cls else "") or declared.name
     return {
         "name": name,
         "type": declared.type.name,
@@ -61,3 +62,9 @@ def _entry(declared: Declared, name: str, required: bool) -> dict[str, Any]:
         "required": required,
         "doc": doc.partition("\n")[0] if name == declared.name else f"standard deviation of {declared.name}",
     } | {word: value for word, value in bounds.items() if value is not None}
+
+
+def _doc(declared: Declared) -> str:
+    """Return what a name is for, as its file or a port that it reaches says."""
+    reached = (port.doc if isinstance(port, Port) else _doc(port) for port in declared.reaches)
+    return declared.doc or next((doc for doc in reached if doc), "")
