@@ -51,7 +51,7 @@ class Reading:
     """The height of the top in so many frames averaged, at a stretch and a depth of the membrane.
 
     Of a first touch `touch` holds what was seen, `curvature`, 1/m, what its height was inferred with, `asked` whether the whole membrane was
-    asked for it; `alone` is true where the contact alone gave it all the same.
+    asked for it.
     """
 
     stretch: Length  # past the rest length
@@ -64,7 +64,11 @@ class Reading:
     by_membrane: bool = False  # whether the whole membrane gave the height
     curvature: float | None = None
     asked: bool = False
-    alone: bool = False
+
+    @property
+    def alone(self) -> bool:
+        """Whether the contact alone gave the height although the whole membrane was asked for it."""
+        return self.asked and not self.by_membrane
 
     @property
     def hand(self) -> Length:
@@ -118,7 +122,7 @@ def _inferred(
         sd=top.sd,
         curvature=curvature.value,
         asked=by_membrane,
-        alone=by_membrane and not whole,
+        by_membrane=whole,
     )
 
 

@@ -282,6 +282,6 @@ def test_touches_given_by_the_contact_alone_do_not_count_beside_two_given_by_the
     alone: str, left: list[int]
 ) -> None:
     seen = touch(0.001)
-    readings = [Reading(0.0, 0.001, 0.06, 3e-5, seen, asked=True, alone=sign == "+") for sign in alone]
+    readings = [Reading(0.0, 0.001, 0.06, 3e-5, seen, asked=True, by_membrane=sign == "-") for sign in alone]
     readings.append(Reading(0.0, 0.01, 0.059, 3e-5))
     assert of_one_kind(readings) == [readings[i] for i in left]
