@@ -259,6 +259,27 @@ def test_force_is_averaged_and_its_zero_taken_off(rig):
     assert np.linalg.norm(rig.said(ArmState)[-1].wrench[:3]) < 1e-2
 
 
+@pytest.mark.parametrize("missed", [0, 1, 5, 12])
+def test_samples_that_do_not_come_leave_the_mean_as_quiet_as_ever(lab, missed):
+    rig = Rig(Control(lab), noise=3.6).engage()
+    told = []
+    for _ in range(100):
+        rig.cycles(missed, news=False)
+        rig.cycle()
+        told.append(rig.said(ArmState)[-1].wrench[:3])
+    apart = np.diff(told[16::16], axis=0)
+    assert 0.6 * 3.6 / 4 < np.std(apart) / np.sqrt(2) < 1.4 * 3.6 / 4
+
+
+def test_a_force_that_rises_is_told_as_soon_after_a_silence(lab):
+    rig = Rig(Control(lab)).engage()
+    rig.cycles(40)
+    rig.cycles(30, news=False)
+    rig.force = (0.0, 0.0, 10.0)
+    rig.cycles(16)
+    assert rig.said(ArmState)[-1].wrench[2] == pytest.approx(10.0, abs=0.01)
+
+
 def test_an_end_is_obeyed_after_the_brake(rig):
     rig.begin()
     rig.cycle(Stop(9), End())

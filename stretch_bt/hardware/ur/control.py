@@ -70,7 +70,9 @@ class Control:
 
     def begin(self, now: float) -> ControlState:
         """Return the state before the first cycle, at a time of the monotonic clock, s."""
-        return ControlState(now, now, now, now, ForceFilter(self.settings.force_filter), StandingForce())
+        over = self.settings.force_filter
+        force = ForceFilter(over, round(over * self.settings.rate))
+        return ControlState(now, now, now, now, force, StandingForce())
 
     def step(self, state: ControlState, now: float, inputs: Inputs) -> tuple[ControlState, tuple[Command, ...]]:
         """Return the state after a cycle, and what is to be done, in this order."""

@@ -13,6 +13,8 @@ __all__ = ["ForceFilter", "HandForce"]
 
 #: a sample whose time is rounded counts as old as it is
 _ROUNDING = 1e-6
+#: how old a sample may be, s, that stands in for one that did not come: as long as an arm may be silent
+_OLDEST = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,14 +27,20 @@ class HandForce:
 
 @dataclass(frozen=True, slots=True)
 class ForceFilter:
-    """The samples of the latest `over` seconds, each with the controller's time of it, s."""
+    """The samples of the latest `over` seconds, each with the controller's time of it, s.
+
+    Where samples did not come, older ones stay, up to `count` and 2 s: the mean of the few that came would be noise.
+    """
 
     over: float
+    count: int
     samples: tuple[tuple[float, Six], ...] = ()
 
     def take(self, time: float, wrench: Six) -> ForceFilter:
         """Return the filter with one more sample; those that are too old, or of a clock that went back, are gone."""
-        kept = (sample for sample in self.samples if time - self.over + _ROUNDING < sample[0] < time)
+        known = [sample for sample in self.samples if time - _OLDEST < sample[0] < time]
+        recent = sum(time - self.over + _ROUNDING < sample[0] for sample in known)
+        kept = known[max(len(known) - max(recent, self.count - 1), 0) :]
         return replace(self, samples=(*kept, (time, wrench)))
 
     def less(self, zero: Six) -> Six:
