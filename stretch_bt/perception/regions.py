@@ -13,7 +13,6 @@ __all__ = [
     "border",
     "bounds",
     "distance",
-    "enlarge_mask",
     "filled",
     "hull",
     "inner_half",
@@ -23,6 +22,7 @@ __all__ = [
     "touching",
     "valid_box",
     "widened",
+    "with_rim",
 ]
 
 Image = npt.NDArray[np.float32]
@@ -51,12 +51,11 @@ def placed(part: MaskArray, box: Box, window: Box, shape: tuple[int, int]) -> Ma
 
 def touching(mask: MaskArray, part: MaskArray) -> MaskArray:
     """Return the connected parts of a mask that share a pixel with `part`, their holes filled."""
-    import cv2
+    from stretch_bt.perception.regions_kernel import flood
 
-    count, labels = cv2.connectedComponents(mask.view(np.uint8))
-    hit = np.zeros(count, dtype=np.uint8)
-    hit[labels[part & mask]] = 1
-    return filled(hit[labels])
+    hit = np.zeros(mask.shape, dtype=np.uint8)
+    flood(mask, part, hit)
+    return filled(hit)
 
 
 def filled(mask: npt.NDArray[np.uint8] | MaskArray) -> MaskArray:
@@ -115,13 +114,14 @@ def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:
     import cv2
 
     square = np.ones((3, 3), dtype=np.uint8)
-    bytes_ = mask.view(np.uint8)
-    return np.asarray(cv2.erode(bytes_, square) > 0), np.asarray(cv2.dilate(bytes_, square) > 0)
+    return np.asarray(cv2.erode(mask.view(np.uint8), square)).view(np.bool_), with_rim(mask)
 
 
-def enlarge_mask(mask: MaskArray, step: int) -> MaskArray:
-    """Return a mask of bins as one of pixels."""
-    return mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
+def with_rim(mask: MaskArray) -> MaskArray:
+    """Return a mask with the pixels that meet it."""
+    import cv2
+
+    return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), dtype=np.uint8))).view(np.bool_)
 
 
 def bounds(mask: MaskArray, margin: int, share: float = 0.0, corner: tuple[int, int] = (0, 0)) -> Box:

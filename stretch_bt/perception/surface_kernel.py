@@ -12,7 +12,16 @@ import numpy as np
 
 from stretch_bt.compiled import kernel
 
-__all__ = ["fill_bending", "fill_height", "fill_moves", "fill_points", "fill_surface", "fill_weighted", "halve"]
+__all__ = [
+    "fill_along",
+    "fill_bending",
+    "fill_height",
+    "fill_moves",
+    "fill_points",
+    "fill_surface",
+    "fill_weighted",
+    "halve",
+]
 
 ZERO, HALF, ONE, TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 QUARTER, LEAST = np.float32(0.25), np.float32(1e-3)
@@ -172,3 +181,18 @@ def fill_weighted(x: Any, y: Any, xx: Any, yy: Any, trusted: Any, k: Any, curvat
             p, q = a[u] * a[u], b[u] * b[u]
             bent = -(c[u] + k * d[u]) / ((ONE + p + k * (ONE + q)) * np.sqrt(ONE + p + q))
             found[u] = bent if sure[u] else ZERO
+
+
+@kernel(
+    "void(float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1],boolean[:,:],float32[:,::1],float32[:,::1])",
+)
+def fill_along(x: Any, y: Any, xx: Any, yy: Any, trusted: Any, i: Any, j: Any) -> None:
+    """Fill the normal curvatures along both axes, -xx / ((1 + x^2) sqrt(1 + x^2 + y^2)) and alike, 0 where they cannot be trusted."""
+    for v in range(x.shape[0]):
+        a, b, c, d, sure, along_i, along_j = x[v], y[v], xx[v], yy[v], trusted[v], i[v], j[v]
+        for u in range(x.shape[1]):
+            p, q = ONE + a[u] * a[u], ONE + b[u] * b[u]
+            root = np.sqrt(p + b[u] * b[u])
+            bent_i, bent_j = -c[u] / (p * root), -d[u] / (q * root)
+            along_i[u] = bent_i if sure[u] else ZERO
+            along_j[u] = bent_j if sure[u] else ZERO
