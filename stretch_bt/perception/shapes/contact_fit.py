@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +15,11 @@ from stretch_bt.perception.shapes.contact_noise import Whiten
 from stretch_bt.perception.shapes.fit_steps_kernel import damped_step, fill_left, fill_left_jacobian
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface, prior_of
 
-__all__ = ["BodyFit", "fit_body", "starts", "starts_around"]
+__all__ = ["BodyFit", "fit_bodies", "starts", "starts_around"]
 
 Array = npt.NDArray[np.float64]
+T = TypeVar("T")
+Asking = Generator[Array, Array, T]  # yields rows (m, n) and is sent them whitened
 
 SIZES = np.geomspace(0.1, 0.95, 8)  # of the rim along i, over the window's, that are tried
 RATIOS = (0.0, 0.6, 1.2)  # halves of the logarithm of the tensions' ratio, by which the rim is longer along i
@@ -154,45 +158,73 @@ class _Tried:
     cost: float
 
 
-def fit_body(surface: PressedSurface, cells: Cells, whiten: Whiten, *, steps: int, close: float) -> BodyFit:
-    """Return the most probable surface near a start, by damped Gauss-Newton, until a step gains less than `close`."""
+def fit_bodies(
+    surfaces: Sequence[PressedSurface], cells: Cells, whiten: Whiten, *, steps: int, close: float
+) -> list[BodyFit]:
+    """Return the most probable surface near each start, by damped Gauss-Newton, until a step gains less than `close`.
+
+    They go on side by side, so that what they ask to be whitened is so at once: one pass over the noise's covariance, which is as
+    large as the processor's cache, serves them all.
+    """
+    fits = [_fitted(surface, cells, steps, close) for surface in surfaces]
+    found: dict[int, BodyFit] = {}
+    asked = {n: next(fit) for n, fit in enumerate(fits)}
+    while asked:
+        errors, first = _whitened(list(asked.values()), whiten), 0
+        for n, rows in list(asked.items()):
+            first, own = first + len(rows), errors[first : first + len(rows)]
+            try:
+                asked[n] = fits[n].send(own)
+            except StopIteration as end:
+                found[n] = end.value
+                del asked[n]
+    return [found[n] for n in range(len(fits))]
+
+
+def _whitened(asked: list[Array], whiten: Whiten) -> Array:
+    """Return rows (m, n) of all that is asked, whitened, and more rows of nothing up to a number that is solved for at once."""
+    count = sum(len(rows) for rows in asked)
+    spare = -count % COLUMNS if count > 1 else 0
+    return whiten(np.concatenate([*asked, np.zeros((spare, asked[0].shape[1]))]).T).T
+
+
+def _fitted(surface: PressedSurface, cells: Cells, steps: int, close: float) -> Asking[BodyFit]:
+    """Fit one surface, as `fit_bodies` does: it asks for rows (m, n) to be whitened."""
     mean, sd = prior_of(surface.kind, cells.size)
-    prior = _Prior(mean, sd**-2.0)
-    at = _trial(surface, cells, _left(surface, cells, np.zeros_like(cells.z)), whiten, prior)
-    normal, slope = _normal(at, cells, whiten, prior)
-    damping = DAMPED[0]
+    prior, damping = _Prior(mean, sd**-2.0), DAMPED[0]
+    at = yield from _trial(surface, cells, _left(surface, cells, np.zeros_like(cells.z)), prior)
+    normal, slope = yield from _normal(at, cells, prior)
     for _ in range(steps):
-        moved, damping = _stepped(at, normal, slope, damping, cells, whiten, prior)
+        moved, damping = yield from _stepped(at, normal, slope, damping, cells, prior)
         if moved is None:
             break
         gain, at = at.cost - moved.cost, moved
-        normal, slope = _normal(at, cells, whiten, prior)
+        normal, slope = yield from _normal(at, cells, prior)
         if gain < close:
             break
     evidence = -0.5 * at.cost - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(sd).sum())
-    return BodyFit(
-        at.surface, np.asarray(np.linalg.inv(normal), float), at.left, float(at.errors @ at.errors), evidence
-    )
+    misfit = float(at.errors @ at.errors)
+    return BodyFit(at.surface, np.asarray(np.linalg.inv(normal), float), at.left, misfit, evidence)
 
 
 def _stepped(
-    at: _Tried, normal: Array, slope: Array, damping: float, cells: Cells, whiten: Whiten, prior: _Prior
-) -> tuple[_Tried | None, float]:
+    at: _Tried, normal: Array, slope: Array, damping: float, cells: Cells, prior: _Prior
+) -> Asking[tuple[_Tried | None, float]]:
     """Return the surface after a step that costs no more, None where there is none, and the damping for the next."""
     for _ in range(DAMPED[2]):
         q = np.empty_like(slope)
         if damped_step(at.surface.q, normal, slope, damping, q):
-            moved = _trial(PressedSurface(at.surface.kind, q), cells, at.left, whiten, prior)
+            moved = yield from _trial(PressedSurface(at.surface.kind, q), cells, at.left, prior)
             if moved.cost <= at.cost:
                 return moved, max(0.1 * damping, DAMPED[1])
         damping = 10.0 * max(damping, 1e-4)
     return None, damping
 
 
-def _trial(surface: PressedSurface, cells: Cells, before: Array, whiten: Whiten, prior: _Prior) -> _Tried:
+def _trial(surface: PressedSurface, cells: Cells, before: Array, prior: _Prior) -> Asking[_Tried]:
     """Return a surface with what the cells are above it, and its cost."""
-    left = _left(surface, cells, before)
-    errors, off = whiten(left), surface.q - prior.mean
+    left, off = _left(surface, cells, before), surface.q - prior.mean
+    errors = (yield left[None])[0]
     cost = float(errors @ errors + (off * off) @ prior.weight)
     return _Tried(surface, left, errors, cost if math.isfinite(cost) else math.inf)
 
@@ -204,12 +236,11 @@ def _left(surface: PressedSurface, cells: Cells, before: Array) -> Array:
     return left
 
 
-def _normal(at: _Tried, cells: Cells, whiten: Whiten, prior: _Prior) -> tuple[Array, Array]:
+def _normal(at: _Tried, cells: Cells, prior: _Prior) -> Asking[tuple[Array, Array]]:
     """Return the matrix (p, p) and the right side (p,) of the normal equations."""
-    q = at.surface.q
-    jacobian = np.zeros((-(-q.size // COLUMNS) * COLUMNS, cells.z.size))
-    fill_left_jacobian(at.surface.kind, q, cells.x, cells.y, cells.lean, at.left, jacobian[: q.size])
-    by = whiten(jacobian.T)
-    normal = np.ascontiguousarray((by.T @ by)[: q.size, : q.size])
+    q, jacobian = at.surface.q, np.empty((at.surface.q.size, cells.z.size))
+    fill_left_jacobian(at.surface.kind, q, cells.x, cells.y, cells.lean, at.left, jacobian)
+    by = yield jacobian
+    normal = by @ by.T
     normal.reshape(-1)[:: q.size + 1] += prior.weight
-    return normal, (by.T @ at.errors)[: q.size] - (q - prior.mean) * prior.weight
+    return normal, by @ at.errors - (q - prior.mean) * prior.weight

@@ -82,11 +82,11 @@ def fill_places(q: Any, x: Any, y: Any, place: Any) -> None:
     """
     a, b, k = math.exp(q[4]), math.exp(q[5]), math.exp(q[8])
     size, flat = 0.5 * (a + b / k), (a - b / k) / (a + b / k)
-    aa, bb, across, middle_x, middle_y = a * a, b * b, k * size, q[6], q[7]
+    by_a, by_b, along, across, middle_x, middle_y = 1.0 / a, 1.0 / b, 1.0 / size, 1.0 / (k * size), q[6], q[7]
     grown, tau, cosine, sine = place[0], place[1], place[2], place[3]
     for i in range(x.size):
         dx, dy = x[i] - middle_x, y[i] - middle_y
-        wx, wy = dx / size, dy / across
+        wx, wy = dx * along, dy * across
         real, imag = wx * wx - wy * wy - 4.0 * flat, 2.0 * wx * wy
         large = math.sqrt(0.5 * (math.sqrt(real * real + imag * imag) + abs(real)))
         small = 0.5 * imag / large
@@ -94,9 +94,10 @@ def fill_places(q: Any, x: Any, y: Any, place: Any) -> None:
         root_y = small if real >= 0.0 else math.copysign(large, imag)
         half = -0.5 if wx * root_x + wy * root_y < 0.0 else 0.5
         zx, zy = 0.5 * wx + half * root_x, 0.5 * wy + half * root_y
-        far = math.sqrt(zx * zx + zy * zy)
-        cosine[i], sine[i] = zx / far, zy / far
-        grown[i] = 0.0 if dx * dx / aa + dy * dy / bb <= 1.0 else max(far, 1.0)
+        far, share_x, share_y = math.sqrt(zx * zx + zy * zy), dx * by_a, dy * by_b
+        back = 1.0 / far
+        cosine[i], sine[i] = zx * back, zy * back
+        grown[i] = 0.0 if share_x * share_x + share_y * share_y <= 1.0 else max(far, 1.0)
     for i in range(x.size):
         tau[i] = math.log(grown[i]) if grown[i] > 0.0 else 0.0
 
@@ -118,19 +119,22 @@ def fill_fall(grown: Any, tau: Any, width: Any, sine: Any, begin: Any, fallen: A
 
 @kernel("void(int64,float64[:,::1],float64[:,::1],float64[:,::1],float64[::1])")
 def add_harmonic(n: Any, harmonics: Any, place: Any, turn: Any, height: Any) -> None:
-    """Add to the height (n,) how the skirt goes on from one harmonic of the rim, and turn (4, n) to the next."""
+    """Add to the height (n,) how the skirt goes on from one harmonic of the rim, and turn (5, n) to the next.
+
+    `turn` holds cos and sin of n psi, exp(n tau), exp(-n tau) and exp(-tau).
+    """
     even_x, even_y, odd_x, odd_y = harmonics[0, n], harmonics[1, n], harmonics[2, n], harmonics[3, n]
     grown, tau, cosine, sine = place[0], place[1], place[2], place[3]
-    turn_x, turn_y, up, down = turn[0], turn[1], turn[2], turn[3]
+    turn_x, turn_y, up, down, back, half = turn[0], turn[1], turn[2], turn[3], turn[4], 0.5 / n
     for i in range(height.size):
         even = 0.5 * (up[i] + down[i]) if n < FREE else (1.0 + n * tau[i]) * down[i]
-        odd = 0.5 * (up[i] - down[i]) / n if n < FREE else tau[i] * down[i]
+        odd = half * (up[i] - down[i]) if n < FREE else tau[i] * down[i]
         real, imag = even * even_x + odd * odd_x, even * even_y + odd * odd_y
         height[i] += 2.0 * (turn_x[i] * real - turn_y[i] * imag)
     for i in range(height.size):
         x, y = turn_x[i], turn_y[i]
         turn_x[i], turn_y[i] = x * cosine[i] - y * sine[i], x * sine[i] + y * cosine[i]
-        up[i], down[i] = up[i] * grown[i], down[i] / grown[i]
+        up[i], down[i] = up[i] * grown[i], down[i] * back[i]
 
 
 @kernel("void(float64[::1],float64,float64[:,::1],float64[::1])")
@@ -148,7 +152,7 @@ def add_bends(q: Any, fall: Any, place: Any, height: Any) -> None:
 def fill_over(kind: Any, q: Any, x: Any, y: Any, place: Any, height: Any) -> Any:
     """Fill the height (n,) of a membrane over a body at places (n,) with their coordinates; return by how much the skirt falls at first."""
     a, b, k = math.exp(q[4]), math.exp(q[5]), math.exp(q[8])
-    harmonics, work, turn = np.empty((4, HARMONICS)), np.empty((2, x.size)), np.empty((4, x.size))
+    harmonics, work, turn = np.empty((4, HARMONICS)), np.empty((2, x.size)), np.empty((5, x.size))
     h0, p, s, fall, slope = rim_of(kind, q, harmonics)
     cosine = 1.0 / math.sqrt(1.0 + slope * slope)
     sine = max(slope * cosine, LEAST_SLOPE)
@@ -164,6 +168,7 @@ def fill_over(kind: Any, q: Any, x: Any, y: Any, place: Any, height: Any) -> Any
     turn[0], turn[1], turn[2] = place[2], place[3], grown
     for i in range(x.size):
         turn[3, i] = 1.0 / grown[i]
+    turn[4] = turn[3]
     for n in range(1, HARMONICS):
         add_harmonic(n, harmonics, place, turn, height)
     if kind == FACE:
