@@ -120,17 +120,26 @@ def fill_surface(
 def fill_moves(points: Any, valid: Any, v0: Any, u0: Any, every: Any, pitch: Any, x: Any, y: Any) -> None:
     """Fill x and y (h, w) of every so many points, less even steps of `pitch`; holes take the mean of what is near."""
     h, w = x.shape
+    holes = 0
+    for n in range(h):
+        for m in range(w):
+            x[n, m], y[n, m] = 0.0, 0.0
+            if valid[n * every, m * every]:
+                row, at = v0 + n * every, 3 * (u0 + m * every)
+                x[n, m], y[n, m] = points[row, at] - m * pitch, points[row, at + 1] - n * pitch
+            else:
+                holes += 1
+    if not holes:
+        return
     counts = np.zeros((h + 1, w + 1), dtype=np.int64)
     xs, ys = np.zeros((h + 1, w + 1)), np.zeros((h + 1, w + 1))
     for n in range(h):
         count, along, down = 0, 0.0, 0.0
         for m in range(w):
-            x[n, m], y[n, m] = 0.0, 0.0
             if valid[n * every, m * every]:
                 row, at = v0 + n * every, 3 * (u0 + m * every)
-                own_x, own_y = points[row, at] - m * pitch, points[row, at + 1] - n * pitch
-                x[n, m], y[n, m] = own_x, own_y
-                count, along, down = count + 1, along + own_x, down + own_y
+                count += 1
+                along, down = along + (points[row, at] - m * pitch), down + (points[row, at + 1] - n * pitch)
             counts[n + 1, m + 1] = counts[n, m + 1] + count
             xs[n + 1, m + 1], ys[n + 1, m + 1] = xs[n, m + 1] + along, ys[n, m + 1] + down
     # A sum over any square is that of four corners, so that a hole costs no more the larger it is.
