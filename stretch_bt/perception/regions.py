@@ -51,11 +51,12 @@ def placed(part: MaskArray, box: Box, window: Box, shape: tuple[int, int]) -> Ma
 
 def touching(mask: MaskArray, part: MaskArray) -> MaskArray:
     """Return the connected parts of a mask that share a pixel with `part`, their holes filled."""
-    from stretch_bt.perception.regions_kernel import flood
+    import cv2
 
-    hit = np.zeros(mask.shape, dtype=np.uint8)
-    flood(mask, part, hit)
-    return filled(hit)
+    count, labels = cv2.connectedComponents(mask.view(np.uint8))
+    hit = np.zeros(count, dtype=np.uint8)
+    hit[labels[part & mask]] = 1
+    return filled(hit[labels])
 
 
 def filled(mask: npt.NDArray[np.uint8] | MaskArray) -> MaskArray:
