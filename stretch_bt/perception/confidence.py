@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.faces import Patch
-from stretch_bt.perception.regions import border, bounds, distance
+from stretch_bt.perception.regions import Box, border, bounds, distance
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.smooth import slope
 from stretch_bt.perception.surface import Surface
@@ -36,14 +36,18 @@ def confidence_of(surface: Surface, patches: Sequence[Patch], rise: Image, *, kn
 
     signed, sure = np.full(rise.shape, -SURE, dtype=np.float32), np.empty(rise.shape, dtype=np.float32)
     for patch in patches:
-        place = tuple(slice(a, a + n) for a, n in zip(patch.surface.origin, patch.mask.shape, strict=True))
-        np.maximum(signed[place], _signed(patch, MODEL if known else UNKNOWN), out=signed[place])
+        window, near = _signed(patch, MODEL if known else UNKNOWN)
+        place = tuple(slice(a + s.start, a + s.stop) for a, s in zip(patch.surface.origin, window, strict=True))
+        np.maximum(signed[place], near, out=signed[place])
     fill_confidence(signed, rise, max(surface.smooth_sd, 1e-9), sure)
     return sure if patches else np.where(rise > 0.0, np.float32(UNDECIDED), sure)
 
 
-def _signed(patch: Patch, model: float) -> Image:
-    """Return the distance of each bin from a patch's edge, positive inside, over the standard deviation of that edge."""
+def _signed(patch: Patch, model: float) -> tuple[Box, Image]:
+    """Return a window of a patch, and there the distance of each bin from its edge, positive inside, over the standard deviation of that edge.
+
+    Beyond the window that is not above -SURE.
+    """
     window = bounds(patch.mask, 2)
     mask, score = patch.mask[window], patch.score[window]
     inner, outer = border(mask)
@@ -52,8 +56,8 @@ def _signed(patch: Patch, model: float) -> Image:
     gradient = quantile(steep) if steep.size else 0.0
     random = patch.sd / max(gradient, 1e-12)
     sd = float(np.hypot(random, model * patch.surface.sigma))
-    window = bounds(patch.mask, int(min(SURE * sd, 1e4)) + 1)
-    mask = patch.mask[window]
-    away = np.full(patch.mask.shape, -SURE, dtype=np.float32)
-    away[window] = np.where(mask, distance(mask) - 0.5, 0.5 - distance(~mask)) / np.float32(sd)
-    return away
+    wide = bounds(patch.mask, int(min(SURE * sd, 1e4)) + 1)
+    rows, columns = (slice(s.start, min(s.stop, n)) for s, n in zip(wide, patch.mask.shape, strict=True))
+    mask = patch.mask[rows, columns]
+    away = np.where(mask, distance(mask) - 0.5, 0.5 - distance(~mask))
+    return (rows, columns), np.asarray(away / np.float32(sd), dtype=np.float32)

@@ -6,9 +6,9 @@ import numpy as np
 
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame
-from stretch_bt.perception.deprojection import points_of, view_rays
+from stretch_bt.perception.deprojection import points_of
 from stretch_bt.perception.segmentation import Rule, classify
-from stretch_bt.perception.types import CONTACT, INVALID, Contact
+from stretch_bt.perception.types import CONTACT, Contact
 
 __all__ = ["find_contact"]
 
@@ -25,6 +25,8 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
     InvalidInput
         The frame does not say how far the camera is from the flat membrane.
     """
+    from stretch_bt.perception.contact_kernel import fill_touching
+
     if frame.plane_distance is None:
         raise InvalidInput(
             "a contact needs a frame with plane_distance, the distance from the camera to the flat membrane"
@@ -36,17 +38,18 @@ def find_contact(frame: DepthFrame, *, rule: Rule = "mean") -> Contact:
             " membrane in the cell, by which other pixels are left out"
         )
     found = classify(points, valid, rule=rule, stretch=frame.stretch, towards=1)
-    pixels, labels = points.reshape(-1, 3), found.labels.reshape(-1)
-    touching = pixels[np.flatnonzero(labels == CONTACT)]
-    if not len(touching):
+    labels = found.labels.reshape(-1)
+    count = int(np.count_nonzero(labels == CONTACT))
+    if not count:
         raise NoContact(
             "no part of the membrane is curved and raised enough to be in contact, beyond the noise of this frame; press deeper, or"
             " average more frames"
         )
-    pixels[np.flatnonzero(valid.reshape(-1) & (labels == INVALID))] = np.nan
+    touching, rays = np.empty((2, count, 3), dtype=points.dtype)
+    fill_touching(points.reshape(-1, 3), labels, frame.plane_distance, touching, rays)
     return Contact(
         points=touching,
-        rays=view_rays(touching, (0.0, 0.0, frame.plane_distance)),
+        rays=rays,
         labels=found.labels,
         noise=found.noise,
         hand_height=frame.hand_height,

@@ -108,12 +108,11 @@ def bending(surface: Surface, lateral: Lateral) -> Bending:
 
 def along_axes(surface: Surface, bent: Bending) -> tuple[Image, Image]:
     """Return the normal curvatures along i and j, 1/m, positive where convex, 0 where not trusted."""
-    found, root = [], bent.root
-    for second, first in ((bent.xx, bent.x), (bent.yy, bent.y)):
-        curvature = -second / ((1.0 + first * first) * root)
-        curvature[~surface.trusted] = 0.0
-        found.append(curvature)
-    return found[0], found[1]
+    from stretch_bt.perception.surface_kernel import fill_along
+
+    i, j = np.empty_like(bent.x), np.empty_like(bent.x)
+    fill_along(bent.x, bent.y, bent.xx, bent.yy, surface.trusted, i, j)
+    return i, j
 
 
 def _twice_mean(surface: Surface, bent: Bending, lateral: Lateral) -> Image:

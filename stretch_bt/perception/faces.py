@@ -9,7 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.regions import Box, border, bounds, filled, hull, inner_half, placed, touching, widened
+from stretch_bt.perception.regions import (
+    Box,
+    bounds,
+    filled,
+    hull,
+    inner_half,
+    placed,
+    touching,
+    widened,
+    with_rim,
+)
 from stretch_bt.perception.scale import Signal
 from stretch_bt.perception.smooth import laplacian
 from stretch_bt.perception.surface import Surface
@@ -80,9 +90,10 @@ def holds_summit(patch: Patch) -> bool:
 
     What an object lifts is higher than what it does not touch; a fold of a slack sheet falls to one side.
     """
-    _, outer = border(patch.mask)
-    around = patch.surface.smooth[outer & patch.surface.trusted]
-    return bool(patch.surface.smooth[patch.mask].max() >= around.max(initial=-np.inf))
+    window = bounds(patch.mask, 1)
+    mask, height = patch.mask[window], patch.surface.smooth[window]
+    around = with_rim(mask) & patch.surface.trusted[window]
+    return bool(height.max(where=mask, initial=-np.inf) >= height.max(where=around, initial=-np.inf))
 
 
 def with_above_plane(surface: Surface, part: MaskArray, score: Image, effort: Effort) -> Patch:

@@ -32,11 +32,13 @@ class Lateral:
 
         share = self.every // surface.step
         (v, u), (h, w) = surface.origin, surface.height.shape
+        if share == 1:
+            return self.moves, v, u
         # Bins between the middles of two blocks take from both.
         top, left = max(v // share - 1, 0), max(u // share - 1, 0)
         part = self.moves[top : (v + h) // share + 2, left : (u + w) // share + 2]
-        finer = part if share == 1 else cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_LINEAR)
-        return np.ascontiguousarray(finer), v - share * top, u - share * left
+        finer = cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_LINEAR)
+        return np.asarray(finer), v - share * top, u - share * left
 
 
 def lateral(cleaned: Cleaned, kernel: float) -> Lateral:

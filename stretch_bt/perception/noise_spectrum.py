@@ -83,17 +83,17 @@ def _alike(
     """Return the sums over all pairs of pixels of their weights and correlation exp(-d^2 / 4 length^2), (k, k)."""
     import cv2
 
+    from stretch_bt.perception.noise_spectrum_kernel import fill_cells
+
     step = every * max(1, int(length / CELLS / every))
     reach = math.ceil(5.0 * length / step)
     kernel = np.exp(-((np.arange(-reach, reach + 1) * step / length) ** 2) / 4.0)
-    v, u = (rows - rows.min()) // step, (columns - columns.min()) // step
-    shape = int(v.max()) + 1, int(u.max()) + 1
-    summed = np.stack([np.bincount(v * shape[1] + u, row, shape[0] * shape[1]) for row in design])
-    images = (
-        cv2.sepFilter2D(row.reshape(shape), cv2.CV_64F, kernel, kernel, borderType=cv2.BORDER_CONSTANT)
-        for row in summed
-    )
-    return np.asarray(summed @ np.stack([np.asarray(image).ravel() for image in images]).T)
+    h, w = (int(np.ptp(places)) // step + 1 for places in (rows, columns))
+    summed, blurred = np.zeros((len(design), h, w)), np.empty((len(design), h, w))
+    fill_cells(design, rows, columns, step, summed)
+    for image, found in zip(summed, blurred, strict=True):
+        cv2.sepFilter2D(image, cv2.CV_64F, kernel, kernel, dst=found, borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(summed.reshape(len(design), -1) @ blurred.reshape(len(design), -1).T)
 
 
 def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpectrum:
@@ -199,12 +199,8 @@ def _not_negative(design: Array, wanted: Array) -> Array:
 
 def _descent(normal: Array, right: Array, free: MaskArray) -> Array:
     """Return q (k,) of least q . normal . q / 2 - right . q that is not negative, and 0 where not free (Franc et al., 2005)."""
+    from stretch_bt.perception.noise_spectrum_kernel import descend
+
     q = np.zeros(len(right))
-    for _ in range(SWEEPS):
-        moved = 0.0
-        for k in np.flatnonzero(free).tolist():
-            value = max(float(q[k] + right[k] - normal[k] @ q), 0.0)
-            moved, q[k] = max(moved, abs(value - q[k])), value
-        if moved < SETTLED:
-            break
+    descend(np.ascontiguousarray(normal), right, free, SWEEPS, SETTLED, q)
     return q

@@ -13,7 +13,6 @@ __all__ = [
     "border",
     "bounds",
     "distance",
-    "enlarge_mask",
     "filled",
     "hull",
     "inner_half",
@@ -23,6 +22,7 @@ __all__ = [
     "touching",
     "valid_box",
     "widened",
+    "with_rim",
 ]
 
 Image = npt.NDArray[np.float32]
@@ -115,13 +115,14 @@ def border(mask: MaskArray) -> tuple[MaskArray, MaskArray]:
     import cv2
 
     square = np.ones((3, 3), dtype=np.uint8)
-    bytes_ = mask.view(np.uint8)
-    return np.asarray(cv2.erode(bytes_, square) > 0), np.asarray(cv2.dilate(bytes_, square) > 0)
+    return np.asarray(cv2.erode(mask.view(np.uint8), square)).view(np.bool_), with_rim(mask)
 
 
-def enlarge_mask(mask: MaskArray, step: int) -> MaskArray:
-    """Return a mask of bins as one of pixels."""
-    return mask if step == 1 else mask.repeat(step, axis=0).repeat(step, axis=1)
+def with_rim(mask: MaskArray) -> MaskArray:
+    """Return a mask with the pixels that meet it."""
+    import cv2
+
+    return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), dtype=np.uint8))).view(np.bool_)
 
 
 def bounds(mask: MaskArray, margin: int, share: float = 0.0, corner: tuple[int, int] = (0, 0)) -> Box:

@@ -15,7 +15,7 @@ from stretch_bt.perception.correlation import area_of
 from stretch_bt.perception.faces import Effort, Patch, flat_or_round, highest, holds_summit, with_above_plane
 from stretch_bt.perception.held import check_held
 from stretch_bt.perception.lateral import lateral
-from stretch_bt.perception.regions import Box, border, bounds, enlarge_mask, parts, placed
+from stretch_bt.perception.regions import Box, border, bounds, parts, placed
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
 from stretch_bt.perception.smooth import enlarge, grown
@@ -195,13 +195,13 @@ def _result(cleaned: Cleaned, scale: Scale, patches: list[Patch]) -> Segmentatio
 
 def _draw(touching: MaskArray, patch: Patch) -> None:
     """Mark the pixels of a patch of bins: along its border the score decides, which is finer than the bins."""
+    from stretch_bt.perception.regions_kernel import draw
+
     step, window = patch.surface.step, bounds(patch.mask, 2)
     inner, outer = border(patch.mask[window])
     score = enlarge(patch.score[window], step, (inner.shape[0] * step, inner.shape[1] * step))
-    near = enlarge_mask(inner, step) | (enlarge_mask(outer, step) & (score > 0.0))
     v, u = ((first + s.start) * step for first, s in zip(patch.surface.origin, window, strict=True))
-    place = touching[v : v + near.shape[0], u : u + near.shape[1]]
-    place |= near[: place.shape[0], : place.shape[1]]
+    draw(inner, outer, score, step, touching[v : v + len(score), u : u + score.shape[1]])
 
 
 def _convex(signal: Signal, raised: MaskArray) -> list[tuple[Box, MaskArray, float]]:
@@ -254,10 +254,14 @@ def _above_either(scale: Scale, effort: Effort) -> list[Patch]:
     score = np.full(scale.ground.raised.shape, -1.0, dtype=np.float32)
     sd = 1.0
     for signal in scale.signals:
-        for box, part, threshold in _convex(signal, scale.ground.raised):
+        found = _convex(signal, scale.ground.raised)
+        for box, part, threshold in found:
             either[box] |= part
-            np.maximum(score, signal.curvature / np.float32(threshold) - 1.0, out=score)
             sd = signal.sd / threshold
+        thresholds = [threshold for _, _, threshold in found]
+        # The highest over all of them: by the least where convex, by the greatest where concave.
+        for threshold in {min(thresholds, default=0.0), max(thresholds, default=0.0)} - {0.0}:
+            np.maximum(score, signal.curvature / np.float32(threshold) - 1.0, out=score)
     whole = (placed(part, box, np.s_[:, :], scale.ground.raised.shape) for box, part in parts(either, either))
     score /= np.float32(max(sd, 1e-9))
     return [with_above_plane(scale.ground.surface, part, score, effort) for part in whole]

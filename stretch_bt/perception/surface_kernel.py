@@ -12,7 +12,16 @@ import numpy as np
 
 from stretch_bt.compiled import kernel
 
-__all__ = ["fill_bending", "fill_height", "fill_moves", "fill_points", "fill_surface", "fill_weighted", "halve"]
+__all__ = [
+    "fill_along",
+    "fill_bending",
+    "fill_height",
+    "fill_moves",
+    "fill_points",
+    "fill_surface",
+    "fill_weighted",
+    "halve",
+]
 
 ZERO, HALF, ONE, TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 QUARTER, LEAST = np.float32(0.25), np.float32(1e-3)
@@ -111,17 +120,26 @@ def fill_surface(
 def fill_moves(points: Any, valid: Any, v0: Any, u0: Any, every: Any, pitch: Any, x: Any, y: Any) -> None:
     """Fill x and y (h, w) of every so many points, less even steps of `pitch`; holes take the mean of what is near."""
     h, w = x.shape
+    holes = 0
+    for n in range(h):
+        for m in range(w):
+            x[n, m], y[n, m] = 0.0, 0.0
+            if valid[n * every, m * every]:
+                row, at = v0 + n * every, 3 * (u0 + m * every)
+                x[n, m], y[n, m] = points[row, at] - m * pitch, points[row, at + 1] - n * pitch
+            else:
+                holes += 1
+    if not holes:
+        return
     counts = np.zeros((h + 1, w + 1), dtype=np.int64)
     xs, ys = np.zeros((h + 1, w + 1)), np.zeros((h + 1, w + 1))
     for n in range(h):
         count, along, down = 0, 0.0, 0.0
         for m in range(w):
-            x[n, m], y[n, m] = 0.0, 0.0
             if valid[n * every, m * every]:
                 row, at = v0 + n * every, 3 * (u0 + m * every)
-                own_x, own_y = points[row, at] - m * pitch, points[row, at + 1] - n * pitch
-                x[n, m], y[n, m] = own_x, own_y
-                count, along, down = count + 1, along + own_x, down + own_y
+                count += 1
+                along, down = along + (points[row, at] - m * pitch), down + (points[row, at + 1] - n * pitch)
             counts[n + 1, m + 1] = counts[n, m + 1] + count
             xs[n + 1, m + 1], ys[n + 1, m + 1] = xs[n, m + 1] + along, ys[n, m + 1] + down
     # A sum over any square is that of four corners, so that a hole costs no more the larger it is.
@@ -172,3 +190,18 @@ def fill_weighted(x: Any, y: Any, xx: Any, yy: Any, trusted: Any, k: Any, curvat
             p, q = a[u] * a[u], b[u] * b[u]
             bent = -(c[u] + k * d[u]) / ((ONE + p + k * (ONE + q)) * np.sqrt(ONE + p + q))
             found[u] = bent if sure[u] else ZERO
+
+
+@kernel(
+    "void(float32[:,::1],float32[:,::1],float32[:,::1],float32[:,::1],boolean[:,:],float32[:,::1],float32[:,::1])",
+)
+def fill_along(x: Any, y: Any, xx: Any, yy: Any, trusted: Any, i: Any, j: Any) -> None:
+    """Fill the normal curvatures along both axes, -xx / ((1 + x^2) sqrt(1 + x^2 + y^2)) and alike, 0 where they cannot be trusted."""
+    for v in range(x.shape[0]):
+        a, b, c, d, sure, along_i, along_j = x[v], y[v], xx[v], yy[v], trusted[v], i[v], j[v]
+        for u in range(x.shape[1]):
+            p, q = ONE + a[u] * a[u], ONE + b[u] * b[u]
+            root = np.sqrt(p + b[u] * b[u])
+            bent_i, bent_j = -c[u] / (p * root), -d[u] / (q * root)
+            along_i[u] = bent_i if sure[u] else ZERO
+            along_j[u] = bent_j if sure[u] else ZERO

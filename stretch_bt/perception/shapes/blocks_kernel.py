@@ -8,7 +8,7 @@ import numpy as np
 
 from stretch_bt.compiled import kernel
 
-__all__ = ["blocks_within"]
+__all__ = ["blocks_within", "squares_of"]
 
 SPARSE = 4  # pixels in rows and columns between those that are looked at to find the others
 CLEAR = 8  # of these that tell its extent; where fewer are met, all are looked at
@@ -57,3 +57,25 @@ def blocks_within(surface: Any, x: Any, y: Any, a: Any, b: Any, most: Any) -> An
                 means[found, 3] = seen
                 found += 1
     return means[:found].copy()
+
+
+@kernel([f"float64[:,:,::1]({kind}[:,:,:],int64)" for kind in ("float32", "float64")])
+def squares_of(surface: Any, side: Any) -> Any:
+    """Return means of x, y and z, and how many pixels are seen, (rows, columns, 4), of squares of a surface (h, w, 3); 0 where none is."""
+    rows, columns = surface.shape[0] // side, surface.shape[1] // side
+    means = np.zeros((rows, columns, 4))
+    for v in range(rows * side):
+        row = means[v // side]
+        for u in range(columns * side):
+            z = np.float64(surface[v, u, 2])
+            if np.isfinite(z):
+                square = row[u // side]
+                square[0] += surface[v, u, 0]
+                square[1] += surface[v, u, 1]
+                square[2] += z
+                square[3] += 1.0
+    for v in range(rows):
+        for u in range(columns):
+            for k in range(3):
+                means[v, u, k] /= max(means[v, u, 3], 1.0)
+    return means

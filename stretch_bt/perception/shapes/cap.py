@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
-from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_body, starts, starts_around
+from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies, starts, starts_around
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface
 from stretch_bt.perception.shapes.sphere import center_of
@@ -144,7 +144,7 @@ def _explain(contact: Contact) -> _Explained:
     noise = noise.seen_by(cells)
     fits = _searched(rough, _thinned(cells), noise)
     whiten = whitener(noise.own(cells, LEAST_OWN), noise.shared(cells) if noise.smooth else None)
-    fits = [fit_body(f.surface, cells, whiten, steps=STEPS, close=CLOSE) for f in fits]
+    fits = fit_bodies([f.surface for f in fits], cells, whiten, steps=STEPS, close=CLOSE)
     freedom = max(cells.z.size - COMMON, 1)
     alike = noise.white / float(np.median(cells.count)) < LEAST_OWN**2 * noise.variance
     return _Explained(fits, cells, max(1.0, min(f.misfit for f in fits) / freedom), ALIKE if alike else 1.0)
@@ -166,7 +166,7 @@ def _searched(rough: list[BodyFit], cells: Cells, noise: NoiseParts) -> list[Bod
         base = next((f for f in rough if f.surface.kind == kind), rough[0]).surface
         begun = starts_around(base, cells, kind, whiten, most)
         begun += [base] if base.kind == kind and not any(_near(base, s) for s in begun) else []
-        fits = [fit_body(s, cells, whiten, steps=SEARCH_STEPS, close=FIRST_CLOSE) for s in begun]
+        fits = fit_bodies(begun, cells, whiten, steps=SEARCH_STEPS, close=FIRST_CLOSE)
         ranked = sorted(fits, key=lambda f: -f.evidence)
         for fit in (f for f in ranked if f.evidence > ranked[0].evidence - BESIDE):
             if sum(k.surface.kind == kind for k in kept) < 2 and not any(fit.surface.like(k.surface) for k in kept):
@@ -187,7 +187,7 @@ def _rough(contact: Contact, window: Window) -> tuple[Window, Cells, list[BodyFi
     begun = [
         s for kind in (SPHERE, FACE) for s in starts(few, window, kind, whitener(NoiseParts(stated).own(few, 0.0)))
     ]
-    fits = [fit_body(s, cells, whiten, steps=FIRST_STEPS, close=FIRST_CLOSE) for s in begun]
+    fits = fit_bodies(begun, cells, whiten, steps=FIRST_STEPS, close=FIRST_CLOSE)
     if not fits:
         return window, cells, fits
     errors = np.abs(whiten(max(fits, key=lambda f: f.evidence).residuals))

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
-from stretch_bt.perception.shapes.blocks_kernel import blocks_within
+from stretch_bt.perception.shapes.blocks_kernel import blocks_within, squares_of
 from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception.types import Contact, FloatArray, MaskArray
 
@@ -127,17 +127,9 @@ def window_of(surface: FloatArray) -> Window:
 
 def _coarse(surface: FloatArray) -> tuple[Array, MaskArray, Array, Array]:
     """Return mean height of squares, whether they are seen, and their mean places, m."""
-    rows, columns = surface.shape[0] // COARSE, surface.shape[1] // COARSE
-    cut = surface[: rows * COARSE, : columns * COARSE]
-    finite = np.isfinite(cut[..., 2])
-    squares = (
-        np.where(finite[..., None], cut, 0.0)
-        .reshape(rows, COARSE, columns, COARSE, 3)
-        .sum(axis=(1, 3), dtype=np.float64)
-    )
-    count = finite.reshape(rows, COARSE, columns, COARSE).sum(axis=(1, 3))
-    means = squares / np.maximum(count, 1)[..., None]
-    return means[..., 2], count > SEEN * COARSE**2, means[..., 0], means[..., 1]
+    means = squares_of(surface, COARSE)
+    x, y, height, count = (np.ascontiguousarray(means[..., k]) for k in range(4))
+    return height, count > SEEN * COARSE**2, x, y
 
 
 def _around_top(height: Array, seen: MaskArray, least: float) -> MaskArray:

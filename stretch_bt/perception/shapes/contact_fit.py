@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.shapes.contact_cells import Cells, Window
 from stretch_bt.perception.shapes.contact_noise import Whiten
+from stretch_bt.perception.shapes.fit_steps_kernel import damped_step, fill_left, fill_left_jacobian
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface, prior_of
 
-__all__ = ["BodyFit", "fit_body", "starts", "starts_around"]
+__all__ = ["BodyFit", "fit_bodies", "starts", "starts_around"]
 
 Array = npt.NDArray[np.float64]
+T = TypeVar("T")
+Asking = Generator[Array, Array, T]  # yields rows (m, n) and is sent them whitened
 
 SIZES = np.geomspace(0.1, 0.95, 8)  # of the rim along i, over the window's, that are tried
 RATIOS = (0.0, 0.6, 1.2)  # halves of the logarithm of the tensions' ratio, by which the rim is longer along i
@@ -23,6 +28,7 @@ UNIT = 0.02  # of what a shape is linear in, to see its form
 AROUND = np.geomspace(0.4, 2.2, 8)  # sizes of rims, over that of another surface, that are tried
 APART = 0.25  # of the logarithms of size and ratio, by which another start is another one
 MOST = (0.8, 1.5, 1.2)  # curvature times size, kink over size, steepness of a cone, to start from
+COLUMNS = 8  # that LAPACK solves for at once: a few left over take as long as twice as many
 DAMPED = (1e-3, 1e-7, 6)  # of the diagonal, first and least, and how often it is raised
 
 
@@ -64,87 +70,177 @@ def starts_around(surface: PressedSurface, cells: Cells, kind: int, whiten: Whit
 
 
 def _best_of(rims: list[Array], cells: Cells, kind: int, whiten: Whiten, most: int) -> list[PressedSurface]:
-    found = [pair for rim in rims if (pair := _tried(rim, cells, kind, whiten)) is not None]
-    found.sort(key=lambda pair: pair[0])
     chosen: list[PressedSurface] = []
-    for _, surface in found:
-        if all(np.abs(surface.q[[4, 8]] - other.q[[4, 8]]).max() > APART for other in chosen):
+    for _, surface in sorted(_tried(rims, cells, kind, whiten), key=lambda pair: pair[0]):
+        if all(_apart(surface.q, other.q) > APART for other in chosen):
             chosen.append(surface)
-    return chosen[:most]
+        if len(chosen) == most:
+            break
+    return chosen
 
 
-def _tried(rim: Array, cells: Cells, kind: int, whiten: Whiten) -> tuple[float, PressedSurface] | None:
-    """Return what a rim leaves of the cells, with the best amount of its form, and that surface; None where it is no bump."""
-    q = prior_of(kind, cells.size)[0]
-    q[4:9], q[9:COMMON] = rim, 0.0
-    a, b, x0, y0 = math.exp(q[4]), math.exp(q[5]), q[6], q[7]
-    at = COMMON if kind == FACE else 3
-    q[at] = UNIT
-    form = PressedSurface(kind, q).heights(cells.x, cells.y) / UNIT
-    design = np.stack([np.ones_like(form), cells.x - x0, cells.y - y0, form, cells.z], axis=1)
-    weighted = whiten(design)
-    normal = weighted.T @ weighted
+def _apart(q: Array, other: Array) -> float:
+    """Return by how much the logarithms of two rims' size and ratio differ."""
+    return max(abs(float(q[4] - other[4])), abs(float(q[8] - other[8])))
+
+
+def _tried(rims: list[Array], cells: Cells, kind: int, whiten: Whiten) -> list[tuple[float, PressedSurface]]:
+    """Return what rims leave of the cells, each with the best amount of its form, and those surfaces; but for those that are no bump.
+
+    Least squares by a plane and a form: what the plane leaves of all forms is worked out at once.
+    """
+    bodies = _unit_forms(rims, cells, kind)
+    forms = [body.heights(cells.x, cells.y) / UNIT for body in bodies]
+    columns = whiten(np.stack([np.ones_like(cells.x), cells.x, cells.y, cells.z, *forms]).T)
+    gram = columns.T @ columns
     try:
-        solution = np.linalg.solve(normal[:4, :4], normal[:4, 4])
+        planes = np.linalg.solve(gram[:3, :3], gram[:3, 3:])
     except np.linalg.LinAlgError:
-        return None
-    level, p1, p2, amount = solution.tolist()
-    if amount <= 0.0:
-        return None
-    q[at] = min(amount, MOST[0] / max(a, b) if kind == SPHERE else MOST[1] * a if kind == FACE else MOST[2])
-    q[:3] = level, p1, p2
-    if kind != CONE:
-        q[0] -= p1 * x0 + p2 * y0
-    if kind == SPHERE:  # about the middle of the window, not of the rim
+        return []
+    left, found = gram[3:, 3:] - gram[3:, :3] @ planes, []
+    for n, body in enumerate(bodies, start=1):
+        if left[n, n] > 0.0 and left[0, n] > 0.0:
+            amount = float(left[0, n] / left[n, n])
+            surface = _with_amount(body, amount, planes[:, 0] - amount * planes[:, n])
+            found.append((float(left[0, 0] - amount * left[0, n]), surface))
+    return found
+
+
+def _unit_forms(rims: list[Array], cells: Cells, kind: int) -> list[PressedSurface]:
+    """Return bodies on rims that are all form: UNIT of what a kind is linear in, without a plane and without bends of the skirt."""
+    first = prior_of(kind, cells.size)[0]
+    first[9:COMMON] = 0.0
+    first[_amount_at(kind)] = UNIT
+    bodies = []
+    for rim in rims:
+        q = first.copy()
+        q[4:9] = rim
+        bodies.append(PressedSurface(kind, q))
+    return bodies
+
+
+def _amount_at(kind: int) -> int:
+    return COMMON if kind == FACE else 3
+
+
+def _with_amount(body: PressedSurface, amount: float, plane: Array) -> PressedSurface:
+    """Return a body of a form with so much of it, over a plane (3,)."""
+    kind, q = body.kind, body.q.copy()
+    a, b, x0, y0 = math.exp(q[4]), math.exp(q[5]), q[6], q[7]
+    q[_amount_at(kind)] = min(
+        amount, MOST[0] / max(a, b) if kind == SPHERE else MOST[1] * a if kind == FACE else MOST[2]
+    )
+    q[:3] = plane
+    if kind == CONE:  # about its tip, the others about the middle of the window
+        q[0] += plane[1] * x0 + plane[2] * y0
+    if kind == SPHERE:
         q[0] -= 0.5 * q[3] * (x0 * x0 + y0 * y0)
         q[1] += q[3] * x0
         q[2] += q[3] * y0
-    return float(normal[4, 4] - solution @ normal[:4, 4]), PressedSurface(kind, q)
+    return PressedSurface(kind, q)
 
 
-def fit_body(surface: PressedSurface, cells: Cells, whiten: Whiten, *, steps: int, close: float) -> BodyFit:
-    """Return the most probable surface near a start, by damped Gauss-Newton, until a step gains less than `close`."""
+@dataclass(frozen=True, slots=True)
+class _Prior:
+    """Means and weights (p,), over the variance, of the parameters."""
+
+    mean: Array
+    weight: Array
+
+
+@dataclass(frozen=True, slots=True)
+class _Tried:
+    """A surface with its residuals (n,), the same whitened, and the cost of both it and them."""
+
+    surface: PressedSurface
+    left: Array
+    errors: Array
+    cost: float
+
+
+def fit_bodies(
+    surfaces: Sequence[PressedSurface], cells: Cells, whiten: Whiten, *, steps: int, close: float
+) -> list[BodyFit]:
+    """Return the most probable surface near each start, by damped Gauss-Newton, until a step gains less than `close`.
+
+    They go on side by side, so that what they ask to be whitened is so at once: one pass over the noise's covariance, which is as
+    large as the processor's cache, serves them all.
+    """
+    fits = [_fitted(surface, cells, steps, close) for surface in surfaces]
+    found: dict[int, BodyFit] = {}
+    asked = {n: next(fit) for n, fit in enumerate(fits)}
+    while asked:
+        errors, first = _whitened(list(asked.values()), whiten), 0
+        for n, rows in list(asked.items()):
+            first, own = first + len(rows), errors[first : first + len(rows)]
+            try:
+                asked[n] = fits[n].send(own)
+            except StopIteration as end:
+                found[n] = end.value
+                del asked[n]
+    return [found[n] for n in range(len(fits))]
+
+
+def _whitened(asked: list[Array], whiten: Whiten) -> Array:
+    """Return rows (m, n) of all that is asked, whitened, and more rows of nothing up to a number that is solved for at once."""
+    count = sum(len(rows) for rows in asked)
+    spare = -count % COLUMNS if count > 1 else 0
+    return whiten(np.concatenate([*asked, np.zeros((spare, asked[0].shape[1]))]).T).T
+
+
+def _fitted(surface: PressedSurface, cells: Cells, steps: int, close: float) -> Asking[BodyFit]:
+    """Fit one surface, as `fit_bodies` does: it asks for rows (m, n) to be whitened."""
     mean, sd = prior_of(surface.kind, cells.size)
-    weight = sd**-2.0
-    left = _left(surface, cells, _left(surface, cells, np.zeros_like(cells.z)))
-    cost, damping = _cost(surface, left, whiten, mean, weight), DAMPED[0]
+    prior, damping = _Prior(mean, sd**-2.0), DAMPED[0]
+    at = yield from _trial(surface, cells, _left(surface, cells, np.zeros_like(cells.z)), prior)
+    normal, slope = yield from _normal(at, cells, prior)
     for _ in range(steps):
-        normal, slope = _normal(surface, cells, left, whiten, mean, weight)
-        for _ in range(DAMPED[2]):
-            step = np.asarray(np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope), float)
-            moved = surface.moved(step)
-            moved_left = _left(moved, cells, left)
-            moved_cost = _cost(moved, moved_left, whiten, mean, weight)
-            if moved_cost <= cost:
-                break
-            damping = 10.0 * max(damping, 1e-4)
-        else:
+        moved, damping = yield from _stepped(at, normal, slope, damping, cells, prior)
+        if moved is None:
             break
-        gain, surface, left, cost = cost - moved_cost, moved, moved_left, moved_cost
-        damping = max(0.1 * damping, DAMPED[1])
+        gain, at = at.cost - moved.cost, moved
+        normal, slope = yield from _normal(at, cells, prior)
         if gain < close:
             break
-    normal, _ = _normal(surface, cells, left, whiten, mean, weight)
-    evidence = -0.5 * cost - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(sd).sum())
-    misfit = float(np.sum(whiten(left) ** 2))
-    return BodyFit(surface, np.asarray(np.linalg.inv(normal), float), left, misfit, evidence)
+    evidence = -0.5 * at.cost - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(sd).sum())
+    misfit = float(at.errors @ at.errors)
+    return BodyFit(at.surface, np.asarray(np.linalg.inv(normal), float), at.left, misfit, evidence)
+
+
+def _stepped(
+    at: _Tried, normal: Array, slope: Array, damping: float, cells: Cells, prior: _Prior
+) -> Asking[tuple[_Tried | None, float]]:
+    """Return the surface after a step that costs no more, None where there is none, and the damping for the next."""
+    for _ in range(DAMPED[2]):
+        q = np.empty_like(slope)
+        if damped_step(at.surface.q, normal, slope, damping, q):
+            moved = yield from _trial(PressedSurface(at.surface.kind, q), cells, at.left, prior)
+            if moved.cost <= at.cost:
+                return moved, max(0.1 * damping, DAMPED[1])
+        damping = 10.0 * max(damping, 1e-4)
+    return None, damping
+
+
+def _trial(surface: PressedSurface, cells: Cells, before: Array, prior: _Prior) -> Asking[_Tried]:
+    """Return a surface with what the cells are above it, and its cost."""
+    left, off = _left(surface, cells, before), surface.q - prior.mean
+    errors = (yield left[None])[0]
+    cost = float(errors @ errors + (off * off) @ prior.weight)
+    return _Tried(surface, left, errors, cost if math.isfinite(cost) else math.inf)
 
 
 def _left(surface: PressedSurface, cells: Cells, before: Array) -> Array:
     """Return what the cells are above a surface, each where its own ray meets it, as far as `before` says where."""
-    return np.asarray(cells.z - surface.heights(cells.x - cells.lean[0] * before, cells.y - cells.lean[1] * before))
+    left = np.empty_like(cells.z)
+    fill_left(surface.kind, surface.q, cells.x, cells.y, cells.z, cells.lean, before, left)
+    return left
 
 
-def _cost(surface: PressedSurface, left: Array, whiten: Whiten, mean: Array, weight: Array) -> float:
-    cost = float(np.sum(whiten(left) ** 2) + np.sum((surface.q - mean) ** 2 * weight))
-    return cost if math.isfinite(cost) else math.inf
-
-
-def _normal(
-    surface: PressedSurface, cells: Cells, left: Array, whiten: Whiten, mean: Array, weight: Array
-) -> tuple[Array, Array]:
+def _normal(at: _Tried, cells: Cells, prior: _Prior) -> Asking[tuple[Array, Array]]:
     """Return the matrix (p, p) and the right side (p,) of the normal equations."""
-    _, jacobian = surface.derivatives(cells.x - cells.lean[0] * left, cells.y - cells.lean[1] * left)
-    both = whiten(np.concatenate([jacobian, left[None]]).T)
-    by, errors = both[:, :-1], both[:, -1]
-    return by.T @ by + np.diag(weight), by.T @ errors - (surface.q - mean) * weight
+    q, jacobian = at.surface.q, np.empty((at.surface.q.size, cells.z.size))
+    fill_left_jacobian(at.surface.kind, q, cells.x, cells.y, cells.lean, at.left, jacobian)
+    by = yield jacobian
+    normal = by @ by.T
+    normal.reshape(-1)[:: q.size + 1] += prior.weight
+    return normal, by @ at.errors - (q - prior.mean) * prior.weight

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cholesky
+from scipy.linalg.lapack import dtrtrs
 from scipy.optimize import nnls
 
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
@@ -58,14 +59,14 @@ class NoiseParts:
         return NoiseParts(white, far)
 
     def shared(self, cells: Cells) -> Array:
-        """Return the covariance (n, n) of the cells, in their unit, by the smooth parts."""
-        apart = (cells.u[:, None] - cells.u) ** 2 + (cells.v[:, None] - cells.v) ** 2
-        blur = np.add.outer(cells.count, cells.count) / 24.0  # a mean over a square blurs as a Gaussian of its variance
-        total = np.zeros_like(apart)
+        """Return the covariance (n, n) of the cells, in their unit, by the smooth parts: the half below the diagonal alone."""
+        from stretch_bt.perception.shapes.contact_noise_kernel import fill_alike
+
+        total = np.zeros((cells.u.size, cells.u.size))
         for variance, length in self.smooth:
-            spread = length**2 + blur
-            total += variance * length**2 / spread * np.exp(-0.25 * apart / spread)
-        return np.asarray(total / cells.size**2)
+            fill_alike(cells.u, cells.v, cells.count, variance, length, total)
+        total /= cells.size**2
+        return total.T
 
     def own(self, cells: Cells, share: float) -> Array:
         """Return the variance (n,) that each cell has by itself, in its unit, and at least of `share` of a pixel's error."""
@@ -74,12 +75,16 @@ class NoiseParts:
 
 
 def whitener(own: Array, shared: Array | None = None) -> Whiten:
-    """Return what turns errors with variances (n,), and a covariance (n, n) besides, into independent ones of size 1."""
+    """Return what turns errors with variances (n,), and a covariance (n, n) besides, into independent ones of size 1.
+
+    Of the covariance the half below the diagonal is looked at.
+    """
     if shared is None:
         each = 1.0 / np.sqrt(own)
         return lambda errors: np.asarray((errors.T * each).T)
-    lower = cholesky(shared + np.diag(own), lower=True, check_finite=False)
-    return lambda errors: np.asarray(solve_triangular(lower, errors, lower=True, check_finite=False))
+    lower = cholesky(shared + np.diag(own), lower=True, overwrite_a=True, check_finite=False)
+    # What scipy lays around this call takes longer than the call where errors are one column.
+    return lambda errors: np.asarray(dtrtrs(lower, errors, lower=1)[0]).reshape(errors.shape)
 
 
 def noise_left(residuals: Array, floor: float) -> NoiseParts:
@@ -87,9 +92,11 @@ def noise_left(residuals: Array, floor: float) -> NoiseParts:
 
     They are fitted by parts that are at least 0. `floor`, m^2, is the least variance.
     """
+    from stretch_bt.perception.shapes.contact_noise_kernel import half_square
+
     whole = MAD_TO_SD * quantile(np.abs(residuals[np.isfinite(residuals)]))
     lags = np.array([lag for lag in LAGS if lag <= max(4.0, FARTHEST * min(residuals.shape))], float)
-    halves = np.array([_half_square(residuals, int(lag), CUT * math.sqrt(2.0) * whole) for lag in lags])
+    halves = np.array([half_square(residuals, int(lag), CUT * math.sqrt(2.0) * whole) for lag in lags])
     known = halves > 0.0
     if not known.any():
         return NoiseParts(floor)
@@ -105,13 +112,3 @@ def noise_left(residuals: Array, floor: float) -> NoiseParts:
         (float(v / k), float(s)) for v, k, s in zip(found[1:], kept, LENGTHS, strict=True) if v > LEAST_PART * total
     )
     return NoiseParts(max(float(found[0]), LEAST_WHITE * total, floor), smooth)
-
-
-def _half_square(residuals: Array, lag: int, cut: float) -> float:
-    """Return half the mean square of differences over a lag, along both axes, without those beyond the cut."""
-    apart = np.concatenate(
-        [(residuals[lag:] - residuals[:-lag]).ravel(), (residuals[:, lag:] - residuals[:, :-lag]).ravel()]
-    )
-    with np.errstate(invalid="ignore"):
-        kept = apart[np.abs(apart) <= cut]
-    return 0.5 * float(kept @ kept) / kept.size if kept.size else 0.0

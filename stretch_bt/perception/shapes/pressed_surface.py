@@ -26,7 +26,6 @@ ROUND, ROUND_SD = (
     0.3e-3,
     0.4e-3,
 )  # m, over which the edge of a face bends the membrane: its fillet times the sine of the slope
-LARGEST = (0.4, 0.4, 0.4, 0.4, 0.5)  # steps of q[4:9]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +55,6 @@ class PressedSurface:
         height, jacobian = np.empty(x.size), np.empty((self.q.size, x.size))
         fill_pressed_jacobian(self.kind, self.q, x, y, height, jacobian)
         return height, jacobian
-
-    def moved(self, step: Array) -> PressedSurface:
-        """Return the surface after a step, shortened where the rim would move by much."""
-        share = max(1.0, float(np.max(np.abs(step[4:9]) / LARGEST)))
-        return PressedSurface(self.kind, self.q + step / share)
 
     @property
     def rim(self) -> float:
