@@ -125,8 +125,9 @@ def _highest(
     if lean is not None and lean.height is not None:
         return lean.height
     top = _highest_part(points, valid, touching, noise, others, curvature, tops)
-    # a higher part is no contact that leans, and what that leaves unseen is not its error
-    return lean.of(top) if lean is not None and top == tops[0].height else top
+    if lean is None or (lean.is_hidden and top != tops[0].height):
+        return top  # a higher part is no contact that leans, and what that leaves unseen is not its error
+    return lean.of(top)
 
 
 def _highest_part(

@@ -69,11 +69,13 @@ class _Plane(NamedTuple):
 class Lean:
     """How a flat top leans: `height`, m, of the middle of its face, None where that is not seen.
 
-    `unseen`, m, is the standard deviation that the height of what was taken for contact has then, as it may be the high part alone.
+    `unseen`, m, is the standard deviation that the height of what was taken for contact has then, as it may be the high part alone;
+    `is_hidden` says that noise hides what lies in its plane, so that a contact with skirt in it looks alike.
     """
 
     height: Estimate | None
     unseen: float
+    is_hidden: bool = False
 
     def of(self, top: Estimate) -> Estimate:
         """Return the height of the top, m, of which the contact alone tells `top`, m."""
@@ -92,7 +94,7 @@ def lean_of(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: No
     if seen.beside < FINE:
         return _by_plane(points, seen, noise, top)
     sd = _slope_sd(start, int(np.count_nonzero(seen.start)) * seen.every**2, noise)
-    return Lean(None, OFF_HIDDEN * math.sqrt(max(start.slope**2 - 2.0 * sd**2, 0.0)) * seen.radius)
+    return Lean(None, OFF_HIDDEN * math.sqrt(max(start.slope**2 - 2.0 * sd**2, 0.0)) * seen.radius, True)
 
 
 def _by_plane(points: FloatArray, seen: _Seen, noise: NoiseSpectrum, top: Estimate) -> Lean:
