@@ -2,7 +2,7 @@
 
     python -m benchmarks.flat_tops [--bodies 20] [--first 0] [--keep FILE]
 
-Sizes, heading, place, the radius of the edges (1 mm with the standard deviation that is taken for granted), the stretch of the mounts
+Sizes, heading, place, the radius of the edges (1 +- 0.2 mm, which the fit is told), the stretch of the mounts
 and with it the length over which the sheet bends, the depths of the presses and all noise of the bench camera are drawn at random;
 every effect that the scene calls for is on. Three presses each, from three poses, each looked at twice as the tree `reconstruct` does.
 Errors are in mm, with `error / stated` beside each; `told` is the share of the top that the map tells, `stated` what it says it is.
@@ -29,12 +29,13 @@ from stretch_bt.perception.clouds.coverage import coverage, hidden
 from stretch_bt.perception.clouds.relief import Relief, add_view
 from stretch_bt.perception.clouds.seen import view_of
 from stretch_bt.perception.clouds.views import contact_of, surface_of
-from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
+from stretch_bt.perception.solids.conformity import FILLET
 from stretch_bt.perception.types import Contact
 from stretch_bt.simulation.above import upper_surface
 from stretch_bt.simulation.scene import Scene, parse_scene
 
 MM = 1e3
+EDGE_SD = 0.2e-3  # m, by which the edges differ from FILLET, and which the fit is told
 CLEAR, TRAVEL, PRESS, SETTLE = 0.030, 0.1, 0.005, 0.5  # m above the top, m/s, m/s, s
 FREE, FRAMES = 24, 16
 RISE = (0.12, 1.2e-3)  # share of the depth, and m, that the hand rises by between looks, at least
@@ -62,7 +63,7 @@ class Found:
 
 def drawn(random: np.random.Generator) -> tuple[str, str]:
     """Return the kind of a random flat top, and its scene."""
-    u, edge = random.uniform, MM * max(random.normal(FILLET, FILLET_SD), 0.3e-3)
+    u, edge = random.uniform, MM * max(random.normal(FILLET, EDGE_SD), 0.3e-3)
     kind = "block" if random.random() < 0.75 else "disc"
     if kind == "block":
         sizes = f"type: box, length: {u(20, 55):.2f} mm, width: {u(18, 45):.2f} mm, edge: {edge:.2f} mm"
@@ -83,7 +84,7 @@ def reconstructed(kind: str, text: str, seed: int) -> Found:
     began, scene = time.process_time(), parse_scene(text)
     try:
         cloud, contacts, relief = _pressed(scene, seed)
-        solid = fit_object(cloud, contacts, relief=relief)
+        solid = fit_object(cloud, contacts, fillet_sd=EDGE_SD, relief=relief)
     except (NoAnswer, NoEquilibrium) as error:
         return Found(text, why=str(error), seconds=time.process_time() - began)
     known = scene.object.known()

@@ -157,19 +157,19 @@ def _ball(x: Array, y: Array, radius: float) -> Array:
     return np.where(inside > 0.0, np.sqrt(np.maximum(inside, 0.0)) - radius, -1.0)
 
 
-def _rounded(past: Array) -> Array:
+def rounded(past: Array) -> Array:
     """Return the height over a place so far past where the fillet of a flat face begins, m."""
     on = np.maximum(past, 0.0)
     return np.where(on < FILLET, np.sqrt(np.maximum(FILLET**2 - on * on, 0.0)) - FILLET, -1.0)
 
 
 def _disc(x: Array, y: Array, radius: float) -> Array:
-    return _rounded(np.hypot(x, y) - (radius - FILLET))
+    return rounded(np.hypot(x, y) - (radius - FILLET))
 
 
 def _block(x: Array, y: Array, half: tuple[float, float]) -> Array:
     u, v = (np.maximum(np.abs(w) - (a - FILLET), 0.0) for w, a in zip((x, y), half, strict=True))
-    return _rounded(np.hypot(u, v))
+    return rounded(np.hypot(u, v))
 
 
 Body = Callable[[Array, Array, np.random.Generator], tuple[Array, float]]
@@ -212,7 +212,7 @@ def surface_of(shape: str, number: int) -> Surface:
     rng = np.random.default_rng((number, *shape.encode()))
     x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH), np.arange(-LONG, LONG + PITCH / 2, PITCH)
     body, top = SHAPES[shape](x[None, :], y[:, None], rng)
-    return Surface(_viewed(x, y, relaxed(body, float(rng.uniform(2.0, 8.0)))), top)
+    return Surface(viewed(x, y, relaxed(body, float(rng.uniform(2.0, 8.0)))), top)
 
 
 def relaxed(body: Array, ratio: float) -> Array:
@@ -240,7 +240,7 @@ def _inner(rows: int) -> npt.NDArray[np.bool_]:
     return (np.arange(rows) > 0) & (np.arange(rows) < rows - 1)
 
 
-def _viewed(x: Array, y: Array, z: Array) -> Array:
+def viewed(x: Array, y: Array, z: Array) -> Array:
     """Return the depth (h, w), m, along the axis of the camera, of heights (n, m) over places y, x; 0 beside them."""
     from scipy.interpolate import RectBivariateSpline
 

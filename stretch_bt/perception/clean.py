@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
-from stretch_bt.perception.types import MaskArray
+from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["flying_pixels", "median"]
+__all__ = ["flying_pixels", "median", "without_flying"]
 
 Image = npt.NDArray[np.float32]
 
@@ -39,3 +39,12 @@ def flying_pixels(height: Image, valid: MaskArray, pitch: float) -> MaskArray:
     sd = MAD_TO_SD * quantile(known) if known.size else 0.0
     far: MaskArray = valid & (difference > np.float32(max(CUT * sd, 2.0 * pitch)))
     return far
+
+
+def without_flying(points: FloatArray, valid: MaskArray, pitch: float) -> MaskArray:
+    """Return which valid points (h, w, 3), m, are no flying pixels; `pitch`, m, is the distance between neighbours in a row."""
+    if not valid.any():
+        return valid
+    z = points[..., 2]
+    level = np.float32(quantile(sample(z, valid)))
+    return valid & ~flying_pixels(np.where(valid, z, level).astype(np.float32, copy=False), valid, pitch)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
+from stretch_bt.perception.clean import without_flying
 from stretch_bt.perception.high_part import high_part
+from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
-from stretch_bt.perception.surface import check_points
+from stretch_bt.perception.surface import check_points, pitch_of
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
@@ -34,6 +37,13 @@ PARTS = 2  # high parts of a contact that are tried
 
 MOST = 20_000  # points, whose height is known to far less than a camera's count, and not better by more
 RUN = 64  # neighbours that are kept together, since they show how far noise is alike
+
+
+class _Top(NamedTuple):
+    """Height of a top, m, and whether it is clearly curved."""
+
+    height: Estimate
+    is_curved: bool
 
 
 def track_height(
@@ -78,6 +88,7 @@ def track_height(
         raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
     if curvature is not None and not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
         raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
+    valid = without_flying(points, valid & np.isfinite(points).all(axis=2), pitch_of(points, valid))
     found = [places[valid.reshape(-1)[places]] for places in contacts(labels)]
     found = [places for places in found if places.size >= LEAST_POINTS] or found[:1]
     if not found or not found[0].size:
@@ -86,7 +97,7 @@ def track_height(
         )
     noise = noise_around(points, valid, np.concatenate(found))
     others = sample(points[..., 2], valid)
-    tops, refusals = list[Estimate](), list[IllConditioned]()
+    tops, refusals = list[_Top](), list[IllConditioned]()
     for places in found:
         try:
             tops += _tops(points, valid, _some(places), noise, others, curvature)
@@ -104,12 +115,34 @@ def _highest(
     noise: NoiseSpectrum | None,
     others: FloatArray,
     curvature: Estimate | None,
-    tops: list[Estimate],
+    tops: list[_Top],
+) -> Estimate:
+    """Return the highest of tops, m, or that of the part of all pixels in contact (h, w) that stands clearly higher, or of a face that leans."""
+    if noise is None:
+        return max((top.height for top in tops), key=lambda height: height.value)
+    flat = len(tops) == 1 and not tops[0].is_curved
+    lean = lean_of(points, valid, touching, noise, tops[0].height) if flat else None
+    if lean is not None and lean.height is not None:
+        return lean.height
+    top = _highest_part(points, valid, touching, noise, others, curvature, tops)
+    if lean is None or (lean.is_hidden and top != tops[0].height):
+        return top  # a higher part is no contact that leans, and what that leaves unseen is not its error
+    return lean.of(top)
+
+
+def _highest_part(
+    points: FloatArray,
+    valid: MaskArray,
+    touching: MaskArray,
+    noise: NoiseSpectrum,
+    others: FloatArray,
+    curvature: Estimate | None,
+    tops: list[_Top],
 ) -> Estimate:
     """Return the highest of tops, m, or that of the part of all pixels in contact (h, w) that stands clearly higher."""
     for left in range(PARTS, -1, -1):
-        top = max(tops, key=lambda top: top.value)
-        part = high_part(points, valid, touching, noise, top) if noise is not None else None
+        top = max((top.height for top in tops), key=lambda height: height.value)
+        part = high_part(points, valid, touching, noise, top)
         if part is None:
             break
         if left == 0 or not part.is_enough:
@@ -125,8 +158,8 @@ def _tops(
     noise: NoiseSpectrum | None,
     others: FloatArray,
     curvature: Estimate | None,
-) -> Iterator[Estimate]:
-    """Yield the heights of the tops, m, of the contact at some pixels (n,): of one, or of two that look like a long one."""
+) -> Iterator[_Top]:
+    """Yield the tops of the contact at some pixels (n,): of one, or of two that look like a long one."""
     touching = _points(points.reshape(-1, 3)[places], places, valid.shape[1], noise)
     step = step_of(touching.cloud[2], others)
     if noise is None:
@@ -135,7 +168,7 @@ def _tops(
     around = surroundings(points, valid, touching, noise)
     for part in summits(touching, around, max(noise.white_sd, step / math.sqrt(12.0))):
         top = _best(part, step, curvature)
-        yield top if noise.area <= 1.0 else by_wide_discs(top, part, around)
+        yield top if noise.area <= 1.0 else _Top(by_wide_discs(top.height, part, around), top.is_curved)
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -145,7 +178,7 @@ def top_of_points(points: FloatArray) -> Estimate:
     """
     some = _some(np.arange(len(points)))
     seen = _points(points[some], some, 1, None)
-    return _best(seen, step_of(seen.cloud[2], seen.cloud[2]))
+    return _best(seen, step_of(seen.cloud[2], seen.cloud[2])).height
 
 
 def _within(height: Estimate, reach: float | None) -> Estimate:
@@ -184,8 +217,8 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
     return found
 
 
-def _best(points: Points, step: float, known: Estimate | None = None) -> Estimate:
-    """Return the height from a disc that the membrane's bend at the rim leaves alone."""
+def _best(points: Points, step: float, known: Estimate | None = None) -> _Top:
+    """Return the top from a disc that the membrane's bend at the rim leaves alone."""
     cloud = points.cloud
     middle, away, radius = disc_of(cloud)
     reach = RIM * radius
@@ -201,8 +234,8 @@ def _best(points: Points, step: float, known: Estimate | None = None) -> Estimat
             top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
         found = top.estimate(radius)
-        return Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd)))
-    return _faint(Top(near, middle, even=True), _flat(near, step))
+        return _Top(Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd))), True)
+    return _Top(_faint(Top(near, middle, even=True), _flat(near, step)), False)
 
 
 def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:

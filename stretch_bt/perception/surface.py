@@ -138,7 +138,8 @@ def pitch_of(points: FloatArray, valid: MaskArray) -> float:
     """Return the median distance, m, between neighbours in a row; 0 where no two valid pixels touch."""
     for every in (max(1, valid.size // 4000), 1):
         x, seen = points[::every, :, 0], valid[::every]
-        steps = np.abs((x[:, 1:] - x[:, :-1])[seen[:, 1:] & seen[:, :-1]])
+        near = seen[:, 1:] & seen[:, :-1]
+        steps = np.abs(x[:, 1:][near] - x[:, :-1][near])
         if steps.size:
             return quantile(steps)
     return 0.0

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoContact
-from stretch_bt.perception.surface import camera_side, check_points
+from stretch_bt.perception.clean import without_flying
+from stretch_bt.perception.surface import camera_side, check_points, pitch_of
 from stretch_bt.perception.types import CONTACT, INVALID, UNDEFORMED, FloatArray, LabelArray, MaskArray
 
 __all__ = ["Cells", "cells_of"]
@@ -63,6 +64,7 @@ def cells_of(points: FloatArray, labels: LabelArray) -> Cells:
     rows, columns = _window(points, labels)
     part, classes = points[rows, columns], labels[rows, columns]
     mask = (classes != INVALID) & np.isfinite(part[..., 0] + part[..., 1] + part[..., 2])
+    mask = without_flying(part, mask, pitch_of(part, mask))
     if not mask.any():
         raise NoContact("no pixel around the contact is valid: its rim is not seen; keep reflections off the membrane")
     origin = part[np.unravel_index(int(np.argmax(mask)), mask.shape)]  # single precision is enough near it

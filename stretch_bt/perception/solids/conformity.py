@@ -9,7 +9,9 @@ from stretch_bt.perception.solids.bend import Bend
 
 __all__ = ["FILLET", "FILLET_SD", "Beyond", "beyond_end", "inside_wire"]
 
-FILLET, FILLET_SD = 1e-3, 0.2e-3  # m: radius of an edge or a wire, where the caller knows no better
+FILLET = 1e-3  # m: radius of an edge or a wire, where the caller knows no better
+#: m; rms of how far any radius from 0 to 3 mm, one as likely as another, is from FILLET
+FILLET_SD = 1e-3
 EDGE_SD = 0.12e-3  # m by which the rule for an edge errs (benchmarks/conformity.py)
 #: m by which a membrane that leaves an edge, or the end of a crest, at no slope meets itself further inside than the rule says, and
 #: the slope from where it does not (benchmarks/conformity.py)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stretch_bt.perception.solids.conformity import FILLET, FILLET_SD
 from stretch_bt.perception.solids.corner import fit_corner
 from stretch_bt.perception.solids.profile import STEP, Profile
 from stretch_bt.simulation.membrane.indenters.box import Box
@@ -35,3 +36,14 @@ def test_a_side_and_a_top_are_those_of_the_block_however_stiff_the_sheet_is(bend
         found = fit_corner(profile(shape, depth, axis), half, edge, reach=min(REACH, 0.8 * half))
         assert abs(found.side.value - half) < min(2 * found.side.sd, 0.4 * MM)
         assert abs(found.top.value - TOP) < min(2 * found.top.sd, 0.2 * MM)
+
+
+@pytest.mark.parametrize("edge", [0.2 * MM, 3 * MM])
+def test_an_edge_of_another_radius_than_the_default_is_within_what_is_stated_of_that(edge):
+    """A side was 2.1 mm off over an edge of 3 mm, at a stated 0.35 mm."""
+    sheet = Sheet(0.1, 0.09, 2 * MM, NeoHookean(68.4e3), 11.9 * MM, Effects(bending=True))
+    shape = solve(sheet, Load(Box(LENGTH, WIDTH, edge=edge), 0.0, 10 * MM, (0.0, 0.0), (0.0, 0.0)), Settings()).shape
+    for axis, half in ((0, LENGTH / 2), (1, WIDTH / 2)):
+        found = fit_corner(profile(shape, 10 * MM, axis), half, FILLET, reach=min(REACH, 0.8 * half))
+        for told, true, share in ((found.side, half, found.side_share), (found.top, TOP, found.top_share)):
+            assert abs(told.value - true) < 3 * np.hypot(told.sd, FILLET_SD * share)

@@ -59,7 +59,7 @@ def felt_of(name, presses=2):
 
 @cache
 def found_of(name, presses=2):
-    return fit_object(*felt_of(name, presses))
+    return fit_object(*felt_of(name, presses), fillet_sd=0.2 * MM)  # whose edges are known
 
 
 @pytest.mark.parametrize("presses", [2, pytest.param(3, marks=pytest.mark.slow)])

@@ -1,0 +1,130 @@
+"""Heights of flat tops that lean: error, stated deviation and answers, by shape, lean and noise.
+
+    python -m benchmarks.leaning_tops [--draws 48] [--noise NAME ...] [--shape NAME ...] [--each]
+
+The membrane and the noise are those of `benchmarks.height_noise`. Cylinders and blocks 10 to 40 mm across lean by 0 to 8 degrees towards
+anywhere, their middle 3 to 12 mm deep, such that the membrane lies on all of the face, which else shows no middle. Asked for is the height
+of the face there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from benchmarks.height_noise import (
+    FILLET,
+    LONG,
+    NOISES,
+    PITCH,
+    WIDE,
+    Noise,
+    Surface,
+    height,
+    relaxed,
+    rounded,
+    seen,
+    viewed,
+)
+from stretch_bt.errors import NoAnswer
+from stretch_bt.threads import one_thread
+
+Array = npt.NDArray[np.float64]
+
+POOL = 24  # surfaces of each shape and band of leans
+LEANS = ((0.0, 0.0), (0.5, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 8.0))  # degrees
+SIZES = 10e-3, 40e-3  # m, across
+DEPTHS = 3e-3, 12e-3  # m, of the middle
+ALL = 0.99  # of the face, that the membrane lies on
+TOUCHES = 1e-6  # m, within which it does
+ASIDE = 4e-3  # m, of the middle from that of the membrane
+CASES = ("white 0.3", "bench", "shared 0.3, 3 px", "shared 0.3, 5 px")
+
+
+def main() -> None:
+    """Print a line for each noise, shape and band of leans."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--draws", type=int, default=48)
+    parser.add_argument("--noise", nargs="*", default=list(CASES))
+    parser.add_argument("--shape", nargs="*", default=["cylinder", "box"])
+    parser.add_argument("--each", action="store_true")
+    given = parser.parse_args()
+    print(
+        "noise                     shape     lean      error/stated  error, mm: bias  rms   most  stated, median  answers"
+    )
+    with one_thread():
+        for noise in given.noise:
+            for shape in given.shape:
+                for band in range(len(LEANS)):
+                    print(
+                        f"{noise:25s} {shape:9s} {_text(band):9s} {_row(shape, band, NOISES[noise], given)}", flush=True
+                    )
+
+
+def _text(band: int) -> str:
+    return "{:g} to {:g}".format(*LEANS[band])
+
+
+def _row(shape: str, band: int, noise: Noise, given: argparse.Namespace) -> str:
+    off, stated = list[float](), list[float]()
+    for number in range(given.draws):
+        surface, text = leaning(shape, band, number % POOL)
+        try:
+            found = height(seen(surface, noise, np.random.default_rng((number, 7))))
+        except NoAnswer as error:
+            text += f" refused: {error.reason}"
+        else:
+            off.append(found.value - surface.top)
+            stated.append(found.sd)
+            text += f" {1e3 * off[-1]:+.3f} of {1e3 * found.sd:.3f}"
+        if given.each:
+            print("   ", number, text)
+    if not off:
+        return "no answer"
+    e, s = 1e3 * np.array(off), 1e3 * np.array(stated)
+    return (
+        f"{np.sqrt(np.mean((e / s) ** 2)):9.2f} {e.mean():16.3f} {np.sqrt(np.mean(e**2)):9.3f} {np.abs(e).max():6.2f}"
+        f" {np.median(s):10.3f} {100 * len(off) / given.draws:12.0f} %"
+    )
+
+
+@cache
+def leaning(shape: str, band: int, number: int) -> tuple[Surface, str]:
+    """Return one surface of a shape that leans by a band of LEANS, and what it is; the same numbers give the same."""
+    rng = np.random.default_rng((number, band, *shape.encode()))
+    while True:
+        found = _drawn(shape, band, rng)
+        if found is not None:
+            return found
+
+
+def _drawn(shape: str, band: int, rng: np.random.Generator) -> tuple[Surface, str] | None:
+    """Return a random surface and what it is; None where the membrane leaves the face."""
+    x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH), np.arange(-LONG, LONG + PITCH / 2, PITCH)
+    lean, towards = math.radians(rng.uniform(*LEANS[band])), rng.uniform(0.0, 2.0 * math.pi)
+    half, at, top = rng.uniform(*SIZES, 2) / 2.0, rng.uniform(-ASIDE, ASIDE, 2), float(rng.uniform(*DEPTHS))
+    u, v = x[None, :] - at[0], y[:, None] - at[1]
+    face = _face(shape, u, v, half)
+    body = top + math.tan(lean) * (math.cos(towards) * u + math.sin(towards) * v) + face
+    z = relaxed(body, float(rng.uniform(2.0, 8.0)))
+    if np.mean(z[face == 0.0] - body[face == 0.0] < TOUCHES) < ALL:
+        return None
+    size = f"{2e3 * half[0]:.0f}" if shape == "cylinder" else "{:.0f} x {:.0f}".format(*2e3 * half)
+    text = f"{size} mm, {1e3 * top:.1f} deep, {math.degrees(lean):.1f} deg towards {math.degrees(towards):.0f}"
+    return Surface(viewed(x, y, z), top), text
+
+
+def _face(shape: str, u: Array, v: Array, half: Array) -> Array:
+    """Return the heights of a flat face beside its middle, half so wide and long, m."""
+    if shape == "cylinder":
+        return rounded(np.hypot(u, v) - (half[0] - FILLET))
+    past = [np.maximum(np.abs(w) - (a - FILLET), 0.0) for w, a in zip((u, v), half, strict=True)]
+    return rounded(np.hypot(*past))
+
+
+if __name__ == "__main__":
+    main()

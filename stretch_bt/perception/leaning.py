@@ -1,0 +1,265 @@
+"""Height of a flat top that leans, in its middle, whatever part of it was taken for contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum
+from stretch_bt.perception.top import Places, Points, Top, settled
+from stretch_bt.perception.types import FloatArray, MaskArray
+from stretch_bt.units import Estimate
+
+__all__ = ["Lean", "lean_of"]
+
+Image = npt.NDArray[np.float32]
+
+LEAST_WIDE = 5  # pixels along a side, of the means that are held against the plane
+LENGTHS = 2.0  # sides of a square of pixels that share one error, that such a mean is wide
+SHARE = 0.4  # of a side of the contact, that such a mean is wide at most
+MEDIAN = 5  # pixels along a side, of the median that takes away single wild ones
+EFFICIENCY = 1.6  # by which the variance of such a median exceeds that of a mean
+BESIDE = 2.5  # standard deviations of a mean, within which it lies in the plane
+LEAST_BESIDE = 0.1e-3  # m; no more shows of the membrane's own bend at a rim
+AROUND = 1.5  # sides of the contact, as far as which the face is looked for
+MOST_SIDE = 200  # means along a side of what is looked at
+GROWTH = 4  # means, by which the face may grow in a round
+ROUNDS = 24
+LEAST = 30  # means of a face
+SAME = 0.005  # of the means, that change where it has settled
+CLEARLY = 3.0  # standard deviations of a lean, and of a bend
+BENT = 7.8  # chi2 of three values beyond which 5 % lie: a face that is taken for bent costs less than a flank that is taken for a face
+STEEPEST = math.tan(math.radians(10.0))  # of a top: a steeper one is a flank, from which the membrane hangs
+HELD = 0.7  # of the contact, that lies in the plane of a face
+WHOLE = 2.5  # times the contact, of which a plane holds less that ends where the face does, and not somewhere down the skirt
+CLEAR = 0.06  # of how far the middles of contact and plane lie apart, by which that changes for twice the bound where the plane ends clearly
+# Parts of how far they lie apart, by which that of the plane errs, and that of the contact where the plane does not end clearly; and of the rise
+# of a contact, where noise hides the plane: set over the first 24 surfaces of each row of `python -m benchmarks.leaning_tops`.
+OFF, OFF_UNCLEAR, OFF_HIDDEN = 0.15, 0.8, 0.6
+RIM = 0.4e-3  # m, by which the middle of what lies in the plane is off, as the membrane leaves a rim in a round
+FARTHEST = 1.2  # radii of the face times the slope, that the middles lie apart at most
+FINE = 0.25e-3  # m, within which a mean lies in the plane where noise is too little to hide where it ends
+SMOOTH = 1.5  # by which errors that are alike over a part of a plane tilt it more than independent ones do
+
+
+class _Plane(NamedTuple):
+    """z = height + a (x - x0) + b (y - y0); `size`, m, is the rms distance of what showed it from its middle, along an axis."""
+
+    height: float
+    a: float
+    b: float
+    x0: float
+    y0: float
+    size: float
+
+    def at(self, x: npt.NDArray[np.floating], y: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+        return np.asarray(self.height + self.a * (x - self.x0) + self.b * (y - self.y0))
+
+    @property
+    def slope(self) -> float:
+        return math.hypot(self.a, self.b)
+
+
+@dataclass(frozen=True, slots=True)
+class Lean:
+    """How a flat top leans: `height`, m, of the middle of its face, None where that is not seen.
+
+    `unseen`, m, is the standard deviation that the height of what was taken for contact has then, as it may be the high part alone;
+    `is_hidden` says that noise hides what lies in its plane, so that a contact with skirt in it looks alike.
+    """
+
+    height: Estimate | None
+    unseen: float
+    is_hidden: bool = False
+
+    def of(self, top: Estimate) -> Estimate:
+        """Return the height of the top, m, of which the contact alone tells `top`, m."""
+        return self.height or Estimate(top.value, math.hypot(top.sd, self.unseen))
+
+
+def lean_of(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum, top: Estimate) -> Lean:
+    """Return how the flat top under the pixels in contact (h, w) leans, if it does.
+
+    `top`, m, is the height of their middle. They are a part of the face only where its high edge alone bends the membrane clearly.
+    """
+    seen = _seen(points, valid, touching, noise)
+    start = _plane(seen, seen.start)
+    if start is None:
+        return Lean(None, 0.0)
+    if seen.beside < FINE:
+        return _by_plane(points, seen, noise, top)
+    sd = _slope_sd(start, int(np.count_nonzero(seen.start)) * seen.every**2, noise)
+    return Lean(None, OFF_HIDDEN * math.sqrt(max(start.slope**2 - 2.0 * sd**2, 0.0)) * seen.radius, True)
+
+
+def _by_plane(points: FloatArray, seen: _Seen, noise: NoiseSpectrum, top: Estimate) -> Lean:
+    """Return how a top leans by what lies in the plane of its contact."""
+    found = _grown(seen)
+    if found is None:
+        return Lean(None, 0.0)
+    mask, plane, done = found
+    n = int(np.count_nonzero(mask)) * seen.every**2
+    leans = CLEARLY * _slope_sd(plane, n, noise) < plane.slope < STEEPEST
+    if not leans:
+        return Lean(None, 0.0)
+    apart, clear = _apart(top, seen, mask, plane)
+    unseen = OFF_UNCLEAR * abs(apart)
+    held = np.count_nonzero(mask & seen.start) > HELD * np.count_nonzero(seen.start & seen.seen)
+    if not held or _is_bent(points, seen, mask, noise):
+        return Lean(None, unseen)
+    if not (done and clear):
+        return Lean(Estimate(top.value, math.hypot(top.sd, unseen)), 0.0)
+    sd = math.hypot(max(top.sd, _off(n, noise)), OFF * apart, RIM * plane.slope)
+    return Lean(Estimate(top.value - apart, sd), 0.0)
+
+
+def _apart(top: Estimate, seen: _Seen, mask: MaskArray, plane: _Plane) -> tuple[float, bool]:
+    """Return how far the middle of a contact lies above that of what lies in its plane, m, and whether that ends clearly."""
+    wider = _near(seen, plane, mask, 2.0 * seen.beside, 0)
+    own, more = (float(plane.at(seen.x[m], seen.y[m]).mean()) for m in (mask, mask if wider is None else wider))
+    grew = np.count_nonzero(mask) / np.count_nonzero(seen.start)
+    most = FARTHEST * plane.slope * seen.radius * math.sqrt(max(grew, 1.0))
+    apart = min(max(top.value - own, -most), most)
+    return apart, bool(grew < WHOLE and abs(more - own) < max(CLEAR * abs(apart), 0.5 * seen.beside))
+
+
+def _off(pixels: int, noise: NoiseSpectrum) -> float:
+    """Return the standard deviation, m, of the mean of so many pixels."""
+    return math.sqrt(noise.of_mean(pixels) + noise.white_sd**2 / pixels)
+
+
+def _slope_sd(plane: _Plane, pixels: int, noise: NoiseSpectrum) -> float:
+    """Return the standard deviation of a slope along an axis, from so many pixels."""
+    return SMOOTH * _off(pixels, noise) / plane.size
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """Means of heights (h, w), m, of a part of an image, of every second, third ... row and column, and the contact in it.
+
+    `places` (h, w) are the numbers of their pixels, `beside`, m, is how far a mean lies off the plane it is in, at most,
+    and `radius`, m, is that of the contact.
+    """
+
+    x: Image
+    y: Image
+    mean: Image
+    seen: MaskArray
+    start: MaskArray
+    places: Places
+    every: int
+    wide: int
+    beside: float
+    radius: float
+
+
+def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum) -> _Seen:
+    """Return what is seen around pixels in contact (h, w)."""
+    import cv2
+
+    v, u = np.nonzero(touching)
+    side = math.sqrt(v.size)
+    alike = LENGTHS * math.sqrt(noise.area) if noise.area > 1.5 else 0.0
+    wide = max(int(min(alike, SHARE * side)) | 1, LEAST_WIDE)
+    more = int(AROUND * side) + 2 * wide
+    box = tuple(slice(max(int(w.min()) - more, 0), int(w.max()) + more + 1) for w in (v, u))
+    cloud, here = points[box], valid[box]
+    here = here & np.isfinite(cloud[..., 2])
+    x, y, z = (np.where(here, cloud[..., k], 0.0).astype(np.float32) for k in range(3))
+    share = cv2.blur(here.astype(np.float32), (wide, wide))
+    z = np.where(here, cv2.medianBlur(z, MEDIAN), np.float32(0))
+    mean = cv2.blur(z, (wide, wide)) / np.maximum(share, np.float32(0.5))
+    every = -(-max(here.shape) // MOST_SIDE)
+    some = np.s_[::every, ::every]
+    rows, columns = np.arange(here.shape[0])[:, None] + box[0].start, np.arange(here.shape[1]) + box[1].start
+    one = math.sqrt(noise.of_mean(wide**2) + EFFICIENCY * noise.white_sd**2 / wide**2)
+    start = touching[box]
+    return _Seen(
+        x[some],
+        y[some],
+        np.asarray(mean[some], dtype=np.float32),
+        np.asarray(share[some] > 0.9) & here[some],
+        start[some],
+        (rows * valid.shape[1] + columns)[some],
+        every,
+        wide,
+        max(BESIDE * one, LEAST_BESIDE),
+        _radius(x, y, start & here),
+    )
+
+
+def _radius(x: Image, y: Image, there: MaskArray) -> float:
+    """Return the radius, m, of a disc as large as what is there of an image (h, w) of places, m."""
+    v, u = np.nonzero(there)
+    if not v.size:
+        return 0.0
+    wide, high = (float(w[there].max() - w[there].min()) for w in (x, y))
+    pixels = max(int(v.max() - v.min()) * int(u.max() - u.min()), 1)
+    return math.sqrt(wide * high / pixels * v.size / math.pi)
+
+
+def _grown(seen: _Seen) -> tuple[MaskArray, _Plane, bool] | None:
+    """Return what lies in the plane of the contact and hangs together with it, that plane, and whether it has settled; None if there is none."""
+    mask = seen.start
+    for left in reversed(range(ROUNDS)):
+        plane = _plane(seen, mask)
+        found = None if plane is None else _near(seen, plane, mask, seen.beside, GROWTH)
+        if plane is None or found is None:
+            return None
+        done = bool(np.count_nonzero(found ^ mask) < SAME * np.count_nonzero(found))
+        mask = found
+        if done or not left:
+            return mask, plane, done
+    return None
+
+
+def _inner(seen: _Seen, mask: MaskArray) -> npt.NDArray[np.intp]:
+    """Return the numbers (n,) of the means of a mask (h, w) that its rim does not reach, or of all where that leaves too few."""
+    import cv2
+
+    wide = -(-seen.wide // seen.every) | 1
+    inner = cv2.erode(mask.astype(np.uint8), np.ones((wide, wide), np.uint8)).astype(bool) & seen.seen
+    at = np.flatnonzero(inner)
+    return at if at.size >= LEAST else np.flatnonzero(mask & seen.seen)
+
+
+def _plane(seen: _Seen, mask: MaskArray) -> _Plane | None:
+    """Return the plane through the means of a mask (h, w)."""
+    at = _inner(seen, mask)
+    if at.size < LEAST:
+        return None
+    x, y, z = (image.reshape(-1)[at].astype(np.float64) for image in (seen.x, seen.y, seen.mean))
+    x0, y0, z0 = float(x.mean()), float(y.mean()), float(z.mean())
+    x, y = x - x0, y - y0
+    try:
+        q, _ = settled(np.stack([np.ones_like(x), x, y]), z - z0)
+    except IllConditioned:
+        return None
+    return _Plane(float(q[0]) + z0, float(q[1]), float(q[2]), x0, y0, math.sqrt(float(x @ x + y @ y) / 2.0 / x.size))
+
+
+def _near(seen: _Seen, plane: _Plane, mask: MaskArray, beside: float, growth: int) -> MaskArray | None:
+    """Return what lies within a bound, m, of a plane and hangs together with most of a mask, and grows by so many means at most, 0 for any."""
+    import cv2
+
+    close = seen.seen & (np.abs(seen.mean - plane.at(seen.x, seen.y)) < beside)
+    if growth:
+        kernel = np.ones((2 * growth + 1, 2 * growth + 1), np.uint8)
+        close &= cv2.dilate(mask.astype(np.uint8), kernel).astype(bool)
+    _, parts = cv2.connectedComponents(close.astype(np.uint8))
+    held = np.asarray(parts)[mask & close]
+    return np.asarray(parts == int(np.bincount(held).argmax())) if held.size else None
+
+
+def _is_bent(points: FloatArray, seen: _Seen, mask: MaskArray, noise: NoiseSpectrum) -> bool:
+    """Tell whether the surface over a mask is clearly curved in any way, so that the side of a round top or a skirt was taken for a plane."""
+    places = seen.places.reshape(-1)[_inner(seen, mask)]
+    cloud = points.reshape(-1, 3)[places].astype(np.float64).T
+    of_mask = Points(np.ascontiguousarray(cloud), places, points.shape[1], noise, seen.every)
+    top = Top(of_mask, cloud[:2].mean(axis=1), even=False)
+    return bool(top.q[3:] @ np.linalg.solve(top.covariance[3:, 3:], top.q[3:]) > BENT)
