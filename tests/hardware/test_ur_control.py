@@ -29,6 +29,7 @@ from stretch_bt.hardware.ur.messages import (
     Stop,
     Stopped,
     Zero,
+    Zeroed,
 )
 
 DT = 0.008
@@ -254,9 +255,21 @@ def test_force_is_averaged_and_its_zero_taken_off(rig):
     (felt,) = rig.said(Felt)
     assert felt.wrench[:3] == pytest.approx((3.0, 0.0, 4.0), abs=1e-2)
     assert felt.count == pytest.approx(0.2 / DT, abs=2)
-    rig.cycle(Zero(felt.wrench))
+    rig.cycle(Zero(6, felt.wrench))
     rig.cycles(2)
     assert np.linalg.norm(rig.said(ArmState)[-1].wrench[:3]) < 1e-2
+
+
+@pytest.mark.parametrize("news", [True, False])
+def test_that_a_zero_holds_is_said_after_a_state_that_has_it(rig, news):
+    rig.force = (3.0, 0.0, 4.0)
+    rig.cycles(20)
+    rig.cycle(Zero(6, (3.0, 0.0, 4.0, 0.0, 0.0, 0.0)), news=news)
+    rig.cycle()
+    said = [say.message for say in rig.all(Say)]
+    (zeroed,) = rig.said(Zeroed)
+    before = [message for message in said[: said.index(zeroed)] if isinstance(message, ArmState)]
+    assert np.linalg.norm(before[-1].wrench[:3]) < 1e-2 < np.linalg.norm(before[-2].wrench[:3])
 
 
 @pytest.mark.parametrize("missed", [0, 1, 5, 12])

@@ -42,6 +42,7 @@ from stretch_bt.hardware.ur.messages import (
     Stop,
     Stopped,
     Zero,
+    Zeroed,
 )
 from stretch_bt.hardware.ur.mounting import Mounting
 from stretch_bt.hardware.ur.ride import Ride
@@ -102,7 +103,11 @@ class _Cycle:
         self._listen()
         if measured is not None:
             self._look(measured)
-        self._say(self._told(measured) if measured is not None else Alive())
+        if measured is None:
+            self._say(Alive())
+        else:
+            self._say(self._told(measured))
+            self._say_zeroed()
         if self.state.engaged and self.state.ride is None and not self.braking:
             self.commands.append(Kick())
 
@@ -183,8 +188,8 @@ class _Cycle:
                 self.commands.append(MakeReady(number))
             case Feel(number, over) if s.measured is not None:
                 self.state = replace(s, feeling=Feeling(number, s.measured.time + over))
-            case Zero(wrench):
-                self.state = replace(s, zero=wrench)
+            case Zero(number, wrench):
+                self.state = replace(s, zero=wrench, zeroing=number)
             case Guard(number):
                 self._guard(number)
             case Follow():
@@ -290,6 +295,12 @@ class _Cycle:
         """Keep the first fault; whatever moves comes to rest."""
         self._stop(MotionState.STOPPED)
         self.state = replace(self.state, engaged=False, guarded=False, fault=self.state.fault or reason)
+
+    def _say_zeroed(self) -> None:
+        """Answer that a zero holds: only after a state that has it, or whoever asked would read one from before."""
+        if (number := self.state.zeroing) is not None:
+            self.state = replace(self.state, zeroing=None)
+            self._say(Zeroed(number))
 
     def _told(self, measured: Measured) -> ArmState:
         s = self.state

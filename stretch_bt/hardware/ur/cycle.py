@@ -115,6 +115,8 @@ class ControlState:
     force: ForceFilter
     standing: StandingForce
     zero: Six = _NONE
+    #: request of a zero that no state was sent with yet, by its number
+    zeroing: int | None = None
     #: number of the latest news, and what they were
     number: int = 0
     measured: Measured | None = None

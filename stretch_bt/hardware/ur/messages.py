@@ -25,6 +25,7 @@ __all__ = [
     "Stop",
     "Stopped",
     "Zero",
+    "Zeroed",
 ]
 
 Six = tuple[float, float, float, float, float, float]
@@ -108,10 +109,15 @@ class Felt(Answer):
 
 
 @dataclass(frozen=True, slots=True)
-class Zero(Message):
+class Zero(Request):
     """To the process: the wrench that counts as none from now on, in base axes."""
 
     wrench: Six
+
+
+@dataclass(frozen=True, slots=True)
+class Zeroed(Answer):
+    """From the process: a state without that wrench was sent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,5 +185,22 @@ class Left(Message):
 
 
 CODEC = Codec(
-    *(Settings, Beat, Engage, Engaged, Feel, Felt, Zero, Guard, Guarded, Follow, Stop, Stopped, ArmState, Alive, Left)
+    *(
+        Settings,
+        Beat,
+        Engage,
+        Engaged,
+        Feel,
+        Felt,
+        Zero,
+        Zeroed,
+        Guard,
+        Guarded,
+        Follow,
+        Stop,
+        Stopped,
+        ArmState,
+        Alive,
+        Left,
+    )
 )
