@@ -8,7 +8,7 @@ from stretch_bt.source.compose import parse
 from stretch_bt.source.fit import validate
 from stretch_bt.source.read import load, read_text, resolve
 from stretch_bt.source.suggest import closest, did_you_mean, few_suggestions, unknown_key
-from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value, is_nothing, is_null
+from stretch_bt.source.values import TRUTHS, Map, Mark, Scalar, Seq, Value, is_nothing, is_null, walk
 
 __all__ = [
     "TRUTHS",
@@ -28,4 +28,5 @@ __all__ = [
     "resolve",
     "unknown_key",
     "validate",
+    "walk",
 ]

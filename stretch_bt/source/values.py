@@ -19,6 +19,7 @@ TRUTHS = {
     **dict.fromkeys(("no", "n", "off", "0", "false"), "false"),
 }
 
+_FEW = 8  # up to so many pairs are looked through; more have an index
 _MAX_DIGITS = 18  # a longer whole number is read as a float, which no place for a whole number takes
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
@@ -99,20 +100,31 @@ class Map:
     def _index(self) -> dict[str, tuple[Scalar, Value]]:
         return {key.text: (key, value) for key, value in self.pairs}
 
+    def _pair(self, key: str) -> tuple[Scalar, Value] | None:
+        if len(self.pairs) > _FEW:
+            return self._index.get(key)
+        for pair in self.pairs:
+            if pair[0].text == key:
+                return pair
+        return None
+
     def __contains__(self, key: str) -> bool:
-        return key in self._index
+        return self._pair(key) is not None
 
     def __iter__(self) -> Iterator[tuple[Scalar, Value]]:
         return iter(self.pairs)
 
     def get(self, key: str) -> Value | None:
         """Return the value of a key, or None."""
-        entry = self._index.get(key)
-        return entry[1] if entry else None
+        pair = self._pair(key)
+        return pair[1] if pair else None
 
     def key(self, key: str) -> Scalar:
         """Return the key itself, for its place."""
-        return self._index[key][0]
+        pair = self._pair(key)
+        if pair is None:
+            raise KeyError(key)
+        return pair[0]
 
     def plain(self) -> dict[str, Any]:
         """Return the values without their places."""
@@ -120,6 +132,18 @@ class Map:
 
 
 Value = Scalar | Seq | Map
+
+
+def walk(value: Value) -> Iterator[tuple[Scalar | None, Value]]:
+    """Yield a value and all that is in it, in the order of the file, each with its key where it stands in a mapping."""
+    ahead: list[tuple[Scalar | None, Value]] = [(None, value)]
+    while ahead:
+        key, inner = ahead.pop()
+        yield key, inner
+        if isinstance(inner, Map):
+            ahead.extend(reversed(inner.pairs))
+        elif isinstance(inner, Seq):
+            ahead.extend((None, item) for item in reversed(inner.items))
 
 
 def is_nothing(value: Value) -> bool:

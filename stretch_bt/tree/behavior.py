@@ -134,7 +134,8 @@ class Behavior(py_trees.behaviour.Behaviour):
                 raise
             raise NodeError(self.path, f"terminate() broke ({named(error)})") from error
         finally:
-            leave_if_forked()
+            if here.forked:
+                leave_if_forked()
             self.status = new_status
 
 

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from stretch_bt.errors import Diagnostic
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, is_nothing
+from stretch_bt.source import Map, Mark, Scalar, Value, is_nothing, walk
 from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations
 from stretch_bt.tree.document import Declared, Signature
@@ -206,7 +206,7 @@ class _Keys:
 
     def names_read(self) -> set[str]:
         """Return every name that something in the body may read: in an expression or text, or by a record that is left out."""
-        found = set(self.signature.outs) | set(_scalars(self.signature.body))
+        found = set(self.signature.outs) | set(_words(self.signature.body))
         for place in self.places:
             for port, given in self.ports(place).inputs.items():
                 if given.type.is_record and port not in place.given:
@@ -358,15 +358,11 @@ def _named(key: Value | None, type_: Type | None = None, items: Value | None = N
         yield _Writer(match[1], key.mark, type_, items, item=items is not None)
 
 
-def _scalars(value: Value) -> Iterator[str]:
+def _words(body: Value) -> Iterator[str]:
     """Yield the words of every value that is written in a body, and the keys that stand short."""
-    if isinstance(value, Scalar):
-        yield from _NAME.findall(value.text)
-    elif isinstance(value, Seq):
-        for item in value.items:
-            yield from _scalars(item)
-    else:
-        for key, inner in value:
-            if is_nothing(inner):
+    for key, value in walk(body):
+        if isinstance(value, Scalar):
+            if key is not None and is_nothing(value):
                 yield key.text
-            yield from _scalars(inner)
+            else:
+                yield from _NAME.findall(value.text)

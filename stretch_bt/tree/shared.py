@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value
+from stretch_bt.source import Map, Mark, Scalar, Value, walk
 
 __all__ = ["SHARED", "reachable", "shared_trees", "shipped"]
 
@@ -40,13 +40,9 @@ def reachable(bodies: Mapping[str, Map], begun: Iterable[str]) -> set[str]:
     return found
 
 
-def _words(value: Value) -> Iterator[Scalar]:
-    if isinstance(value, Map):
-        for key, inner in value:
+def _words(body: Value) -> Iterator[Scalar]:
+    for key, value in walk(body):
+        if key is not None:
             yield key
-            yield from _words(inner)
-    elif isinstance(value, Seq):
-        for item in value.items:
-            yield from _words(item)
-    elif isinstance(value, Scalar):
-        yield value
+        if isinstance(value, Scalar):
+            yield value
