@@ -1,6 +1,6 @@
 """Heights of flat tops that lean: error, stated deviation and answers, by shape, lean and noise.
 
-    python -m benchmarks.leaning_tops [--draws 48] [--noise NAME ...] [--shape NAME ...] [--each]
+    python benchmarks/leaning_tops.py [--draws 48] [--noise NAME ...] [--shape NAME ...] [--each]
 
 The membrane and the noise are those of `benchmarks.height_noise`. Cylinders and blocks 10 to 40 mm across lean by 0 to 8 degrees towards
 anywhere, their middle 3 to 12 mm deep, such that the membrane lies on all of the face, which else shows no middle. Asked for is the height
@@ -15,8 +15,7 @@ from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-
-from benchmarks.height_noise import (
+from height_noise import (
     FILLET,
     LONG,
     NOISES,
@@ -30,6 +29,7 @@ from benchmarks.height_noise import (
     seen,
     viewed,
 )
+
 from stretch_bt.errors import NoAnswer
 from stretch_bt.threads import one_thread
 

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from stretch_bt.cli.output import emit_json
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, TreeError
 from stretch_bt.source import did_you_mean
 from stretch_bt.units import KINDS, format_quantity
 
@@ -17,34 +17,64 @@ __all__ = ["command"]
 
 
 def command(
-    name: Annotated[str | None, typer.Argument(help="One node; all when left out.")] = None,
+    name: Annotated[str | None, typer.Argument(help="One node or construct; all when left out.")] = None,
+    tree: Annotated[str | None, typer.Option(help="Also the nodes that this tree file imports.")] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
-    """List the nodes that trees may use, with their ports."""
+    """List the nodes that trees may use, with their ports, and the constructs of the language."""
+    from stretch_bt.tree.flow import CONSTRUCTS
     from stretch_bt.tree.registry import describe, load_all
+    from stretch_bt.tree.schema.constructs import describe_construct
     from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 
+    if tree is not None:
+        _import_nodes(tree)
     nodes, trees = load_all(), shared_signatures()
     known = sorted((*nodes, *trees))
-    if name is not None and name not in known:
-        raise InvalidInput(f"there is no node {name!r}; {did_you_mean(name, known) or 'see `stretch-bt nodes`'}")
-    wanted = known if name is None else [name]
-    found = [describe(nodes[key]) if key in nodes else describe_shared(trees[key]) for key in wanted]
+
+    def described(key: str) -> dict[str, Any]:
+        if key in CONSTRUCTS:
+            return describe_construct(key)
+        return describe(nodes[key]) if key in nodes else describe_shared(trees[key])
+
+    if name is not None and name not in (*known, *CONSTRUCTS):
+        raise InvalidInput(f"there is no node {name!r}; {_meant(name, [*known, *CONSTRUCTS])}")
+    found = [described(key) for key in (known if name is None else [name])]
     if json_:
         emit_json(found)
     elif name is None:
-        _list(found)
+        _list(found, [described(key) for key in CONSTRUCTS])
     else:
         _one(found[0])
 
 
-def _list(found: list[dict[str, Any]]) -> None:
-    table = Table(box=None, pad_edge=False, header_style="dim")
+def _import_nodes(tree: str) -> None:
+    """Import the modules that a tree file names; raises TreeError where it cannot be read, or one cannot be imported."""
+    from stretch_bt.tree.program import load_program
+
+    wrong = [found for found in load_program(tree).diagnostics if found.code == "import"]
+    if wrong:
+        raise TreeError(wrong)
+
+
+def _meant(name: str, known: list[str]) -> str:
+    from stretch_bt.tree.expression.parse import FUNCTIONS
+
+    if name in FUNCTIONS:
+        return "it is a function of expressions"
+    return did_you_mean(name, known) or "see `stretch-bt nodes`"
+
+
+def _list(nodes: list[dict[str, Any]], constructs: list[dict[str, Any]]) -> None:
+    from stretch_bt.tree.expression.parse import FUNCTIONS
+
+    console, table = Console(), Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("node", "kind", "what it does"):
         table.add_column(heading)
-    for entry in found:
+    for entry in (*nodes, *constructs):
         table.add_row(entry["name"], entry["kind"], entry["doc"])
-    Console().print(table)
+    console.print(table)
+    console.print(f"\nFunctions in expressions: {', '.join(FUNCTIONS)}", highlight=False)
 
 
 def _one(entry: dict[str, Any]) -> None:

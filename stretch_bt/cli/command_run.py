@@ -212,4 +212,6 @@ def _times(row: dict[str, Any]) -> tuple[str, str]:
 def _number(value: Any) -> str:
     if value is None:
         return ""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_number, value))}]"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -39,7 +39,7 @@ HELD = 0.7  # of the contact, that lies in the plane of a face
 WHOLE = 2.5  # times the contact, of which a plane holds less that ends where the face does, and not somewhere down the skirt
 CLEAR = 0.06  # of how far the middles of contact and plane lie apart, by which that changes for twice the bound where the plane ends clearly
 # Parts of how far they lie apart, by which that of the plane errs, and that of the contact where the plane does not end clearly; and of the rise
-# of a contact, where noise hides the plane: set over the first 24 surfaces of each row of `python -m benchmarks.leaning_tops`.
+# of a contact, where noise hides the plane: set over the first 24 surfaces of each row of `python benchmarks/leaning_tops.py`.
 OFF, OFF_UNCLEAR, OFF_HIDDEN = 0.15, 0.8, 0.6
 RIM = 0.4e-3  # m, by which the middle of what lies in the plane is off, as the membrane leaves a rim in a round
 FARTHEST = 1.2  # radii of the face times the slope, that the middles lie apart at most

@@ -137,13 +137,15 @@ def output_values(
 
 
 def shown_in(declared: Declared) -> tuple[str, float]:
-    """Return the unit that an output is shown in, and its SI value."""
-    kind = declared.type.kind
+    """Return the unit that an output, or each entry of one, is shown in, and its SI value."""
+    kind = (declared.type.item or declared.type).kind
     unit = declared.unit or (kind.unit if kind else "")
     return unit, parse_unit(unit)[0] if unit else 1.0
 
 
 def _scaled(value: Any, scale: float) -> Any:
+    if isinstance(value, list):
+        return [_scaled(item, scale) for item in value]
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     return value if scale == 1.0 else value / scale

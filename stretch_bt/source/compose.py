@@ -10,7 +10,7 @@ import yaml
 
 from stretch_bt.errors import Diagnostic, FileError
 from stretch_bt.source.syntax import explain_syntax
-from stretch_bt.source.values import Map, Mark, Scalar, Seq, Value
+from stretch_bt.source.values import Map, Mark, Scalar, Seq, Value, is_nothing
 
 __all__ = ["parse", "refuse"]
 
@@ -127,10 +127,13 @@ class _Composer:
                 self.refuse(key_event, "yaml-key", "a key must be plain text", "put the value under a name")
             key = self.scalar(key_event)
             if key.text in pairs:
-                first = pairs[key.text][0].mark.line
-                self.refuse(
-                    key_event, "yaml-duplicate", f"{key.text!r} stands twice (first on line {first})", "keep one"
+                first, given = (
+                    pairs[key.text][0].mark.line,
+                    (pairs[key.text][1], self.value(next(self.events), depth + 1)),
                 )
+                comma = "; put quotes around an expression with a comma, which ends a value between braces"
+                hint = f"keep one{comma if any(map(is_nothing, given)) else ''}"
+                self.refuse(key_event, "yaml-duplicate", f"{key.text!r} stands twice (first on line {first})", hint)
             if key.text == "<<" and not key.quoted:
                 self.refuse(key_event, "yaml-merge", "merge keys (<<) are not YAML 1.2", "write the values out")
             pairs[key.text] = (key, self.value(next(self.events), depth + 1))

@@ -8,6 +8,8 @@ from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Mark, closest
 from stretch_bt.tree.document import Signature
 from stretch_bt.tree.flow.base import Known, Part, Wire
+from stretch_bt.tree.flow.call import Call
+from stretch_bt.tree.flow.leaf import Leaf
 from stretch_bt.tree.types import Family
 from stretch_bt.tree.values import sample
 
@@ -17,8 +19,9 @@ __all__ = ["DataFlow", "check_flow"]
 class DataFlow:
     """Collects reads that nothing surely wrote before; a place is reported once."""
 
-    def __init__(self, signature: Signature, writers: dict[str, list[tuple[str, Mark]]]) -> None:
+    def __init__(self, signature: Signature, body: Part, writers: dict[str, list[tuple[str, Mark]]]) -> None:
         self.signature = signature
+        self.body = body
         self.writers = writers
         self.diagnostics: list[Diagnostic] = []
         self.names: set[str] = set()  # that something reads
@@ -41,7 +44,7 @@ class DataFlow:
     def _unset(self, name: str, mark: Mark) -> Diagnostic:
         writers = [(who, m) for who, m in self.writers.get(name, []) if m != mark]
         if not writers:
-            hint = f"write it first{self._or_default(name)}"
+            hint = self.given_by(name) or f"write it first{self._or_default(name)}"
             return mark.error("read-before-write", f"${name} is never written", hint)
         places = ", ".join(f"{who!r} (line {m.line})" for who, m in writers[:3])
         later = all((m.line, m.column) > (mark.line, mark.column) for _, m in writers)
@@ -49,6 +52,16 @@ class DataFlow:
         hint = "write it before" if later else "write it on every way to this place"
         message = f"${name} may be unset here: it is written only in {places}, {why}"
         return mark.error("read-before-write", message, f"{hint}{self._or_default(name)}")
+
+    def given_by(self, name: str) -> str:
+        """Return how to have a name from a place that has an output of it and leaves it out, or nothing."""
+        for part in self.body.walk():
+            known = part.info.outputs if isinstance(part, Leaf) else part.target.outs if isinstance(part, Call) else ()
+            if isinstance(part, Leaf | Call) and name in known and name not in part.outputs:
+                return (
+                    f"{part.label!r} (line {part.mark.line}) gives it where it is named among its ports: '{{{name}}}'"
+                )
+        return ""
 
     def _or_default(self, name: str) -> str:
         declared = self.signature.declared(name)
@@ -62,7 +75,7 @@ def check_flow(
     signature: Signature, body: Part, extras: Iterable[Part], writers: dict[str, list[tuple[str, Mark]]]
 ) -> list[Diagnostic]:
     """Check one tree; `extras` (its `finally`) may run when nothing of the body has."""
-    data = DataFlow(signature, writers)
+    data = DataFlow(signature, body, writers)
     start = (
         frozenset(signature.ins)
         | {d.name for d in signature.inouts.values() if not (d.has_default and d.default is None)}
@@ -80,11 +93,8 @@ def check_flow(
                 for _, mark in writers.get(out.name, [])
             ]
         elif out.name not in writers and not out.has_default:
-            data.diagnostics.append(
-                out.mark.error(
-                    "output-unwritten", f"output {out.name!r} is never written", f"write ${out.name} in the body"
-                )
-            )
+            hint = data.given_by(out.name) or f"write ${out.name} in the body"
+            data.diagnostics.append(out.mark.error("output-unwritten", f"output {out.name!r} is never written", hint))
         elif done.success is not None and out.name not in done.success:
             data.diagnostics.append(
                 out.mark.error(
@@ -104,16 +114,16 @@ def _unread(signature: Signature, writers: dict[str, list[tuple[str, Mark]]], re
     found = []
     for name, places in writers.items():
         if name not in used:
-            hint = _meant(signature, name) or "read it, make it an 'out', or leave it out"
+            hint = _meant(name, used) or "read it, make it an 'out', or leave it out"
             found.append(places[0][1].warning("key-unread", f"${name} is written and never read", hint))
     for declared in signature.keys.values():
         if not (declared.inferred or declared.name in read or declared.name in writers):
-            hint = _meant(signature, declared.name) or "remove it, or read it"
+            hint = _meant(declared.name, {*signature.names} - {declared.name}) or "remove it, or read it"
             found.append(declared.mark.warning("key-unread", f"${declared.name} is declared and never read", hint))
     return found
 
 
-def _meant(signature: Signature, name: str) -> str:
-    """Return a hint with the other name of the tree that a name resembles, or nothing."""
-    guess = closest(name, [known for known in signature.names if known != name])
-    return f"did you mean '{guess}'?" if guess else ""
+def _meant(name: str, known: Iterable[str]) -> str:
+    """Return a hint with the name that a name resembles, or nothing."""
+    guess = closest(name, known)
+    return f"did you mean '{guess}'? If not, leave it out" if guess else ""

@@ -17,7 +17,6 @@ from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import FUNCTIONS, ExpressionError, names, parse, typecheck
-from stretch_bt.tree.expression.typecheck import Unresolved
 from stretch_bt.tree.places import Place, places
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
@@ -126,9 +125,9 @@ class _Keys:
     def note_untyped(self, declared: Declared) -> None:
         """Note a key that is written from itself alone; where its values are wrong, that is noted at their places."""
         writers = [w for w in self.writers if w.key == declared.name and isinstance(w.value, Scalar)]
-        with suppress(ExpressionError, Unresolved):
-            known = [self.scope.resolve(n.parts) for w in writers for n in names(parse(w.value.text))]  # type: ignore[union-attr]
-            if writers and known:
+        with suppress(ExpressionError):
+            read = {n.parts[0] for w in writers for n in names(parse(w.value.text))}  # type: ignore[union-attr]
+            if read == {declared.name}:
                 message = f"the type of ${declared.name} follows from nothing: it is written from itself alone"
                 form = f"{declared.name}: {{default: 0}}"
                 form = f"keys: {{{form}}}" if declared.name in self.signature.keys else form

@@ -42,7 +42,8 @@ def _average_sd(values: Sequence[float], factor: float) -> float | None:
     """Return the error of an average: from the entries' own errors or from how they scatter, whichever is larger."""
     n, sds = len(values), _sds(values)
     own = math.sqrt(sum(sd * sd for sd in sds if sd is not None)) / n if None not in sds else None
-    scatter = statistics.stdev(values) / math.sqrt(n) * _student(n - 1) if n > 1 else None
+    spread = statistics.stdev(values) if n > 1 else 0.0  # values that are all the same say nothing of their error
+    scatter = spread / math.sqrt(n) * _student(n - 1) if spread > 0 else None
     found = max((sd for sd in (own, scatter) if sd is not None), default=None)
     return None if found is None else found * (factor if n > 2 else 1.0)
 

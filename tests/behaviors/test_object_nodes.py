@@ -114,7 +114,7 @@ def test_contacts_are_kept_and_their_shape_is_fitted() -> None:
             made.sinks[name.replace("fuse_contact", "cloud").replace("keep_contact", "contacts")] = key
             assert tick(made) is Status.SUCCESS
     assert len(contacts.value) == 2
-    fit = node("fit_object", cloud=cloud.value, contacts=contacts.value)
+    fit = node("fit_object", cloud=cloud.value, contacts=contacts.value, fillet_sd=0.2e-3)
     assert tick(fit) is Status.SUCCESS, fit.reason
     solid = fit.sinks["solid"].value
     assert solid.kind == "block"

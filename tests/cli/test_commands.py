@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from stretch_bt.cli.app import app
+from stretch_bt.tree.flow import CONSTRUCTS
 
 MOCKS = Path(__file__).parents[1] / "trees" / "mocks"
 
@@ -128,6 +129,39 @@ def test_check_for_a_person_shows_the_line(cli, tmp_path):
     (tmp_path / "a.yaml").write_text("format: stretch-tree/1\ntrees:\n  main:\n    sequence:\n      - pres: {}\n")
     _, out, _ = cli("check", "a.yaml")
     assert "    5 |       - pres: {}\n      |         ^^^^\n" in out
+
+
+def test_nodes_of_a_tree_are_listed_with_it_alone(cli, tmp_path):
+    (tmp_path / "rubbing.py").write_text(
+        '"""Own."""\nfrom stretch_bt.tree.ports import Behavior\nfrom stretch_bt.tree.registry import node\n\n'
+        '@node\nclass RubGently(Behavior):\n    """Rub."""\n'
+    )
+    tree = tmp_path / "rub.yaml"
+    tree.write_text("format: stretch-tree/1\nimports: {own: rubbing}\ntrees: {main: {sequence: [fail: no]}}\n")
+    assert cli("nodes", "rub_gently")[0] == 2
+    [own] = json.loads(cli("nodes", "rub_gently", "--tree", tree, "--json")[1])
+    assert (own["name"], own["doc"]) == ("rub_gently", "Rub.")
+    tree.write_text("format: stretch-tree/1\nimports: {own: rabbing}\ntrees: {main: {sequence: [fail: no]}}\n")
+    code, _, err = cli("nodes", "--tree", tree)
+    assert code == 2
+    assert "rabbing" in err
+
+
+@pytest.mark.parametrize("name", CONSTRUCTS)
+def test_nodes_says_what_each_construct_takes(cli, name):
+    [found] = json.loads(cli("nodes", name, "--json")[1])
+    [press] = json.loads(cli("nodes", "press", "--json")[1])
+    assert found.keys() == press.keys()
+    assert (found["name"], found["kind"]) == (name, "construct")
+    code, out, _ = cli("nodes", name)
+    assert code == 0
+    assert all(field["name"] in out for field in found["inputs"])
+
+
+def test_nodes_says_what_a_function_is(cli):
+    code, _, err = cli("nodes", "median")
+    assert code == 2
+    assert "function of expressions" in err
 
 
 def test_nodes_json_is_the_contract(cli):

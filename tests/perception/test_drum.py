@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from height_noise import NOISES, seen, surface_of
+from lift_off import SHEAR, by_law, drawn, lift_over
 
-from benchmarks.height_noise import NOISES, seen, surface_of
-from benchmarks.lift_off import SHEAR, by_law, drawn, lift_over
 from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.perception import drum, find_contact, lift_off
 from stretch_bt.perception.drum import PART, lift_of_flat

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from height_noise import NOISES, height, seen, surface_of
 
-from benchmarks.height_noise import NOISES, height, seen, surface_of
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, track_height
 from stretch_bt.perception.noise_spectrum import noise_spectrum

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from no_membrane import LENS, UNIT, frame_of, rooms
 
-from benchmarks.no_membrane import LENS, UNIT, frame_of, rooms
 from stretch_bt.errors import IllConditioned
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception import find_contact, load_depth_png, mask_membrane

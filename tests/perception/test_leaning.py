@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-
-from benchmarks.height_noise import FILLET, LONG, NOISES, PITCH, WIDE, Surface, height, relaxed, rounded, seen, viewed
-from benchmarks.leaning_tops import leaning
+from height_noise import FILLET, LONG, NOISES, PITCH, WIDE, Surface, height, relaxed, rounded, seen, viewed
+from leaning_tops import leaning
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from height_noise import alike
 
-from benchmarks.height_noise import alike
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.top import Points, Top
 

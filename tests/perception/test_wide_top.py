@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from height_noise import NOISES, height, seen, surface_of
 
-from benchmarks.height_noise import NOISES, height, seen, surface_of
 from stretch_bt.perception import wide_top
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.top import Points

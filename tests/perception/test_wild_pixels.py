@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from height_noise import NOISES, seen, surface_of
 
-from benchmarks.height_noise import NOISES, seen, surface_of
 from stretch_bt.perception import find_contact, measure_contact, track_height
 from stretch_bt.perception.types import CONTACT
 

@@ -12,6 +12,13 @@ from stretch_bt.errors import Absent, NoAnswer
 from stretch_bt.tree.series import LIST_FUNCTIONS, Series
 from stretch_bt.units import Estimate
 
+
+def test_entries_that_are_all_the_same_say_nothing_of_their_error() -> None:
+    for name in ("mean", "median"):
+        assert not isinstance(LIST_FUNCTIONS[name]([2.0, 2.0, 2.0]), Estimate)
+        assert LIST_FUNCTIONS[name](Series([2.0, 2.0], [0.1, 0.1])).sd == pytest.approx(0.1 / math.sqrt(2))
+
+
 NUMBERS = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=30)
 
 

@@ -122,11 +122,19 @@ def follow(name: Name, type_: Type, used: int) -> Type:
             continue
         known = attributes(type_.cls) if type_.cls is not None else {}
         if part not in known:
-            hint = did_you_mean(part, known) if known else f"remove it: a {type_} has no parts"
+            hint = did_you_mean(part, known) if known else _of_no_parts(name, at, type_)
             offset, length = _part(name, at)
             raise ExpressionError(offset, length, "attribute-unknown", f"{type_} has no {part!r}", hint)
         type_ = known[part]
     return type_
+
+
+def _of_no_parts(name: Name, at: int, type_: Type) -> str:
+    """Return what to write in place of a part that a value without parts does not have."""
+    if type_.family is not Family.LIST:
+        return f"remove it: a {type_} has no parts"
+    whole = ".".join(name.parts[:at])
+    return f"'len({whole})' is the number of entries, '{whole}.0' the first"
 
 
 def _unary(expression: Unary, operand: Type) -> Type:

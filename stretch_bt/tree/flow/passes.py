@@ -30,6 +30,7 @@ class Passes:
     collect: dict[str, str] = field(default_factory=dict)  # list -> key whose values it takes
     own: tuple[str, ...] = ()
     marks: dict[str, Mark] = field(default_factory=dict)  # of what it writes
+    refused: set[str] = field(default_factory=set)  # lists that are written wrongly, which was noted
 
     @classmethod
     def read(cls, reader: Reader, fields: Mapping[str, Value], do: Part | None, item: str | None = None) -> Passes:
@@ -57,27 +58,24 @@ class Passes:
             source = value.text.removeprefix("$") if isinstance(value, Scalar) else ""
             if target is None or do is None:
                 continue
-            if source not in written:
-                message = f"no pass of this loop writes {source or 'this'!r}"
-                hint = (
-                    f"write one of {', '.join(f'${name}' for name in sorted(written)[:5])}"
-                    if written
-                    else "write a key in 'do'"
-                )
-                reader.error(value.mark, "collect", message, hint)
-                continue
-            self.collect[target] = source
             self.marks[target] = key.mark
+            if source in written:
+                self.collect[target] = source
+            else:
+                self.refused |= {target, source}
+                self.marks.setdefault(source, key.mark)
+                message = f"no pass of this loop writes {source or 'this'!r}"
+                reader.error(value.mark, "collect", message, _meant(target, source, written))
 
     def begun(self, data: DataFlow, known: Known) -> Known:
         """Return what is written once the loop has begun; what it collects counts as read."""
-        data.names |= set(self.collect.values())
+        data.names |= set(self.collect.values()) | self.refused
         return known | self.lists
 
     @property
     def lists(self) -> Known:
         """The lists that it fills, which are there, empty, once the loop has begun."""
-        return frozenset(self.collect)
+        return frozenset(self.collect) | self.refused
 
     def written(self) -> dict[str, str]:
         """Return its settings."""
@@ -90,6 +88,18 @@ class Passes:
         pairs = [(builder.cell(target), builder.cell(source)) for target, source in self.collect.items()]
         own = [(builder.cell(name), builder.default(name)) for name in self.own]
         return PassKeys(path, builder.cell(self.index) if self.index else None, pairs, own)
+
+
+def _meant(target: str, source: str, written: set[str]) -> str:
+    """Return what to write in place of a key that no pass writes."""
+    of = source.removesuffix("_sd")
+    if of != source and of in written:
+        return f"collect ${of}: its list has the errors, and its mean and median take them"
+    if target in written:
+        return f"the list stands first: '{source or 'list'}: ${target}'"
+    if not written:
+        return "write a key in 'do'"
+    return f"write one of {', '.join(f'${name}' for name in sorted(written)[:5])}"
 
 
 class PassKeys:

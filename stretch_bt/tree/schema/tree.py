@@ -11,6 +11,7 @@ from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.fragments import WORDS, Schema, form, ref, short
 from stretch_bt.tree.headings import FORMAT
 from stretch_bt.tree.registry import NodeInfo, load_all, object_types
+from stretch_bt.tree.schema.constructs import construct_schema, summary
 from stretch_bt.tree.schema.nodes import call_schema, described, must_be_written, node_schema
 from stretch_bt.tree.schema.values import DRAFT, NAME, PLAIN, QUANTITIES, literal, value_definitions
 from stretch_bt.tree.shared import SHARED
@@ -42,7 +43,7 @@ def tree_schema() -> Schema:
             **_words(),
             **_declarations(),
             **_places(nodes),
-            **{f"construct_{name}": _construct(part) for name, part in CONSTRUCTS.items()},
+            **{f"construct_{name}": construct_schema(part) for name, part in CONSTRUCTS.items()},
             **{f"node_{name}": node_schema(info) for name, info in nodes.items()},
             **{f"node_{name}": call_schema(tree) for name, tree in shared_signatures().items()},
         },
@@ -105,7 +106,7 @@ def _words() -> Schema:
     for word in WORDS:
         part = _BESIDE.get(word)
         schema = own[word] if part is None else part.schema_beside() or {}
-        found[f"word_{word}"] = schema if part is None else {"description": _doc(part), **described(schema)}
+        found[f"word_{word}"] = schema if part is None else {"description": summary(part), **described(schema)}
     guarded = form({"that": ref("condition")}, {"name": ref("word_name")})
     one: Schema = {"anyOf": [ref("condition"), guarded]}
     found["conditions"] = {"anyOf": [*one["anyOf"], {"type": "array", "minItems": 1, "items": one}]}
@@ -224,11 +225,3 @@ def _border() -> Schema:
 def _finally() -> Schema:
     text = "what runs at the end, however the tree ended"
     return {"description": text, "anyOf": [ref("node"), ref("children"), ref("bare"), {"type": "null"}]}
-
-
-def _construct(part: type[Part]) -> Schema:
-    return {"title": part.keyword, "description": _doc(part), **described(part.schema() or {})}
-
-
-def _doc(part: type[Part]) -> str:
-    return " ".join((part.__doc__ or "").strip().split("\n\n")[0].split())

@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from outline_kinds import CLEAN, WHITE_03, ellipse, measured, off, polygon, prism, rectangle
 
-from benchmarks.outline_kinds import CLEAN, WHITE_03, ellipse, measured, off, polygon, prism, rectangle
 from stretch_bt.accuracy.perception.view import Press
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception.size.measure import FILLET_SD

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from outline_kinds import ellipse, polygon, radii, rectangle
 
-from benchmarks.outline_kinds import ellipse, polygon, radii, rectangle
 from stretch_bt.perception import fit_object
 from stretch_bt.perception.solids.outline import circle_outline, rectangle_outline
 from stretch_bt.perception.solids.unlike import unlike_circle, unlike_rectangle

@@ -150,7 +150,7 @@ ERRORS = {
     "k.«fz»": ("attribute-unknown", "fx"),
     "$k.«fz» > 1": ("attribute-unknown", "fx"),
     "n.«x»": ("attribute-unknown", "no parts"),
-    "steps.«x»": ("attribute-unknown", "no parts"),
+    "steps.«x»": ("attribute-unknown", "'len(steps)'"),
     "h + «1»": ("unit-missing", "'1 mm'"),
     "h > «2 N»": ("unit-mismatch", "mm"),
     "«h + f»": ("unit-mismatch", "one dimension"),
