@@ -28,8 +28,8 @@ from stretch_bt import run
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.perception.outlines.polyline import area_of, perimeter_of
 from stretch_bt.perception.outlines.roundness import METHODS, contour_of
-from stretch_bt.run.onlooker import Onlooker
-from stretch_bt.run.runner import Runner
+from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.simulation.dough.disc import outline
 from stretch_bt.simulation.dough.lump import Lump
 

@@ -35,10 +35,10 @@ from typing import Any
 
 from stretch_bt.cli.app import main as command_line
 from stretch_bt.errors import RecordError
-from stretch_bt.run.onlooker import Onlooker
-from stretch_bt.run.record import RecordReader
-from stretch_bt.run.record.folder import EVENTS, MCAP, RESULT, RUN
-from stretch_bt.run.task import run
+from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.record import RecordReader
+from stretch_bt.runtime.record.folder import EVENTS, MCAP, RESULT, RUN
+from stretch_bt.runtime.task import run
 from stretch_bt.testing.short_runs import TWIN, short_runs
 
 COUNT, KILLED, HANG, KILLED_AT, LATEST = 2000, 60, 1.0, 12, 0.3

@@ -33,7 +33,7 @@ from mpm.shape import hull_volume, lump_of, pressed_circularity, smoothed
 
 from stretch_bt import run
 from stretch_bt.behaviors._rolling import PATHS
-from stretch_bt.run.record import RecordReader
+from stretch_bt.runtime.record import RecordReader
 from stretch_bt.simulation.dough.lump import Lump, cube
 from stretch_bt.simulation.dough.material import Dough
 

@@ -23,8 +23,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from stretch_bt.errors import MocksError, StretchError
-from stretch_bt.run.check import check_file
-from stretch_bt.run.task import run
+from stretch_bt.runtime.check import check_file
+from stretch_bt.runtime.task import run
 from stretch_bt.tree.ports import Behavior
 
 #: s of CPU that one case may take

@@ -15,8 +15,8 @@ import numpy as np
 
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.run.clock import VirtualClock
-from stretch_bt.run.hand_calibration import calibrate_hand
+from stretch_bt.runtime.clock import VirtualClock
+from stretch_bt.runtime.hand_calibration import calibrate_hand
 from stretch_bt.simulation.scene import load_scene
 
 SCENE = """\

@@ -30,8 +30,8 @@ import numpy as np
 
 from stretch_bt.accuracy.palpation.palpated import Seen
 from stretch_bt.accuracy.summary import rms
-from stretch_bt.run.runner import Runner
-from stretch_bt.run.task import run
+from stretch_bt.runtime.runner import Runner
+from stretch_bt.runtime.task import run
 from stretch_bt.simulation.objects.balloon import BalloonObject
 from stretch_bt.simulation.objects.soft_sphere import SoftSphereObject
 from stretch_bt.simulation.scene import load_scene

@@ -33,8 +33,8 @@ from stretch_bt import run
 from stretch_bt.errors import SceneError
 from stretch_bt.perception.clouds.ply import points_of
 from stretch_bt.perception.clouds.relief import Relief
-from stretch_bt.run.onlooker import Onlooker
-from stretch_bt.run.runner import Runner
+from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.simulation.above import distances, upper_surface
 from stretch_bt.simulation.scene import Scene, load_scene
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.run.record import RecordReader, RunRecord
-from stretch_bt.run.record.folder import MCAP
+from stretch_bt.runtime.record import RecordReader, RunRecord
+from stretch_bt.runtime.record.folder import MCAP
 
 FRAMES, CALLS, PERIOD = 100, 5000, 0.05
 

@@ -24,10 +24,12 @@ SETTINGS: dict[str, dict[str, str]] = {
     "numba generic": {"NUMBA_CPU_NAME": "generic"},
     "numpy AVX2 off": {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL X86_V3"},
 }
-RUN = "import sys; from stretch_bt.run.task import run; run(sys.argv[1], scene=sys.argv[2] or None, out=sys.argv[3])"
+RUN = (
+    "import sys; from stretch_bt.runtime.task import run; run(sys.argv[1], scene=sys.argv[2] or None, out=sys.argv[3])"
+)
 REPLAY = """\
 import json, sys
-from stretch_bt.run.replay import replay
+from stretch_bt.runtime.replay import replay
 print(json.dumps([replay(record).to_json() for record in sys.argv[1:]]))
 """
 

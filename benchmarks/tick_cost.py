@@ -20,10 +20,10 @@ from py_trees.common import Status
 from py_trees.ports import BehaviourWithPorts, PortInformation
 
 from stretch_bt.errors import NoAnswer, NodeError
-from stretch_bt.run.clock import VirtualClock
-from stretch_bt.run.context import RunContext
-from stretch_bt.run.record import RunRecord
-from stretch_bt.run.runner import Runner, Watcher
+from stretch_bt.runtime.clock import VirtualClock
+from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.record import RunRecord
+from stretch_bt.runtime.runner import Runner, Watcher
 from stretch_bt.tree.build import build
 from stretch_bt.tree.ports import Behavior, In, Out
 from stretch_bt.tree.program import load_program

@@ -6,8 +6,8 @@ TYPE_CHECKING = False  # of typing, which takes longer to import than all that s
 if TYPE_CHECKING:
     from typing import Any
 
-    from stretch_bt.run.check import check as check
-    from stretch_bt.run.task import run as run
+    from stretch_bt.runtime.check import check as check
+    from stretch_bt.runtime.task import run as run
     from stretch_bt.tree.ports import Behavior as Behavior
     from stretch_bt.tree.ports import In as In
     from stretch_bt.tree.ports import InOut as InOut
@@ -27,17 +27,16 @@ _HOMES = {
     "Out": "tree.ports",
     "Status": "tree.ports",
     "Uses": "tree.ports",
-    "check": "run.check",
+    "check": "runtime.check",
     "node": "tree.registry",
     "port": "tree.ports",
+    "run": "runtime.task",
 }
 
 
 def __getattr__(name: str) -> Any:
     from importlib import import_module
 
-    if name == "run":  # the package of this name is callable
-        return import_module(f"{__name__}.run")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -27,7 +27,7 @@ settings.load_profile("shared")
 LONGEST = (
     "hardware/test_ur_faults.py",
     "hardware/test_wired_run.py",
-    "run/test_mutations.py",
+    "runtime/test_mutations.py",
     "hardware/test_contract.py",
     "trees/test_form_cookie.py",
     "hardware/test_gripper_faults.py",
@@ -35,7 +35,7 @@ LONGEST = (
     "trees/test_palpate_stiffness.py",
     "docs/test_commissioning.py",
     "trees/test_reconstruct.py",
-    "run/test_hand_calibration.py",
+    "runtime/test_hand_calibration.py",
     "docs/test_docs.py",
     "tree/test_modules.py",
     "hardware/test_peak_force.py",
@@ -49,14 +49,14 @@ LONGEST = (
     "hardware/test_scene_processes.py",
     "model/calibration/test_calibrate.py",
     "trees/test_palpate_active.py",
-    "run/test_stop_anywhere.py",
+    "runtime/test_stop_anywhere.py",
     "hardware/test_off_effects.py",
     "trees/test_shipped.py",
     "trees/test_contact_sensitivity.py",
     "trees/test_again.py",
 )
 #: what goes by the clock of the machine, and so is held to deadlines
-BY_THE_CLOCK = ("hardware", "cli", "docs", "run/test_hand_calibration.py", "behaviors/test_force_limit.py")
+BY_THE_CLOCK = ("hardware", "cli", "docs", "runtime/test_hand_calibration.py", "behaviors/test_force_limit.py")
 #: so often it is tried again where the machine was late
 AGAIN = 4
 

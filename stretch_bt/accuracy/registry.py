@@ -11,7 +11,7 @@ from types import ModuleType
 from stretch_bt import accuracy
 from stretch_bt.accuracy.points import Row
 from stretch_bt.errors import InvalidInput
-from stretch_bt.run.provenance import processor
+from stretch_bt.runtime.provenance import processor
 from stretch_bt.source import closest
 
 __all__ = ["domains", "measure"]
@@ -51,6 +51,6 @@ def _rows(name: str, domain: ModuleType, quick: bool) -> Iterator[Row]:
 
 
 def _versions() -> dict[str, str]:
-    from stretch_bt.run.prepare import versions
+    from stretch_bt.runtime.prepare import versions
 
     return versions("stretch-bt", "numpy", "scipy", "numba") | {"python": platform.python_version()}

@@ -27,7 +27,7 @@ def command(
     from stretch_bt.accuracy import domains, measure
     from stretch_bt.accuracy.folder import write
     from stretch_bt.accuracy.table import table
-    from stretch_bt.run.record.folder import claim
+    from stretch_bt.runtime.record.folder import claim
 
     chosen = domains(names or [])
     folder = None if out is None else claim(out)

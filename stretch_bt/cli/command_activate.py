@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.interfaces import MotionState
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
-    from stretch_bt.run.clock import Clock
+    from stretch_bt.runtime.clock import Clock
 
 __all__ = ["command"]
 
@@ -32,8 +32,8 @@ def command(
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
-    from stretch_bt.run.clock import RealClock
-    from stretch_bt.run.use_cell import use_cell
+    from stretch_bt.runtime.clock import RealClock
+    from stretch_bt.runtime.use_cell import use_cell
 
     spec = load_cell(cell)
     grippers = [name for name, d in spec.devices.items() if d.type == "Gripper" and device in (None, name)]

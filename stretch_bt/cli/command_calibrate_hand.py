@@ -14,7 +14,7 @@ from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
-    from stretch_bt.run.hand_calibration import HandCalibration
+    from stretch_bt.runtime.hand_calibration import HandCalibration
 
 __all__ = ["command"]
 
@@ -35,9 +35,9 @@ def command(
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.hand_file import written
-    from stretch_bt.run.clock import Clock, RealClock, VirtualClock
-    from stretch_bt.run.hand_calibration import calibrate_hand, hand_devices
-    from stretch_bt.run.use_cell import use_cell
+    from stretch_bt.runtime.clock import Clock, RealClock, VirtualClock
+    from stretch_bt.runtime.hand_calibration import calibrate_hand, hand_devices
+    from stretch_bt.runtime.use_cell import use_cell
     from stretch_bt.simulation.scene import load_scene
 
     spec = load_cell(cell)

@@ -26,8 +26,8 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Check files, all findings at once; opens no device."""
-    from stretch_bt.run.check import check
-    from stretch_bt.run.fix import fix_files
+    from stretch_bt.runtime.check import check
+    from stretch_bt.runtime.fix import fix_files
 
     with redirect_stdout(sys.stderr):  # what nodes print must not get among the findings
         left = fix_files(files) if fix else []

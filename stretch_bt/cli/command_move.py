@@ -37,7 +37,7 @@ def command(
 ) -> None:
     """Move the hand straight up, or down in the air; says what it will do and asks, Ctrl-C stops, and without --up or --down nothing moves."""
     from stretch_bt.hardware.cell_file import load_cell
-    from stretch_bt.run.vertical_move import arm_of, check_distance
+    from stretch_bt.runtime.vertical_move import arm_of, check_distance
 
     spec = load_cell(cell)
     name, by, fast = arm_of(spec, device), _distance(up, down), _quantity("Speed", speed)
@@ -54,9 +54,9 @@ def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, ye
     """Open the arm, ask, and move it; return how that ended, and the exit code."""
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.implementations import driver_class
-    from stretch_bt.run.clock import Clock, RealClock, VirtualClock
-    from stretch_bt.run.use_cell import use_cell
-    from stretch_bt.run.vertical_move import VerticalMove
+    from stretch_bt.runtime.clock import Clock, RealClock, VirtualClock
+    from stretch_bt.runtime.use_cell import use_cell
+    from stretch_bt.runtime.vertical_move import VerticalMove
     from stretch_bt.simulation.scene import load_scene
 
     simulated = driver_class(spec.devices[name].type, spec.devices[name].use).simulated

@@ -10,7 +10,7 @@ import typer
 from stretch_bt.cli.output import EXIT_FAILURE, emit_json
 
 if TYPE_CHECKING:
-    from stretch_bt.run.replay import ReplayResult
+    from stretch_bt.runtime.replay import ReplayResult
 
 __all__ = ["command"]
 
@@ -23,7 +23,7 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Tick a recorded tree again on its recorded readings, and report the first decision that differs."""
-    from stretch_bt.run.replay import replay
+    from stretch_bt.runtime.replay import replay
 
     result = replay(record, trust=trust, say=_say_executed)
     for other in result.others:

@@ -15,6 +15,6 @@ def command(
     out: Annotated[Path | None, typer.Option(help="Write to this file; by default report.html in the record.")] = None,
 ) -> None:
     """Write the report of a record as one HTML page."""
-    from stretch_bt.run.report import write_report
+    from stretch_bt.runtime.report import write_report
 
     typer.echo(str(write_report(record, out)))

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from stretch_bt.run.runner import Runner
-    from stretch_bt.run.task import RunResult
+    from stretch_bt.runtime.runner import Runner
+    from stretch_bt.runtime.task import RunResult
 
 __all__ = ["command"]
 
@@ -64,8 +64,8 @@ def command(
 
 def _ran(tree: str, shown: bool, set_: list[str], **options: Any) -> RunResult:
     """Run the tree; a signal after the task had ended is in the result."""
-    from stretch_bt.run.result import interrupt_result
-    from stretch_bt.run.task import run
+    from stretch_bt.runtime.result import interrupt_result
+    from stretch_bt.runtime.task import run
 
     view = _view() if shown else None
     # what nodes print must not get among the result, and no tick waits for whoever reads it
@@ -104,7 +104,7 @@ def _noted(_: Runner) -> None:
 
 
 def _view() -> Any:
-    from stretch_bt.run.live import LiveView
+    from stretch_bt.runtime.live import LiveView
 
     return LiveView()
 
@@ -122,7 +122,7 @@ def parameters(given: list[str]) -> dict[str, str]:
 
 def refused(error: StretchError) -> dict[str, Any]:
     """Return the JSON of a run that did not begin."""
-    from stretch_bt.run.task import RunResult
+    from stretch_bt.runtime.task import RunResult
 
     status = "FAULT" if exit_code(error) == EXIT_FAULT else "ERROR"
     found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []

@@ -24,7 +24,7 @@ from stretch_bt.errors import (
     StretchError,
     writable,
 )
-from stretch_bt.run.signals import signals
+from stretch_bt.runtime.signals import signals
 
 __all__ = [
     "EXIT_BAD_INPUT",

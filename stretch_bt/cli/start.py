@@ -7,7 +7,7 @@ import sys
 
 from stretch_bt.cli.stops import EXIT_INTERRUPTED, stops
 from stretch_bt.forked import alone
-from stretch_bt.run.signals import signals
+from stretch_bt.runtime.signals import signals
 
 TYPE_CHECKING = False  # see stretch_bt/__init__.py
 if TYPE_CHECKING:

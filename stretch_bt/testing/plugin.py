@@ -10,15 +10,15 @@ import pytest
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
-    from stretch_bt.run.clock import VirtualClock
-    from stretch_bt.run.task import RunResult
+    from stretch_bt.runtime.clock import VirtualClock
+    from stretch_bt.runtime.task import RunResult
     from stretch_bt.testing.scripted import ScriptedDevice
 
 
 @pytest.fixture
 def virtual_clock() -> VirtualClock:
     """A clock that a test moves."""
-    from stretch_bt.run.clock import VirtualClock
+    from stretch_bt.runtime.clock import VirtualClock
 
     return VirtualClock()
 
@@ -50,7 +50,7 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
     A tree that is text stands for one beside the test: it may name Python modules there.
     `mocks` may be text too; scripted `devices`, by the names that the tree declares, take the time of the run.
     """
-    from stretch_bt.run.task import run as run_tree
+    from stretch_bt.runtime.task import run as run_tree
 
     count = 0
 

@@ -18,7 +18,7 @@ _HERE = Path(__file__).parent
 #: code that ticks, imports or checks a node, and is not the node
 _AROUND = (
     _HERE,
-    _HERE.parent / "run",
+    _HERE.parent / "runtime",
     _HERE.parent / "cli",
     _HERE.parent / "behaviors" / "_motion.py",
     Path(threading.__file__),

@@ -7,7 +7,7 @@ import pytest
 from stretch_bt.behaviors.records import Touch
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import Reading
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import MISSING, Cell, Role, Status
 from stretch_bt.tree.registry import lookup

@@ -14,7 +14,7 @@ from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception import FreeView
 from stretch_bt.perception.types import Contact
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import Role, Status
 from stretch_bt.tree.registry import lookup

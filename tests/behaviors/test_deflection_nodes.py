@@ -12,7 +12,7 @@ from stretch_bt.behaviors.records import Candidates, ObservedTop, PlannedPress, 
 from stretch_bt.model import ForceModel
 from stretch_bt.perception import Sphere
 from stretch_bt.perception.types import CONTACT, UNDEFORMED
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.ports import Behavior, Role, Status
 from stretch_bt.tree.registry import lookup
 from stretch_bt.units import Estimate

@@ -11,7 +11,7 @@ from stretch_bt.frames import Wrench
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.hardware.ur.force_sensing import FORCE_SENSING
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 
 RATE, TICK = 125, 0.05
 SENSING = FORCE_SENSING["ur5"]

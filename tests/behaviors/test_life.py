@@ -15,7 +15,7 @@ from stretch_bt.accuracy.perception.view import Press, seen
 from stretch_bt.behaviors.protocol_records import Table
 from stretch_bt.behaviors.records import FreeMembrane, Touch
 from stretch_bt.errors import NotReady
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.tree.ports import MISSING, Behavior, Port, Role, Status
 from stretch_bt.tree.registry import NodeInfo, load_all

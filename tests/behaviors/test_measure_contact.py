@@ -11,7 +11,7 @@ from stretch_bt.accuracy.perception.noise import WHITE_03, observe
 from stretch_bt.accuracy.perception.view import Press, seen
 from stretch_bt.perception import find_contact
 from stretch_bt.perception.types import Contact
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.tree.ports import MISSING, Behavior, Role, Status
 from stretch_bt.tree.registry import lookup

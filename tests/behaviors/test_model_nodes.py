@@ -13,8 +13,8 @@ from stretch_bt.behaviors.records import Mounting
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model import CalibratedHertz, ForceModel, hertz_force
 from stretch_bt.perception.pattern import HANG
-from stretch_bt.run.check import check
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.check import check
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
 

@@ -12,8 +12,8 @@ from stretch_bt.behaviors.records import Touch
 from stretch_bt.errors import DeviceLost
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import MotionState
-from stretch_bt.run.check import check
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.check import check
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.ports import Behavior, Role, Status
 from stretch_bt.tree.registry import lookup
 

@@ -11,7 +11,7 @@ import pytest
 from stretch_bt.frames import Pose
 from stretch_bt.perception import Cloud
 from stretch_bt.perception.types import Contact
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.ports import MISSING, Behavior, Cell, Role, Status
 from stretch_bt.tree.registry import lookup
 

@@ -13,7 +13,7 @@ from stretch_bt.perception import Sphere, deproject, find_contact, to_membrane
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.pressed.table import read_shapes
 from stretch_bt.perception.types import UNDEFORMED
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.ports import Role, Status
 from stretch_bt.tree.registry import lookup
 

@@ -3,7 +3,7 @@
 import pytest
 
 from stretch_bt.model.calibration.characterization import NAME, read_table
-from stretch_bt.run.check import check
+from stretch_bt.runtime.check import check
 from stretch_bt.testing import ScriptedDevice
 from stretch_bt.tree.ports import Status
 

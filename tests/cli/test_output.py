@@ -9,7 +9,7 @@ import pytest
 from stretch_bt.cli.output import emit_json, report_error
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import StretchError
-from stretch_bt.run.signals import signals
+from stretch_bt.runtime.signals import signals
 
 
 class Speechless(StretchError):

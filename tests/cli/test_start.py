@@ -11,7 +11,7 @@ import pytest
 
 from stretch_bt.cli import app, start
 from stretch_bt.cli.stops import stops
-from stretch_bt.run.signals import signals
+from stretch_bt.runtime.signals import signals
 
 LONG = 60
 TREE = """\

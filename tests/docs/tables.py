@@ -416,10 +416,10 @@ def write_mistake(path: Path, mistake: dict[str, Any]) -> None:
 
 def findings(mistake: dict[str, Any]) -> list[Diagnostic]:
     """Return what the mistake's command says."""
-    from stretch_bt.run.check import check
-    from stretch_bt.run.replay import replay
-    from stretch_bt.run.report import write_report
-    from stretch_bt.run.task import run
+    from stretch_bt.runtime.check import check
+    from stretch_bt.runtime.replay import replay
+    from stretch_bt.runtime.report import write_report
+    from stretch_bt.runtime.task import run
 
     commands: dict[str, Callable[[], Any]] = {
         "check": lambda: check("given.yaml", cell=mistake.get("against")),

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.run.check import check
+from stretch_bt.runtime.check import check
 from stretch_bt.tree import registry
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.registry import RESERVED
@@ -200,7 +200,7 @@ def test_the_running_page_knows_every_option_and_field():
     import dataclasses
 
     from stretch_bt.cli.command_run import command
-    from stretch_bt.run.task import RunResult
+    from stretch_bt.runtime.task import RunResult
 
     text = (ROOT / "docs" / "running.md").read_text("utf-8")
     options = [f"--{name.rstrip('_')}" for name in command.__annotations__ if name not in ("tree", "return")]
@@ -209,17 +209,17 @@ def test_the_running_page_knows_every_option_and_field():
 
 
 def test_the_testing_page_knows_every_field_of_a_mocks_file():
-    from stretch_bt.run.mocks_file import FIELDS, STATUSES, THEN, TOP
+    from stretch_bt.runtime.mocks_file import FIELDS, STATUSES, THEN, TOP
 
     text = (ROOT / "docs" / "testing.md").read_text("utf-8")
     assert [word for word in (*TOP, *FIELDS, *THEN, *STATUSES) if f"`{word}`" not in text] == []
 
 
 def test_the_records_page_knows_every_event_and_schema():
-    from stretch_bt.run.record.channels import _JSON_SCHEMAS
+    from stretch_bt.runtime.record.channels import _JSON_SCHEMAS
 
     text = (ROOT / "docs" / "records.md").read_text("utf-8")
-    source = "".join(path.read_text("utf-8") for path in (TABLES["PACKAGE"] / "run").rglob("*.py"))
+    source = "".join(path.read_text("utf-8") for path in (TABLES["PACKAGE"] / "runtime").rglob("*.py"))
     events = {*re.findall(r"\b_?(?:note|event)\(\s*\"(\w+)\"", source), "write", "header"}
     assert {"status", "stop"} < events
     assert [word for word in [*events, *_JSON_SCHEMAS] if f"`{word}`" not in text] == []

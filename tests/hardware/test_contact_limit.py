@@ -11,7 +11,7 @@ from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 from stretch_bt.hardware.limits import Limits
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.tree.ports import Role
 from stretch_bt.tree.registry import lookup

@@ -11,8 +11,8 @@ from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.interfaces import DeviceState
 from stretch_bt.hardware.replay.frames import png_files
-from stretch_bt.run.record import RecordReader
-from stretch_bt.run.replay import replay
+from stretch_bt.runtime.record import RecordReader
+from stretch_bt.runtime.replay import replay
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 

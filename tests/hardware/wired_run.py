@@ -23,7 +23,7 @@ from lab import lab_cell
 from wired_servers import Servers
 
 from stretch_bt import run
-from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.runtime.onlooker import Onlooker
 
 LAB = {"arm": {"watchdog": "2.5 Hz", "lost_after": "400 ms"}, "gripper": {}, "force_sensor": {}}
 #: where faults are not the camera's it is asked directly, which is quicker

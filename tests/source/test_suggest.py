@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter
 
-from stretch_bt.run.check import check
+from stretch_bt.runtime.check import check
 from stretch_bt.source import closest
 from stretch_bt.source.fit import _schema
 from stretch_bt.source.suggest import MOST

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import pytest
 
-from stretch_bt.run.clock import VirtualClock
-from stretch_bt.run.context import RunContext
-from stretch_bt.run.runner import Runner
+from stretch_bt.runtime.clock import VirtualClock
+from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree import registry
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.ports import Behavior, In, Out, Status

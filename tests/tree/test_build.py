@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from stretch_bt.errors import NodeError
-from stretch_bt.run.clock import VirtualClock
-from stretch_bt.run.context import RunContext
-from stretch_bt.run.runner import Runner
+from stretch_bt.runtime.clock import VirtualClock
+from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree.build import build
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.program import load_program

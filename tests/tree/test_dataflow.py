@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
 from stretch_bt.errors import UnsetKey
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree import registry
 from stretch_bt.tree.build import build
 from stretch_bt.tree.ports import Behavior, In, Out, Status

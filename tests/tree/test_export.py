@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stretch_bt.errors import InvalidInput, TreeError
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.build import build
 from stretch_bt.tree.export import FORMATS, export
 from stretch_bt.tree.export.layout import GAP_X, arrange

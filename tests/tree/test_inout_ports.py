@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stretch_bt import Behavior, In, InOut, Out, Status, node, run
-from stretch_bt.run.check import check
+from stretch_bt.runtime.check import check
 from stretch_bt.tree import registry
 from stretch_bt.units import Length
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.build import build
 from stretch_bt.tree.program import Program, load_program
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.run.record import RunRecord
+from stretch_bt.runtime.record import RunRecord
 from stretch_bt.tree.modules import ModuleRefused, Modules
 
 COMMAND = str(Path(sys.executable).with_name("stretch-bt"))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput, MocksError
-from stretch_bt.run import mocks_file
+from stretch_bt.runtime import mocks_file
 from stretch_bt.source import parse
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.fragments import WORDS

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.runtime.onlooker import Onlooker
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.simulated.operator import indenter
 from stretch_bt.model.calibration.characterization import NAME, read_table
-from stretch_bt.run.replay import replay
+from stretch_bt.runtime.replay import replay
 from stretch_bt.simulation.fidelity.make import Membrane
 from stretch_bt.simulation.scene import load_scene
 from stretch_bt.simulation.world import World

@@ -7,8 +7,8 @@ import pytest
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.model.calibration.sensitivity import METHODS, NAME, read_sensitivity
-from stretch_bt.run.onlooker import Onlooker
-from stretch_bt.run.replay import replay
+from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.replay import replay
 
 SCENE = """\
 format: stretch-scene/1

@@ -6,7 +6,7 @@ from typing import Any
 import py_trees
 import pytest
 
-from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.runtime.onlooker import Onlooker
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.ports import Status
 from stretch_bt.tree.program import shipped_trees

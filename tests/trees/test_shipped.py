@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.run.check import check
-from stretch_bt.run.onlooker import Onlooker
+from stretch_bt.runtime.check import check
+from stretch_bt.runtime.onlooker import Onlooker
 from stretch_bt.tree.program import load_program, shipped_trees
 
 MOCKS = Path(__file__).parent / "mocks"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stretch_bt.accuracy.palpation.palpated import Seen
-from stretch_bt.run.result import RunResult
+from stretch_bt.runtime.result import RunResult
 from stretch_bt.simulation.objects.balloon import BalloonObject
 from stretch_bt.simulation.scene import load_scene
 

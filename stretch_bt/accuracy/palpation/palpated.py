@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.accuracy.palpation.protocols import LEVELS, OWN, PROTOCOLS
-from stretch_bt.run.onlooker import Onlooker
-from stretch_bt.run.result import RunResult
-from stretch_bt.run.runner import Runner
-from stretch_bt.run.task import run
+from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.result import RunResult
+from stretch_bt.runtime.runner import Runner
+from stretch_bt.runtime.task import run
 from stretch_bt.simulation.scene import load_scene
 
 __all__ = ["Seen", "palpated", "watched"]

@@ -13,7 +13,7 @@ from pathlib import Path
 from stretch_bt.accuracy.twin.press import press_once
 from stretch_bt.accuracy.twin.rolling import roll_once
 from stretch_bt.errors import NoAnswer
-from stretch_bt.run.task import run
+from stretch_bt.runtime.task import run
 from stretch_bt.simulation.scene import Scene, parse_scene
 
 __all__ = ["Outcome", "outcome", "with_effects"]

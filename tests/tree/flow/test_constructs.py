@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from stretch_bt.errors import TreeError
-from stretch_bt.run.context import RunContext
+from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.registry import RESERVED

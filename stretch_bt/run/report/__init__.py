@@ -1,5 +1,0 @@
-"""The report of a run: one HTML page that needs nothing else."""
-
-from stretch_bt.run.report.page import write_report
-
-__all__ = ["write_report"]

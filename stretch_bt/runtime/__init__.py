@@ -1,0 +1,1 @@
+"""Clock, runner, safe stop, record, replay, mocks and report of a run."""

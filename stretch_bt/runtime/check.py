@@ -1,0 +1,170 @@
+"""Checking files of any of the formats, all findings in one pass; opens no device."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from contextlib import redirect_stdout
+from pathlib import Path
+
+from stretch_bt.errors import Diagnostic, FileError, StretchError
+from stretch_bt.hardware.hand_file import FORMAT as HAND
+from stretch_bt.hardware.hand_file import HandFile
+from stretch_bt.runtime import mocks_file
+from stretch_bt.runtime.mocks import check_mocks, tree_of
+from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
+from stretch_bt.tree.blame import own_code
+from stretch_bt.tree.document import Document
+from stretch_bt.tree.flow import Leaf
+from stretch_bt.tree.headings import FORMAT as TREE
+from stretch_bt.tree.made import made
+from stretch_bt.tree.modules import Modules
+from stretch_bt.tree.program import Program, find_tree, load_program
+
+__all__ = ["check", "check_file"]
+
+
+def _tree(path: Path) -> list[Diagnostic]:
+    program = load_program(path)
+    return [*program.diagnostics, *_scene_of(program.document), *_unmade(program)]
+
+
+def _unmade(program: Program) -> list[Diagnostic]:
+    """Return where a node class makes no node, each class at its first place; what they print is not the command's."""
+    leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
+    found = []
+    for leaf in {leaf.info.cls: leaf for leaf in reversed(leaves)}.values():
+        try:
+            with redirect_stdout(sys.stderr), own_code(leaf.label, f"{leaf.info.cls.__name__}()"):
+                made(leaf.info.cls, leaf.label)
+        except StretchError as error:
+            found.append(leaf.mark.error("import", str(error), "mend the class of the node"))
+    return found
+
+
+def _scene_of(document: Document) -> list[Diagnostic]:
+    """Return what is wrong with the scene that a tree names."""
+    if document.scene is None:
+        return []
+    from stretch_bt.simulation.scene import load_scene
+
+    try:
+        load_scene(document.scene_path or "")
+    except FileError as error:
+        first = error.diagnostics[0]
+        unknown = first.code in ("scene-unknown", "file-missing")
+        return [document.scene.mark.error(first.code, first.message, first.hint)] if unknown else error.diagnostics
+    return []
+
+
+def _mocks(path: Path) -> list[Diagnostic]:
+    found = mocks_file.read_mocks(path)
+    tree = tree_of(found)
+    program = load_program(tree, None, _modules_of_mocks(path, tree))
+    if program.errors:
+        assert found.tree is not None
+        if (first := program.errors[0]).code == "import":
+            return [found.tree.mark.error("tree-wrong", f"in its tree, {first.message}", first.hint)]
+        what = f"the tree {found.tree.text!r} has {len(program.errors)} errors, so these mocks cannot be checked"
+        return [found.tree.mark.error("tree-wrong", what, f"see `stretch-bt check {tree}`")]
+    check_mocks(found, program)
+    return []
+
+
+def _modules_of_mocks(path: Path, tree: str | Path) -> Modules:
+    """Return where the modules of a tree may stand that a mocks file names, not the user."""
+    folder = path.parent.resolve()
+    below = Path(tree).resolve().is_relative_to(folder)
+    return Modules(folder, folder if below else None, "put the mocks file beside the tree, so that you name its folder")
+
+
+def _scene(path: Path) -> list[Diagnostic]:
+    from stretch_bt.simulation.scene import load_scene
+
+    load_scene(path)
+    return []
+
+
+def _cell(path: Path) -> list[Diagnostic]:
+    from stretch_bt.hardware.cell_file import load_cell
+
+    load_cell(path)
+    return []
+
+
+def _hand(path: Path) -> list[Diagnostic]:
+    validate(HandFile, load(path, str(path)))
+    return []
+
+
+_CHECKS: dict[str, Callable[[Path], list[Diagnostic]]] = {
+    TREE: _tree,
+    "stretch-scene/1": _scene,
+    "stretch-cell/1": _cell,
+    HAND: _hand,
+    mocks_file.FORMAT: _mocks,
+}
+
+
+def check(paths: Iterable[str | Path] | str | Path, *, cell: str | Path | None = None) -> list[Diagnostic]:
+    """Return the findings of files, in the order given; the first key of each says what it is.
+
+    With a cell, trees are also held against its devices and limits.
+    """
+    if isinstance(paths, str | Path):
+        paths = [paths]
+    found = [finding for path in paths for finding in check_file(path)]
+    return found if cell is None else [*found, *_with_cell(paths, cell, found)]
+
+
+@few_suggestions()
+def check_file(path: str | Path) -> list[Diagnostic]:
+    """Return the findings of one file, or of the shipped tree of that name."""
+    try:
+        return _CHECKS[_format(path)](Path(path))
+    except FileError as error:
+        return error.diagnostics
+
+
+def _with_cell(paths: Iterable[str | Path], cell: str | Path, found: list[Diagnostic]) -> list[Diagnostic]:
+    """Return what trees without errors ask for beyond a cell, or what is wrong with the cell."""
+    from stretch_bt.hardware.cell_file import load_cell
+    from stretch_bt.runtime.reach import beyond_cell
+
+    try:
+        spec = load_cell(cell)
+    except FileError as error:
+        return [d for d in error.diagnostics if d not in found]
+    beyond: list[Diagnostic] = []
+    for path in paths:
+        if _is_tree(path):
+            program = load_program(path)
+            if not program.errors and "main" in program.document.trees:
+                beyond += beyond_cell(program, spec, path)
+    return beyond
+
+
+def _is_tree(path: str | Path) -> bool:
+    try:
+        return _format(path) == TREE
+    except FileError:
+        return False
+
+
+def _format(path: str | Path) -> str:
+    """Return the first key's value of a file, or of a shipped tree by its name."""
+    file, name = find_tree(path)[0], str(path)
+    root = parse(read_text(file, name), name)
+    if not isinstance(root, Map):
+        raise FileError([root.mark.error("yaml-top", "the top level is not a mapping", f"begin with 'format: {TREE}'")])
+    value = root.get("format")
+    if value is None:
+        raise FileError(
+            [root.mark.error("format-missing", "the first key is not 'format'", f"begin with 'format: {TREE}'")]
+        )
+    if not isinstance(value, Scalar) or value.text not in _CHECKS:
+        given = value.text if isinstance(value, Scalar) else "this"
+        raise FileError(
+            [value.mark.error("format-unknown", f"{given!r} is not a format", did_you_mean(given, _CHECKS))]
+        )
+    return value.text

@@ -1,0 +1,226 @@
+"""Executing a prepared run: open, tick, stop, close, and say how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
+from stretch_bt.hardware.interfaces import Device
+from stretch_bt.runtime.clock import Clock, RealClock, VirtualClock
+from stretch_bt.runtime.context import Seen
+from stretch_bt.runtime.given import Given
+from stretch_bt.runtime.load_ahead import load_ahead, load_first
+from stretch_bt.runtime.onlooker import Visits
+from stretch_bt.runtime.prepare import Task
+from stretch_bt.runtime.record import RunRecord
+from stretch_bt.runtime.report import write_report
+from stretch_bt.runtime.result import RunResult, interrupt_result, result_of, told_in
+from stretch_bt.runtime.runner import Outcome, Runner, Watcher
+from stretch_bt.runtime.signals import signals, unbroken
+from stretch_bt.runtime.sketches import Sketches
+from stretch_bt.runtime.truth import Truths
+from stretch_bt.runtime.view import Shown, View
+from stretch_bt.threads import one_thread
+from stretch_bt.tree.threads_heard import Heard, threads_heard
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.cell import Cell
+    from stretch_bt.hardware.cell_file import CellSpec
+
+__all__ = ["execute"]
+
+#: device implementations that go by whatever clock they are given
+_ANY_CLOCK = ("simulated", "replay")
+
+
+def execute(
+    task: Task,
+    out: str | Path | None = None,
+    view: View | None = None,
+    watch: Callable[[Runner], None] | None = None,
+    devices: Mapping[str, Device] | None = None,
+) -> RunResult:
+    """Open what the task needs, run it, and close everything, whatever happens; `devices` are used instead of a cell's."""
+    spec = task.cell_spec() if devices is None else None
+    missing = sorted(task.devices() - devices.keys()) if devices is not None else []
+    if missing:
+        raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
+    if spec is None:
+        task.scene = None
+    task.prepare(spec)
+    scene = _load_scene(task, spec)
+    real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
+    if real:
+        load_ahead()
+    else:
+        load_first(sheet=scene is not None and scene.fidelity == "sheet")
+    clock: Clock = RealClock() if real else VirtualClock()
+    with one_thread(), threads_heard() as heard:
+        run = _Run(task, clock, view, watch, heard)
+        with signals(run.interrupted):
+            run.record = RunRecord(Path(out) if out is not None else None)
+            result = run.whole(spec, scene, devices)
+    return run.told_of_signals(result)  # also of those that came while the record was closed
+
+
+class _Run:
+    """One run, from its record to closing: a signal at any instant of it ends it safely and is in its result."""
+
+    record: RunRecord
+
+    def __init__(
+        self, task: Task, clock: Clock, view: View | None, watch: Callable[[Runner], None] | None, heard: Heard
+    ) -> None:
+        self.task = task
+        self.heard = heard
+        self.clock = clock
+        self.view = view
+        self.watch = watch
+        self.cell: Cell | Given | None = None
+        self.runner: Runner | None = None
+        self.came: list[str] = []
+        self.opening = False
+
+    def interrupted(self, why: str) -> None:
+        """Take note of a signal: it breaks off the opening of devices, and stops the task from its first tick on."""
+        self.came.append(why)
+        if self.runner is not None:
+            self.runner.interrupt(why)
+        elif self.opening:
+            self.opening = False  # what closes the devices again is not broken off
+            raise KeyboardInterrupt(why)
+
+    def whole(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> RunResult:
+        """Open, drive, close."""
+        self.seen = Seen(self.record)
+        self.task.context.folder = self.record.folder
+        try:
+            self.record.start(self.task.context.about, self.task.run_info(spec, scene))
+            self.open(spec, scene, devices)
+            return self.drive(self.cell)
+        except BaseException as error:
+            if self.came and self.runner is None and isinstance(error, KeyboardInterrupt):
+                return self.unbegun()
+            kinds = {DeviceFault: "FAULT", KeyboardInterrupt: "INTERRUPTED"}
+            status = next((name for kind, name in kinds.items() if isinstance(error, kind)), "ERROR")
+            with suppress(RecordError):  # what ended the run is told, not what became of its record
+                self.record.close({"status": status, "reason": str(error)})
+            raise
+        finally:
+            if self.cell is not None:
+                self.cell.close()
+
+    def open(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> None:
+        """Open the devices, or take those that were given."""
+        context = self.task.context
+        if devices is not None:
+            context.devices = devices
+            self.cell = Given(devices)
+        elif spec is not None:
+            self.cell = cell = self.opened(spec, scene)
+            context.devices, context.hand = cell.devices, cell.hand
+
+    def opened(self, spec: CellSpec, scene: Any) -> Cell:
+        """Return the devices, opened; the only part of a run that a signal breaks off where it is."""
+        self.opening = True
+        try:
+            if self.came:
+                raise KeyboardInterrupt(self.came[0])
+            from stretch_bt.hardware.cell import open_cell
+
+            return open_cell(
+                spec,
+                now=self.clock.now,
+                seed=self.task.seed,
+                scene=scene,
+                journal=self.seen,
+                only=self.task.devices(),
+                closing=unbroken,
+            )
+        finally:
+            self.opening = False
+
+    def unbegun(self) -> RunResult:
+        """Return the result of a run that a signal ended before its first tick."""
+        reason = f"stopped by {self.came[0]} before the first tick"
+        result = RunResult("INTERRUPTED", reason, {}, {}, 0, 0.0, 0.0, 0.0, str(self.record.folder))
+        self.write_down(result)
+        return result
+
+    def drive(self, cell: Cell | Given | None) -> RunResult:
+        """Tick to the end, close the devices, and write down what came of it."""
+        built = self.task.built
+        truths, visits = Truths(built, cell.truth if cell is not None else dict), Visits()
+        watchers: list[Watcher] = [self.record, truths, visits]
+        sketches = None
+        if truths.own and cell is not None:
+            sketches = Sketches(truths.names, cell.sketch)
+            watchers.append(sketches)
+        outcome = self.ticked(cell, watchers)
+        errors = cell.close() if cell is not None else []
+        outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
+        result = result_of(self.task, outcome, truths, visits, self.seen, self.record)
+        with told_in(result, "no figures of the twin"):
+            result.stats = cell.stats() if cell is not None else []
+        with told_in(result, "no sketch of the object"):
+            if sketches is not None:
+                sketches.save(self.record.folder)
+        self.write_down(result)
+        return result
+
+    def ticked(self, cell: Cell | Given | None, watchers: list[Watcher]) -> Outcome:
+        """Tick to the end, and show that to who wants to see it."""
+        built = self.task.built
+        shown = None if self.view is None else Shown(self.view, built)
+        runner = Runner(
+            built,
+            self.task.context,
+            self.clock,
+            period=self.task.program.document.tick_period,
+            cell=cell,
+            watchers=watchers if shown is None else [*watchers, shown],
+            max_ticks=self.task.most_ticks(),
+        )
+        if self.watch is not None:
+            self.watch(runner)
+        self.runner = runner
+        for why in self.came:
+            runner.interrupt(why)
+        if shown is not None:
+            shown.start()
+        outcome = runner.run()
+        self.came += runner.unheard
+        if shown is not None:
+            shown.stop()
+            outcome.errors += shown.errors
+        return outcome
+
+    def write_down(self, result: RunResult) -> None:
+        """Close the record and write the report; what fails of it is told and changes nothing."""
+        self.told_of_signals(result)
+        lines, broken = self.heard.take()
+        result.errors += lines
+        result.broken += broken
+        with told_in(result):
+            self.record.close(result.to_json())
+        with told_in(result, "no report"):
+            write_report(self.record.folder)
+
+    def told_of_signals(self, result: RunResult) -> RunResult:
+        """Return a result that says which signal came after the task had ended, if one did."""
+        if self.came:
+            interrupt_result(result, self.came[0])
+        return result
+
+
+def _load_scene(task: Task, spec: CellSpec | None) -> Any:
+    if spec is None or not spec.simulated:
+        return None
+    from stretch_bt.simulation.scene import load_scene
+
+    if task.scene is None:
+        raise InvalidInput("a simulated cell needs a scene; name one with --scene, or in the tree")
+    return load_scene(task.scene)

@@ -1,0 +1,188 @@
+"""A run being prepared: everything that is known before a device is opened."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.mocks import Mocks
+from stretch_bt.runtime.provenance import effects_on, machine, own_modules
+from stretch_bt.source import Map, Scalar
+from stretch_bt.tree.behavior import Behavior
+from stretch_bt.tree.blame import own_code
+from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.document import Document
+from stretch_bt.tree.program import Program
+from stretch_bt.units import plain_number
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.cell_file import CellSpec
+    from stretch_bt.simulation.scene import Scene
+
+__all__ = ["VERSIONS", "Task", "versions"]
+
+#: ticks of a run on mocks that does not say how many it expects: half an hour of the task at 50 Hz
+MOCKED_TICKS = 100_000
+DEFAULT_CELL = "simulated"
+#: packages that results depend on
+VERSIONS = ("stretch-bt", "py_trees", "numpy", "scipy", "numba", "opencv-contrib-python-headless", "pydantic")
+
+
+@dataclass(slots=True)
+class Task:
+    """A run being prepared: everything that is known before a device is opened."""
+
+    program: Program
+    params: Mapping[str, Any]
+    seed: int = 0
+    scene: str | None = None
+    cell: str | None = None
+    mocks: Mocks | None = None
+    notes: list[str] = field(default_factory=list)
+    context: RunContext = field(default_factory=RunContext)
+    built: BuiltTree = field(init=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise InvalidInput(f"a seed is a whole number from 0 on, not {self.seed!r}")
+        if self.mocks is not None:
+            self.mocks.attach(self.context.mocked_readings)
+        self.built = build(self.program, self.context, self.mocks)
+        if self.mocks is not None:
+            self.mocks.check_matches(self.built, self.program)
+
+    def prepare(self, spec: CellSpec | None) -> None:
+        """Let every node look at what is known before any device is opened: parameters, the hand and the limits of the cell."""
+        self.context.about = self.header()
+        if spec is not None:
+            self.context.hand, self.context.limits = Hand(spec.hand), spec.limits
+        for node in self.built.nodes.values():
+            if isinstance(node, Behavior):
+                with own_code(node.path, "prepare()"):
+                    node.prepare()
+
+    def most_ticks(self) -> int | None:
+        """Return after how many ticks a run on mocks is ended, as one of mocks that run for ever; None for any other run."""
+        if self.mocks is None:
+            return None
+        expected = self.mocks.expect.ticks_max
+        return MOCKED_TICKS if expected is None else 10 * expected
+
+    def devices(self) -> set[str]:
+        """Return the devices that the run needs: those of nodes and readings that are not mocked."""
+        return self.built.needed(self.context.mocked_readings)
+
+    def cell_spec(self) -> CellSpec | None:
+        """Return the cell that the run opens, checked against what the tree declares; None when it needs none."""
+        wanted = self.devices()
+        if not wanted and self.cell is None:
+            return None
+        from stretch_bt.hardware.cell_file import load_cell
+        from stretch_bt.runtime.reach import check_devices
+
+        spec = load_cell(self.cell or DEFAULT_CELL)
+        check_devices(self.program, spec, wanted)
+        return spec
+
+    def header(self) -> dict[str, Any]:
+        """Return what identifies the run: the same for identical runs, without paths, hosts or times."""
+        document = self.program.document
+        outs = {
+            f"main/{n}": d.type.name
+            for n, d in {**self.program.main.signature.keys, **self.program.main.signature.outs}.items()
+        }
+        return {
+            "tree": Path(document.file).name,
+            "files": {Path(name).name: digest for name, digest in document.files.items()},
+            "params": {name: _without_folder(param.value) for name, param in document.params.items()},
+            "seed": self.seed,
+            "scene": Path(self.scene).name if self.scene else None,
+            "cell": Path(self.cell).name if self.cell else None,
+            "mocks": Path(self.mocks.file).name if self.mocks else None,
+            "tick": document.tick_period,
+            "keys": outs,
+            "versions": versions("stretch-bt", "py_trees", "numpy"),
+        }
+
+    def run_info(self, spec: CellSpec | None, scene: Scene | None = None) -> dict[str, Any]:
+        """Return what a replay needs and what a person may want to know."""
+        document = self.program.document
+        return {
+            "tree": str(document.path.resolve()) if document.path else document.file,
+            "sources": sources(self.program),
+            "set": {k: _plain_param(v) for k, v in self.params.items()},
+            "seed": self.seed,
+            "scene": self.scene,
+            "scene_text": _scene_text(self.scene) if scene is not None and self.scene else None,
+            "effects": effects_on(scene),
+            "cell": self.cell,
+            "cell_text": spec.path.read_text("utf-8") if spec is not None else None,
+            "modules": own_modules(self.program),
+            "hand": asdict(spec.hand) if spec is not None else None,
+            "limits": spec.limits.model_dump() if spec is not None else None,
+            "mocks": self.mocks.path.read_text("utf-8") if self.mocks else None,
+            "started": datetime.now().astimezone().isoformat(timespec="seconds"),
+            "host": platform.node(),
+            "command": sys.argv,
+            "python": platform.python_version(),
+            "versions": versions(*VERSIONS),
+            "machine": machine(compiled=spec is not None),
+        }
+
+
+def _scene_text(scene: str) -> str:
+    from stretch_bt.simulation.scene import scene_text
+
+    return scene_text(scene)
+
+
+def _plain_param(value: Any) -> Any:
+    """Return a parameter as JSON takes it; one of a scene file is its text."""
+    value = plain_number(value)
+    if isinstance(value, int | float | list | bool):
+        return value
+    return value.text if isinstance(value, Scalar) else str(value)
+
+
+def _without_folder(value: Any) -> Any:
+    """Return the value of a parameter; of text that is a path only the file's name, so that no log holds a place of the disk."""
+    return Path(value).name if isinstance(value, str) and os.sep in value else value
+
+
+def versions(*names: str) -> dict[str, str]:
+    """Return the installed versions of packages."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def sources(program: Program) -> dict[str, str]:
+    """Return the text of every tree file, by its path relative to the main one, so that a record can be replayed alone."""
+    main = program.document
+    assert main.path is not None
+    found = {main.path.name: main.path.read_text("utf-8")}
+
+    def visit(document: Document, folder: Path) -> None:
+        for key, imported in document.imports.items():
+            table = document.root.get("imports")
+            target = table.get(key) if isinstance(table, Map) else None
+            if isinstance(target, Scalar) and imported.path is not None:
+                found[str(folder / target.text)] = imported.path.read_text("utf-8")
+                visit(imported, (folder / target.text).parent)
+
+    visit(main, Path())
+    return found

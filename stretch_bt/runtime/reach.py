@@ -1,0 +1,189 @@
+"""What a tree can ask of a cell, held against the limits of that cell before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import CellError, Diagnostic, StretchError
+from stretch_bt.hardware.cell_file import CellSpec
+from stretch_bt.runtime.contact_force import hard_contact
+from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.held_force import HELD, unheld_force
+from stretch_bt.source import Mark
+from stretch_bt.tree.build import Builder, build
+from stretch_bt.tree.cell import MISSING
+from stretch_bt.tree.document import Param
+from stretch_bt.tree.flow import Leaf, Part, Wire
+from stretch_bt.tree.port import Port, Role
+from stretch_bt.tree.program import Program, load_program
+from stretch_bt.units import KINDS, format_quantity
+
+__all__ = ["beyond_cell", "check_devices"]
+
+_ROUNDING = 1e-9
+
+
+def beyond_cell(program: Program, spec: CellSpec, load: str | Path) -> list[Diagnostic]:
+    """Return where a tree without errors asks for what a cell does not have or does not allow.
+
+    An error is what it asks for as it is written. A warning is what is known only in the run where the port takes more than the
+    cell allows, or what a param makes of it at an end of its range; `load` is the file that is read again for that.
+
+    Heights, and places that follow from where the hand is, are known in the run alone: of them only lengths that do not fit
+    into the box anywhere are found.
+    """
+    asked = _Asked(spec)
+    built = build(program, RunContext(), asked)
+    try:
+        check_devices(program, spec, built.needed())
+    except CellError as error:
+        asked.found += error.diagnostics
+    asked.found += _slow_ticks(program, asked)
+    known = {(d.line, d.column, d.file) for d in asked.found}
+    for name, param in program.document.params.items():
+        ends = dict.fromkeys(end for end in (param.min, param.max) if end is not None and end != param.value)
+        for end in ends:
+            asked.found += _at_end(load, spec, name, param, end, known)
+    return sorted(asked.found, key=lambda d: (d.file, d.line, d.column))
+
+
+def check_devices(program: Program, spec: CellSpec, needed: Iterable[str]) -> None:
+    """Raise CellError, at their declarations, for devices that a tree needs and a cell does not have."""
+    declared = program.document.devices
+    findings = []
+    for name in sorted(needed):
+        interface = declared[name].interface.__name__
+        present = spec.devices.get(name)
+        if present is None or present.type != interface:
+            what = f"the tree needs {name!r}, a device of kind {interface}"
+            hint = f"add 'devices: {{{name}: {{type: {interface}, use: ...}}}}', or run another cell"
+            findings.append(declared[name].mark.error("device-missing", f"{what}, and {spec.path.name} has none", hint))
+    if findings:
+        raise CellError(findings)
+
+
+def _slow_ticks(program: Program, asked: _Asked) -> Iterator[Diagnostic]:
+    """Yield that ticks are too far apart for motions, which have to be looked at; a simulated cell does not mind."""
+    tick, period = program.document.root.get("tick"), program.document.tick_period
+    spec, most = asked.spec, asked.spec.limits.unwatched
+    if tick is not None and asked.moves and not spec.simulated and period >= most:
+        kind = KINDS["Time"]
+        message = (
+            f"there is a tick every {format_quantity(period, kind)}; {spec.path.name} stops a motion that no tick looks at "
+            f"for {format_quantity(most, kind)}"
+        )
+        yield tick.mark.warning("cell-limit", message, "tick more often, or widen 'limits: {unwatched: ...}'")
+
+
+def _at_end(
+    load: str | Path, spec: CellSpec, name: str, param: Param, end: float, known: set[tuple[int, int, str]]
+) -> Iterator[Diagnostic]:
+    """Yield the first thing that is past the limits, and was not before, with a param at an end of its range."""
+    try:
+        program = load_program(load, {name: end})
+        if program.errors:
+            return
+        asked = _Asked(spec)
+        build(program, RunContext(), asked)
+    except StretchError:
+        return  # there is no such run
+    wrong = [d for d in asked.found if d.severity == "error" or d.code == "cell-force"]
+    fresh = [d for d in wrong if (d.line, d.column, d.file) not in known]
+    if fresh:
+        kind = param.type.kind
+        given = format_quantity(end, kind) if kind else f"{end:g}"
+        message = f"at the end of its range, {name} = {given}, {fresh[0].message} (line {fresh[0].line})"
+        yield param.mark.warning(fresh[0].code, message, "narrow the range of the param, or mind it with --set")
+
+
+class _Asked:
+    """Follows the building of a tree, and notes what its ports ask for beyond the limits of a cell."""
+
+    def __init__(self, spec: CellSpec) -> None:
+        self.spec = spec
+        self.found: list[Diagnostic] = []
+        self.moves = False
+
+    def node(self, path: str, part: Part, builder: Builder) -> None:
+        """Look at a node; builds nothing in its place."""
+        if not isinstance(part, Leaf):
+            return
+        self.moves = self.moves or part.info.cls.kind == "actuation"
+        for declared in part.info.of(Role.INPUT):
+            if declared.limit is not None:
+                wire = part.inputs.get(declared.name)
+                value = declared.default if wire is None else _constant(wire, builder)
+                mark = part.mark if wire is None else wire.mark
+                self._hold(path, declared, declared.limit, value, mark)
+                if declared.limit in HELD and isinstance(value, int | float):
+                    self.found += unheld_force(self.spec, part, f"{path}: {declared.name}", value, mark)
+                if declared.limit in _SPEEDS:
+                    self._meet(path, part, declared, value, mark)
+
+    def condition(self, path: str, builder: Builder) -> Callable[[], bool] | None:
+        """Leave every condition as it is."""
+        return None
+
+    def _meet(self, path: str, part: Leaf, declared: Port, value: Any, mark: Mark) -> None:
+        """Note how hard the motion may meet something at the highest speed that it can have in a run."""
+        assert declared.limit is not None
+        allowed = self.spec.span(declared.limit)[1]
+        most = declared.max if value is MISSING else value
+        if value is MISSING:
+            most = allowed if most is None else min(most, allowed)
+        if most is not None and most <= allowed + _ROUNDING:  # a faster one is an error already
+            self.found += hard_contact(self.spec, part, f"{path}: {declared.name}", declared.limit, most, mark)
+
+    def _hold(self, path: str, declared: Port, limit: str, value: Any, mark: Mark) -> None:
+        if value is None or (value is MISSING and limit in _FITTING):
+            return
+        low, high = self.spec.span(limit)
+        least, most = (declared.min, declared.max) if value is MISSING else (value, value)
+        if (least is None or least >= low - _ROUNDING) and most is not None and most <= high + _ROUNDING:
+            return
+        kind = _KINDS.get(limit, KINDS["Length"])
+        allowed = " to ".join(format_quantity(end, kind) for end in (low, high) if end > -1e300)
+        where = f"{path}: {declared.name}"
+        field, note = self._place(limit)
+        bound = f"{self.spec.path.name} allows {'' if ' to ' in allowed else 'at most '}{allowed}{note}"
+        if value is MISSING:
+            able = "anything" if most is None else f"up to {format_quantity(most, kind)}"
+            message = f"{where} is known in the run alone and takes {able}; {bound}"
+            self.found.append(
+                mark.warning("cell-limit", message, "the node fails where it is more; bound it before this node")
+            )
+        else:
+            message = f"{where} is {format_quantity(value, kind)}; {bound}"
+            hint = f"write what the cell allows, or widen its limits ('limits: {{{field}: ...}}')"
+            self.found.append(mark.error("cell-limit", message, hint))
+
+    def _place(self, limit: str) -> tuple[str, str]:
+        """Return the field of a cell's limits that says a limit, and where it holds if that is not everywhere."""
+        contact, speed = self.spec.limits.contact, self.spec.limits.speed
+        if limit != "contact_speed":
+            return _FIELDS.get(limit, limit), ""
+        return (
+            ("speed", "")
+            if contact is None or contact.speed >= speed
+            else ("contact", " where the hand may meet something")
+        )
+
+
+#: the kinds of limits that are no lengths, and the fields from which lengths follow that only have to fit
+_SPEEDS = {"speed": KINDS["Speed"], "contact_speed": KINDS["Speed"]}
+_KINDS = {**_SPEEDS, "gripper_speed": KINDS["Speed"], "force": KINDS["Force"], "held_force": KINDS["Force"]}
+_FITTING = {"travel": "height", "radius": "x"}
+_FIELDS = {**_FITTING, "held_force": "force"}
+
+
+def _constant(wire: Wire, builder: Builder) -> Any:
+    """Return the value of a wire that is the same in every run: written, or given so to the tree that it is in; else MISSING."""
+    if wire.is_constant:
+        return wire.value
+    key = wire.single_key()
+    if key is None:
+        return MISSING
+    cell = builder.cell(key)
+    return MISSING if cell in builder.cells else cell.value

@@ -1,0 +1,155 @@
+"""Devices that say what a record says, and note what they are told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from stretch_bt.errors import DeviceFault, NoAnswer
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
+from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
+from stretch_bt.hardware.journal import Journal
+from stretch_bt.runtime.replay.log import Log
+
+__all__ = ["ReplayedCell"]
+
+
+class _ReplayedMotion:
+    """A motion whose states come from the record."""
+
+    def __init__(self, device: _ReplayedDevice, owner: str) -> None:
+        self.owner = owner
+        self.device = device
+        self.ended = False
+
+    def poll(self) -> MotionState:
+        """Return the recorded state."""
+        state: MotionState = self.device.take("motion", self.owner)
+        self.device.journal.motion(self.device.name, self.owner, state)
+        self.ended = self.ended or state is not MotionState.MOVING
+        return state
+
+    def stop(self) -> None:
+        """Note the stop when the motion still has the device."""
+        if not self.ended:
+            self.ended = True
+            self.device.journal.command(self.device.name, "stop", {}, self.owner)
+
+
+class _ReplayedDevice:
+    """Any device: readings and motions by name, commands noted."""
+
+    def __init__(self, name: str, log: Log, journal: Journal) -> None:
+        self.name = name
+        self.log = log
+        self.journal = journal
+        self.current: _ReplayedMotion | None = None
+
+    def take(self, kind: str, name: str) -> Any:
+        """Return the next recorded value, or raise the recorded fault or NoAnswer."""
+        try:
+            return self.log.next(self.name, kind, name)
+        except DeviceFault as fault:
+            self.journal.fault(self.name, fault)
+            raise
+        except NoAnswer as none:
+            self.journal.unanswered(self.name, none)
+            raise
+
+    def read(self, name: str) -> Reading[Any]:
+        """Return the next recorded reading."""
+        reading: Reading[Any] = self.take("reading", name)
+        self.journal.reading(self.name, name, reading)
+        return reading
+
+    def command(self, name: str, arguments: Mapping[str, Any], owner: str) -> Motion:
+        """Note a command and return its motion, or raise the fault with which it was refused."""
+        fault = self.log.refused(self.name, owner)
+        if fault is not None:
+            self.journal.fault(self.name, fault)
+            raise fault
+        self.stop()
+        self.journal.command(self.name, name, arguments, owner)
+        self.current = _ReplayedMotion(self, owner)
+        return self.current
+
+    def stop(self) -> None:
+        """End the present motion without a word, as a device that is stopped or taken over."""
+        if self.current is not None:
+            self.current.ended = True
+
+
+class _ReplayedArm(_ReplayedDevice):
+    def move(self, target: Pose, *, speed: float, owner: str) -> Motion:
+        return self.command("move", {"target": target, "speed": speed}, owner)
+
+    def follow(self, path: Sequence[Pose], *, speed: float, owner: str) -> Motion:
+        return self.command("follow", {"path": list(path), "speed": speed}, owner)
+
+    def pose(self, max_age: float) -> Reading[Pose]:
+        return self.read("pose")
+
+    def wrench(self, max_age: float) -> Reading[Wrench]:
+        return self.read("wrench")
+
+    def force_noise(self) -> float:
+        item = self.log.peek(self.name)
+        return float(self.read("force_noise").value) if item is not None and item.name == "force_noise" else 0.0
+
+
+class _ReplayedGripper(_ReplayedDevice):
+    def move(self, opening: float, *, speed: float, owner: str) -> Motion:
+        return self.command("move", {"opening": opening, "speed": speed}, owner)
+
+    def opening(self, max_age: float) -> Reading[float]:
+        return self.read("opening")
+
+
+class _ReplayedCamera(_ReplayedDevice):
+    intrinsics: Intrinsics
+
+    def frame(self, max_age: float) -> Reading[DepthFrame]:
+        return self.read("frame")
+
+    @property
+    def ended(self) -> bool:
+        item = self.log.peek(self.name)
+        return item is not None and item.name == "ended" and bool(self.read("ended").value)
+
+
+class _ReplayedForceSensor(_ReplayedDevice):
+    def wrench(self, max_age: float) -> Reading[Wrench]:
+        return self.read("wrench")
+
+    def zero(self) -> None:
+        self.journal.command(self.name, "zero", {}, "")
+
+
+class _ReplayedOperator(_ReplayedDevice):
+    def mount(self, geometry: str, size: float, *, owner: str) -> Motion:
+        return self.command("mount", {"geometry": geometry, "size": size}, owner)
+
+    def confirm(self, request: str, *, owner: str) -> Motion:
+        return self.command("confirm", {"request": request}, owner)
+
+
+_REPLAYED: dict[str, type[_ReplayedDevice]] = {
+    "Arm": _ReplayedArm,
+    "Gripper": _ReplayedGripper,
+    "DepthCamera": _ReplayedCamera,
+    "ForceSensor": _ReplayedForceSensor,
+    "Operator": _ReplayedOperator,
+}
+
+
+class ReplayedCell:
+    """The devices of a record; `kinds` are their interfaces by name."""
+
+    def __init__(self, kinds: Mapping[str, str], log: Log, journal: Journal) -> None:
+        self.devices = {name: _REPLAYED[kind](name, log, journal) for name, kind in sorted(kinds.items())}
+
+    def stop(self) -> list[Exception]:
+        """End every motion."""
+        for device in self.devices.values():
+            device.stop()
+        return []

@@ -1,0 +1,92 @@
+"""How a run ended: the fields of `run --json`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from stretch_bt.errors import RecordError, named
+from stretch_bt.runtime.context import Seen
+from stretch_bt.runtime.onlooker import Visits
+from stretch_bt.runtime.prepare import Task
+from stretch_bt.runtime.record import RunRecord
+from stretch_bt.runtime.record.plain import plain
+from stretch_bt.runtime.runner import Outcome
+from stretch_bt.runtime.truth import Truths, output_values
+from stretch_bt.tree.blame import Broken
+
+__all__ = ["RunResult", "interrupt_result", "result_of", "told_in"]
+
+
+@dataclass(slots=True)
+class RunResult:
+    """How a run ended, what it found, and where its record is; the fields of `run --json`."""
+
+    status: str
+    reason: str
+    outputs: dict[str, dict[str, Any]]
+    truth: dict[str, dict[str, Any]]
+    ticks: int
+    task_seconds: float
+    wall_seconds: float
+    cpu_seconds: float
+    record: str
+    overruns: int = 0
+    errors: list[str] = field(default_factory=list)
+    unmet: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    readings: dict[str, Any] = field(default_factory=dict)
+    stats: list[dict[str, Any]] = field(default_factory=list)
+    broken: list[Broken] = field(default_factory=list)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields that `run --json` prints."""
+        fields: dict[str, Any] = plain(asdict(self))
+        return fields
+
+
+def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:
+    """Return the result of a task that ended."""
+    good = outcome.status == "SUCCESS"
+    outputs, truth = output_values(task.built.outputs, truths.found, succeeded=good)
+    unmet = task.mocks.expect.unmet(outcome.status, outcome.ticks, visits.seen) if task.mocks else []
+    return RunResult(
+        status=outcome.status,
+        reason=outcome.reason,
+        outputs=outputs,
+        truth=truth,
+        ticks=outcome.ticks,
+        task_seconds=outcome.task_seconds,
+        wall_seconds=outcome.wall_seconds,
+        cpu_seconds=outcome.cpu_seconds,
+        record=str(record.folder),
+        overruns=outcome.overruns,
+        errors=outcome.errors,
+        broken=outcome.broken,
+        unmet=unmet,
+        notes=[*task.notes, *outcome.notes],
+        readings={} if good else seen.shown(),
+    )
+
+
+@contextmanager
+def told_in(result: RunResult, what: str = "") -> Iterator[None]:
+    """Add what breaks in the block to the errors of a result: nothing after the last tick changes how a run ended."""
+    try:
+        yield
+    except RecordError as error:
+        result.errors.append(str(error))
+    except Exception as error:
+        result.errors.append(f"{what or 'no result.json'} ({named(error)})")
+
+
+def interrupt_result(result: RunResult, why: str) -> None:
+    """Say in a result that a signal came after the task had ended; a record that is closed keeps how the task ended.
+
+    A device fault and an error stay what they are.
+    """
+    if result.status in ("SUCCESS", "FAILURE"):
+        ended = f"{why} came after the task had ended with {result.status}"
+        result.status, result.reason = "INTERRUPTED", f"{ended}: {result.reason}" if result.reason else ended

@@ -1,0 +1,137 @@
+"""Running a task: file to result, on a scene, a cell or mocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
+from stretch_bt.hardware.interfaces import Device
+from stretch_bt.runtime.execute import execute
+from stretch_bt.runtime.mocks_file import read_mocks
+from stretch_bt.runtime.prepare import Task
+from stretch_bt.runtime.result import RunResult
+from stretch_bt.runtime.runner import Runner
+from stretch_bt.runtime.view import View
+from stretch_bt.source import Scalar, closest, did_you_mean
+from stretch_bt.tree.modules import Modules
+from stretch_bt.tree.program import load_program
+from stretch_bt.tree.threads_heard import threads_heard
+
+__all__ = ["RunResult", "Task", "View", "execute", "run"]
+
+#: how like a param of the tree a name in a scene is that is taken for a slip; trees have params that are somewhat alike
+MISSPELT = 0.8
+
+
+@threads_heard()
+def run(
+    tree: str | Path,
+    *,
+    scene: str | Path | None = None,
+    cell: str | Path | None = None,
+    params: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    mocks: str | Path | None = None,
+    out: str | Path | None = None,
+    view: View | None = None,
+    watch: Callable[[Runner], None] | None = None,
+    devices: Mapping[str, Device] | None = None,
+    modules: str | Path | None = None,
+) -> RunResult:
+    """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
+
+    Parameters
+    ----------
+    tree
+        A tree file, or the name of a shipped one.
+    scene, cell
+        What is simulated, or which devices are used; by default the tree's scene on the simulated cell. A scene may ask for
+        params, such as a force that its object bears; those in `params` come first.
+    params
+        Parameters of the tree: text as in `--set`, or SI numbers.
+    seed
+        Of everything random in a simulation.
+    mocks
+        A mocks file; devices that only mocked nodes use are not opened.
+    out
+        The record's folder, which must be empty or absent; by default a new one under `runs`.
+    view
+        Who shows the run while it goes on.
+    watch
+        Called with the runner before the first tick.
+    devices
+        Devices to use instead of a cell's, by the names that the tree declares; they are stopped at the end, not closed,
+        and their readings are not recorded.
+    modules
+        Folder in which the Python modules of the tree may stand; by default that of the tree.
+
+    Raises
+    ------
+    FileError
+        A file is wrong; nothing has moved.
+    DeviceFault
+        A device could not be opened; nothing has moved.
+    """
+    task = _task(tree, scene, cell, dict(params or {}), seed, mocks, modules)
+    if task.scene and devices is None and (task.cell or task.devices()):
+        asked = _asked_by(task)
+        # few scenes ask for anything: only then is the cell looked at here as well
+        if asked and (spec := task.cell_spec()) is not None and spec.simulated:
+            task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks, modules))
+    elif scene is not None:  # nothing is simulated, and one that is named is read all the same
+        from stretch_bt.simulation.scene import load_scene
+
+        load_scene(scene)
+    return execute(task, out, view, watch, devices)
+
+
+def _task(
+    tree: str | Path,
+    scene: str | Path | None,
+    cell: str | Path | None,
+    params: dict[str, Any],
+    seed: int,
+    mocks: str | Path | None,
+    modules: str | Path | None,
+) -> Task:
+    own = None if modules is None else Modules(Path(tree).parent.resolve(), Path(modules).resolve())
+    program = load_program(tree, params, own).require()
+    if "main" not in program.document.trees:
+        raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
+    table = read_mocks(Path(mocks)) if mocks is not None else None
+    default = program.document.scene_path if cell is None else None
+    return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
+
+
+def _asked_by(task: Task) -> dict[Scalar, Scalar]:
+    """Return the params that the scene of a task asks for."""
+    from stretch_bt.simulation.scene import scene_params
+
+    return scene_params(str(task.scene))
+
+
+def _with_asked(task: Task, asked: dict[Scalar, Scalar], again: Callable[[dict[str, Any]], Task]) -> Task:
+    """Return a task with those of the params asked for that its tree has and the run does not set, and a note of those in vain.
+
+    Raises
+    ------
+    SceneError
+        A name that the tree does not have is nearly one that it has.
+    """
+    known = task.program.document.params
+    strange = [key for key in asked if key.text not in known]
+    wrong = [_unknown(key, known) for key in strange if closest(key.text, known, MISSPELT) is not None]
+    if wrong:
+        raise SceneError(wrong)
+    taken = {k.text: v for k, v in asked.items() if k.text in known and k.text not in task.params}
+    made = again({**task.params, **taken}) if taken else task
+    made.notes = [str(replace(_unknown(key, known), severity="warning")) for key in strange]
+    return made
+
+
+def _unknown(key: Scalar, known: Iterable[str]) -> Diagnostic:
+    hint = did_you_mean(key.text, known) if closest(key.text, known, MISSPELT) else "this run goes without it"
+    return key.mark.error("param-unknown", f"params: the tree has no parameter {key.text!r}", hint)

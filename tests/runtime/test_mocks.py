@@ -1,0 +1,268 @@
+"""What mocks do to a run of an unedited tree: time, outputs, statuses, conditions, readings and expectations."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stretch_bt.errors import MocksError
+from stretch_bt.perception import Sphere
+from stretch_bt.runtime.check import check
+from stretch_bt.runtime.mock_node import mock_value, pattern_fits
+from stretch_bt.source import parse
+from stretch_bt.tree.port_check import PortCheck
+from stretch_bt.tree.types import from_annotation
+
+TREE = """
+format: stretch-tree/1
+tick: 100 ms
+devices: {arm: Arm, camera: DepthCamera}
+keys: {height: Length, frame: DepthFrame, contact: Contact, sphere: Sphere, passes: {type: int, default: 0}}
+trees:
+  main:
+    out: {top: {type: Length, default: 0 mm}, top_sd: {type: Length, default: 0 mm}, seen: {type: int, default: 0}}
+    guard: {that: "arm.force < 5 N", name: force_limit}
+    sequence:
+      - {name: press, lower: {by: 1 mm}}
+      - until:
+          that: passes >= 3
+          max: 9
+          do:
+            sequence:
+              - selector: [look: {height: $height}, set: {height: 99 mm}]
+              - set: {passes: passes + 1, top: height}
+      - check: {that: "top > 2 mm", name: high}
+    finally: [retract: {clearance: 20 mm}]
+  look:
+    out: {height: Length}
+    keys: {frame: DepthFrame, contact: Contact}
+    sequence:
+      - capture: {frame: $frame}
+      - segment_contact: {frame: $frame, contact: $contact}
+      - track_height: {frame: $frame, contact: $contact, height: $height}
+"""
+MOCKS = """
+format: stretch-mocks/1
+tree: tree.yaml
+mocks:
+  - {{match: "**/press"}}
+  - {{match: "**/retract"}}
+{rules}
+readings: {{arm.force: {force}}}
+expect: {{{expect}}}
+"""
+
+
+@pytest.fixture
+def mocked(run: Any) -> Any:
+    def make(*rules: str, force: str = "1 N", expect: str = "") -> Any:
+        rows = "\n".join(f"  - {{{rule}}}" for rule in rules or ("match: main/until/look, outputs: {height: 3 mm}",))
+        return run(TREE, mocks=MOCKS.format(rules=rows, force=force, expect=expect))
+
+    return make
+
+
+LOOK = "match: main/until/look"
+#: rule -> how the run ends, the last height, mm
+RULES = {
+    f"{LOOK}, outputs: {{height: 3 mm}}": ("SUCCESS", 3.0),
+    f"{LOOK}, outputs: {{height: [1 mm, 2 mm, 4 mm]}}": ("SUCCESS", 4.0),
+    f"{LOOK}, outputs: {{height: [1 mm, 4 mm]}}": ("SUCCESS", 4.0),
+    f"{LOOK}, outputs: {{height: [4 mm, 1 mm]}}": ("FAILURE", 1.0),
+    f"{LOOK}, outputs: {{height: [4 mm, 1 mm]}}, then: cycle": ("SUCCESS", 4.0),
+    f"{LOOK}, outputs: {{height: [4 mm, 1 mm]}}, then: fail": ("SUCCESS", 99.0),
+    f"{LOOK}, status: failure": ("SUCCESS", 99.0),
+    f"{LOOK}, status: [failure, failure, success], outputs: {{height: 3 mm}}": ("SUCCESS", 3.0),
+    f"{LOOK}, status: [success, failure], outputs: {{height: 3 mm}}": ("SUCCESS", 99.0),
+    f"{LOOK}, status_when: passes > 1, outputs: {{height: 3 mm}}": ("SUCCESS", 3.0),
+    f"{LOOK}, status_when: passes < 2, outputs: {{height: 3 mm}}": ("SUCCESS", 99.0),
+}
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_outputs_and_statuses(mocked: Any, rule: str) -> None:
+    result = mocked(rule)
+    status, height = RULES[rule]
+    assert result.status == status, result.reason
+    assert result.outputs["top"]["value"] == pytest.approx(height) if status == "SUCCESS" else "top" in result.outputs
+
+
+def test_a_mock_takes_its_time_on_the_clock_of_the_run(mocked: Any) -> None:
+    quick = mocked(f"{LOOK}, outputs: {{height: 3 mm}}")
+    slow = mocked(f"{LOOK}, outputs: {{height: 3 mm}}, after: 0.5 s")
+    assert slow.task_seconds - quick.task_seconds == pytest.approx(1.5)
+    assert slow.wall_seconds < 5
+
+
+def test_parts_of_a_called_tree_are_mocked_one_by_one(mocked: Any) -> None:
+    result = mocked(
+        'match: "**/capture", outputs: {frame: {time: 1 s}}',
+        'match: "**/segment_contact", outputs: {contact: {}}',
+        'match: "**/track_height", outputs: {height: {value: 3 mm, sd: 0.1 mm}}',
+    )
+    assert result.status == "SUCCESS", result.reason
+
+
+def test_the_message_of_a_failure_is_its_reason(mocked: Any) -> None:
+    result = mocked("match: main/high, status: failure, message: not high enough", f"{LOOK}, outputs: {{height: 3 mm}}")
+    assert (result.status, result.reason) == ("FAILURE", "main/high: not high enough")
+
+
+def test_a_guard_is_mocked_by_its_path_and_its_body_runs(mocked: Any) -> None:
+    result = mocked(
+        "match: main/force_limit, status: [success, success, failure]", f"{LOOK}, outputs: {{height: 3 mm}}"
+    )
+    assert result.status == "FAILURE"
+    assert "main/force_limit" in result.reason
+
+
+def test_readings_are_given_one_after_the_other(mocked: Any) -> None:
+    assert mocked(force="[1 N, 2 N, 9 N]").status == "FAILURE"
+    result = mocked(force="[1 N, 2 N, 9 N]")
+    assert "arm.force = 9 N" in result.reason
+    assert mocked(force="[1 N, 2 N]").status == "SUCCESS"
+
+
+#: expectation -> part of what is unmet
+EXPECTATIONS = {
+    "result: success": None,
+    "result: failure": "expected failure",
+    "visited: [main/until/look, main/finally/retract#success]": None,
+    "visited: [main/high#failure]": "visit of main/high#failure",
+    "never: [main/high#failure]": None,
+    'never: ["**/look"]': "no visit of **/look",
+    "ticks_max: 99": None,
+    "ticks_max: 1": "at most 1",
+}
+
+
+@pytest.mark.parametrize("expect", EXPECTATIONS)
+def test_what_was_expected_and_did_not_come_true_is_said(mocked: Any, expect: str) -> None:
+    result = mocked(expect=expect)
+    said = EXPECTATIONS[expect]
+    assert len(result.unmet) == (said is not None)
+    assert said is None or said in result.unmet[0]
+
+
+def test_an_output_that_a_mock_does_not_give_is_named_where_it_is_read(mocked: Any) -> None:
+    result = mocked(LOOK)
+    assert result.status == "ERROR"
+    assert "height" in result.reason
+    assert "mock of main/until/look" in result.reason
+
+
+def test_a_field_that_a_mock_does_not_give_is_named_where_it_is_read(run: Any) -> None:
+    tree = """
+format: stretch-tree/1
+devices: {camera: DepthCamera}
+keys: {f: DepthFrame}
+trees: {main: {sequence: [capture: {frame: $f}, check: f.stretch > 0 mm]}}
+"""
+    mocks = """
+format: stretch-mocks/1
+tree: tree.yaml
+mocks: [{match: main/capture, outputs: {frame: {time: 1 s}}}]
+"""
+    result = run(tree, mocks=mocks)
+    assert result.status == "ERROR"
+    assert "gives no 'stretch'" in result.reason
+
+
+FITS = [
+    ("main/press", "main/press", True),
+    ("main/press", "main/press[1]", True),
+    ("main/press[1]", "main/press[1]", True),
+    ("main/press[1]", "main/press[2]", False),
+    ("main/press", "main/press_deeper", False),
+    ("main/press*", "main/press_deeper", True),
+    ("**/press", "main/press", True),
+    ("**/press", "main/until/sub/press[3]", True),
+    ("**/press", "main/press/deeper", False),
+    ("main/*/press", "main/until/press", True),
+    ("main/*/press", "main/press", False),
+    ("main/*/press", "main/a/b/press", False),
+    ("main/**", "main/a/b", True),
+    ("main/**/press", "main/press", True),
+    ("press", "main/press", False),
+    ("main/step:retry", "main/step:retry", True),
+    ("main/pr.ss", "main/press", False),
+]
+
+
+@pytest.mark.parametrize(("pattern", "path", "fits"), FITS)
+def test_patterns(pattern: str, path: str, fits: bool) -> None:
+    assert pattern_fits(pattern, path) is fits
+
+
+PATTERNS = st.lists(st.sampled_from(["**", "*", "a", "ab", "a*", "*b", "a[1]", "*a*b*", "b"]), min_size=1, max_size=5)
+PATHS = st.lists(st.sampled_from(["a", "ab", "b", "a[1]", "ab[2]", "aab", "bb[10]"]), min_size=1, max_size=5)
+
+
+def by_regex(pattern: str, path: str) -> bool:
+    """Return what a pattern means, as a regular expression says it, whose time has no bound."""
+    regex = ""
+    for segment in pattern.split("/"):
+        index = "" if segment.endswith("]") else r"(?:\[[0-9]+\])?"
+        inner = re.escape(segment).replace(r"\*", "[^/]*") + index + "/"
+        regex += r"(?:[^/]+/)*" if segment == "**" else inner
+    return re.fullmatch(regex, path + "/") is not None
+
+
+@given(PATTERNS.map("/".join), PATHS.map("/".join))
+def test_a_pattern_means_the_paths_of_its_regular_expression(pattern: str, path: str) -> None:
+    assert pattern_fits(pattern, path) == by_regex(pattern, path)
+
+
+@pytest.mark.parametrize("pattern", ["**/" * 300 + "b", "a*" * 400 + "b", "/".join(["**", "*a*"] * 150)])
+def test_no_pattern_takes_long(pattern: str) -> None:
+    assert not pattern_fits(pattern, "/".join(["a" * 200] * 100))  # the regular expression hangs
+
+
+#: a rule or expectation, the code of its error, and what is said
+ODD = {
+    "match: ''": ("value", "this one is empty"),
+    "match: [main/press]": ("type-mismatch", "'match' takes one pattern"),
+    "match: {press: 1}": ("type-mismatch", "'match' takes one pattern"),
+    f"match: '{'**/' * 400}press'": ("value", "at most 1000 characters"),
+    "match: main/until/look, outputs: {height: {value: 1 mm, sd: -1 mm}}": ("out-of-bounds", "not below 0"),
+}
+
+
+@pytest.mark.parametrize("rule", ODD)
+def test_an_odd_rule_is_refused_in_its_place(rule: str, mocked: Any) -> None:
+    code, told = ODD[rule]
+    with pytest.raises(MocksError, match=told) as refused:
+        mocked(rule)
+    assert code in {d.code for d in refused.value.diagnostics}
+
+
+def test_a_file_has_some_hundred_mocks_and_a_few_suggestions(mocked: Any) -> None:
+    with pytest.raises(MocksError, match="has 602 entries; 500 are read"):
+        mocked(*["match: main/presss"] * 600)
+    with pytest.raises(MocksError) as refused:
+        mocked(*(f"match: main/until/loook{k}" for k in range(400)))
+    assert sum("did you mean" in d.hint for d in refused.value.diagnostics) <= 20
+
+
+def test_a_library_has_nothing_to_mock(tmp_path: Path) -> None:
+    (tmp_path / "lib.yaml").write_text(
+        "format: stretch-tree/1\ntrees:\n  feel:\n    in: {a: Length}\n    check: a > 0 mm\n"
+    )
+    (tmp_path / "mocks.yaml").write_text("format: stretch-mocks/1\ntree: lib.yaml\nmocks: [{match: '**/press'}]\n")
+    [found] = check(tmp_path / "mocks.yaml")
+    assert (found.code, found.line) == ("tree-wrong", 2)
+    assert "library" in found.message
+
+
+def test_mocks_that_never_end_are_ended(mocked: Any) -> None:
+    found = mocked("match: main/until/look, status: running", expect="ticks_max: 20")
+    assert found.status == "FAILURE"
+    assert "no end after 200 ticks" in found.reason
+
+
+def test_what_a_mock_writes_passes_a_node_that_hands_it_on() -> None:
+    value = mock_value(parse("{radius: 5 mm}", "mocks.yaml"), from_annotation(Sphere), "sphere")
+    assert PortCheck(Sphere, None, None).judge(value) is value

@@ -1,0 +1,98 @@
+"""An output is held against what the scene knew when a node found it, as the node's port declares."""
+
+import dataclasses
+import re
+from importlib.resources import files
+
+import pytest
+
+from stretch_bt.runtime.truth import Truths
+from stretch_bt.simulation.scene import load_scene
+from stretch_bt.tree import registry
+from stretch_bt.tree.ports import Behavior, In, Out, PortError, Status, port
+
+SCENES = sorted(p.name.removesuffix(".yaml") for p in (files("stretch_bt") / "trees" / "scenes").iterdir())
+
+
+@dataclasses.dataclass(frozen=True)
+class Ball:
+    radius: float
+
+
+class Looks(Behavior):
+    """Finds the number that it is given."""
+
+    value: In[float] = 1.0
+    seen: Out[float | None] = port(truth="top")
+    ball: Out[Ball] = port(truth={"radius": "radius"})
+
+    def update(self) -> Status:
+        self.seen = self.value if self.value > 0 else None
+        self.ball = Ball(self.value)
+        return Status.SUCCESS
+
+
+def found(bench, steps):
+    """Run some steps beside a scene whose `top` is 10, 20, 30 at each question, and return what was known of the output."""
+    registry.node(Looks)
+    asked = iter(range(10, 1000, 10))
+    head = "keys: {a: float, b: float, ball: Ball, n: {type: float, default: 1}}"
+    tree = bench.build(f"out: {{out: float, roundness: {{type: float, scene: true}}}}\nsequence: [{steps}]", head)
+    truths = Truths(tree, lambda: {"top": float(next(asked)), "radius": 3.0, "roundness": 7.0, "bad": float("nan")})
+    assert bench.run(tree, watchers=[truths]).status == "SUCCESS"
+    return truths.found
+
+
+@pytest.mark.parametrize(
+    ("steps", "known"),
+    [
+        ("looks: {seen: $out}", 10.0),
+        ("looks: {seen: $a}, set: {out: a}", 10.0),  # as it was when the node looked, not when the output was written
+        ("looks: {seen: $a}, set: {b: a}, set: {out: b}", 10.0),
+        ("looks: {seen: $out}, {name: again, looks: {seen: $out}}", 20.0),
+        ("looks: {seen: $a}, {name: again, looks: {seen: $b, value: 2}}, set: {a: b, b: a}, set: {out: a}", 20.0),
+        (
+            "looks: {seen: $a}, {name: again, looks: {seen: $b, value: 2}}, set: {a: b, b: a}, set: {out: b}",
+            None,
+        ),  # none rather than a wrong one
+        ("looks: {seen: $a}, {name: again, looks: {seen: $b, value: 2}}, set: {out: b}", 10.0),
+        ("looks: {ball: $ball}, set: {out: ball.radius}", 3.0),
+        ("looks: {seen: $a}, set: {out: 2 * a}", None),
+        ("looks: {seen: $out}, set: {out: 2}", None),
+        ("looks: {seen: $a}, set: {a: 5}, set: {out: a}", None),
+        ("looks: {seen: $out}, {name: again, looks: {seen: $out, value: 0}}", None),
+    ],
+)
+def test_the_truth_is_of_what_the_node_found(bench, steps, known):
+    truth = found(bench, re.sub(r"(?<!again, )\b(\w+): (\{[^}]*\})", r"{\1: \2}", steps))
+    assert truth.get("out") == known
+    assert truth["roundness"] == 7.0
+
+
+@pytest.mark.parametrize(
+    ("role", "truth"), [(In[float], "top"), (Out[float], 3), (Out[float], {"radius": "the radius"}), (Out[float], {})]
+)
+def test_only_outputs_have_truths_and_these_have_names(role, truth):
+    with pytest.raises(PortError, match="truth"):
+        type("Wrong", (Behavior,), {"__annotations__": {"x": role}, "x": port(truth=truth)})
+
+
+def test_an_attribute_that_an_output_has_not_is_refused(own_nodes):
+    with pytest.raises(registry.RegistryError, match="did you mean 'radius'"):
+        registry.node(
+            type(
+                "Wrong",
+                (Behavior,),
+                {"__doc__": "Look.", "__annotations__": {"x": Out[Ball]}, "x": port(truth={"raduis": "radius"})},
+            )
+        )
+
+
+def test_a_scene_knows_what_ports_are_compared_with():
+    known = {"force", "deflection", "stretch", "depth", "height", "contact_height"}
+    for name in SCENES:
+        scene = load_scene(name)
+        known |= {*scene.object.known(), *scene.dimensions}
+    declared = {q for info in registry.load_all().values() for p in info.ports.values() for q in p.truth.values()}
+    assert declared
+    assert declared <= known
