@@ -27,19 +27,27 @@ class DataFlow:
         self.names: set[str] = set()  # that something reads
         self._seen: set[tuple[str, Mark]] = set()
 
-    def read(self, wires: Iterable[Wire], known: Known) -> None:
-        """Note each key that these wires read and that is not surely written; a record that was left out may be unset."""
+    def read(self, wires: Iterable[Wire], known: Known, beside: Container[str] = ()) -> None:
+        """Note each key that these wires read and that is not surely written; a record that was left out may be unset.
+
+        `beside` are the keys that the same place writes once all is read.
+        """
         for wire in wires:
             self.names |= {name for name, _ in wire.reads}
             for name, mark in wire.reads:
                 if not wire.optional and name not in known and (name, mark) not in self._seen:
                     self._seen.add((name, mark))
-                    self.diagnostics.append(self._unset(name, mark))
+                    self.diagnostics.append(self._beside(name, mark) if name in beside else self._unset(name, mark))
 
     def read_over(self, inouts: Mapping[str, tuple[str, Mark]], optional: Container[str], known: Known) -> None:
         """Note each key that is read and written over, as one that is read; what is optional may be unset."""
         for name, (key, mark) in inouts.items():
             self.read((Wire(mark, reads=((key, mark),), optional=name in optional),), known)
+
+    @staticmethod
+    def _beside(name: str, mark: Mark) -> Diagnostic:
+        message = f"${name} may be unset here: one 'set' reads all that it reads before it writes"
+        return mark.error("read-before-write", message, f"write another 'set' after the one that writes ${name}")
 
     def _unset(self, name: str, mark: Mark) -> Diagnostic:
         writers = [(who, m) for who, m in self.writers.get(name, []) if m != mark]

@@ -83,7 +83,8 @@ class SetKeys(Part):
 
     def flow(self, data: DataFlow, known: Known) -> Flow:
         """Everything is read before anything is written."""
-        data.read([*self.wires.values(), *self.sds.values()], known)
+        for key, wire in (*self.wires.items(), *self.sds.items()):
+            data.read([wire], known, beside=self.wires.keys() - {key})
         return Flow(known | set(self.wires), None)
 
     def build(self, builder: Builder, path: str) -> py_trees.behaviour.Behaviour:
