@@ -58,7 +58,7 @@ def test_the_law_holds_for_membranes_of_every_gauge(gauge):
 
 def test_blocks_are_drawn_with_their_edges(monkeypatch):
     bodies = []
-    monkeypatch.setattr("benchmarks.lift_off.lift_over", lambda body, *rest: bodies.append(body) or 0.0)
+    monkeypatch.setattr("lift_off.lift_over", lambda body, *rest: bodies.append(body) or 0.0)
     rng = np.random.default_rng(0)
     for _ in range(40):
         drawn(rng)
