@@ -147,7 +147,7 @@ def show(result: RunResult, console: Console, traceback: bool = False) -> None:
             console.print(broken["traceback"], markup=False, highlight=False, soft_wrap=True)
     if result.outputs:
         console.print(outputs_table(result))
-    for name, value in result.readings.items():
+    for name, value in result.readings.items() if result.status != "SUCCESS" else ():
         console.print(
             f"  {name}: {in_words(value, name.rpartition('.')[2])}", markup=False, highlight=False, soft_wrap=True
         )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from stretch_bt.errors import DeviceFault, NoAnswer, NotReady
 from stretch_bt.frames import DepthFrame, Pose, Wrench
@@ -14,10 +15,13 @@ from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Journal, NoJournal
 from stretch_bt.hardware.limits import Limits
 
-__all__ = ["MAX_AGE", "RunContext", "Seen"]
+__all__ = ["MAX_AGE", "Commanded", "RunContext", "Seen"]
 
 #: how old a reading in an expression may be, s; a force, which rises quickly, less
 MAX_AGE, FORCE_AGE = 0.5, 0.25
+
+#: commands that a result keeps, the latest ones: a run may take days
+COMMANDS = 10_000
 
 #: part of a period by which the first tick, from which the grid counts, may be later than another is
 _EARLY = 0.25
@@ -29,12 +33,24 @@ _READERS: dict[str, Callable[[Any], float]] = {
 }
 
 
-class Seen:
-    """A journal that passes everything on and keeps the latest reading of each kind, for the report of a failure."""
+class Commanded(NamedTuple):
+    """A command that a node gave: when, s of the run's clock, to which device, and the path of the node."""
 
-    def __init__(self, inner: Journal | None = None) -> None:
+    time: float
+    device: str
+    name: str
+    arguments: Mapping[str, Any]
+    owner: str
+
+
+class Seen:
+    """A journal that passes everything on, and keeps the latest reading of each kind and the latest commands."""
+
+    def __init__(self, inner: Journal | None = None, now: Callable[[], float] = lambda: 0.0) -> None:
         self.inner: Journal = inner or NoJournal()
+        self.now = now
         self.latest: dict[str, Reading[Any]] = {}
+        self.commands: deque[Commanded] = deque(maxlen=COMMANDS)
 
     def shown(self) -> dict[str, Any]:
         """Return the latest readings in a few words each."""
@@ -46,7 +62,8 @@ class Seen:
         self.inner.reading(device, name, reading)
 
     def command(self, device: str, name: str, arguments: Mapping[str, Any], owner: str) -> None:
-        """Pass it on."""
+        """Keep it and pass it on."""
+        self.commands.append(Commanded(self.now(), device, name, arguments, owner))
         self.inner.command(device, name, arguments, owner)
 
     def motion(self, device: str, owner: str, state: MotionState) -> None:

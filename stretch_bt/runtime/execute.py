@@ -95,7 +95,7 @@ class _Run:
 
     def whole(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> RunResult:
         """Open, drive, close."""
-        self.seen = Seen(self.record)
+        self.seen = Seen(self.record, self.clock.now)
         self.task.context.folder = self.record.folder
         try:
             self.record.start(self.task.context.about, self.task.run_info(spec, scene))

@@ -38,10 +38,11 @@ SUGGESTED = 20
 class Mocks:
     """A mocks file, as substitutes for a builder."""
 
-    def __init__(self, file: str, tree: Scalar | None, path: Path) -> None:
+    def __init__(self, file: str, tree: Scalar | None, path: Path, text: str) -> None:
         self.file = file
         self.tree = tree
         self.path = path
+        self.text = text
         self.rules: list[Mock] = []
         self.readings: dict[str, list[float]] = {}
         self.reading_marks: dict[str, Mark] = {}

@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import yaml
 from py_trees.common import Status
 
 from stretch_bt.errors import FileError, MocksError
 from stretch_bt.hardware.interfaces import INTERFACES, readings_of
 from stretch_bt.runtime.mock_node import Mock
 from stretch_bt.runtime.mocks import Mocks
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, load, unknown_key
+from stretch_bt.source import (
+    Map,
+    Mark,
+    Scalar,
+    Seq,
+    Value,
+    closest,
+    did_you_mean,
+    load,
+    read_text,
+    unknown_key,
+)
 from stretch_bt.tree.types import INT, Type, from_annotation, quantity
 from stretch_bt.tree.values import Refused, check_bounds, literal
 from stretch_bt.units import KINDS
@@ -22,6 +36,7 @@ FORMAT = "stretch-mocks/1"
 TOP = ("format", "doc", "tree", "mocks", "readings", "expect")
 FIELDS = ("match", "status", "status_when", "after", "outputs", "then", "message")
 THEN = ("repeat_last", "cycle", "fail")
+_IN_MEMORY = Path("mocks")
 STATUSES = {"success": Status.SUCCESS, "failure": Status.FAILURE, "running": Status.RUNNING}
 #: mocks, and patterns of `visited` and `never`, in a file; each is held against every path of the tree
 MOST = 500
@@ -30,23 +45,49 @@ LONGEST = 1000
 TIME = quantity(KINDS["Time"].dimension)
 
 
-def read_mocks(path: Path, name: str | None = None) -> Mocks:
-    """Read a mocks file; raises MocksError with every mistake."""
+def read_mocks(given: Path | str | Mapping[str, Any], *, recorded: bool = False) -> Mocks:
+    """Read mocks: a file, or its content as text of several lines or as a mapping; raises MocksError with every mistake.
+
+    In a mapping `format` and `tree` may be left out, and arrays may stand for lists. Places of mistakes in it are those of its text in YAML,
+    which a run records.
+    """
     try:
-        root = load(path, name)
+        text, path = _text(given)
+        root = load(path, text=text)
     except FileError as error:
         raise MocksError(error.diagnostics) from None
-    found = _Reader(root, name or str(path), path).read()
+    found = _Reader(root, path, text, needs_tree=not (recorded or isinstance(given, Mapping))).read()
     if found.diagnostics:
         raise MocksError(found.diagnostics)
     return found
 
 
+def _text(given: Path | str | Mapping[str, Any]) -> tuple[str, Path]:
+    """Return the text of mocks, and the file that messages name."""
+    if isinstance(given, Mapping):
+        return yaml.safe_dump(_plain({"format": FORMAT, **given}), sort_keys=False, allow_unicode=True), _IN_MEMORY
+    if isinstance(given, str) and "\n" in given:
+        return given, _IN_MEMORY
+    return read_text(Path(given)), Path(given)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of Python as YAML writes it: arrays as lists, a status by its word."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, Status):
+        return value.name.lower()
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return [_plain(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
 class _Reader:
-    def __init__(self, root: Map, file: str, path: Path) -> None:
+    def __init__(self, root: Map, path: Path, text: str, *, needs_tree: bool) -> None:
         tree = root.get("tree")
         self.root = root
-        self.found = Mocks(file, tree if isinstance(tree, Scalar) else None, path)
+        self.needs_tree = needs_tree
+        self.found = Mocks(str(path), tree if isinstance(tree, Scalar) else None, path, text)
 
     def error(self, mark: Mark, code: str, message: str, hint: str = "") -> None:
         self.found.diagnostics.append(mark.error(code, message, hint))
@@ -61,7 +102,7 @@ class _Reader:
                 "this is not a mocks file",
                 f"begin with 'format: {FORMAT}'",
             )
-        if self.found.tree is None:
+        if self.found.tree is None and self.needs_tree:
             self.error(
                 self.root.mark,
                 "key-missing",

@@ -24,11 +24,16 @@ class Onlooker:
 
 
 class Visits(Onlooker):
-    """Notes which node came to which status, for what a mocks file expects."""
+    """Notes which node came to which status, each once, in the order in which they came."""
 
     def __init__(self) -> None:
-        self.seen: set[tuple[str, str]] = set()
+        self.statuses: dict[str, dict[str, None]] = {}
+
+    @property
+    def seen(self) -> set[tuple[str, str]]:
+        """The visits as (path, STATUS)."""
+        return {(path, status) for path, found in self.statuses.items() for status in found}
 
     def status(self, path: str, status: str, reason: str = "") -> None:
         """Note it."""
-        self.seen.add((path, status))
+        self.statuses.setdefault(path, {})[status] = None

@@ -130,7 +130,7 @@ class Task:
             "modules": own_modules(self.program),
             "hand": asdict(spec.hand) if spec is not None else None,
             "limits": spec.limits.model_dump() if spec is not None else None,
-            "mocks": self.mocks.path.read_text("utf-8") if self.mocks else None,
+            "mocks": self.mocks.text if self.mocks else None,
             "started": datetime.now().astimezone().isoformat(timespec="seconds"),
             "host": platform.node(),
             "command": sys.argv,

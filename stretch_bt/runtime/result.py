@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from stretch_bt.errors import RecordError, named
-from stretch_bt.runtime.context import Seen
+from stretch_bt.runtime.context import Commanded, Seen
 from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
@@ -16,13 +16,29 @@ from stretch_bt.runtime.record.plain import plain
 from stretch_bt.runtime.runner import Outcome
 from stretch_bt.runtime.truth import Truths, output_values
 from stretch_bt.tree.blame import Broken
+from stretch_bt.tree.build import BuiltTree
+from stretch_bt.tree.cell import MISSING, Cell
+from stretch_bt.units import Estimate
 
 __all__ = ["RunResult", "interrupt_result", "result_of", "told_in"]
 
 
+_OF_PYTHON = ("visited", "commands", "keys")
+
+
 @dataclass(slots=True)
 class RunResult:
-    """How a run ended, what it found, and where its record is; the fields of `run --json`."""
+    """How a run ended, what it found, and where its record is; the fields of `run --json`, and in Python alone some more.
+
+    Parameters
+    ----------
+    visited
+        By the path of each node that was ticked: the statuses that it came to, in this order.
+    commands
+        What nodes commanded the devices of a cell, the latest 10,000.
+    keys
+        What the keys of `main` held at the end, records included, in SI; a number with a deviation is an Estimate.
+    """
 
     status: str
     reason: str
@@ -40,11 +56,14 @@ class RunResult:
     readings: dict[str, Any] = field(default_factory=dict)
     stats: list[dict[str, Any]] = field(default_factory=list)
     broken: list[Broken] = field(default_factory=list)
+    visited: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    commands: list[Commanded] = field(default_factory=list)
+    keys: dict[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `run --json` prints."""
-        fields: dict[str, Any] = plain(asdict(self))
-        return fields
+        fields: dict[str, Any] = plain(asdict(replace(self, visited={}, commands=[], keys={})))
+        return {name: value for name, value in fields.items() if name not in _OF_PYTHON}
 
 
 def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:
@@ -67,8 +86,20 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         broken=outcome.broken,
         unmet=unmet,
         notes=[*task.notes, *outcome.notes],
-        readings={} if good else seen.shown(),
+        readings=seen.shown(),
+        visited={path: tuple(statuses) for path, statuses in visits.statuses.items()},
+        commands=list(seen.commands),
+        keys=_keys_of_main(task.built),
     )
+
+
+def _keys_of_main(built: BuiltTree) -> dict[str, Any]:
+    named = ((cell.name.removeprefix("main/"), cell) for cell in built.cells if cell.name.startswith("main/"))
+    return {name: _held(cell) for name, cell in named if "/" not in name and cell.value is not MISSING}
+
+
+def _held(cell: Cell) -> Any:
+    return cell.value if cell.sd is None else Estimate(cell.value, cell.sd)
 
 
 @contextmanager

@@ -34,7 +34,7 @@ def run(
     cell: str | Path | None = None,
     params: Mapping[str, Any] | None = None,
     seed: int = 0,
-    mocks: str | Path | None = None,
+    mocks: str | Path | Mapping[str, Any] | None = None,
     out: str | Path | None = None,
     view: View | None = None,
     watch: Callable[[Runner], None] | None = None,
@@ -55,7 +55,7 @@ def run(
     seed
         Of everything random in a simulation.
     mocks
-        A mocks file; devices that only mocked nodes use are not opened.
+        A mocks file, or its content as text of several lines or as a mapping; devices that only mocked nodes use are not opened.
     out
         The record's folder, which must be empty or absent; by default a new one under `runs`.
     view
@@ -94,14 +94,14 @@ def _task(
     cell: str | Path | None,
     params: dict[str, Any],
     seed: int,
-    mocks: str | Path | None,
+    mocks: str | Path | Mapping[str, Any] | None,
     modules: str | Path | None,
 ) -> Task:
     own = None if modules is None else Modules(Path(tree).parent.resolve(), Path(modules).resolve())
     program = load_program(tree, params, own).require()
     if "main" not in program.document.trees:
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
-    table = read_mocks(Path(mocks)) if mocks is not None else None
+    table = read_mocks(mocks) if mocks is not None else None
     default = program.document.scene_path if cell is None else None
     return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
 

@@ -56,10 +56,10 @@ def resolve(given: str | Path, shipped: Path, kind: str) -> Path:
     return found
 
 
-def load(path: Path, name: str | None = None) -> Map:
-    """Read a file whose top level is a mapping; `name` is what messages call it."""
+def load(path: Path, name: str | None = None, text: str | None = None) -> Map:
+    """Read a file whose top level is a mapping; `name` is what messages call it, `text` is taken for its content."""
     file = name or str(path)
-    value = parse(read_text(path, file), file)
+    value = parse(read_text(path, file) if text is None else text, file)
     if not isinstance(value, Map):
         raise FileError([value.mark.error("yaml-top", "the top level is not a mapping", "begin with 'format: ...'")])
     return value

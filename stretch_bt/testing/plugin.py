@@ -67,8 +67,6 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
         options.setdefault("out", tmp_path / f"record{count}")
         if options.get("devices"):
             options.setdefault("watch", lambda runner: _on_clock(options["devices"], runner.clock.now))
-        if options.get("mocks") is not None:
-            options["mocks"] = written(options["mocks"], "mocks")
         file = written(tree, "tree")
         if file is not tree:
             options.setdefault("modules", request.path.parent)

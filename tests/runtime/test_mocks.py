@@ -7,11 +7,13 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from py_trees.common import Status
 
 from stretch_bt.errors import MocksError
 from stretch_bt.perception import Sphere
 from stretch_bt.runtime.check import check
 from stretch_bt.runtime.mock_node import mock_value, pattern_fits
+from stretch_bt.runtime.replay import replay
 from stretch_bt.source import parse
 from stretch_bt.tree.port_check import PortCheck
 from stretch_bt.tree.types import from_annotation
@@ -266,3 +268,37 @@ def test_mocks_that_never_end_are_ended(mocked: Any) -> None:
 def test_what_a_mock_writes_passes_a_node_that_hands_it_on() -> None:
     value = mock_value(parse("{radius: 5 mm}", "mocks.yaml"), from_annotation(Sphere), "sphere")
     assert PortCheck(Sphere, None, None).judge(value) is value
+
+
+@pytest.mark.parametrize("form", ["file", "text", "mapping"])
+def test_mocks_are_a_file_its_text_or_a_mapping(run: Any, tmp_path: Path, form: str) -> None:
+    rules = [
+        {"match": "**/press"},
+        {"match": "**/retract"},
+        {"match": "**/look", "status": (Status.SUCCESS, Status.FAILURE), "outputs": {"height": ["3 mm", "4 mm"]}},
+    ]
+    mapping = {
+        "mocks": rules,
+        "readings": {"arm.force": "1 N"},
+        "expect": {"result": "success", "visited": ["main/high"]},
+    }
+    text = MOCKS.format(
+        rules='  - {match: "**/look", status: [success, failure], outputs: {height: [3 mm, 4 mm]}}',
+        force="1 N",
+        expect="result: success, visited: [main/high]",
+    )
+    (tmp_path / "mocks.yaml").write_text(text, encoding="utf-8")
+    mocks = {"file": tmp_path / "mocks.yaml", "text": text, "mapping": mapping}[form]
+    result = run(TREE, mocks=mocks)
+    assert (result.status, result.unmet, result.outputs["top"]["value"]) == ("SUCCESS", [], 99.0)
+    [look] = [path for path in result.visited if path.endswith("/look")]
+    assert result.visited[look] == ("SUCCESS", "FAILURE")
+    assert result.keys["passes"] == 3
+    assert replay(result.record).identical
+
+
+def test_a_mistake_in_a_mapping_is_told_like_one_in_a_file(run: Any) -> None:
+    with pytest.raises(MocksError, match="'macth'"):
+        run(TREE, mocks={"mocks": [{"macth": "**/press"}]})
+    with pytest.raises(MocksError, match="did you mean"):
+        run(TREE, mocks={"mocks": [{"match": "**/presss"}]})

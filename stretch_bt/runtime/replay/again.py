@@ -162,7 +162,7 @@ def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[
     mocks = None
     if info.get("mocks"):
         (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
-        mocks = read_mocks(home / "mocks.yaml")
+        mocks = read_mocks(home / "mocks.yaml", recorded=True)
     program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust, say)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
 
