@@ -90,7 +90,8 @@ def _one(entry: dict[str, Any]) -> None:
             table.add_row(port["name"], direction, port["type"], default, _bounds(port), port["doc"])
     for device in entry["devices"]:
         table.add_row(device["name"], "device", device["type"], "required" if device["required"] else "", "", "")
-    console.print(table)
+    if table.row_count:
+        console.print(table)
     for name, fields in entry["records"].items():
         _record(console, name, fields)
 

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 from py_trees.common import Status
 
-from stretch_bt.errors import FileError, MocksError
+from stretch_bt.errors import FileError, InvalidInput, MocksError, shown
 from stretch_bt.hardware.interfaces import INTERFACES, readings_of
 from stretch_bt.runtime.mock_node import Mock
 from stretch_bt.runtime.mocks import Mocks
@@ -28,7 +28,7 @@ from stretch_bt.source import (
 )
 from stretch_bt.tree.types import INT, Type, from_annotation, quantity
 from stretch_bt.tree.values import Refused, check_bounds, literal
-from stretch_bt.units import KINDS
+from stretch_bt.units import KINDS, Estimate
 
 __all__ = ["FIELDS", "FORMAT", "STATUSES", "THEN", "TOP", "read_mocks"]
 
@@ -71,15 +71,21 @@ def _text(given: Path | str | Mapping[str, Any]) -> tuple[str, Path]:
     return read_text(Path(given)), Path(given)
 
 
-def _plain(value: Any) -> Any:
-    """Return a value of Python as YAML writes it: arrays as lists, a status by its word."""
+def _plain(value: Any, at: str = "") -> Any:
+    """Return a value of Python as YAML writes it: arrays as lists, a status by its word; raises InvalidInput for what it cannot write."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _plain(inner, f"{at}.{key}" if at else str(key)) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner, f"{at}[{k}]") for k, inner in enumerate(value)]
     if isinstance(value, Status):
         return value.name.lower()
+    if isinstance(value, Estimate):
+        return {"value": float(value), "sd": value.sd}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    return [_plain(inner) for inner in value] if isinstance(value, list | tuple) else value
+    if isinstance(value, str | bool | int | float):
+        return value
+    raise InvalidInput(f"mocks: {at} is {shown(value)}; write text with a unit, a number, a list or a mapping")
 
 
 class _Reader:

@@ -1,4 +1,4 @@
-"""How a run ended: the fields of `run --json`."""
+"""How a run ended: the fields of `run --json`, and what only Python has."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class RunResult:
     Parameters
     ----------
     visited
-        By the path of each node that was ticked: the statuses that it came to, in this order.
+        By the path of each node that was ticked: the statuses that it came to, each once, in the order in which they first came.
     commands
         What nodes commanded the devices of a cell, the latest 10,000.
     keys

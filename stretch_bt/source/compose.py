@@ -127,13 +127,12 @@ class _Composer:
                 self.refuse(key_event, "yaml-key", "a key must be plain text", "put the value under a name")
             key = self.scalar(key_event)
             if key.text in pairs:
-                first, given = (
-                    pairs[key.text][0].mark.line,
-                    (pairs[key.text][1], self.value(next(self.events), depth + 1)),
-                )
+                first, before = pairs[key.text]
+                again = self.value(next(self.events), depth + 1)
+                cut = getattr(event, "flow_style", False) and (is_nothing(before) or is_nothing(again))
                 comma = "; put quotes around an expression with a comma, which ends a value between braces"
-                hint = f"keep one{comma if any(map(is_nothing, given)) else ''}"
-                self.refuse(key_event, "yaml-duplicate", f"{key.text!r} stands twice (first on line {first})", hint)
+                message = f"{key.text!r} stands twice (first on line {first.mark.line})"
+                self.refuse(key_event, "yaml-duplicate", message, f"keep one{comma if cut else ''}")
             if key.text == "<<" and not key.quoted:
                 self.refuse(key_event, "yaml-merge", "merge keys (<<) are not YAML 1.2", "write the values out")
             pairs[key.text] = (key, self.value(next(self.events), depth + 1))

@@ -52,7 +52,7 @@ class DataFlow:
     def _unset(self, name: str, mark: Mark) -> Diagnostic:
         writers = [(who, m) for who, m in self.writers.get(name, []) if m != mark]
         if not writers:
-            hint = self.given_by(name) or f"write it first{self._or_default(name)}"
+            hint = self.given_by(name, mark) or f"write it first{self._or_default(name)}"
             return mark.error("read-before-write", f"${name} is never written", hint)
         places = ", ".join(f"{who!r} (line {m.line})" for who, m in writers[:3])
         later = all((m.line, m.column) > (mark.line, mark.column) for _, m in writers)
@@ -61,9 +61,11 @@ class DataFlow:
         message = f"${name} may be unset here: it is written only in {places}, {why}"
         return mark.error("read-before-write", message, f"{hint}{self._or_default(name)}")
 
-    def given_by(self, name: str) -> str:
-        """Return how to have a name from a place that has an output of it and leaves it out, or nothing."""
+    def given_by(self, name: str, before: Mark | None = None) -> str:
+        """Return how to have a name from a place, before another, that has an output of it and leaves it out, or nothing."""
         for part in self.body.walk():
+            if before is not None and (part.mark.line, part.mark.column) >= (before.line, before.column):
+                continue
             known = part.info.outputs if isinstance(part, Leaf) else part.target.outs if isinstance(part, Call) else ()
             if isinstance(part, Leaf | Call) and name in known and name not in part.outputs:
                 return (

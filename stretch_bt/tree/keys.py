@@ -17,6 +17,7 @@ from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations
 from stretch_bt.tree.document import Declared, Signature
 from stretch_bt.tree.expression import FUNCTIONS, ExpressionError, names, parse, typecheck
+from stretch_bt.tree.expression.typecheck import Origin, Unresolved
 from stretch_bt.tree.places import Place, places
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
@@ -123,12 +124,19 @@ class _Keys:
         return self.found
 
     def note_untyped(self, declared: Declared) -> None:
-        """Note a key that is written from itself alone; where its values are wrong, that is noted at their places."""
-        writers = [w for w in self.writers if w.key == declared.name and isinstance(w.value, Scalar)]
-        with suppress(ExpressionError):
+        """Note a key that is written from itself, or in a circle; where its values are wrong, that is noted at their places."""
+        writers = [w for w in self.writers if w.key == declared.name and isinstance(w.value, Scalar) and not w.each]
+        with suppress(ExpressionError, Unresolved):
             read = {n.parts[0] for w in writers for n in names(parse(w.value.text))}  # type: ignore[union-attr]
-            if read == {declared.name}:
-                message = f"the type of ${declared.name} follows from nothing: it is written from itself alone"
+            known = [self.scope.resolve((name,)) for name in read if name not in ("task", *self.document.devices)]
+            written = {w.key for w in self.writers}
+            noted = any(
+                symbol.origin is Origin.KEY and symbol.type in (ANY, UNKNOWN) and symbol.name not in written
+                for symbol in known
+            )
+            if writers and read and not noted:
+                alone = "itself alone" if read == {declared.name} else f"{', '.join(sorted(read))} alone"
+                message = f"the type of ${declared.name} follows from nothing: it is written from {alone}"
                 form = f"{declared.name}: {{default: 0}}"
                 form = f"keys: {{{form}}}" if declared.name in self.signature.keys else form
                 self.found.append(writers[0].mark.error("type-missing", message, f"give it a default: '{form}'"))

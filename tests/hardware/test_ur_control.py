@@ -284,6 +284,34 @@ def test_samples_that_do_not_come_leave_the_mean_as_quiet_as_ever(lab, missed):
     assert 0.6 * 3.6 / 4 < np.std(apart) / np.sqrt(2) < 1.4 * 3.6 / 4
 
 
+@pytest.mark.parametrize("missed", [0, 3, 8, 12])
+def test_a_limit_sees_a_force_that_rises_as_soon_where_samples_do_not_come(lab, missed):
+    rig = Rig(Control(lab)).engage()
+    rig.cycles(40)
+    while rig.state.fault is None and rig.force[2] < 60.0:
+        rig.cycles(missed, news=False)
+        rig.force = (0.0, 0.0, rig.force[2] + 20.0 * DT * (1 + missed))
+        rig.cycle()
+    assert "force" in rig.state.fault
+    assert rig.force[2] < 20.0 + 4.0
+
+
+@pytest.mark.parametrize("pause", [0.05, 0.5, 1.9])
+def test_forces_from_before_the_control_script_are_none_of_its_own(lab, pause):
+    rig = Rig(Control(lab))
+    rig.force = (0.0, 0.0, -25.0)
+    rig.cycles(30)
+    rig.cycle(Engage(1))
+    rig.now += pause
+    rig.measured = replace(rig.measured, time=rig.measured.time + pause)
+    rig.force = (0.0, 0.0, 0.0)
+    rig.cycle(engaged=Engaged(1, None), late=pause)
+    rig.cycle(Guard(2))
+    [guarded] = rig.said(Guarded)
+    assert guarded.reason is None
+    assert np.linalg.norm(rig.said(ArmState)[-1].wrench[:3]) < 0.1
+
+
 def test_a_force_that_rises_is_told_as_soon_after_a_silence(lab):
     rig = Rig(Control(lab)).engage()
     rig.cycles(40)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.common import Status
 
-from stretch_bt.errors import MocksError
+from stretch_bt.errors import InvalidInput, MocksError
 from stretch_bt.perception import Sphere
 from stretch_bt.runtime.check import check
 from stretch_bt.runtime.mock_node import mock_value, pattern_fits
@@ -298,6 +298,8 @@ def test_mocks_are_a_file_its_text_or_a_mapping(run: Any, tmp_path: Path, form: 
 
 
 def test_a_mistake_in_a_mapping_is_told_like_one_in_a_file(run: Any) -> None:
+    with pytest.raises(InvalidInput, match=re.escape("mocks[0].outputs.height is ")):
+        run(TREE, mocks={"mocks": [{"match": "**/look", "outputs": {"height": Path("x")}}]})
     with pytest.raises(MocksError, match="'macth'"):
         run(TREE, mocks={"mocks": [{"macth": "**/press"}]})
     with pytest.raises(MocksError, match="did you mean"):

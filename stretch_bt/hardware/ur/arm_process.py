@@ -33,7 +33,7 @@ __all__ = ["ArmProcess"]
 _MODULE = "stretch_bt.hardware.ur.process"
 #: how long the process may be silent, s: more than the controller may be while it works; while it connects; while it makes ready to move
 _MORE, _CONNECTING, _ENGAGING = 0.2, 5.0, 11.0
-#: how long it may take to end; to answer that the arm stands, or that a zero holds; to take a mean of the force more than that lasts
+#: how long it may take to end; to answer that the arm stands; to take a mean of the force more than that lasts
 _ENDING, _STOPPING, _FEELING = 1.5, 1.0, 1.0
 #: how long the dashboard may take to end the program after a loss, s
 _FAREWELL = 0.3
@@ -104,7 +104,7 @@ class ArmProcess:
 
     def zero(self, wrench: Six) -> None:
         """Take a wrench off all that follow, and return when the latest state is without it; raises DeviceLost."""
-        self.supervisor.ask(Zero(self.supervisor.number(), wrench), _STOPPING)
+        self.supervisor.ask(Zero(self.supervisor.number(), wrench), self._settings.lost_after + _STOPPING)
 
     def guard(self) -> str | None:
         """Have the limits held, and return which one is passed already; raises DeviceLost."""

@@ -166,7 +166,10 @@ class _Cycle:
             return
         stop = safety_stop(measured.safety_bits) if measured is not None else None
         fault = None if engaged.reason is None else stop
-        self.state = replace(self.state, engaged=engaged.reason is None, fault=fault, heard=self.now)
+        force = (
+            self.state.force.anew()
+        )  # what the controller measured before counts from another zero, and another payload
+        self.state = replace(self.state, engaged=engaged.reason is None, fault=fault, heard=self.now, force=force)
         self._say(engaged)
 
     def _listen(self) -> None:

@@ -13,7 +13,7 @@ __all__ = ["ForceFilter", "HandForce"]
 
 #: a sample whose time is rounded counts as old as it is
 _ROUNDING = 1e-6
-#: how old a sample may be, s, that stands in for one that did not come: as long as an arm may be silent
+#: how old a sample may be, s, that stands in for one that did not come: as long as an arm may be silent at most
 _OLDEST = 2.0
 
 
@@ -29,7 +29,8 @@ class HandForce:
 class ForceFilter:
     """The samples of the latest `over` seconds, each with the controller's time of it, s.
 
-    Where samples did not come, older ones stay, up to `count` and 2 s: the mean of the few that came would be noise.
+    Where samples did not come, older ones stay, up to `count` and 2 s: a mean of the few that came would be noise, and it is what nodes
+    are told. Limits go by those of `over` alone, or they would see a force that rises too late.
     """
 
     over: float
@@ -49,6 +50,12 @@ class ForceFilter:
         return cast(Six, tuple(mean.tolist()))
 
     def force(self, zero: Six) -> HandForce:
-        """Return the force of the mean wrench and of the latest, each less a zero."""
-        latest = np.subtract(self.samples[-1][1], zero)
-        return HandForce(float(np.linalg.norm(self.less(zero)[:3])), float(np.linalg.norm(latest[:3])))
+        """Return the force of the mean wrench of the latest `over` seconds and of the latest sample, each less a zero."""
+        time, latest = self.samples[-1]
+        recent = np.mean([wrench for at, wrench in self.samples if time - self.over + _ROUNDING < at], axis=0)
+        average, sample = (float(np.linalg.norm(np.subtract(felt, zero)[:3])) for felt in (recent, latest))
+        return HandForce(average, sample)
+
+    def anew(self) -> ForceFilter:
+        """Return the filter with its latest sample alone, which it cannot do without."""
+        return replace(self, samples=self.samples[-1:])

@@ -30,7 +30,10 @@ class Passes:
     collect: dict[str, str] = field(default_factory=dict)  # list -> key whose values it takes
     own: tuple[str, ...] = ()
     marks: dict[str, Mark] = field(default_factory=dict)  # of what it writes
-    refused: set[str] = field(default_factory=set)  # lists that are written wrongly, which was noted
+    refused: set[str] = field(
+        default_factory=set
+    )  # lists that are written wrongly, which was noted, and what was meant for one
+    doubted: set[str] = field(default_factory=set)  # keys that a pass writes, one of which may have been meant
 
     @classmethod
     def read(cls, reader: Reader, fields: Mapping[str, Value], do: Part | None, item: str | None = None) -> Passes:
@@ -62,14 +65,17 @@ class Passes:
             if source in written:
                 self.collect[target] = source
             else:
-                self.refused |= {target, source}
-                self.marks.setdefault(source, key.mark)
+                self.refused.add(target)
+                self.doubted |= written
+                if target in written and source.isidentifier():  # the two were swapped
+                    self.refused.add(source)
+                    self.marks.setdefault(source, key.mark)
                 message = f"no pass of this loop writes {source or 'this'!r}"
                 reader.error(value.mark, "collect", message, _meant(target, source, written))
 
     def begun(self, data: DataFlow, known: Known) -> Known:
         """Return what is written once the loop has begun; what it collects counts as read."""
-        data.names |= set(self.collect.values()) | self.refused
+        data.names |= set(self.collect.values()) | self.refused | self.doubted
         return known | self.lists
 
     @property
