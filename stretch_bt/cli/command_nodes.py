@@ -58,7 +58,7 @@ def _import_nodes(tree: str) -> None:
 
 
 def _meant(name: str, known: list[str]) -> str:
-    from stretch_bt.tree.expression.parse import FUNCTIONS
+    from stretch_bt.tree.expression import FUNCTIONS
 
     if name in FUNCTIONS:
         return "it is a function of expressions"
@@ -66,7 +66,7 @@ def _meant(name: str, known: list[str]) -> str:
 
 
 def _list(nodes: list[dict[str, Any]], constructs: list[dict[str, Any]]) -> None:
-    from stretch_bt.tree.expression.parse import FUNCTIONS
+    from stretch_bt.tree.expression import FUNCTIONS
 
     console, table = Console(), Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("node", "kind", "what it does"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from stretch_bt.errors import RecordError, named
@@ -62,8 +62,7 @@ class RunResult:
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields that `run --json` prints."""
-        fields: dict[str, Any] = plain(asdict(replace(self, visited={}, commands=[], keys={})))
-        return {name: value for name, value in fields.items() if name not in _OF_PYTHON}
+        return {f.name: plain(getattr(self, f.name)) for f in fields(self) if f.name not in _OF_PYTHON}
 
 
 def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:

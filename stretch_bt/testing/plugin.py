@@ -48,16 +48,16 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
     """Run a tree, given by name, path or YAML text, with its record in the test's own folder.
 
     A tree that is text stands for one beside the test: it may name Python modules there.
-    `mocks` may be text too; scripted `devices`, by the names that the tree declares, take the time of the run.
+    `mocks` may be text or a mapping; scripted `devices`, by the names that the tree declares, take the time of the run.
     """
     from stretch_bt.runtime.task import run as run_tree
 
     count = 0
 
-    def written(given: Any, name: str) -> Any:
+    def written(given: str | Path) -> str | Path:
         if not isinstance(given, str) or "\n" not in given:
             return given
-        path = tmp_path / f"{name}{count}.yaml"
+        path = tmp_path / f"tree{count}.yaml"
         path.write_text(given, encoding="utf-8")
         return path
 
@@ -67,7 +67,7 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
         options.setdefault("out", tmp_path / f"record{count}")
         if options.get("devices"):
             options.setdefault("watch", lambda runner: _on_clock(options["devices"], runner.clock.now))
-        file = written(tree, "tree")
+        file = written(tree)
         if file is not tree:
             options.setdefault("modules", request.path.parent)
         return run_tree(file, **options)

@@ -64,10 +64,11 @@ class DataFlow:
     def given_by(self, name: str, before: Mark | None = None) -> str:
         """Return how to have a name from a place, before another, that has an output of it and leaves it out, or nothing."""
         for part in self.body.walk():
-            if before is not None and (part.mark.line, part.mark.column) >= (before.line, before.column):
+            late = before is not None and (part.mark.line, part.mark.column) >= (before.line, before.column)
+            if late or not isinstance(part, Leaf | Call):
                 continue
-            known = part.info.outputs if isinstance(part, Leaf) else part.target.outs if isinstance(part, Call) else ()
-            if isinstance(part, Leaf | Call) and name in known and name not in part.outputs:
+            known = part.info.outputs if isinstance(part, Leaf) else part.target.outs
+            if name in known and name not in part.outputs:
                 return (
                     f"{part.label!r} (line {part.mark.line}) gives it where it is named among its ports: '{{{name}}}'"
                 )

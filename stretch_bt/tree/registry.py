@@ -33,6 +33,7 @@ __all__ = [
     "describe",
     "fields_of",
     "find",
+    "first_paragraph",
     "load_all",
     "lookup",
     "node",
@@ -70,7 +71,7 @@ class NodeInfo:
     @property
     def doc(self) -> str:
         """The first paragraph of the class docstring."""
-        return " ".join((self.cls.__doc__ or "").strip().split("\n\n")[0].split())
+        return first_paragraph(self.cls.__doc__)
 
     @property
     def instant(self) -> bool:
@@ -254,6 +255,11 @@ def object_types() -> dict[str, type]:
             if declared.role is not Role.DEVICE:
                 add(info.types[declared.name])
     return found
+
+
+def first_paragraph(text: str | None) -> str:
+    """Return the first paragraph of a docstring on one line, nothing without one."""
+    return " ".join((text or "").strip().split("\n\n")[0].split())
 
 
 def describe(info: NodeInfo) -> dict[str, Any]:

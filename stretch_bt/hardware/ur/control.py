@@ -166,9 +166,8 @@ class _Cycle:
             return
         stop = safety_stop(measured.safety_bits) if measured is not None else None
         fault = None if engaged.reason is None else stop
-        force = (
-            self.state.force.anew()
-        )  # what the controller measured before counts from another zero, and another payload
+        # what the controller measured before counts from another zero, and another payload
+        force = self.state.force.anew()
         self.state = replace(self.state, engaged=engaged.reason is None, fault=fault, heard=self.now, force=force)
         self._say(engaged)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -40,8 +41,8 @@ class ForceFilter:
     def take(self, time: float, wrench: Six) -> ForceFilter:
         """Return the filter with one more sample; those that are too old, or of a clock that went back, are gone."""
         known = [sample for sample in self.samples if time - _OLDEST < sample[0] < time]
-        recent = sum(time - self.over + _ROUNDING < sample[0] for sample in known)
-        kept = known[max(len(known) - max(recent, self.count - 1), 0) :]
+        count = max(len(self._recent(known, time)), self.count - 1)
+        kept = known[max(len(known) - count, 0) :]
         return replace(self, samples=(*kept, (time, wrench)))
 
     def less(self, zero: Six) -> Six:
@@ -52,10 +53,14 @@ class ForceFilter:
     def force(self, zero: Six) -> HandForce:
         """Return the force of the mean wrench of the latest `over` seconds and of the latest sample, each less a zero."""
         time, latest = self.samples[-1]
-        recent = np.mean([wrench for at, wrench in self.samples if time - self.over + _ROUNDING < at], axis=0)
+        recent = np.mean(self._recent(self.samples, time), axis=0)
         average, sample = (float(np.linalg.norm(np.subtract(felt, zero)[:3])) for felt in (recent, latest))
         return HandForce(average, sample)
 
     def anew(self) -> ForceFilter:
         """Return the filter with its latest sample alone, which it cannot do without."""
         return replace(self, samples=self.samples[-1:])
+
+    def _recent(self, samples: Iterable[tuple[float, Six]], time: float) -> list[Six]:
+        """Return the wrenches of the `over` seconds before a time."""
+        return [wrench for at, wrench in samples if time - self.over + _ROUNDING < at]

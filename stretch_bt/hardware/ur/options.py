@@ -76,7 +76,8 @@ class UrOptions(Options):
     loaded: bool = Field(default=False, description="open also where the force at opening is more than bias and noise")
     force_filter: Annotated[Time, Within(0.008, 1.0, "Time")] | None = Field(
         default=None,
-        description="over which the force is averaged, up to 2 s where samples did not come; 0.128 s for a ur5 and 0.032 s for a ur5e without it",
+        description="over which the force is averaged, for nodes up to 2 s where samples did not come; "
+        "0.128 s for a ur5 and 0.032 s for a ur5e without it",
     )
     rate: _Rate = Field(default=125.0, description="of reading, checking and leading the hand")
     acceleration: _Acceleration = Field(default=0.5, description="at the begin and the end of each motion")

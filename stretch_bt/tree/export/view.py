@@ -9,6 +9,7 @@ from stretch_bt.tree.flow import Call, Leaf, Part
 from stretch_bt.tree.flow.guard import Check
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.program import Program, TreeBody
+from stretch_bt.tree.registry import first_paragraph
 
 __all__ = ["View", "around_text", "kind_of", "views"]
 
@@ -100,5 +101,4 @@ def _keyword(part: Part) -> str:
 def _doc(part: Part) -> str:
     if isinstance(part, Leaf):
         return part.info.doc
-    text = part.target.doc if isinstance(part, Call) else type(part).__doc__ or ""
-    return " ".join(text.strip().split("\n\n")[0].split())
+    return first_paragraph(part.target.doc if isinstance(part, Call) else type(part).__doc__)

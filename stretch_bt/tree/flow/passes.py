@@ -30,9 +30,7 @@ class Passes:
     collect: dict[str, str] = field(default_factory=dict)  # list -> key whose values it takes
     own: tuple[str, ...] = ()
     marks: dict[str, Mark] = field(default_factory=dict)  # of what it writes
-    refused: set[str] = field(
-        default_factory=set
-    )  # lists that are written wrongly, which was noted, and what was meant for one
+    refused: set[str] = field(default_factory=set)  # lists that are written wrongly, or meant, which was noted
     doubted: set[str] = field(default_factory=set)  # keys that a pass writes, one of which may have been meant
 
     @classmethod

@@ -6,9 +6,10 @@ from typing import Any
 
 from stretch_bt.tree.flow import CONSTRUCTS, Part
 from stretch_bt.tree.fragments import Schema
+from stretch_bt.tree.registry import first_paragraph
 from stretch_bt.tree.schema.nodes import described
 
-__all__ = ["KIND", "construct_schema", "describe_construct", "summary"]
+__all__ = ["KIND", "construct_schema", "describe_construct"]
 
 KIND = "construct"
 #: what a field takes, by the definition that its schema refers to
@@ -27,7 +28,7 @@ _TYPES = {
 
 def construct_schema(part: type[Part]) -> Schema:
     """Return the schema of what follows the word of a construct."""
-    return {"title": part.keyword, "description": summary(part), **described(part.schema() or {})}
+    return {"title": part.keyword, "description": first_paragraph(part.__doc__), **described(part.schema() or {})}
 
 
 def describe_construct(name: str) -> dict[str, Any]:
@@ -36,7 +37,7 @@ def describe_construct(name: str) -> dict[str, Any]:
     return {
         "name": name,
         "kind": KIND,
-        "doc": summary(part),
+        "doc": first_paragraph(part.__doc__),
         "module": part.__module__,
         "inputs": _fields(part.schema() or {}),
         "outputs": [],
@@ -69,8 +70,3 @@ def _type(field: Schema) -> str:
     if "$ref" in field:
         return _TYPES[field["$ref"].rpartition("/")[2]]
     return {"object": "mapping", "array": "list"}[field["type"]]
-
-
-def summary(part: type[Part]) -> str:
-    """Return what a construct does, in a sentence."""
-    return " ".join((part.__doc__ or "").strip().split("\n\n")[0].split())

@@ -10,8 +10,8 @@ from stretch_bt.tree.flow.repeat import Retry
 from stretch_bt.tree.flow.timeout import Timeout
 from stretch_bt.tree.fragments import WORDS, Schema, form, ref, short
 from stretch_bt.tree.headings import FORMAT
-from stretch_bt.tree.registry import NodeInfo, load_all, object_types
-from stretch_bt.tree.schema.constructs import construct_schema, summary
+from stretch_bt.tree.registry import NodeInfo, first_paragraph, load_all, object_types
+from stretch_bt.tree.schema.constructs import construct_schema
 from stretch_bt.tree.schema.nodes import call_schema, described, must_be_written, node_schema
 from stretch_bt.tree.schema.values import DRAFT, NAME, PLAIN, QUANTITIES, literal, value_definitions
 from stretch_bt.tree.shared import SHARED
@@ -106,7 +106,9 @@ def _words() -> Schema:
     for word in WORDS:
         part = _BESIDE.get(word)
         schema = own[word] if part is None else part.schema_beside() or {}
-        found[f"word_{word}"] = schema if part is None else {"description": summary(part), **described(schema)}
+        found[f"word_{word}"] = (
+            schema if part is None else {"description": first_paragraph(part.__doc__), **described(schema)}
+        )
     guarded = form({"that": ref("condition")}, {"name": ref("word_name")})
     one: Schema = {"anyOf": [ref("condition"), guarded]}
     found["conditions"] = {"anyOf": [*one["anyOf"], {"type": "array", "minItems": 1, "items": one}]}
