@@ -12,6 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stretch_bt.blame import own_code
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.runtime.context import RunContext
@@ -19,7 +20,6 @@ from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.runtime.provenance import effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.program import Program

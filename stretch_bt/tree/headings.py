@@ -11,12 +11,12 @@ from typing import Any
 
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
+from stretch_bt.hardware.own_modules import ModuleRefused, Modules
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, is_nothing, parse, read_text
 from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations, known_keys
 from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Signature
 from stretch_bt.tree.expression import FUNCTIONS
-from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.shared import SHARED, reachable, shared_trees, shipped
 from stretch_bt.tree.types import ANY, Family, Type

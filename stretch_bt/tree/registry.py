@@ -327,9 +327,3 @@ def _plain_default(default: Any) -> Any:
     if isinstance(default, Estimate) or dataclasses.is_dataclass(default):
         return repr(default)
     return list(default) if isinstance(default, tuple) else default
-
-
-def import_nodes(module: str) -> None:
-    """Import a Python module for the nodes that it registers."""
-    load_all()
-    importlib.import_module(module)

@@ -1,7 +1,7 @@
-"""Where the Python modules that a tree names may stand, and their import.
+"""Where the Python modules that a tree or a cell file names may stand, and their import.
 
-A module is executed when it is imported. A tree may come from anybody, so it can name only what is installed already,
-or what lies beside the tree that the user named: whoever names that tree chose its folder too.
+A module is executed when it is imported. A file may come from anybody, so it can name only what is installed already,
+or what lies beside the file that the user named: whoever names that file chose its folder too.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+from stretch_bt.blame import place_of
 from stretch_bt.errors import StretchError, named, writable
 from stretch_bt.forked import alone
 from stretch_bt.hardware.isolated import trusted_path
-from stretch_bt.tree import registry
-from stretch_bt.tree.blame import place_of
-from stretch_bt.tree.threads_heard import threads_heard
+from stretch_bt.threads_heard import threads_heard
 
 __all__ = ["ModuleRefused", "Modules"]
 
@@ -35,38 +35,44 @@ class ModuleRefused(StretchError):
 
 @dataclass(frozen=True, slots=True)
 class Modules:
-    """The folders in which a tree's own modules may stand.
+    """The folders in which the own modules of a tree or a cell file may stand.
 
     Parameters
     ----------
     root
-        Folder of the tree file that the user named. Files that it imports may bring modules from folders below it.
+        Folder of the file that the user named. Files that it imports may bring modules from folders below it.
     home
         Folder that takes the place of `root` for modules, or None where only installed ones may be imported.
     hint
         What a user can do about a module that is not found.
     say
         Told of each file in these folders before it is executed.
+    what
+        What names the modules, for messages: `tree` or `cell file`.
+    holds
+        What a module is imported for, for messages.
     """
 
     root: Path
     home: Path | None
-    hint: str = "install the package, or put the module beside the tree"
+    hint: str = ""
     say: Callable[[str], None] | None = None
+    what: str = "tree"
+    holds: str = "nodes"
 
     @staticmethod
-    def beside(tree: Path) -> Modules:
-        """Return the rule for a tree that the user named."""
-        folder = tree.parent.resolve()
-        return Modules(folder, folder)
+    def beside(file: Path, what: str = "tree", holds: str = "nodes") -> Modules:
+        """Return the rule for a file that the user named."""
+        folder = file.parent.resolve()
+        return Modules(folder, folder, what=what, holds=holds)
 
-    def bring(self, name: str, file: Path) -> None:
-        """Import a module that a tree file names, for the nodes that it registers.
+    def bring(self, name: str, file: Path) -> ModuleType:
+        """Import a module that a file names, and return it.
 
         Raises
         ------
         ModuleRefused
-            It is not installed and not beside the tree, it has the name of another module, or it breaks.
+            It is not installed and not beside the file, it has the name of another module, or it breaks.
         """
         folders = self._folders(file.parent.resolve())
         self._check(name, folders)
@@ -79,7 +85,7 @@ class Modules:
                 alone(),
                 threads_heard(),
             ):
-                registry.import_nodes(name)
+                return importlib.import_module(name)
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             told = writable(error) if isinstance(error, StretchError) else named(error).removesuffix(": ")
             # the text of a SyntaxError has the place
@@ -96,14 +102,20 @@ class Modules:
     def _check(self, name: str, folders: list[str]) -> None:
         top = name.partition(".")[0]
         if not all(part.isidentifier() for part in name.split(".")):
-            raise ModuleRefused(f"{name!r} is not the name of a Python module", "write 'own: my_nodes', without .py")
+            raise ModuleRefused(
+                f"{name!r} is not the name of a Python module", f"write 'own: my_{self.holds}', without .py"
+            )
         if "__main__" in name.split("."):
-            raise ModuleRefused(f"{name!r} is a program, not the name of a Python module with nodes", self.hint)
+            raise ModuleRefused(
+                f"{name!r} is a program, not the name of a Python module with {self.holds}", self._remedy
+            )
         installed, own = _installed(top), PathFinder.find_spec(top, folders)
         if own is None and installed is None and top not in sys.modules:
-            raise ModuleRefused(f"no Python module {top!r} is installed, and none is beside the tree", self._help(top))
+            raise ModuleRefused(
+                f"no Python module {top!r} is installed, and none is beside the {self.what}", self._help(top)
+            )
         if own is not None:
-            _check_alone(top, own, installed)
+            self._check_alone(top, own, installed)
 
     @staticmethod
     def _file(name: str, folders: list[str]) -> str:
@@ -113,18 +125,22 @@ class Modules:
 
     def _help(self, top: str) -> str:
         found = PathFinder.find_spec(top, [""])
-        return self.hint if found is None else f"{_place(found)} in the current folder does not count: {self.hint}"
+        remedy = self._remedy
+        return remedy if found is None else f"{_place(found)} in the current folder does not count: {remedy}"
 
+    @property
+    def _remedy(self) -> str:
+        return self.hint or f"install the package, or put the module beside the {self.what}"
 
-def _check_alone(top: str, own: ModuleSpec, installed: ModuleSpec | None) -> None:
-    """Refuse a module beside the tree that another module of its name would replace, or be replaced by."""
-    loaded = sys.modules.get(top)
-    for other in (installed, loaded.__spec__ if loaded is not None else None):
-        if other is not None and _place(other) != _place(own):
-            raise ModuleRefused(
-                f"module {top!r} beside the tree ({_place(own)}) has the name of another one ({_place(other)})",
-                "rename the module beside the tree",
-            )
+    def _check_alone(self, top: str, own: ModuleSpec, installed: ModuleSpec | None) -> None:
+        """Refuse a module beside the file that another module of its name would replace, or be replaced by."""
+        loaded = sys.modules.get(top)
+        for other in (installed, loaded.__spec__ if loaded is not None else None):
+            if other is not None and _place(other) != _place(own):
+                raise ModuleRefused(
+                    f"module {top!r} beside the {self.what} ({_place(own)}) has the name of another one ({_place(other)})",
+                    f"rename the module beside the {self.what}",
+                )
 
 
 def _installed(top: str) -> ModuleSpec | None:
