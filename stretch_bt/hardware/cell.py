@@ -10,7 +10,6 @@ from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StretchError,
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.implementations import driver_class
 from stretch_bt.hardware.journal import Journal, NoJournal
 from stretch_bt.hardware.monitored import MONITORED, Monitored, Watch
 from stretch_bt.source import did_you_mean
@@ -110,13 +109,11 @@ def open_cell(
     """
     wanted = _wanted(spec, only)
     bench = Bench(now, seed, spec.path.parent, Hand(spec.hand), spec.limits, scene)
-    classes = {name: driver_class(spec.devices[name].type, spec.devices[name].use) for name in wanted}
-    if scene is None and any(cls.simulated for cls in classes.values()):
+    if scene is None and any(spec.devices[name].implementation.cls.simulated for name in wanted):
         raise InvalidInput(f"the cell {spec.name!r} is simulated and needs a scene; name one with --scene")
     watch = Watch(now, spec.limits, bench.hand, journal or NoJournal())
     devices = {
-        name: MONITORED[spec.devices[name].type](name, cls(name, spec.devices[name].options, bench), watch)
-        for name, cls in classes.items()
+        name: MONITORED[spec.devices[name].type](name, spec.devices[name].driver(bench), watch) for name in wanted
     }
     cell = Cell(spec, bench, devices)
     try:

@@ -213,10 +213,10 @@ def cell() -> str:
 
 def implementations() -> str:
     """The options of each implementation of a device."""
-    from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class
+    from stretch_bt.hardware.implementations import SHIPPED, driver_class
 
     parts = []
-    for kind, use in IMPLEMENTATIONS:
+    for kind, use in SHIPPED:
         cls = driver_class(kind, use)
         doc = first_paragraph(cls)
         content = list(fields_of(cls.Options, "", ("type", "use")))

@@ -19,7 +19,7 @@ from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.emulators.serve import serving
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class
+from stretch_bt.hardware.implementations import SHIPPED, driver_class
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState
 from stretch_bt.simulation.scene import load_scene
 
@@ -87,10 +87,10 @@ def place(cell, name):
 
 def test_the_readers_cover_every_implementation():
     specs = {(kind, name): load_cell("simulated").devices[name].type for kind, name in DEVICES}
-    assert {(specs[key], LIVE.get(key[0], key[0])) for key in specs} == set(IMPLEMENTATIONS) - {("Operator", "console")}
+    assert {(specs[key], LIVE.get(key[0], key[0])) for key in specs} == set(SHIPPED) - {("Operator", "console")}
 
 
-@pytest.mark.parametrize("key", IMPLEMENTATIONS, ids="-".join)
+@pytest.mark.parametrize("key", SHIPPED, ids="-".join)
 def test_constructing_touches_nothing(key, tmp_path, clock, live_cell):
     """A driver with a recording that is not there and without a scene can be constructed, closed and stopped."""
     cls = driver_class(*key)
@@ -391,7 +391,7 @@ def test_too_much_force_on_an_arm_that_stands_is_a_fault_as_soon_as_it_is_read(m
 
 
 def test_drivers_document_themselves():
-    for key in IMPLEMENTATIONS:
+    for key in SHIPPED:
         cls = driver_class(*key)
         assert inspect.getdoc(cls)
         assert cls.Options.model_fields["type"].annotation.__args__ == (key[0],)
