@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.testing.contract.cut import CutClauses, CutMotionClauses
 from stretch_bt.testing.contract.motion import MotionClauses
 from stretch_bt.testing.contract.readings import ReadingClauses
 from stretch_bt.testing.contract.sensing import CameraClauses, ForceClauses
-from stretch_bt.testing.contract.trial import READINGS, Contract
+from stretch_bt.testing.contract.trial import READINGS, Contract, fault
 
 __all__ = ["device_contract"]
 
@@ -65,7 +66,24 @@ def device_contract(
     bases = [CutMotionClauses] if moves and cut else [MotionClauses] * bool(moves) + [CutClauses] * bool(cut)
     bases = [*([_OF_KIND[kind]] if kind in _OF_KIND else []), *bases] or [ReadingClauses]
     doc = f"What the {kind} {device!r} keeps to."
-    return type(f"Test{kind}Contract", tuple(bases), {"__doc__": doc, "contract": contract, "__test__": True})
+    made = type(f"Test{kind}Contract", tuple(bases), {"__doc__": doc, "contract": contract, "__test__": True})
+    for name in dir(made):
+        if name.startswith("test_"):
+            setattr(made, name, _in_words(getattr(made, name)))
+    return made
+
+
+def _in_words(test: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return a test that fails by the words of an error of this package, instead of a traceback into the suite."""
+
+    @wraps(test)
+    def run(self: Any) -> None:
+        try:
+            test(self)
+        except StretchError as error:
+            fault(f"{type(error).__name__}: {error}")
+
+    return run
 
 
 def _kind(cell: Any, device: str, start: Callable[[], Any] | None) -> str:
