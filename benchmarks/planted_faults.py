@@ -57,8 +57,9 @@ FAULTS = [
     Fault(
         "a jump of 5 mm at opening",
         _GRIPPER,
-        "        self._thread.start()\n",
-        "        self._thread.start()\n        self._thread.do(lambda wire: wire.go(wire.read().opening + 0.005, 0.05))\n",
+        "    def stop(self)",
+        "    def open(self) -> None:\n        super().open()\n"
+        "        self.do(lambda wire: wire.go(wire.read().opening + 0.005, 0.05))\n\n    def stop(self)",
         "test_opening_moves_nothing",
         "opening moves the device",
     ),
@@ -114,8 +115,8 @@ FAULTS = [
     Fault(
         "stop does nothing",
         _GRIPPER,
-        "            self._thread.do(lambda wire: wire.hold())\n",
-        "            pass\n",
+        "        self.do(lambda wire: wire.hold())\n",
+        "        pass\n",
         "test_stop_ends_a_motion",
         r"after stop\(\) the device went on to its target",
     ),
@@ -130,10 +131,10 @@ FAULTS = [
     Fault(
         "a loss is hidden by the last reading",
         _GRIPPER,
-        "        sample = self._sample()\n" + _READS,
+        "        sample = self.latest()\n" + _READS,
         """\
         try:
-            self._last = self._sample()
+            self._last = self.latest()
         except DeviceFault:
             pass
         return self._last.reading(self._last.value.opening)
@@ -144,16 +145,16 @@ FAULTS = [
     Fault(
         "its thread goes on after close",
         _GRIPPER,
-        "            thread.end()\n",
-        "            pass\n",
+        "    def stop(self)",
+        "    def close(self) -> None:\n        self._thread = None\n\n    def stop(self)",
         "test_open_and_close_as_often_as_wanted",
         "leaves the thread",
     ),
     Fault(
         "a command during a motion is ignored",
         _GRIPPER,
-        "            wire.go(opening, speed)\n",
-        "            if wire.read().state != r.MOVING:\n                wire.go(opening, speed)\n",
+        "lambda wire: wire.go(opening, speed))",
+        "lambda wire: wire.read().state == r.MOVING or wire.go(opening, speed))",
         "test_a_new_command_replaces_the_motion",
         "was not followed",
     ),
@@ -204,8 +205,7 @@ def planted(fault: Fault | None, package: Path, folder: Path) -> Iterator[type[A
         if fault is not None and path.name == fault.file:
             assert fault.old in text, f"{fault.name}: the driver has another text now"
             text = text.replace(fault.old, fault.new)
-            text = text.replace("    DepthCameraDriver,\n", "    DepthCameraDriver,\n    DeviceFault,\n")
-            text = text.replace("    GripperDriver,\n", "    DeviceFault,\n    GripperDriver,\n")
+            text = text.replace("import GripperDriver,", "import DeviceFault, GripperDriver,")
         path.write_text(text, "utf-8")
     sys.path.insert(0, str(folder))
     try:

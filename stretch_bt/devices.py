@@ -18,6 +18,7 @@ from stretch_bt.hardware.driver import (
 )
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.polled import PolledDriver
 from stretch_bt.hardware.wire_thread import Sample, Wire, WireError, WireThread
 from stretch_bt.units import Within
 
@@ -36,6 +37,7 @@ __all__ = [
     "NotReady",
     "Options",
     "Poll",
+    "PolledDriver",
     "Pose",
     "Reading",
     "Sample",

@@ -1,4 +1,4 @@
-"""The driver: one thread has the connection to itself, polls the gripper, and sends commands between the polls."""
+"""The driver: what goes over the wire, and what it means; one thread polls the gripper and sends commands between the polls."""
 
 from __future__ import annotations
 
@@ -10,18 +10,7 @@ from typing import Annotated, Any
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 
-from stretch_bt.devices import (
-    GripperDriver,
-    Mistake,
-    MotionState,
-    NotReady,
-    Poll,
-    Reading,
-    Sample,
-    WireError,
-    WireThread,
-    Within,
-)
+from stretch_bt.devices import GripperDriver, Mistake, MotionState, Poll, PolledDriver, Reading, WireError, Within
 from stretch_bt.units import Frequency, Length, Time
 from stretch_bt_modbus_gripper import registers as r
 
@@ -70,7 +59,7 @@ class TwoJawWire:
         return list(reply.registers)
 
 
-class TwoJawGripper(GripperDriver):
+class TwoJawGripper(PolledDriver[TwoJawWire, r.Status], GripperDriver):
     """A gripper with two jaws by Modbus TCP."""
 
     @dataclass(frozen=True)
@@ -93,55 +82,31 @@ class TwoJawGripper(GripperDriver):
             return 0.0, self.stroke
 
     options: Options
-    _thread: WireThread[TwoJawWire, r.Status] | None = None
 
     def claimed(self) -> str:
-        """Return which gripper it is, of which one program at a time has the commands."""
+        """Return which gripper it is: one program at a time commands it."""
         return f"the gripper at {self.options.host} port {self.options.port}"
 
-    def open(self) -> None:
-        """Connect and read the status once."""
-        o = self.options
-        wire = TwoJawWire(o.host, o.port, o.timeout)
-        self._thread = WireThread(self.name, wire, period=1 / o.rate, deadline=4 * o.timeout, now=self.now)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Disconnect."""
-        thread, self._thread = self._thread, None
-        if thread is not None:
-            thread.end()
+    def wire(self) -> TwoJawWire:
+        """Return the connection, which the thread opens and reads."""
+        self.rate, self.deadline = self.options.rate, 4 * self.options.timeout
+        return TwoJawWire(self.options.host, self.options.port, self.options.timeout)
 
     def move(self, opening: float, speed: float) -> Poll:
         """Begin to move the fingers."""
-
-        def begin(wire: TwoJawWire) -> int:
-            wire.go(opening, speed)
-            return self._sample().number
-
-        begun = self._running().do(begin)
+        begun = self.command(lambda wire: wire.go(opening, speed))
 
         def poll() -> MotionState:
-            sample = self._sample()
-            # the sample from before the command tells of the motion before
+            sample = self.latest()  # one from before the command tells of the motion before
             return MotionState.MOVING if sample.number <= begun else _ENDS.get(sample.value.state, MotionState.MOVING)
 
         return poll
 
     def stop(self) -> None:
         """Hold the fingers where they are."""
-        if self._thread is not None:
-            self._thread.do(lambda wire: wire.hold())
+        self.do(lambda wire: wire.hold())
 
     def opening(self) -> Reading[float]:
         """Return the latest opening, m."""
-        sample = self._sample()
+        sample = self.latest()
         return sample.reading(sample.value.opening)
-
-    def _sample(self) -> Sample[r.Status]:
-        return self._running().latest()
-
-    def _running(self) -> WireThread[TwoJawWire, r.Status]:
-        if self._thread is None:
-            raise NotReady(self.name, "the device is closed")
-        return self._thread

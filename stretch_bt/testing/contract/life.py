@@ -41,10 +41,9 @@ class LifeClauses:
             try:
                 driver = absent.driver()
                 driver.close()
-                driver.stop()
             except Exception as error:
                 fault(
-                    f"constructing, closing and stopping the driver without its device raised {named(error)}; connect in open()"
+                    f"constructing and closing the driver without its device raised {named(error)}; connect in open()"
                 )
         if touched:
             fault(f"constructing the driver touches its device ({touched[0]}); connect in open()")
