@@ -24,7 +24,7 @@ def device_contract(
     device: str,
     *,
     start: Callable[[], Any] | None = None,
-    moves: Sequence[Any] | None = None,
+    moves: Sequence[Any] | Callable[[Any], Sequence[Any]] | None = None,
     tolerance: float,
     latency: float,
     cut: Callable[..., Any] | None = None,
@@ -45,7 +45,7 @@ def device_contract(
     start
         Brings up a simulator: returns a context manager, a generator that yields once, or what has `stop` or `close`.
     moves
-        Two places, between which a device that moves is moved: openings, m, or poses.
+        Two places, between which a device that moves is moved: openings, m, or poses; or a function that returns them from the open device.
     tolerance
         How far from its target a motion may end, m; the largest force after `zero()`, N; of no meaning for a camera.
     latency
@@ -60,10 +60,10 @@ def device_contract(
         Kind of the device, where the cell file is known only after `start`.
     """
     kind = kind or _kind(cell, device, start)
-    if moves is not None and (len(moves) != 2 or kind not in ("Arm", "Gripper")):
+    if moves is not None and (kind not in ("Arm", "Gripper") or not (callable(moves) or len(moves) == 2)):
         raise InvalidInput(f"moves of a {kind}: write two openings, m, of a Gripper, or two poses of an Arm")
-    contract = Contract(cell, device, start, tuple(moves or ()), tolerance, latency, cut, speed, scene)
-    bases = [CutMotionClauses] if moves and cut else [MotionClauses] * bool(moves) + [CutClauses] * bool(cut)
+    contract = Contract(cell, device, start, moves, tolerance, latency, cut, speed, scene)
+    bases = [CutMotionClauses] if moves and cut else [MotionClauses] * (moves is not None) + [CutClauses] * bool(cut)
     bases = [*([_OF_KIND[kind]] if kind in _OF_KIND else []), *bases] or [ReadingClauses]
     doc = f"What the {kind} {device!r} keeps to."
     made = type(f"Test{kind}Contract", tuple(bases), {"__doc__": doc, "contract": contract, "__test__": True})
@@ -88,7 +88,7 @@ def _in_words(test: Callable[[Any], None]) -> Callable[[Any], None]:
 
 def _kind(cell: Any, device: str, start: Callable[[], Any] | None) -> str:
     """Return the kind of a device, for which a simulator may be brought up for a moment."""
-    contract = Contract(cell, device, start if callable(cell) else None, (), 0.0, 0.0, None, None, None)
+    contract = Contract(cell, device, start if callable(cell) else None, None, 0.0, 0.0, None, None, None)
     with contract.simulator() as (_, spec):
         if device not in spec.devices:
             raise InvalidInput(f"the cell has no device {device!r}, but {', '.join(spec.devices)}")

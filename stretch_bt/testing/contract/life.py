@@ -75,11 +75,11 @@ class LifeClauses:
 
     def test_opening_moves_nothing(self) -> None:
         """A person may have a hand in the cell when a run begins: opening reads, and the first motion is a command's."""
-        if not self.contract.moves:
+        if self.contract.moves is None:
             pytest.skip("no moves were named")
         trial = self.trial
         device = trial.open()
-        trial.go(device, self.contract.moves[0])
+        trial.go(device, trial.moves[0])
         trial.wait(0.2 + self.contract.latency)
         before = trial.place(device)
         device.close()

@@ -141,12 +141,12 @@ class MotionClauses(ReadingClauses):
 
     @property
     def _target(self) -> Any:
-        return self.contract.moves[1]
+        return self.trial.moves[1]
 
     def _at_home(self) -> tuple[Any, Any]:
         """Return the device, opened and standing at the first place."""
         device = self.trial.open()
-        home = self.contract.moves[0]
+        home = self.trial.moves[0]
         self.trial.go(device, home)
         self._settle(device)
         return device, home
@@ -161,7 +161,7 @@ class MotionClauses(ReadingClauses):
         """Watch a motion until it ends."""
         course = _Course()
         for passed in self.trial.ticks(
-            self.trial.patience(device, self._target) + self.trial.patience(device, self.contract.moves[0])
+            self.trial.patience(device, self._target) + self.trial.patience(device, self.trial.moves[0])
         ):
             course.state = motion.poll()
             course.states.append((passed, self.trial.place(device)))

@@ -46,7 +46,7 @@ class Contract:
     cell: Any
     device: str
     start: Callable[[], Any] | None
-    moves: Sequence[Any]
+    moves: Sequence[Any] | Callable[[Any], Sequence[Any]] | None
     tolerance: float
     latency: float
     cut: Callable[..., Any] | None
@@ -92,6 +92,8 @@ class Trial:
         #: twins and recordings go by a clock that the test moves, all else by that of the machine
         self.virtual = None if spec.devices[contract.device].implementation.real else VirtualClock()
         self.now: Callable[[], float] = time.monotonic if self.virtual is None else self.virtual.now
+        #: places between which it is moved, once it was opened
+        self.moves: Sequence[Any] = ()
         self._cells: list[Cell] = []
         self._scene = load_scene(contract.scene or _SCENE) if spec.simulated else None
 
@@ -120,7 +122,10 @@ class Trial:
         except DeviceFault as error:
             fault(f"it does not open: {error.reason}")
         self._cells.append(cell)
-        return cell.devices[self.contract.device]
+        device, moves = cell.devices[self.contract.device], self.contract.moves
+        if moves is not None and not self.moves:
+            self.moves = tuple(moves(device) if callable(moves) else moves)
+        return device
 
     def close(self) -> None:
         """Close every cell that was opened."""
