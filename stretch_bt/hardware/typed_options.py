@@ -6,7 +6,19 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from enum import Enum
 from pathlib import Path, PurePath
-from typing import Annotated, Any, ClassVar, Literal, Protocol, get_args, get_origin, get_type_hints, runtime_checkable
+from types import UnionType
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    Protocol,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
 from pydantic import Field, PrivateAttr, create_model, model_validator
 
@@ -116,8 +128,11 @@ def _described(field: dataclasses.Field[Any], docs: Mapping[str, str]) -> Any:
 
 def _annotation(hint: Any) -> Any:
     """Return a type that takes what YAML has for it: a path is text there, and a tuple a list."""
-    bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-    written = get_origin(bare) in (tuple, set, frozenset) or (
-        isinstance(bare, type) and issubclass(bare, PurePath | Enum)
-    )
+    origin = get_origin(hint)
+    if origin is Annotated:
+        bare, *more = get_args(hint)
+        return Annotated[(_annotation(bare), *more)]
+    if origin in (Union, UnionType):
+        return Union[tuple(_annotation(part) for part in get_args(hint))]  # noqa: UP007
+    written = origin in (tuple, set, frozenset) or (isinstance(hint, type) and issubclass(hint, PurePath | Enum))
     return Annotated[hint, Field(strict=False)] if written else hint
