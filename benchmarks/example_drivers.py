@@ -50,8 +50,8 @@ def _repeat(package: str, times: int, busy: int) -> None:
 
 
 def run(package: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run the tests of a package as its author would, in a process of their own."""
-    tests = EXAMPLES / package / "tests"
+    """Run the contract of a package as its author would, in a process of its own."""
+    tests = EXAMPLES / package / "tests" / "test_contract.py"
     command = [
         sys.executable,
         "-m",

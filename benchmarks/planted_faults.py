@@ -161,8 +161,8 @@ FAULTS = [
     Fault(
         "frames stamped when read",
         _CAMERA,
-        "        return self._latest\n\n    def _read",
-        "        t = self._latest\n        return Reading(t.value, t.device_time, now, t.sequence)\n\n    def _read",
+        "        return self._latest\n",
+        "        t = self._latest\n        return Reading(t.value, t.device_time, self.now(), t.sequence)\n",
         "test_numbers_grow_with_new_readings",
         "stamped when read, not when taken",
     ),

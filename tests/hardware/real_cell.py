@@ -49,7 +49,7 @@ def _moves(name):
 
     def moves(device):
         here = (device.pose(1.0) if hasattr(device, "pose") else device.opening(1.0)).value
-        home = _homes.setdefault(name, here)
+        home = _homes.setdefault(name, _allowed(device, here))
         away = (
             max(abs(a - b) for a, b in zip(here.position, home.position, strict=True))
             if isinstance(home, Pose)
@@ -59,3 +59,11 @@ def _moves(name):
         return home, home.at_height(home.height + WAY) if isinstance(home, Pose) else home + WAY
 
     return moves
+
+
+def _allowed(device, here):
+    """Return a place to come back to: fingers may stand a count outside of the limits."""
+    if isinstance(here, Pose):
+        return here
+    geometry, (least, most) = device.watch.hand.geometry, device.watch.limits.span("stretch")
+    return geometry.opening(min(max(geometry.stretch(here), least), most))

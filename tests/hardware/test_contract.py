@@ -152,7 +152,7 @@ def test_a_cell_file_of_ones_own_is_held_to_all_of_this(own_hosts, librealsense,
     told = {CELL: str(tmp_path / "own.yaml"), MOVE: "arm gripper"}
     with serving(["ur", "robotiq", "ati", "realsense"], Stage(), host=host, activated=True):
         done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-rs", __file__, "-k", "Hardware"],
+            [sys.executable, "-m", "pytest", "-q", "-rs", __file__, "-k", "TestHardware"],
             env={**{k: v for k, v in os.environ.items() if not k.startswith("PYTEST_XDIST")}, **told},
             capture_output=True,
             text=True,

@@ -51,7 +51,9 @@ class BagCamera(DepthCameraDriver):
     options: Options
     _reader: AnyReader | None = None
     _lens: Intrinsics | None = None
-    _ended = False
+    _latest: Reading[DepthFrame] | None = None
+    _next: Reading[DepthFrame] | None = None
+    _period = 0.0
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -62,8 +64,11 @@ class BagCamera(DepthCameraDriver):
 
     @property
     def ended(self) -> bool:
-        """Whether the last frame has had its time."""
-        return self._ended
+        """Whether the last frame has had its time; `frame` then raises, and a node that asks first ends without a fault."""
+        if self._reader is None or self._latest is None:
+            return False
+        self._advance()
+        return self._next is None and self.now() > self._latest.host_time + self._period
 
     def open(self) -> None:
         """Read the lens and the first two pictures, and begin to play."""
@@ -76,7 +81,6 @@ class BagCamera(DepthCameraDriver):
             self._images = self._messages(self.options.topic)
             self._start = self.now()
             self._zero: float | None = None
-            self._ended, self._period = False, 0.0
             self._latest, self._next = self._read(0), self._read(1)
         except (AnyReaderError, StopIteration, ValueError, KeyError) as error:
             raise DeviceLost(self.name, f"the bag {self.options.bag} cannot be played: {error}") from error
@@ -91,14 +95,15 @@ class BagCamera(DepthCameraDriver):
         """Return the picture that is due; raises DeviceLost at the end."""
         if self._reader is None or self._latest is None:
             raise NotReady(self.name, "the device is closed")
-        now = self.now()
-        while self._next is not None and self._next.host_time <= now:
-            self._period = self._next.host_time - self._latest.host_time
-            self._latest, self._next = self._next, self._read(self._next.sequence + 1)
-        if self._next is None and now > self._latest.host_time + self._period:
-            self._ended = True
+        if self.ended:
             raise DeviceLost(self.name, "end of recording")
         return self._latest
+
+    def _advance(self) -> None:
+        """Go on to the picture that is due now."""
+        while self._latest is not None and self._next is not None and self._next.host_time <= self.now():
+            self._period = self._next.host_time - self._latest.host_time
+            self._latest, self._next = self._next, self._read(self._next.sequence + 1)
 
     def _read(self, number: int) -> Reading[DepthFrame] | None:
         """Return the next picture, which is due as long after the opening as it was taken after the first."""
