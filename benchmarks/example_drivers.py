@@ -41,7 +41,7 @@ def _repeat(package: str, times: int, busy: int) -> None:
             done = run(package, Path(folder))
             passed += done.returncode == 0
             if done.returncode:
-                print(done.stdout)
+                print(done.stdout, done.stderr)
     seconds = (time.monotonic() - begun) / times
     print(
         f"{package}: {passed} of {times} passed with {busy} cores of {os.cpu_count()} taken, {seconds:.0f} s each",
@@ -60,7 +60,7 @@ def run(package: str, folder: Path) -> subprocess.CompletedProcess[str]:
         "-p",
         "no:cacheprovider",
         "--rootdir",
-        str(tests),
+        str(tests.parent),
         "-c",
         os.devnull,
         str(tests),

@@ -123,8 +123,8 @@ FAULTS = [
     Fault(
         "done as soon as commanded",
         _GRIPPER,
-        "return MotionState.MOVING if sample.number <= begun else",
-        "return MotionState.DONE if sample.number >= begun else",
+        "return MotionState.MOVING if told is None else",
+        "return MotionState.DONE if told is None else",
         "test_commands_return_at_once",
         "as soon as it was commanded",
     ),

@@ -54,7 +54,7 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
         return self._opened().do(job)
 
     def command(self, job: Callable[[W], object]) -> int:
-        """Run a job that begins a motion; samples with a number above the one that is returned tell of that motion."""
+        """Run a job that begins a motion, and return a number for `since`."""
         before = self.latest
 
         def run(wire: W) -> int:
@@ -62,6 +62,11 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
             return before().number
 
         return self.do(run)
+
+    def since(self, command: int) -> S | None:
+        """Return what the device told last, None as long as that is from before a command; raises as `latest` does."""
+        sample = self.latest()
+        return sample.value if sample.number > command else None
 
     def _opened(self) -> WireThread[W, S]:
         if self._thread is None:

@@ -97,8 +97,8 @@ class TwoJawGripper(PolledDriver[TwoJawWire, r.Status], GripperDriver):
         begun = self.command(lambda wire: wire.go(opening, speed))
 
         def poll() -> MotionState:
-            sample = self.latest()  # one from before the command tells of the motion before
-            return MotionState.MOVING if sample.number <= begun else _ENDS.get(sample.value.state, MotionState.MOVING)
+            told = self.since(begun)
+            return MotionState.MOVING if told is None else _ENDS.get(told.state, MotionState.MOVING)
 
         return poll
 
