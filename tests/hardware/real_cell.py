@@ -16,8 +16,8 @@ CELL, MOVE = "STRETCH_BT_CELL", "STRETCH_BT_MOVE"
 WAY, SPEED = 0.015, 0.015
 #: how far a device may be from where the first test found it to be led back there, m
 _ASTRAY = 0.03
-#: of a motion, m, and of a reading, s
-TOLERANCE, LATENCY = 0.006, 0.5
+#: of a motion, m, of a force after `zero()`, N, and of a reading, s
+TOLERANCE, FORCE, LATENCY = 0.006, 1.0, 0.5
 _MOVERS = ("Arm", "Gripper")
 _homes = {}
 
@@ -36,12 +36,13 @@ def contracts():
         raise pytest.UsageError(
             f"{MOVE}: {path} has nothing that moves named {', '.join(sorted(unknown))}; write names of {able}, with spaces between them"
         )
-    return {f"TestHardware_{name}": _contract(path, name, allowed) for name in types}
+    return {f"TestHardware_{name}": _contract(path, name, type_, allowed) for name, type_ in types.items()}
 
 
-def _contract(path, name, allowed):
+def _contract(path, name, type_, allowed):
     moves = _moves(name) if name in allowed else None
-    return device_contract(path, name, moves=moves, tolerance=TOLERANCE, latency=LATENCY, speed=SPEED)
+    tolerance = FORCE if type_ == "ForceSensor" else TOLERANCE
+    return device_contract(path, name, moves=moves, tolerance=tolerance, latency=LATENCY, speed=SPEED)
 
 
 def _moves(name):
