@@ -172,7 +172,7 @@ FAULTS = [
         "self._start + taken - self._zero, number)",
         "self._start + taken - self._zero + min(0.2 * number, 0.8), number)",
         "test_readings_are_as_old_as_they_say",
-        r"is 0\.\d+ s old by the device's own clock",
+        r"are 0\.\d+ s old by the device's own clock",
     ),
     Fault(
         "one memory for all frames",
