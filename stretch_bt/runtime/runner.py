@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -11,10 +12,10 @@ from typing import Any, Protocol
 from py_trees.common import Status
 
 from stretch_bt.break_off import BrokenOff, breakable
+from stretch_bt.clock import Clock, EndOfRecord, MixedClock
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.forked import alone, leave_if_forked
 from stretch_bt.runtime.as_built import AsBuilt
-from stretch_bt.runtime.clock import Clock, EndOfRecord
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.cut_off import CutOff, Patience
 from stretch_bt.runtime.hearing import Hearing
@@ -25,10 +26,12 @@ from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
 from stretch_bt.tree.cell import MISSING, Cell
 
-__all__ = ["Outcome", "Runner", "Stoppable", "Watcher"]
+__all__ = ["LONGEST", "Outcome", "Runner", "Stoppable", "Watcher"]
 
 #: how long `finally` may take, s of the run's clock
 FINALLY_LIMIT = 60.0
+#: after how much virtual time a task is ended, s, unless its caller says otherwise: nobody waits, so nobody would notice
+LONGEST = 7200.0
 
 
 class Stoppable(Protocol):
@@ -73,6 +76,7 @@ class Runner:
         cell: Stoppable | None = None,
         watchers: list[Watcher] | None = None,
         max_ticks: int | None = None,
+        longest: float = math.inf,
         interrupts: Mapping[int, Sequence[str]] | None = None,
         cuts: Mapping[int, str] | None = None,
     ) -> None:
@@ -83,6 +87,10 @@ class Runner:
         self.cell = cell
         self.watchers = watchers or []
         self.max_ticks = max_ticks
+        self._longest = longest
+        self._mixed = clock if isinstance(clock, MixedClock) else None
+        #: what ended the task, where it was an error
+        self.cause: BaseException | None = None
         self.outcome = Outcome()
         self._planned = dict(interrupts or {})
         self._interrupts: list[str] = []
@@ -145,6 +153,8 @@ class Runner:
                     return self._end(status.name, self._explain(self.tree.root, status))
                 if self.max_ticks is not None and self.context.ticks >= self.max_ticks:
                     return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
+                if self.context.time >= self._longest:
+                    return self._end("FAILURE", _no_end(self._longest))
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
         except (BrokenOff, CutOff) as error:
@@ -192,6 +202,8 @@ class Runner:
             self._note("interrupt", why=self._interrupts[self._limit :])
             return None
         context = self.context
+        if self._mixed is not None:
+            self._mixed.hold()
         context.ticks += 1
         context.now = self.clock.now()
         if context.ticks == 1:
@@ -204,6 +216,8 @@ class Runner:
             with breakable(lambda: self._interrupted):
                 self._visit(root)
         finally:
+            if self._mixed is not None:
+                self._mixed.release()
             leave_if_forked()  # whatever broke in the child, nothing of it is told
             self._hearing.look()
             self._interrupted_nodes()
@@ -271,7 +285,7 @@ class Runner:
 
     def _failed(self, error: BaseException) -> None:
         self._shield()
-        error = self._cause(error)
+        self.cause = error = self._cause(error)
         status, reason = _kind(error), _told(error)
         if not isinstance(error, NodeError):
             at = self._ticking()
@@ -408,6 +422,10 @@ class Runner:
     def _note(self, kind: str, **fields: Any) -> None:
         for watcher in self.watchers:
             watcher.note(kind, **fields)
+
+
+def _no_end(longest: float) -> str:
+    return f"no end within {longest / 60:g} min of virtual time; end it with a 'timeout', or let it take longer"
 
 
 def _kind(error: BaseException) -> str:

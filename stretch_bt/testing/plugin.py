@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
+    from stretch_bt.clock import VirtualClock
     from stretch_bt.hardware.cell import Cell
-    from stretch_bt.runtime.clock import VirtualClock
     from stretch_bt.runtime.task import RunResult
     from stretch_bt.testing.scripted import ScriptedDevice
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @pytest.fixture
 def virtual_clock() -> VirtualClock:
     """A clock that a test moves."""
-    from stretch_bt.runtime.clock import VirtualClock
+    from stretch_bt.clock import VirtualClock
 
     return VirtualClock()
 
@@ -35,7 +35,7 @@ def cell(virtual_clock: VirtualClock) -> Iterator[Callable[..., Cell]]:
     def make(scene: str | Path = "water_balloon", cell: str | Path = "simulated", seed: int = 0) -> Cell:
         spec = load_cell(cell)
         world = load_scene(scene) if spec.simulated else None
-        opened.append(open_cell(spec, now=virtual_clock.now, seed=seed, scene=world))
+        opened.append(open_cell(spec, clock=virtual_clock, seed=seed, scene=world))
         return opened[-1]
 
     yield make
@@ -65,8 +65,6 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
         nonlocal count
         count += 1
         options.setdefault("out", tmp_path / f"record{count}")
-        if options.get("devices"):
-            options.setdefault("watch", lambda runner: _on_clock(options["devices"], runner.clock.now))
         file = written(tree)
         if file is not tree:
             options.setdefault("modules", request.path.parent)
@@ -84,8 +82,3 @@ def scripted_device(virtual_clock: VirtualClock) -> Callable[..., ScriptedDevice
         return ScriptedDevice(kind, script or {}, now=virtual_clock.now, **options)
 
     return make
-
-
-def _on_clock(devices: Mapping[str, ScriptedDevice], now: Callable[[], float]) -> None:
-    for device in devices.values():
-        device.now = now

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from stretch_bt.clock import Clock
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
@@ -78,6 +79,10 @@ class ScriptedDevice:
         defaults: dict[str, Any] = {"pose": Pose((0.0, 0.0, 0.2)), "wrench": Wrench((0.0, 0.0, 0.0)), "opening": 0.055}
         self._values = {name: self._sequence(value) for name, value in {**defaults, **self.script}.items()}
         self._sequence_number = 0
+
+    def go_by(self, clock: Clock) -> None:
+        """Take the time of a run."""
+        self.now = clock.now
 
     @property
     def readings(self) -> Mapping[str, Any]:

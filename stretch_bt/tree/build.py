@@ -123,14 +123,19 @@ class Builder:
         self.cells: list[Cell] = []
         self.devices: set[str] = set()
         self.readings: set[str] = set()
-        self.frame = _Frame(program.main.signature, "main")
+        self.frame = _Frame(program.main.signature, program.entry)
 
     def main(self) -> BuiltTree:
         """Build the main tree."""
         body = self.program.main
-        self.own_cells(self.frame, [*body.signature.keys.values(), *body.signature.outs.values()])
-        root = self.root(body.part, "main")
-        finish = self.root(body.finish, "main/finally") if body.finish else None
+        border = (
+            body.signature.outs,
+            body.signature.ins,
+            body.signature.inouts,
+        )  # the latter two where it is no `main`
+        self.own_cells(self.frame, [*body.signature.keys.values(), *(d for table in border for d in table.values())])
+        root = self.root(body.part, self.program.entry)
+        finish = self.root(body.finish, f"{self.program.entry}/finally") if body.finish else None
         outputs = {name: (d, self.frame.cells[name]) for name, d in body.signature.outs.items()}
         return BuiltTree(root, finish, outputs, self.nodes, self.cells, self.devices, self.readings)
 

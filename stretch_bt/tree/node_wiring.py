@@ -16,7 +16,7 @@ from stretch_bt.tree.types import Type
 from stretch_bt.tree.values import braces, sample
 from stretch_bt.tree.wiring import Wiring
 
-__all__ = ["NodeWiring"]
+__all__ = ["NodeWiring", "givers"]
 
 
 class NodeWiring(Wiring):
@@ -178,8 +178,8 @@ class NodeWiring(Wiring):
         """Note an input that must be given and is not."""
         hint = f"add '{name}: {sample(type_)}'"
         if type_.is_record:
-            givers = _givers(type_)
-            hint = f"nothing before it writes {name!r}; {', '.join(map(repr, givers[:3])) or 'some node'} gives one, or {hint}"
+            by = ", ".join(map(repr, givers(type_)[:3])) or "some node"
+            hint = f"nothing before it writes {name!r}; {by} gives one, or {hint}"
         self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", hint)
 
     def device(self, found: Leaf, declared: Port, value: Value) -> None:
@@ -264,7 +264,7 @@ class NodeWiring(Wiring):
         return found
 
 
-def _givers(type_: Type) -> list[str]:
+def givers(type_: Type) -> list[str]:
     """Return what gives a record of a type: shipped trees first, then nodes, last those that need not have it before."""
     trees = [name for name, tree in shared_signatures().items() if type_ in [out.type for out in tree.outs.values()]]
     nodes = [info.name for info in registry.load_all().values() if type_ in info.outputs.values()]

@@ -26,16 +26,17 @@ __all__ = ["Program", "TreeBody", "find_tree", "load_program"]
 
 @dataclass(slots=True)
 class Program:
-    """A task file with everything that it imports."""
+    """A task file with everything that it imports; `entry` is the tree that is ticked."""
 
     document: Document
     bodies: dict[int, TreeBody]
     diagnostics: list[Diagnostic]
+    entry: str = "main"
 
     @property
     def main(self) -> TreeBody:
         """The tree that a run ticks."""
-        return self.body(self.document.trees["main"])
+        return self.body(self.document.trees[self.entry])
 
     def body(self, signature: Signature) -> TreeBody:
         """Return the read body of a tree."""

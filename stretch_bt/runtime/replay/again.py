@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -9,10 +10,10 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from stretch_bt.clock import ReplayClock
 from stretch_bt.errors import Diagnostic, FileError, RecordError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
-from stretch_bt.runtime.clock import ReplayClock
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
@@ -146,6 +147,8 @@ def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome
         period=document.tick_period,
         cell=cell,
         watchers=[log, written],
+        max_ticks=task.most_ticks(),
+        longest=reader.run_info.get("longest") or math.inf,
         interrupts=_interrupts(reader.events),
         cuts={event["tick"]: event["cut_off"] for event in reader.events if event.get("cut_off")},
     )

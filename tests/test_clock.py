@@ -2,7 +2,7 @@
 
 import threading
 
-from stretch_bt.runtime.clock import LONGEST, RealClock
+from stretch_bt.clock import LONGEST, RealClock
 
 #: how long waits may go on before one is taken to have no end, s
 _ENDS = 60.0

@@ -1,4 +1,7 @@
-"""Clocks: the machine's own, a virtual one, and one that repeats the ticks of a record. All count seconds from 0."""
+"""Clocks: the machine's own, a virtual one, one that stands still in a tick, and one that repeats the ticks of a record.
+
+All count seconds from 0.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Protocol
 
-__all__ = ["Clock", "EndOfRecord", "RealClock", "ReplayClock", "VirtualClock"]
+__all__ = ["Clock", "EndOfRecord", "MixedClock", "RealClock", "ReplayClock", "VirtualClock"]
 
 #: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
 LONGEST = 0.05
@@ -66,6 +69,29 @@ class RealClock:
         """End the wait."""
         with suppress(RuntimeError):  # it was woken before
             self._asleep.release()
+
+
+class MixedClock(RealClock):
+    """The machine's clock for real devices, beside simulated ones for which it stands still while a tick is computed.
+
+    A tick may take a simulation longer than any reading may be old, and what is simulated must not go on meanwhile.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._held: float | None = None
+
+    def simulated(self) -> float:
+        """Return the time of the simulated devices, s: that of the tick which is computed, else the machine's."""
+        return self.now() if self._held is None else self._held
+
+    def hold(self) -> None:
+        """Begin a tick."""
+        self._held = self.now()
+
+    def release(self) -> None:
+        """End a tick."""
+        self._held = None
 
 
 class VirtualClock:
