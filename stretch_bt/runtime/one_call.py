@@ -21,7 +21,7 @@ from stretch_bt.tree.program import Program, load_program
 from stretch_bt.tree.shared import SHARED, shipped
 from stretch_bt.tree.types import Family, Type
 from stretch_bt.tree.values import example
-from stretch_bt.units import DIMENSIONLESS, KINDS, Estimate, is_number, parse_quantity, plain_number
+from stretch_bt.units import Estimate, is_number, parse_time, plain_number
 
 __all__ = ["MODIFIERS", "Called", "OneCall", "called", "names"]
 
@@ -178,7 +178,8 @@ class OneCall:
         if value is None:
             return
         if type_ is None:  # a device, or a modifier
-            self.written[name] = self._time(value) if name == "timeout" else str(value)
+            seconds = parse_time(f"{self.target.name}: timeout", value) if name == "timeout" else 0.0
+            self.written[name] = f"{seconds!r} s" if name == "timeout" else str(value)
         elif type_.is_record:
             self.values[name] = self._record(name, value, type_)
         else:
@@ -186,18 +187,6 @@ class OneCall:
             beside = f"{name}_sd"
             if isinstance(value, Estimate) and beside in self.target.ports:
                 self.written.setdefault(beside, self._literal(beside, value.sd, type_))
-
-    def _time(self, value: Any) -> str:
-        """Return the time of a `timeout` as a tree file has it."""
-        if is_number(value):
-            return f"{float(value)!r} s"
-        try:
-            found, dimension = parse_quantity(str(value))
-        except InvalidInput:
-            found, dimension = 0.0, DIMENSIONLESS
-        if dimension != KINDS["Time"].dimension:
-            raise InvalidInput(f"{self.target.name}: timeout takes a time, as in '10 s' or 10, not {shown(value)[:80]}")
-        return f"{found!r} s"
 
     def _record(self, name: str, value: Any, type_: Type) -> Any:
         if not _fits(value, type_):

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from stretch_bt.clock import Clock, VirtualClock
-from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, Refused, StretchError
+from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, Refused, StretchError, writable
 from stretch_bt.hardware.cell import Cell, clock_of
 from stretch_bt.hardware.cell import open_cell as open_devices
 from stretch_bt.hardware.cell_file import load_cell
@@ -110,9 +110,14 @@ class OpenCell:
         self._load(sheet=world is not None and world.fidelity == "sheet")
         self._record = self._begun(out, spec.path.name)
         self._seen = Seen(self._record, self.clock.now)
-        self._cell: Cell | None = open_devices(
-            spec, clock=self.clock, seed=seed, scene=world, journal=self._seen, only=only, closing=unbroken
-        )
+        self._cell: Cell | None = None
+        try:
+            self._cell = open_devices(
+                spec, clock=self.clock, seed=seed, scene=world, journal=self._seen, only=only, closing=unbroken
+            )
+        except BaseException as error:
+            self._end_record("FAULT" if isinstance(error, DeviceFault) else "ERROR", writable(error))
+            raise
         self.do = Do(self)
         #: what interrupted subtrees of this cell have still to do
         self.owed = Owed(self.clock, self.begin_tick)
@@ -213,11 +218,14 @@ class OpenCell:
         atexit.unregister(self.close)
         with unbroken():
             errors = self._close(cell)
-            if self._record is not None:
-                self._record.close({"status": "SUCCESS", "reason": "", "outputs": {}})
+            self._end_record("ERROR" if errors else "SUCCESS", "; ".join(map(writable, errors)))
         self._between.end()
         if errors:
             raise errors[0]
+
+    def _end_record(self, status: str, reason: str) -> None:
+        if self._record is not None:
+            self._record.close({"status": status, "reason": reason, "outputs": {}})
 
     def _close(self, cell: Cell) -> list[BaseException]:
         """Do what is owed, then stop and close every device; return what broke."""

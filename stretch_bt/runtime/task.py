@@ -19,6 +19,7 @@ from stretch_bt.source import Scalar, closest, did_you_mean
 from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
 from stretch_bt.tree.threads_heard import threads_heard
+from stretch_bt.units import parse_time
 
 if TYPE_CHECKING:
     from stretch_bt.runtime.given import Given
@@ -44,7 +45,7 @@ def run(
     watch: Callable[[Runner], None] | None = None,
     devices: Mapping[str, Device] | None = None,
     modules: str | Path | None = None,
-    longest: float = LONGEST,
+    longest: float | str = LONGEST,
 ) -> RunResult:
     """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
@@ -74,7 +75,7 @@ def run(
     modules
         Folder in which the Python modules of the tree may stand; by default that of the tree.
     longest
-        Virtual time, s, after which a run that nobody waits for ends with FAILURE; two hours by default.
+        Virtual time, s or text with a unit, after which a run that nobody waits for ends with FAILURE; two hours by default.
 
     Raises
     ------
@@ -83,8 +84,7 @@ def run(
     DeviceFault
         A device could not be opened; nothing has moved.
     """
-    if not (isinstance(longest, int | float) and longest > 0):
-        raise InvalidInput(f"longest is a time in s above 0, not {longest!r}")
+    longest = parse_time("longest", longest)
     given = _given(cell, devices, scene)
     if given is not None and given.cell is not None:
         assert cell is not None

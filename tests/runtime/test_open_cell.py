@@ -112,7 +112,7 @@ def test_a_record_that_is_left_out_is_the_latest_and_a_failure_unsets_its_own(ce
         (
             "set_stretch",
             {"stretch": 0.01, "timeout": "soon"},
-            "set_stretch: timeout takes a time, as in '10 s' or 10, not 'soon'",
+            "set_stretch: timeout takes a time above 0, as in '10 s', not 'soon'",
         ),
         ("capture", {"frame": 1}, "capture gives 'frame': read it from what the call returns"),
         ("retract", {"arm": "left"}, "left"),
@@ -181,9 +181,13 @@ def test_a_signal_in_a_call_stops_all_and_is_an_interrupt(cell):
 
 def test_a_signal_between_two_calls_stops_what_still_moves(cell):
     motion = cell.arm.move(cell.arm.pose(1.0).value.moved(z=0.05), speed=0.01, owner="by hand")
-    with pytest.raises(KeyboardInterrupt):
+
+    def wait():
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(1.0)
+
+    with pytest.raises(KeyboardInterrupt):
+        wait()
     assert motion.poll() is MotionState.STOPPED
 
 
@@ -356,7 +360,7 @@ def test_a_record_of_calls_holds_what_they_did(tmp_path):
     events = [json.loads(line) for line in (tmp_path / "record" / "events.jsonl").read_text().splitlines()]
     statuses = [(e["path"], e["status"]) for e in events if e.get("type") == "status"]
     assert ("do/set_stretch", "SUCCESS") in statuses
-    assert [e["device"] for e in events if e.get("type") == "command"][0] == "gripper"
+    assert next(e["device"] for e in events if e.get("type") == "command") == "gripper"
     ticks = [e["tick"] for e in events if "tick" in e]
     assert ticks == sorted(ticks)
 
