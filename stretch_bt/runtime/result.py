@@ -17,8 +17,7 @@ from stretch_bt.runtime.runner import Outcome
 from stretch_bt.runtime.truth import Truths, output_values
 from stretch_bt.tree.blame import Broken
 from stretch_bt.tree.build import BuiltTree
-from stretch_bt.tree.cell import MISSING, Cell
-from stretch_bt.units import Estimate
+from stretch_bt.tree.cell import MISSING
 
 __all__ = ["RunResult", "interrupt_result", "result_of", "told_in"]
 
@@ -94,11 +93,7 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
 
 def _keys_of_main(built: BuiltTree) -> dict[str, Any]:
     named = ((cell.name.removeprefix("main/"), cell) for cell in built.cells if cell.name.startswith("main/"))
-    return {name: _held(cell) for name, cell in named if "/" not in name and cell.value is not MISSING}
-
-
-def _held(cell: Cell) -> Any:
-    return cell.value if cell.sd is None else Estimate(cell.value, cell.sd)
+    return {name: cell.held() for name, cell in named if "/" not in name and cell.value is not MISSING}
 
 
 @contextmanager

@@ -19,7 +19,6 @@ from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.program import load_program
-from stretch_bt.units import Estimate
 
 if TYPE_CHECKING:
     from stretch_bt.runtime.open_cell import OpenCell
@@ -167,7 +166,7 @@ class Subtree(py_trees.behaviour.Behaviour):
             self.feedback_message = f"the task was done, but its finally failed: {finals.failed}"
             return Status.FAILURE
         assert built is not None
-        self.outputs = {name: _value(slot) for name, (_, slot) in built.outputs.items() if slot.value is not MISSING}
+        self.outputs = {name: slot.held() for name, (_, slot) in built.outputs.items() if slot.value is not MISSING}
         return self._ended
 
     # --- other ends
@@ -189,7 +188,3 @@ class Subtree(py_trees.behaviour.Behaviour):
                 self._interrupt()
         finally:
             self.cell.cell.stop()
-
-
-def _value(slot: Any) -> Any:
-    return slot.value if slot.sd is None else Estimate(slot.value, slot.sd)
