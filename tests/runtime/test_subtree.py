@@ -154,6 +154,20 @@ def test_two_of_them_in_parallel_go_at_the_speed_of_one(cell, task):
     assert cell.clock.now() == pytest.approx(8 * 0.05)
 
 
+def test_an_interrupt_leaves_the_motion_of_another_one_alone(cell, task):
+    a, b = (stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper")))
+    guard = py_trees.decorators.EternalGuard("g", a, condition=lambda: cell.clock.now() < 0.1, blackboard_keys=[])
+    children = [py_trees.decorators.FailureIsSuccess("f", guard), b]
+    tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=children)
+    for _ in range(6):
+        tree.tick_once()
+    assert a.status is Status.INVALID
+    assert current(cell, "arm") is None
+    assert current(cell, "gripper") is not None
+    assert ticked(tree) is Status.SUCCESS
+    assert MarkForTest.marks.count("main/begin_b") == 1
+
+
 def test_a_pause_that_is_too_long_is_an_error_after_a_safe_stop(cell, task):
     a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
     a.tick_once()
@@ -274,14 +288,14 @@ def test_whatever_is_around_it_no_motion_outlives_its_interrupt_and_no_other_is_
                 cell.owed.attended = False
             for _ in range(generator.randint(1, 25)):
                 running = {n for n, s in composer.subtrees.items() if s.status is Status.RUNNING}
-                seen = len(cell.commands)
+                seen, before = len(cell.commands), motions(cell)
                 tree.tick()
-                check(cell, composer, running, cell.commands[seen:])
+                check(cell, composer, running, cell.commands[seen:], before)
             running = {n for n, s in composer.subtrees.items() if s.status is Status.RUNNING}
-            seen = len(cell.commands)
+            seen, before = len(cell.commands), motions(cell)
             tree.interrupt()
             root.stop(Status.INVALID)
-            check(cell, composer, running, cell.commands[seen:])
+            check(cell, composer, running, cell.commands[seen:], before)
             assert not any(current(cell, device) for device in MOVES)
             cell.given()
             begun = [mark for mark in MarkForTest.marks if "/begin_" in mark]
@@ -290,13 +304,20 @@ def test_whatever_is_around_it_no_motion_outlives_its_interrupt_and_no_other_is_
             py_trees.blackboard.Blackboard.clear()
 
 
-def check(cell, composer, running, commands):
+def motions(cell):
+    return [motion for device in MOVES if (motion := current(cell, device)) is not None]
+
+
+def check(cell, composer, running, commands, before):
     """After a tick or an interrupt: only what runs moves, and only what stopped was stopped."""
     now = {name for name, tree in composer.subtrees.items() if tree.status is Status.RUNNING}
     for device in MOVES:
         motion = current(cell, device)
         if motion is not None:
             assert motion.owner.removeprefix("main/") in now
+    for motion in before:
+        if motion.owner.removeprefix("main/") in now:
+            assert motion.refresh() is not MotionState.STOPPED
     stopped = {command.owner.removeprefix("main/") for command in commands if command.name == "stop"}
     assert stopped <= running | {c.owner.removeprefix("main/") for c in commands if c.name != "stop"}
     restarted = {mark.rpartition("_")[2] for mark in MarkForTest.marks}
