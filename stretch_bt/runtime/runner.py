@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -57,7 +58,7 @@ class Outcome:
 
 
 class Runner:
-    """Runs one built tree once.
+    """Runs one built tree once: `run` at a stretch, or `begin`, `step` by step and `finish`, the last two within `attended`.
 
     `interrupt` may be called from a signal handler or another thread; the first call stops the task at once and safely,
     a second one also cuts `finally` short, as does the first when it comes during `finally`.
@@ -96,6 +97,7 @@ class Runner:
         self._last: dict[str, tuple[Status, int]] = {}
         self._running: set[str] = set()
         self._origin, self._slot = 0.0, 0
+        self._began = (0.0, 0.0)  # on the machine's clock, and CPU time
         self._used = threading.Lock()
         if tree.taken:
             raise InvalidInput("this tree has a runner already; build a new tree for a new run")
@@ -118,33 +120,37 @@ class Runner:
 
     def run(self) -> Outcome:
         """Tick to the end, stop safely, and return how it ended; raises only when it is called twice."""
+        self.begin()
+        with self.attended():
+            while self.step():
+                pass
+            return self.finish()
+
+    def begin(self) -> None:
+        """Take the time from which the ticks count; raises when the tree was run before."""
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
-        wall, cpu = time.perf_counter(), time.process_time()
-        with signals(self.interrupt), alone(), self._patience:
-            self._drive()
-            self._finish()
-        outcome = self.outcome
-        outcome.task_seconds = self.context.time
-        outcome.ticks = self.context.ticks
-        outcome.wall_seconds = time.perf_counter() - wall
-        outcome.cpu_seconds = time.process_time() - cpu
-        return outcome
-
-    # --- ticking
-
-    def _drive(self) -> None:
-        """Tick the task until it ends, and note why."""
+        self._began = time.perf_counter(), time.process_time()
         self._origin = self.context.now = self.context.start = self.clock.now()
+
+    @contextmanager
+    def attended(self) -> Iterator[None]:
+        """Hear signals, and cut off nodes that do not return after one, while the block runs."""
+        with signals(self.interrupt), alone(), self._patience:
+            yield
+
+    def step(self) -> bool:
+        """Wait for the next tick of the task and do it; return whether the task goes on, else `outcome` says why it ended."""
         try:
-            while True:
-                status = self._tick(self.tree.root)
-                if status is None:
-                    return self._stopped()
-                if status is not Status.RUNNING:
-                    return self._end(status.name, self._explain(self.tree.root, status))
-                if self.max_ticks is not None and self.context.ticks >= self.max_ticks:
-                    return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
+            status = self._tick(self.tree.root)
+            if status is Status.RUNNING and (self.max_ticks is None or self.context.ticks < self.max_ticks):
+                return True
+            if status is None:
+                self._stopped()
+            elif status is Status.RUNNING:
+                self._end("FAILURE", f"no end after {self.max_ticks} ticks")
+            else:
+                self._end(status.name, self._explain(self.tree.root, status))
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
         except (BrokenOff, CutOff) as error:
@@ -153,6 +159,19 @@ class Runner:
             self.outcome.reason += cut
         except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
+        return False
+
+    def finish(self) -> Outcome:
+        """Stop safely after the last step, and return how the run ended."""
+        self._stop_all()
+        outcome = self.outcome
+        outcome.task_seconds = self.context.time
+        outcome.ticks = self.context.ticks
+        outcome.wall_seconds = time.perf_counter() - self._began[0]
+        outcome.cpu_seconds = time.process_time() - self._began[1]
+        return outcome
+
+    # --- ticking
 
     def _stopped(self) -> None:
         """End by a signal; what follows a stop does not wait for the next tick."""
@@ -315,7 +334,7 @@ class Runner:
         node = failed_at(root)
         return f"{node.path}: {node.feedback_message or 'failed'}"
 
-    def _finish(self) -> None:
+    def _stop_all(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
         self._shield()
         lost = self._mended()
