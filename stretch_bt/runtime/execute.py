@@ -118,7 +118,8 @@ class _Run:
         context = self.task.context
         if devices is not None:
             context.devices = devices
-            self.cell = Given(devices)
+            self.cell = given = Given(devices)
+            given.tell(self.seen)
         elif spec is not None:
             self.cell = cell = self.opened(spec, scene)
             context.devices, context.hand = cell.devices, cell.hand

@@ -20,7 +20,7 @@ from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.units import Estimate
 
-__all__ = ["RunResult", "interrupt_result", "result_of", "told_in"]
+__all__ = ["RunResult", "held", "interrupt_result", "keys_of_main", "result_of", "told_in"]
 
 
 _OF_PYTHON = ("visited", "commands", "keys")
@@ -35,7 +35,7 @@ class RunResult:
     visited
         By the path of each node that was ticked: the statuses that it came to, each once, in the order in which they first came.
     commands
-        What nodes commanded the devices of a cell, the latest 10,000.
+        What nodes commanded the devices of a cell, or scripted ones, the latest 10,000.
     keys
         What the keys of `main` held at the end, records included, in SI; a number with a deviation is an Estimate.
     """
@@ -88,16 +88,18 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         readings=seen.shown(),
         visited={path: tuple(statuses) for path, statuses in visits.statuses.items()},
         commands=list(seen.commands),
-        keys=_keys_of_main(task.built),
+        keys=keys_of_main(task.built),
     )
 
 
-def _keys_of_main(built: BuiltTree) -> dict[str, Any]:
+def keys_of_main(built: BuiltTree) -> dict[str, Any]:
+    """Return what the keys of `main` hold now, in SI; a number with a deviation is an Estimate."""
     named = ((cell.name.removeprefix("main/"), cell) for cell in built.cells if cell.name.startswith("main/"))
-    return {name: _held(cell) for name, cell in named if "/" not in name and cell.value is not MISSING}
+    return {name: held(cell) for name, cell in named if "/" not in name and cell.value is not MISSING}
 
 
-def _held(cell: Cell) -> Any:
+def held(cell: Cell) -> Any:
+    """Return what a key holds; a number with a deviation is an Estimate."""
     return cell.value if cell.sd is None else Estimate(cell.value, cell.sd)
 
 

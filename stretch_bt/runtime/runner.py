@@ -238,20 +238,20 @@ class Runner:
                 self._changed(node)
 
     @property
-    def _deadline(self) -> float:
+    def deadline(self) -> float:
         """When the next tick is due, s; not a sum, whose rounding grows."""
         return self._origin + self._slot * self.period
 
     def _wait(self) -> None:
         while not self._interrupted:
-            self.clock.wait_until(self._deadline)
-            if self.clock.reached(self._deadline):
+            self.clock.wait_until(self.deadline)
+            if self.clock.reached(self.deadline):
                 break
 
     def _lateness(self) -> None:
         """Set the next deadline on the grid of the period; a tick that ran past it is counted, not caught up with."""
         self._slot += 1
-        late = self.clock.now() - self._deadline
+        late = self.clock.now() - self.deadline
         if late > 0 and self.period > 0:
             self.outcome.overruns += 1
             self.outcome.worst_overrun = max(self.outcome.worst_overrun, late)

@@ -20,7 +20,7 @@ from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
 from stretch_bt.tree.threads_heard import threads_heard
 
-__all__ = ["RunResult", "Task", "View", "execute", "run"]
+__all__ = ["RunResult", "Task", "View", "execute", "run", "task_of"]
 
 #: how like a param of the tree a name in a scene is that is taken for a slip; trees have params that are somewhat alike
 MISSPELT = 0.8
@@ -75,12 +75,12 @@ def run(
     DeviceFault
         A device could not be opened; nothing has moved.
     """
-    task = _task(tree, scene, cell, dict(params or {}), seed, mocks, modules)
+    task = task_of(tree, scene, cell, dict(params or {}), seed, mocks, modules)
     if task.scene and devices is None and (task.cell or task.devices()):
         asked = _asked_by(task)
         # few scenes ask for anything: only then is the cell looked at here as well
         if asked and (spec := task.cell_spec()) is not None and spec.simulated:
-            task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks, modules))
+            task = _with_asked(task, asked, lambda params: task_of(tree, scene, cell, params, seed, mocks, modules))
     elif scene is not None:  # nothing is simulated, and one that is named is read all the same
         from stretch_bt.simulation.scene import load_scene
 
@@ -88,7 +88,7 @@ def run(
     return execute(task, out, view, watch, devices)
 
 
-def _task(
+def task_of(
     tree: str | Path,
     scene: str | Path | None,
     cell: str | Path | None,
@@ -97,6 +97,7 @@ def _task(
     mocks: str | Path | Mapping[str, Any] | None,
     modules: str | Path | None,
 ) -> Task:
+    """Return a run prepared, of what `run` takes."""
     own = None if modules is None else Modules(Path(tree).parent.resolve(), Path(modules).resolve())
     program = load_program(tree, params, own).require()
     if "main" not in program.document.trees:

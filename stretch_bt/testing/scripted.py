@@ -9,6 +9,7 @@ from typing import Any
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
+from stretch_bt.hardware.journal import Journal
 from stretch_bt.hardware.owner import check_owner
 
 __all__ = ["Command", "ScriptedDevice", "ScriptedMotion"]
@@ -50,7 +51,7 @@ class ScriptedMotion:
     def stop(self) -> None:
         """Stop the motion if the device is still its own."""
         if self.device.moving is self:
-            self.device.commands.append(Command("stop", {}, self.owner))
+            self.device.note("stop", {}, self.owner)
             self.device.stop()
 
 
@@ -78,6 +79,18 @@ class ScriptedDevice:
         defaults: dict[str, Any] = {"pose": Pose((0.0, 0.0, 0.2)), "wrench": Wrench((0.0, 0.0, 0.0)), "opening": 0.055}
         self._values = {name: self._sequence(value) for name, value in {**defaults, **self.script}.items()}
         self._sequence_number = 0
+        self._name = ""
+        self._journal: Journal | None = None
+
+    def tell(self, name: str, journal: Journal) -> None:
+        """Tell the journal of a run of every command from now on; `name` is what the tree calls the device."""
+        self._name, self._journal = name, journal
+
+    def note(self, command: str, arguments: dict[str, Any], owner: str) -> None:
+        """Keep a command, and tell the run of it."""
+        self.commands.append(Command(command, arguments, owner))
+        if self._journal is not None:
+            self._journal.command(self._name, command, arguments, owner)
 
     @property
     def readings(self) -> Mapping[str, Any]:
@@ -105,7 +118,7 @@ class ScriptedDevice:
         check_owner(self.kind, owner)
         if self.moving is not None:
             self.moving.stopped = MotionState.PREEMPTED
-        self.commands.append(Command(name, arguments, owner))
+        self.note(name, arguments, owner)
         self.moving = ScriptedMotion(self, owner, self.motion)
         return self.moving
 
@@ -147,7 +160,7 @@ class ScriptedDevice:
 
     def zero(self) -> None:
         """Remember that the sensor was zeroed."""
-        self.commands.append(Command("zero", {}, ""))
+        self.note("zero", {}, "")
 
     def open(self) -> None:
         """Be ready."""
