@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from stretch_bt.runtime.clock import VirtualClock
     from stretch_bt.runtime.task import RunResult
     from stretch_bt.testing.scripted import ScriptedDevice
+    from stretch_bt.testing.ticked_node import NodeResult
     from stretch_bt.testing.ticked_task import TickedTask
 
 
@@ -53,6 +54,7 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
     `mocks` may be text or a mapping; scripted `devices`, by the names that the tree declares, take the time of the run.
     """
     from stretch_bt.runtime.task import run as run_tree
+    from stretch_bt.testing.scripted import on_clock
 
     trees = _Trees(tmp_path, request.path.parent)
 
@@ -60,7 +62,7 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
         file, modules = trees.placed(tree)
         options.setdefault("out", tmp_path / f"record{trees.count}")
         if options.get("devices"):
-            options.setdefault("watch", lambda runner: _on_clock(options["devices"], runner.clock.now))
+            options.setdefault("watch", lambda runner: on_clock(options["devices"], runner.clock.now))
         options.setdefault("modules", modules)
         return run_tree(file, **options)
 
@@ -85,6 +87,22 @@ def tick_task(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Callab
 
     with begun:
         yield make
+
+
+@pytest.fixture
+def tick_node(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., NodeResult]:
+    """Tick one node until it ends: `tick_node("measure_depth", touch=Touch(0.1, 0.0), arm=scripted_device("Arm"))`.
+
+    Inputs are given by port: SI numbers, text with a unit, records, arrays, scripted devices. The result has `status`, `reason`, and
+    the outputs as attributes. A node of one's own is found by its name, by `module.name` with the module beside the test, or by its class.
+    """
+    from stretch_bt.testing.ticked_node import node_info
+    from stretch_bt.testing.ticked_node import tick_node as ticked
+
+    def make(name: Any, /, **inputs: Any) -> NodeResult:
+        return ticked(node_info(name, request.path.parent), inputs, tmp_path)
+
+    return make
 
 
 @pytest.fixture
@@ -113,8 +131,3 @@ class _Trees:
         path = self.folder / f"tree{self.count}.yaml"
         path.write_text(tree, encoding="utf-8")
         return path, self.home
-
-
-def _on_clock(devices: Mapping[str, ScriptedDevice], now: Callable[[], float]) -> None:
-    for device in devices.values():
-        device.now = now

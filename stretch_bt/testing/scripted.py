@@ -12,7 +12,7 @@ from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState,
 from stretch_bt.hardware.journal import Journal
 from stretch_bt.hardware.owner import check_owner
 
-__all__ = ["Command", "ScriptedDevice", "ScriptedMotion"]
+__all__ = ["Command", "ScriptedDevice", "ScriptedMotion", "on_clock"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,3 +176,10 @@ class ScriptedDevice:
         if self.moving is not None:
             self.moving.stopped = self.moving.stopped or MotionState.STOPPED
             self.moving = None
+
+
+def on_clock(devices: Mapping[str, Any], now: Callable[[], float]) -> None:
+    """Let the scripted ones among some devices take the time of a run."""
+    for device in devices.values():
+        if isinstance(device, ScriptedDevice):
+            device.now = now

@@ -21,6 +21,7 @@ from stretch_bt.runtime.result import keys_of_main
 from stretch_bt.runtime.runner import Outcome, Runner
 from stretch_bt.runtime.task import task_of
 from stretch_bt.source import did_you_mean
+from stretch_bt.testing.scripted import on_clock
 from stretch_bt.threads import one_thread
 from stretch_bt.units import KINDS
 
@@ -61,6 +62,7 @@ class TickedTask:
             cell = _given(task, devices, self._seen) if devices is not None else self._opened()
             if cell is not None:
                 task.context.devices = cell.devices
+                on_clock(cell.devices, self._clock.now)
                 opening.callback(cell.close)
             opening.enter_context(one_thread())
             self._runner = Runner(
