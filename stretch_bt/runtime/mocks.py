@@ -18,7 +18,9 @@ from stretch_bt.errors import Diagnostic, MocksError, TreeError
 from stretch_bt.hardware.interfaces import readings_of
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.expectation import Expectation
-from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, mock_value, pattern_fits
+from stretch_bt.runtime.mock_arrays import MockArrays
+from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, pattern_fits
+from stretch_bt.runtime.mock_value import mock_value
 from stretch_bt.source import Mark, Scalar, closest, did_you_mean
 from stretch_bt.tree.build import Builder, BuiltTree, build
 from stretch_bt.tree.cell import Cell
@@ -43,6 +45,7 @@ class Mocks:
         self.tree = tree
         self.path = path
         self.text = text
+        self.arrays = MockArrays(path.parent)
         self.rules: list[Mock] = []
         self.readings: dict[str, list[float]] = {}
         self.reading_marks: dict[str, Mark] = {}
@@ -148,7 +151,7 @@ class Mocks:
         values = []
         for value in rule.outputs[name]:
             try:
-                values.append(mock_value(value, type_, name))
+                values.append(mock_value(value, type_, name, self.arrays))
             except Refused as refused:
                 self.diagnostics.append(refused.diagnostic)
         return cell, values

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -16,10 +15,11 @@ from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.given import Given
-from stretch_bt.runtime.mock_node import mock_value
+from stretch_bt.runtime.mock_arrays import array_fields
+from stretch_bt.runtime.mock_value import record_of
 from stretch_bt.runtime.result import held
 from stretch_bt.runtime.runner import Runner
-from stretch_bt.source import Map, Mark, Scalar, did_you_mean, parse
+from stretch_bt.source import Mark, Scalar, did_you_mean
 from stretch_bt.testing.scripted import ScriptedDevice, on_clock
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
@@ -30,7 +30,7 @@ from stretch_bt.tree.made import made
 from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo, load_all, lookup
-from stretch_bt.tree.types import Type
+from stretch_bt.tree.types import Type, attributes
 from stretch_bt.tree.values import Refused, literal
 from stretch_bt.units import Estimate
 
@@ -213,9 +213,22 @@ def _plain(given: Any, type_: Type, name: str) -> Any:
     if isinstance(given, str) and not type_.is_record and type_.item is None:
         return literal(Scalar(given, False, Mark(name, 1, 1)), type_, name)
     if isinstance(given, Mapping) and type_.is_record and type_.item is None:
-        fields = parse(json.dumps(given), name)
-        return mock_value(fields if isinstance(fields, Map) else Map((), Mark(name, 1, 1)), type_, name)
+        return _record(given, type_, name)
     return given
+
+
+def _record(given: Mapping[str, Any], type_: Type, name: str) -> Any:
+    """Return the record of a mapping from its fields to numbers, text, arrays or mappings."""
+    assert type_.cls is not None
+    known, arrays = attributes(type_.cls), array_fields(type_.cls)
+    wrong = [field for field in given if field not in known and field not in arrays]
+    if wrong:
+        raise InvalidInput(f"a {type_} has no {wrong[0]!r}; {did_you_mean(wrong[0], {**known, **arrays})}")
+    fields = {
+        field: np.asarray(value, arrays[field]) if field in arrays else _plain(value, known[field], f"{name}.{field}")
+        for field, value in given.items()
+    }
+    return record_of(type_.cls, fields)
 
 
 def _with_deviations(info: NodeInfo, values: dict[str, Any]) -> dict[str, Any]:

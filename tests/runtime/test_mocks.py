@@ -12,7 +12,8 @@ from py_trees.common import Status
 from stretch_bt.errors import InvalidInput, MocksError
 from stretch_bt.perception import Sphere
 from stretch_bt.runtime.check import check
-from stretch_bt.runtime.mock_node import mock_value, pattern_fits
+from stretch_bt.runtime.mock_node import pattern_fits
+from stretch_bt.runtime.mock_value import mock_value
 from stretch_bt.runtime.replay import replay
 from stretch_bt.source import parse
 from stretch_bt.tree.port_check import PortCheck
