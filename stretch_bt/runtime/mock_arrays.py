@@ -12,17 +12,25 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import brief
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import Scalar, Value, did_you_mean
 from stretch_bt.source.arrays import array_names, load_array, load_arrays
 from stretch_bt.tree.values import refuse
 
-__all__ = ["ARRAYS", "MockArrays", "array_fields"]
+__all__ = ["ARRAYS", "MockArrays", "array_fields", "names_array"]
 
 #: what a record calls the file of the arrays
 ARRAYS = "mocks.npz"
 
+SUFFIXES = (".npy", ".npz")
+
 Array = npt.NDArray[Any]
+
+
+def names_array(value: Value) -> bool:
+    """Whether a value of a mocks file is the name of an array."""
+    return isinstance(value, Scalar) and Path(value.text.partition("#")[0]).suffix in SUFFIXES
 
 
 class MockArrays:
@@ -63,6 +71,15 @@ class MockArrays:
             refuse(value.mark, "type-mismatch", f"{what} takes an array of {dtype}, not of {found.dtype}", "convert it")
         return made
 
+    def numbers(self, value: Scalar, what: str, deep: int = 1) -> list[Any]:
+        """Return the entries, or with `deep` 2 the rows, of an array of SI numbers that a text names; raises Refused."""
+        found = self.read(value, None, what)
+        if found.ndim != deep or found.dtype.kind not in "biuf" or not np.isfinite(found).all():
+            message = f"{what} takes finite numbers in an array of {deep} dimension{'s' * (deep > 1)}, not {brief(found)}"
+            refuse(value.mark, "type-mismatch", message, "select a part of it")
+        entries: list[Any] = found.tolist()
+        return entries
+
     def save(self, record: Path) -> None:
         """Write the arrays that were read into the folder of a record, where there are any."""
         if self._used:
@@ -78,7 +95,7 @@ class MockArrays:
     def _loaded(self, value: Scalar, what: str) -> Array:
         file, _, entry = value.text.partition("#")
         path = self.folder / file
-        if path.suffix not in (".npy", ".npz") or (entry and path.suffix == ".npy"):
+        if path.suffix not in SUFFIXES or (entry and path.suffix == ".npy"):
             hint = "name a file beside this one, as in 'depth.npy' or 'views.npz#deep', or write nested lists"
             refuse(value.mark, "type-mismatch", f"{what} takes an array, not {value.text!r}", hint)
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from stretch_bt.errors import FileError, MocksError
 from stretch_bt.hardware.interfaces import INTERFACES, readings_of
-from stretch_bt.runtime.mock_arrays import MockArrays
+from stretch_bt.runtime.mock_arrays import MockArrays, names_array
 from stretch_bt.runtime.mock_mapping import WrittenMocks
 from stretch_bt.runtime.mock_node import Mock
 from stretch_bt.runtime.mocks import Mocks
@@ -222,10 +222,18 @@ class _Reader:
             if not values:
                 self.error(given.mark, "empty", f"{key.text!r} has no values", "write at least one")
             try:
-                self.found.readings[key.text] = [literal(v, type_, key.text) for v in values]
+                self.found.readings[key.text] = self.numbers(values, type_, key.text)
                 self.found.reading_marks[key.text] = key.mark
             except Refused as refused:
                 self.found.diagnostics.append(refused.diagnostic)
+
+    def numbers(self, values: Iterable[Value], type_: Type, what: str) -> list[float]:
+        """Return the values of a reading, one after the other; an array stands for its entries."""
+        found: list[float] = []
+        for value in values:
+            listed = isinstance(value, Scalar) and names_array(value)
+            found += self.found.arrays.numbers(value, what) if listed else [literal(value, type_, what)]
+        return found
 
     def expect(self, value: Value | None) -> None:
         if value is None:

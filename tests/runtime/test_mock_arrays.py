@@ -163,3 +163,44 @@ def test_a_class_that_refuses_its_fields_says_why():
 def test_mistakes_of_a_mapping_name_the_mapping(run):
     with pytest.raises(MocksError, match="Contact has no 'pints'"):
         run(TREE, mocks={"mocks": [{"match": "**/segment_contact", "outputs": {"contact": {"pints": X}}}]})
+
+
+NUMBERS = """\
+format: stretch-tree/1
+devices: {arm: Arm, camera: DepthCamera}
+trees:
+  main:
+    out: {height: Length, line: "list[float]"}
+    sequence:
+      - capture: {frame}
+      - segment_contact: {frame, contact}
+      - track_height: {frame, contact, height}
+      - track_height: {frame, contact, height}
+      - measure_outline: {contact, line}
+      - check: arm.force < 1 N
+      - check: arm.force > 1 N
+"""
+
+
+def test_an_array_stands_for_a_list_of_values(tmp_path, run):
+    (tmp_path / "tree.yaml").write_text(NUMBERS, encoding="utf-8")
+    np.savez(tmp_path / "of.npz", height=[1e-3, 2e-3], force=[0.5, 2.0], line=[1.0, 2.0, 3.0])
+    mocks = """\
+format: stretch-mocks/1
+tree: tree.yaml
+mocks:
+  - {match: "**/capture", outputs: {frame: {}}}
+  - {match: "**/segment_contact", outputs: {contact: {}}}
+  - {match: "**/track_height", outputs: {height: of.npz#height}}
+  - {match: "**/measure_outline", outputs: {line: of.npz#line}}
+readings: {arm.force: of.npz#force}
+"""
+    path = tmp_path / "mocks.yaml"
+    path.write_text(mocks, encoding="utf-8")
+    result = run(tmp_path / "tree.yaml", mocks=path)
+    assert result.status == "SUCCESS", result.reason
+    assert result.outputs["height"]["value"] == pytest.approx(1.0)  # each place has a list of its own
+    assert result.outputs["line"]["value"] == [1.0, 2.0, 3.0]
+    assert replay(result.record).identical
+    path.write_text(mocks.replace("of.npz#force", "of.npz"), encoding="utf-8")
+    assert "say which, as in 'of.npz#height'" in check(path)[0].hint
