@@ -114,6 +114,7 @@ class Mocks:
             if not any(pattern_fits(pattern, path) for path in paths):
                 self._unmatched(pattern, mark, paths)
         self._check_readings(program.document)
+        self.diagnostics += self.expect.resolve(built, program.document)
         if self.diagnostics:
             raise MocksError(list(dict.fromkeys(self.diagnostics)))
 

@@ -10,6 +10,7 @@ from py_trees.common import Status
 
 from stretch_bt.errors import FileError, MocksError
 from stretch_bt.hardware.interfaces import INTERFACES, readings_of
+from stretch_bt.runtime.expectation import wanted_output
 from stretch_bt.runtime.mock_arrays import MockArrays, names_array
 from stretch_bt.runtime.mock_mapping import WrittenMocks
 from stretch_bt.runtime.mock_node import Mock
@@ -35,6 +36,7 @@ __all__ = ["FIELDS", "FORMAT", "STATUSES", "THEN", "TOP", "read_mocks"]
 FORMAT = "stretch-mocks/1"
 TOP = ("format", "doc", "tree", "mocks", "readings", "expect")
 FIELDS = ("match", "status", "status_when", "after", "outputs", "then", "message")
+EXPECT = ("result", "visited", "never", "outputs", "commands", "ticks_max")
 THEN = ("repeat_last", "cycle", "fail")
 _IN_MEMORY = Path("mocks")
 STATUSES = {"success": Status.SUCCESS, "failure": Status.FAILURE, "running": Status.RUNNING}
@@ -241,7 +243,7 @@ class _Reader:
         if not isinstance(value, Map):
             self.error(value.mark, "type-mismatch", "'expect' takes a mapping", "write {result: success}")
             return
-        self.known(value, ("result", "visited", "never", "ticks_max"), "expect")
+        self.known(value, EXPECT, "expect")
         wanted = self.found.expect
         if "result" in value:
             results = ("success", "failure", "error", "fault", "interrupted")
@@ -249,9 +251,28 @@ class _Reader:
         for name in ("visited", "never"):
             for item in self.items(value.get(name), name):
                 self.visit(item, getattr(wanted, name))
+        self.wanted_outputs(value.get("outputs"))
+        for item in self.items(value.get("commands"), "commands"):
+            self.command(item)
         ticks = value.get("ticks_max")
         if ticks is not None:
             wanted.ticks_max = self.literal(ticks, INT, "ticks_max", 1)
+
+    def wanted_outputs(self, value: Value | None) -> None:
+        if value is not None and not isinstance(value, Map):
+            hint = "write '{stiffness: {value: 1 N/mm, within: 5 %}}'"
+            self.error(value.mark, "type-mismatch", "'outputs' takes a mapping from outputs of the task", hint)
+        for key, given in value if isinstance(value, Map) else ():
+            try:
+                self.found.expect.outputs.append(wanted_output(key, given))
+            except Refused as refused:
+                self.found.diagnostics.append(refused.diagnostic)
+
+    def command(self, item: Value) -> None:
+        if not isinstance(item, Scalar) or "." not in item.text:
+            self.error(item.mark, "type-mismatch", "a command is device.command", "write 'arm.move'")
+            return
+        self.found.expect.commands.append((item.text, item.mark))
 
     def visit(self, item: Value, patterns: list[tuple[str, str | None]]) -> None:
         """Read `path` or `path#status`."""

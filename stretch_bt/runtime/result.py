@@ -9,6 +9,7 @@ from typing import Any
 
 from stretch_bt.errors import RecordError, named
 from stretch_bt.runtime.context import Commanded, Seen
+from stretch_bt.runtime.expectation import Expectation
 from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
@@ -69,7 +70,10 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
     """Return the result of a task that ended."""
     good = outcome.status == "SUCCESS"
     outputs, truth = output_values(task.built.outputs, truths.found, succeeded=good)
-    unmet = task.mocks.expect.unmet(outcome.status, outcome.ticks, visits.seen) if task.mocks else []
+    held_now = {name: cell.value for name, (_, cell) in task.built.outputs.items()}
+    commands = [f"{command.device}.{command.name}" for command in seen.commands]
+    expected = task.mocks.expect if task.mocks else Expectation()
+    unmet = expected.unmet(outcome.status, outcome.ticks, visits.seen, held_now, commands)
     return RunResult(
         status=outcome.status,
         reason=outcome.reason,
