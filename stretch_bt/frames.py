@@ -226,7 +226,9 @@ def _counts(depth: npt.ArrayLike, unit: float) -> npt.NDArray[np.uint16]:
     counts = np.asarray(image if image.dtype.kind in "iu" else np.round(image / unit), dtype=np.float64)
     valid = np.isfinite(counts) & (counts > 0)
     if not valid.any():
-        raise InvalidInput("no pixel of the depth image is valid; give depths above 0 m as floats, or counts as whole numbers")
+        raise InvalidInput(
+            "no pixel of the depth image is valid; give depths above 0 m as floats, or counts as whole numbers"
+        )
     if counts[valid].max() > _MOST_COUNTS:
         raise InvalidInput(
             f"a depth of {counts[valid].max() * unit:.4g} m is more than {_MOST_COUNTS} counts of {unit:g} m; give depths in metres, or"

@@ -32,7 +32,9 @@ def contact_from_heights(
     """Do what `Contact.from_heights` says."""
     z = _heights(heights)
     if not (math.isfinite(pixel) and pixel > 0 and math.isfinite(noise) and noise > 0):
-        raise InvalidInput(f"pixel and noise are lengths above 0 m, got {pixel!r} and {noise!r}; write 0.0005 for 0.5 mm")
+        raise InvalidInput(
+            f"pixel and noise are lengths above 0 m, got {pixel!r} and {noise!r}; write 0.0005 for 0.5 mm"
+        )
     _check_unit(z, pixel)
     surface = _surface(z, pixel)
     known = np.isfinite(z)
@@ -95,6 +97,8 @@ def _given(labels: npt.ArrayLike, known: npt.NDArray[np.bool_]) -> tuple[LabelAr
     if given.dtype.kind == "b":
         given = np.where(given, CONTACT, DEFORMED)
     if not np.isin(given, (UNDEFORMED, DEFORMED, CONTACT, INVALID)).all():
-        raise InvalidInput("labels are 0 undeformed, 1 deformed, 2 in contact, 255 invalid, or True where the membrane touches")
+        raise InvalidInput(
+            "labels are 0 undeformed, 1 deformed, 2 in contact, 255 invalid, or True where the membrane touches"
+        )
     shown = np.where(known, given, INVALID).astype(np.uint8)
     return shown, (shown != INVALID).astype(np.float32)

@@ -152,9 +152,7 @@ class Contact(BriefRepr):
         """
         from stretch_bt.perception.by_hand import contact_from_heights
 
-        return contact_from_heights(
-            heights, pixel, noise=noise, labels=labels, stretch=stretch, pose=pose, time=time
-        )
+        return contact_from_heights(heights, pixel, noise=noise, labels=labels, stretch=stretch, pose=pose, time=time)
 
     @property
     def surface_noise(self) -> SurfaceNoise:

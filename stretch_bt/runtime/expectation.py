@@ -44,7 +44,9 @@ class WantedOutput:
             return
         what = f"{self.name}.within"
         if not number.is_number:
-            refuse(self.within.mark, "type-mismatch", f"{self.name} is {type_}, which is met or not", "leave out 'within'")
+            refuse(
+                self.within.mark, "type-mismatch", f"{self.name} is {type_}, which is met or not", "leave out 'within'"
+            )
         share = self.within.text.rstrip().endswith("%")
         found = literal(self.within, FLOAT if share else number, what)
         if found < 0:

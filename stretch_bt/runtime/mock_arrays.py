@@ -75,7 +75,9 @@ class MockArrays:
         """Return the entries, or with `deep` 2 the rows, of an array of SI numbers that a text names; raises Refused."""
         found = self.read(value, None, what)
         if found.ndim != deep or found.dtype.kind not in "biuf" or not np.isfinite(found).all():
-            message = f"{what} takes finite numbers in an array of {deep} dimension{'s' * (deep > 1)}, not {brief(found)}"
+            message = (
+                f"{what} takes finite numbers in an array of {deep} dimension{'s' * (deep > 1)}, not {brief(found)}"
+            )
             refuse(value.mark, "type-mismatch", message, "select a part of it")
         entries: list[Any] = found.tolist()
         return entries
@@ -83,7 +85,7 @@ class MockArrays:
     def save(self, record: Path) -> None:
         """Write the arrays that were read into the folder of a record, where there are any."""
         if self._used:
-            np.savez(record / ARRAYS, **self._used)
+            np.savez(record / ARRAYS, **self._used)  # type: ignore[arg-type]  # no array is called allow_pickle
 
     def _named(self, value: Scalar, what: str) -> Array:
         name = value.text
@@ -125,7 +127,9 @@ def _nested(value: Value, what: str) -> Array:
     except ValueError:  # rows of several lengths
         found = np.array(None)
     if found.dtype.kind not in "biuf":
-        refuse(value.mark, "type-mismatch", f"{what} takes an array", "write lists of SI numbers, each row of one length")
+        refuse(
+            value.mark, "type-mismatch", f"{what} takes an array", "write lists of SI numbers, each row of one length"
+        )
     return found
 
 

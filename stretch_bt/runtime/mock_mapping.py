@@ -55,7 +55,9 @@ class WrittenMocks:
             return value
         if dataclasses.is_dataclass(value) and not isinstance(value, type) and outputs:
             return self._record(value, at)
-        raise InvalidInput(f"mocks: {at} is {shown(value)}; write text with a unit, a number, a list, a mapping or a record")
+        raise InvalidInput(
+            f"mocks: {at} is {shown(value)}; write text with a unit, a number, a list, a mapping or a record"
+        )
 
     def _named(self, array: Array, at: str) -> str:
         name = f"{ARRAYS}#{at}"

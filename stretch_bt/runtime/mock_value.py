@@ -114,7 +114,9 @@ class _Partial:
 
     def __repr__(self) -> str:
         fields = ((name, value) for name, value in vars(self).items() if not name.startswith("_"))
-        return f"<mocked {self._name} with {', '.join(f'{name}={brief(value)}' for name, value in fields) or 'no field'}>"
+        return (
+            f"<mocked {self._name} with {', '.join(f'{name}={brief(value)}' for name, value in fields) or 'no field'}>"
+        )
 
     def __getattr__(self, field_name: str) -> Any:
         raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")

@@ -64,6 +64,7 @@ def run(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., RunResu
         if options.get("devices"):
             options.setdefault("watch", lambda runner: on_clock(options["devices"], runner.clock.now))
         options.setdefault("modules", modules)
+        options["mocks"] = trees.beside(options.get("mocks"))
         return run_tree(file, **options)
 
     return make
@@ -81,7 +82,7 @@ def tick_task(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Callab
 
     def make(tree: str | Path, *, mocks: Any = None, devices: Mapping[str, Any] | None = None) -> TickedTask:
         file, modules = trees.placed(tree)
-        task = TickedTask(file, mocks=mocks, devices=devices, modules=modules, folder=tmp_path)
+        task = TickedTask(file, mocks=trees.beside(mocks), devices=devices, modules=modules, folder=tmp_path)
         begun.callback(task.close)
         return task
 
@@ -117,7 +118,7 @@ def scripted_device(virtual_clock: VirtualClock) -> Callable[..., ScriptedDevice
 
 
 class _Trees:
-    """Trees of a test; text of several lines is written to a file, which stands for one beside the test."""
+    """Trees of a test: a shipped one by its name, a file from here or beside the test, or text, which stands for one beside the test."""
 
     def __init__(self, folder: Path, home: Path) -> None:
         self.folder, self.home = folder, home
@@ -127,7 +128,14 @@ class _Trees:
         """Return a name or path, and the folder in which modules of the tree may stand where that is not its own."""
         self.count += 1
         if not isinstance(tree, str) or "\n" not in tree:
-            return tree, None
+            return self.beside(tree), None
         path = self.folder / f"tree{self.count}.yaml"
         path.write_text(tree, encoding="utf-8")
         return path, self.home
+
+    def beside(self, given: Any) -> Any:
+        """Return the path of a file that stands beside the test and not here; anything else as it is."""
+        if not isinstance(given, str | Path) or "\n" in str(given):
+            return given
+        found = self.home / given
+        return found if not Path(given).exists() and found.is_file() else given

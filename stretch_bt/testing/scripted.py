@@ -11,6 +11,7 @@ from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
 from stretch_bt.hardware.journal import Journal
 from stretch_bt.hardware.owner import check_owner
+from stretch_bt.testing.words import motion_states, script_values
 
 __all__ = ["Command", "ScriptedDevice", "ScriptedMotion", "on_clock"]
 
@@ -59,14 +60,15 @@ class ScriptedMotion:
 class ScriptedDevice:
     """Any device interface, scripted.
 
-    `script` maps the name of a reading (`pose`, `wrench`, `opening`, `frame`) to one value, or to a list of values of
-    which the last stays; a fault, or a NoAnswer, among them is raised. `motion` lists the states of every motion. What nodes command is
-    kept in `commands`; `moving` is the motion under way.
+    `script` maps the name of a reading (`pose` or `height`, `wrench` or `force`, `opening`, `frame`) to one value, or to a list of values
+    of which the last stays: text with a unit, an SI number, or what the reading gives. `motion` lists the states of every motion, of which
+    the last stays: `moving`, `done`, `blocked`. In both, `fault: why` and `no answer: why` are raised as what a device that is lost, or has
+    no answer, raises; so is a DeviceFault or NoAnswer. What nodes command is kept in `commands`; `moving` is the motion under way.
     """
 
     kind: str
     script: Mapping[str, Any] = field(default_factory=dict)
-    motion: Sequence[MotionState | DeviceFault | NoAnswer] = (MotionState.MOVING, MotionState.DONE)
+    motion: Sequence[MotionState | DeviceFault | NoAnswer | str] = (MotionState.MOVING, MotionState.DONE)
     now: Callable[[], float] = lambda: 0.0
     commands: list[Command] = field(default_factory=list)
     moving: ScriptedMotion | None = None
@@ -76,8 +78,11 @@ class ScriptedDevice:
     def __post_init__(self) -> None:
         if self.kind not in INTERFACES:
             raise InvalidInput(f"{self.kind!r} is not a kind of device; one of {', '.join(INTERFACES)}")
-        defaults: dict[str, Any] = {"pose": Pose((0.0, 0.0, 0.2)), "wrench": Wrench((0.0, 0.0, 0.0)), "opening": 0.055}
-        self._values = {name: self._sequence(value) for name, value in {**defaults, **self.script}.items()}
+        defaults = {"pose": [Pose((0.0, 0.0, 0.2))], "wrench": [Wrench((0.0, 0.0, 0.0))], "opening": [0.055]}
+        values = {**defaults, **script_values(self.kind, self.script)}
+        self._values = {name: iter_last(given) for name, given in values.items()}
+        self._force_noise = float(values.get("force_noise", [0.0])[0])
+        self._states = motion_states(self.kind, self.motion)
         self._sequence_number = 0
         self._name = ""
         self._journal: Journal | None = None
@@ -97,13 +102,6 @@ class ScriptedDevice:
         """The readings that expressions may use."""
         return readings_of(INTERFACES[self.kind])
 
-    @staticmethod
-    def _sequence(value: Any) -> Iterator[Any]:
-        values = list(value) if isinstance(value, list) else [value]
-        yield from values
-        while True:
-            yield values[-1]
-
     def _read(self, name: str) -> Reading[Any]:
         if name not in self._values:
             raise InvalidInput(f"the scripted {self.kind} has no {name!r}; give it in 'script'")
@@ -119,7 +117,7 @@ class ScriptedDevice:
         if self.moving is not None:
             self.moving.stopped = MotionState.PREEMPTED
         self.note(name, arguments, owner)
-        self.moving = ScriptedMotion(self, owner, self.motion)
+        self.moving = ScriptedMotion(self, owner, self._states)
         return self.moving
 
     def move(self, target: Any, *, speed: float, owner: str) -> ScriptedMotion:
@@ -148,7 +146,7 @@ class ScriptedDevice:
 
     def force_noise(self) -> float:
         """Return the scripted noise of the force, none unless one is given."""
-        return float(self.script.get("force_noise", 0.0))
+        return self._force_noise
 
     def opening(self, max_age: float) -> Reading[float]:
         """Return the next scripted opening."""
@@ -176,6 +174,13 @@ class ScriptedDevice:
         if self.moving is not None:
             self.moving.stopped = self.moving.stopped or MotionState.STOPPED
             self.moving = None
+
+
+def iter_last(values: Sequence[Any]) -> Iterator[Any]:
+    """Yield the values, and then the last one for ever."""
+    yield from values
+    while True:
+        yield values[-1]
 
 
 def on_clock(devices: Mapping[str, Any], now: Callable[[], float]) -> None:

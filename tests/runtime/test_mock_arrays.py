@@ -12,8 +12,8 @@ from stretch_bt.perception import Cloud, Contact, DepthFrame, Intrinsics, Sphere
 from stretch_bt.runtime.check import check
 from stretch_bt.runtime.mock_arrays import ARRAYS
 from stretch_bt.runtime.mock_mapping import WrittenMocks
-from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.mock_value import mock_value
+from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.replay import replay
 from stretch_bt.source import parse
 from stretch_bt.tree.types import from_annotation
@@ -152,7 +152,11 @@ def test_wrong_arrays_are_told_in_their_place(folder, fields):
 
 
 def test_a_class_that_refuses_its_fields_says_why():
-    fields = {**{n: "none" for n in DepthFrame.__dataclass_fields__}, "raw": np.zeros((2, 2), np.uint16), "unit": 1e-4}
+    fields = {
+        **dict.fromkeys(DepthFrame.__dataclass_fields__, "none"),
+        "raw": np.zeros((2, 2), np.uint16),
+        "unit": 1e-4,
+    }
     camera = {"fx": 1, "fy": 1, "cx": 0, "cy": 0, "width": 3, "height": 2, "distortion": [0, 0, 0, 0, 0]}
     mocks = {"mocks": [{"match": "**/capture", "outputs": {"frame": {**fields, "intrinsics": camera, "sequence": 1}}}]}
     found = read_mocks(mocks)

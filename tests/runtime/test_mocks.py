@@ -356,7 +356,9 @@ def test_outputs_and_commands_are_expected(run: Any, scripted_device: Any, expec
 
 
 def test_an_output_that_the_run_never_gave_is_unmet(run: Any) -> None:
-    tree = "format: stretch-tree/1\ntrees: {main: {out: {a: Length}, sequence: [wait: {duration: 1 s}, set: {a: 1 mm}]}}\n"
+    tree = (
+        "format: stretch-tree/1\ntrees: {main: {out: {a: Length}, sequence: [wait: {duration: 1 s}, set: {a: 1 mm}]}}\n"
+    )
     fails = {"match": "**/wait", "status": "failure"}
     result = run(tree, mocks={"mocks": [fails], "expect": {"outputs": {"a": "1 mm"}}})
     assert result.unmet == ["expected a to be 1 mm; the run gave none"]

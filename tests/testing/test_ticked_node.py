@@ -73,11 +73,27 @@ def test_a_node_is_named_in_three_ways(tick_node, name, monkeypatch):
     assert tick_node(name, forces=[1.0]).mean == Estimate(1.0, 0.1)
 
 
+BESIDE = '''\
+"""A node of a module beside the test."""
+from stretch_bt import Behavior, Out, Status, node
+
+
+@node
+class BesideTest(Behavior):
+    """Say one."""
+
+    one: Out[int]
+
+    def update(self):
+        self.one = 1
+        return Status.SUCCESS
+'''
+
+
 def test_a_module_beside_the_test_is_imported(tmp_path, monkeypatch):
     from stretch_bt.testing.ticked_node import node_info, tick_node
 
-    text = '"""Own."""\nfrom stretch_bt import Behavior, Out, Status, node\n\n\n@node\nclass BesideTest(Behavior):\n    """Say one."""\n\n    one: Out[int]\n\n    def update(self):\n        self.one = 1\n        return Status.SUCCESS\n'
-    (tmp_path / "beside_nodes.py").write_text(text, encoding="utf-8")
+    (tmp_path / "beside_nodes.py").write_text(BESIDE, encoding="utf-8")
     assert tick_node(node_info("beside_nodes.beside_test", tmp_path), {}).one == 1
     with pytest.raises(InvalidInput, match="no Python module 'beside_node' is installed"):
         node_info("beside_node.beside_test", tmp_path)
@@ -101,7 +117,9 @@ def test_records_go_in_and_out(tick_node):
 def test_a_refusal_and_a_mistake_are_told(tick_node):
     refused = tick_node("own_mean", forces=[])
     assert (refused.status, refused.reason) == ("FAILURE", "there is no force")
-    with pytest.raises(AttributeError, match="wrote no 'mean'; it wrote nothing; it ended with FAILURE: there is no force"):
+    with pytest.raises(
+        AttributeError, match="wrote no 'mean'; it wrote nothing; it ended with FAILURE: there is no force"
+    ):
         _ = refused.mean
     broken = tick_node("own_mean", forces=[1.0], scale=9.0)
     assert (broken.status, broken.reason) == ("ERROR", "ValueError: nine")
@@ -146,5 +164,5 @@ def test_every_wrong_input_is_named_at_once(tick_node):
         tick_node("measure_depth", touhc=1)
     for told in ("no input 'touhc'", "touch is missing; it takes a Touch", 'give arm=scripted_device("Arm")'):
         assert told in str(caught.value)
-    with pytest.raises(InvalidInput, match="no node 'own_meen' is registered; did you mean 'own_mean'?"):
+    with pytest.raises(InvalidInput, match=r"no node 'own_meen' is registered; did you mean 'own_mean'\?"):
         tick_node("own_meen")

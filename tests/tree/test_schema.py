@@ -279,7 +279,8 @@ mocks:
   - {match: main/track_height, outputs: {height: [20 mm, {value: 19 mm, sd: 0.1 mm}], other: 3}, then: repeat_last}
   - {match: "**/check", status_when: depth > 2 mm}
 readings: {arm.force: [1 N, 2 N], gripper.opening: 60 mm}
-expect: {result: success, visited: [main/press], never: ["**/retract#failure"], outputs: {stiffness: {value: 1 N/mm, within: 5 %}, presses: 3}, commands: [arm.move], ticks_max: 400}
+expect: {result: success, visited: [main/press], never: ["**/retract#failure"], ticks_max: 400,
+  outputs: {stiffness: {value: 1 N/mm, within: 5 %}, presses: 3}, commands: [arm.move]}
 """
 MOCK_MISTAKES = {
     "unknown key": ("doc:", "docs:"),
