@@ -81,7 +81,8 @@ def record_fields(record: Any) -> dict[str, Any]:
 
     Fields that no file can hold are left out; reading one of them in a run is an error that says so.
     """
-    types, arrays = attributes(type(record)), array_fields(type(record))
+    cls: type = type(record)
+    types, arrays = attributes(cls), array_fields(cls)
     found: dict[str, Any] = {}
     for field in dataclasses.fields(record):
         value = getattr(record, field.name)
