@@ -1,8 +1,11 @@
 """Depth frames that are made by hand."""
 
+import doctest
+
 import numpy as np
 import pytest
 
+from stretch_bt import frames
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics, Pose
 
@@ -40,3 +43,8 @@ def test_what_is_no_depth_image_is_refused(what):
     depth, unit, told = WRONG[what]
     with pytest.raises(InvalidInput, match=told):
         DepthFrame.from_array(depth, CAMERA, unit=unit)
+
+
+def test_the_examples_run():
+    found = doctest.testmod(frames)
+    assert (found.failed, found.attempted > 0) == (0, True)

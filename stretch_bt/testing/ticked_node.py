@@ -97,9 +97,18 @@ def node_info(name: str | type[Behavior], home: Path) -> NodeInfo:
             raise InvalidInput(f"node {name!r}: {refused}; {refused.hint}") from None
     found = lookup(last)
     if found is None:
-        hint = did_you_mean(last, load_all()) or "`stretch-bt nodes` lists them"
-        raise InvalidInput(f"no node {last!r} is registered; {hint}, or import the module of your own node")
+        raise InvalidInput(_no_node(last, module))
     return found
+
+
+def _no_node(name: str, module: str) -> str:
+    own = [
+        known for known, info in load_all().items() if info.cls.__module__.partition(".")[0] == module.partition(".")[0]
+    ]
+    if module and own:
+        return f"module {module!r} has no node {name!r}; {did_you_mean(name, own)}"
+    hint = did_you_mean(name, load_all()) or "`stretch-bt nodes` lists them"
+    return f"no node {name!r} is registered; {hint}, or import the module of your own node"
 
 
 def tick_node(info: NodeInfo, inputs: Mapping[str, Any], folder: Path | None = None) -> NodeResult:

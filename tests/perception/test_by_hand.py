@@ -1,10 +1,12 @@
 """Contacts of heights: what is in them, and what is refused."""
 
+import doctest
+
 import numpy as np
 import pytest
 
 from stretch_bt.errors import InvalidInput, NoContact
-from stretch_bt.perception import Contact, Pose
+from stretch_bt.perception import Contact, Pose, types
 
 PIXEL = 1e-3
 Y, X = np.mgrid[-40:41, -30:31] * PIXEL
@@ -60,3 +62,8 @@ def test_what_is_no_height_is_refused(what):
     arguments, options, error, told = WRONG[what]
     with pytest.raises(error, match=told):
         Contact.from_heights(*arguments, **{"noise": 1e-4, **options})
+
+
+def test_the_examples_run():
+    found = doctest.testmod(types)
+    assert (found.failed, found.attempted > 0) == (0, True)

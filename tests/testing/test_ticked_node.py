@@ -95,6 +95,10 @@ def test_a_module_beside_the_test_is_imported(tmp_path, monkeypatch):
 
     (tmp_path / "beside_nodes.py").write_text(BESIDE, encoding="utf-8")
     assert tick_node(node_info("beside_nodes.beside_test", tmp_path), {}).one == 1
+    with pytest.raises(
+        InvalidInput, match="module 'beside_nodes' has no node 'beside_tset'; did you mean 'beside_test'"
+    ):
+        node_info("beside_nodes.beside_tset", tmp_path)
     with pytest.raises(InvalidInput, match="no Python module 'beside_node' is installed"):
         node_info("beside_node.beside_test", tmp_path)
 
