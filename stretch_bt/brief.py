@@ -47,5 +47,6 @@ def _of_array(array: Any) -> str:
     known = np.isfinite(array)
     if not known.any():
         return f"<{what}, none finite>"
-    ends = f"{array[known].min():.4g} to {array[known].max():.4g}"
+    form = ".4g" if array.dtype.kind == "f" else "d"
+    ends = " to ".join(format(end.item(), form) for end in (array[known].min(), array[known].max()))
     return f"<{what}, {ends}" + (">" if known.all() else f", {int(known.sum())} of {array.size} finite>")

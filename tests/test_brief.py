@@ -15,6 +15,7 @@ from stretch_bt.tree.registry import object_types
 SHOWN = {
     "vector": (np.array([1.0, 2.5]), "[1, 2.5]"),
     "image": (np.array([[0.0, np.nan], [2.0, 1.0]]), "<float64 (2, 2), 0 to 2, 3 of 4 finite>"),
+    "counts": (np.full((2, 9), 54321, np.uint16), "<uint16 (2, 9), 54321 to 54321>"),
     "labels": (np.zeros((2, 9), np.uint8), "<uint8 (2, 9), 0 to 0>"),
     "mask": (np.arange(8).reshape(2, 4) > 5, "<bool (2, 4), 2 true>"),
     "nothing": (np.zeros((0, 3)), "<float64 (0, 3)>"),

@@ -162,9 +162,17 @@ class Contact(BriefRepr):
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A fitted sphere; `radius` is positive, the sign of `curvature` is positive where it is convex to the camera.
+    """A fitted sphere.
 
-    `center` and `center_sd` are (3,), m, in the frame of the points that were fitted.
+    Parameters
+    ----------
+    radius, radius_sd : float, m
+        Positive, and its standard deviation.
+    center, center_sd : (3,) float, m
+        In the frame of the points that were fitted: those of a contact lie in the membrane frame, so that z is negative below the plane of
+        the undeformed membrane, on the far side of the camera.
+    curvature, curvature_sd : float, 1/m
+        One over the radius, positive where the sphere is convex to the camera.
     """
 
     radius: Length

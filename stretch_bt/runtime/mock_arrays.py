@@ -7,7 +7,7 @@ import typing
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,7 @@ SUFFIXES = (".npy", ".npz")
 Array = npt.NDArray[Any]
 
 
-def names_array(value: Value) -> bool:
+def names_array(value: Value) -> TypeGuard[Scalar]:
     """Whether a value of a mocks file is the name of an array."""
     return isinstance(value, Scalar) and Path(value.text.partition("#")[0]).suffix in SUFFIXES
 

@@ -160,7 +160,7 @@ class Mocks:
     def _values(self, value: Value, type_: Type, name: str) -> list[Any]:
         """Return what one value of a file stands for: itself, or an entry or row of an array for each start."""
         one = type_.item or type_
-        if not (one.is_number and isinstance(value, Scalar) and names_array(value)):
+        if not (one.is_number and names_array(value)):
             return [mock_value(value, type_, name, self.arrays)]
         if type_.item is None:
             return self.arrays.numbers(value, name)

@@ -233,8 +233,7 @@ class _Reader:
         """Return the values of a reading, one after the other; an array stands for its entries."""
         found: list[float] = []
         for value in values:
-            listed = isinstance(value, Scalar) and names_array(value)
-            found += self.found.arrays.numbers(value, what) if listed else [literal(value, type_, what)]
+            found += self.found.arrays.numbers(value, what) if names_array(value) else [literal(value, type_, what)]
         return found
 
     def expect(self, value: Value | None) -> None:

@@ -78,7 +78,11 @@ class ScriptedDevice:
     def __post_init__(self) -> None:
         if self.kind not in INTERFACES:
             raise InvalidInput(f"{self.kind!r} is not a kind of device; one of {', '.join(INTERFACES)}")
-        defaults = {"pose": [Pose((0.0, 0.0, 0.2))], "wrench": [Wrench((0.0, 0.0, 0.0))], "opening": [0.055]}
+        defaults: dict[str, list[Any]] = {
+            "pose": [Pose((0.0, 0.0, 0.2))],
+            "wrench": [Wrench((0.0, 0.0, 0.0))],
+            "opening": [0.055],
+        }
         values = {**defaults, **script_values(self.kind, self.script)}
         self._values = {name: iter_last(given) for name, given in values.items()}
         self._force_noise = float(values.get("force_noise", [0.0])[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -135,11 +136,15 @@ def _wired(info: NodeInfo, values: Mapping[str, Any], context: RunContext) -> Be
     node.device_names = {port.name: port.name for port in info.of(Role.DEVICE) if port.name in context.devices}
     for port in info.of(Role.INPUT):
         value = values.get(port.name, port.default)
-        node.wiring[port.name] = lambda value=value: value
+        node.wiring[port.name] = partial(_same, value)
     for port in info.of(Role.INOUT):
         if values.get(port.name) is not None:
             node.sinks[port.name].write(values[port.name], "the test")
     return node
+
+
+def _same(value: Any) -> Any:
+    return value
 
 
 def _written(node: Behavior) -> Iterator[tuple[str, Any]]:

@@ -1,10 +1,12 @@
 """Contacts and frames that are made by hand: every registered node that takes one takes these, without further ado."""
 
+import inspect
 import math
 
 import numpy as np
 import pytest
 
+from stretch_bt import perception
 from stretch_bt.perception import Contact, DepthFrame, Intrinsics, Pose, fuse_contact
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.tree.port import Role
@@ -75,6 +77,59 @@ def test_every_node_takes_them(name, tick_node, scripted_device):
             inputs[port.name] = OTHERS[port.name if port.name in OTHERS else type_]()
     result = tick_node(name, **inputs)
     assert (result.status, result.reason) == ("SUCCESS", "")
+
+
+def test_a_scripted_camera_gives_them(tick_node, scripted_device):
+    camera = scripted_device("DepthCamera", {"frame": [frame(0.007), frame()]})
+    result = tick_node("capture", camera=camera)
+    assert (result.status, result.reason) == ("SUCCESS", "")
+    assert tick_node("segment_contact", frame=result.frame).status == "SUCCESS"
+
+
+def _taking(function) -> list[inspect.Parameter]:
+    """Return the parameters without defaults of a function if one of them is annotated as a contact or a frame, else none."""
+    needed = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
+    told = [str(p.annotation) for p in needed]
+    return needed if any("DepthFrame" in text or "Contact" in text for text in told) else []
+
+
+FUNCTIONS = [
+    name
+    for name in perception.__all__
+    if inspect.isfunction(getattr(perception, name)) and _taking(getattr(perception, name))
+]
+#: what functions ask for, by parameter
+ARGUMENTS = {
+    "contact": contact,
+    "contacts": lambda: [contact(), contact()],
+    "frame": frame,
+    "depth": frame,
+    "frames": lambda: [frame() for _ in range(8)],
+    "gauge": lambda: SIDE * PIXEL,
+    "width": lambda: SIDE * PIXEL,
+    "stretch": lambda: 0.0,
+    "pattern": OTHERS["Pattern"],
+    "radius": OTHERS["radius"],
+    "cloud": OTHERS["Cloud"],
+}
+
+
+def test_many_functions_take_them():
+    assert {"find_contact", "fit_contact_sphere", "fuse_contact", "deproject", "average_frames"} <= set(FUNCTIONS)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_of_perception_takes_them(name):
+    function = getattr(perception, name)
+    named = {p.name: ARGUMENTS[p.name]() for p in _taking(function)}
+    ahead = [named.pop(p.name) for p in _taking(function) if p.kind is not p.KEYWORD_ONLY]
+    assert function(*ahead, **named) is not None
+
+
+@pytest.mark.parametrize("make", [perception.ContactDetector, perception.HeightTracker])
+def test_what_follows_frames_takes_them(make):
+    follower = make()
+    assert [follower.update(frame()) for _ in range(12)]
 
 
 def test_what_is_measured_is_what_was_made(tick_node):
