@@ -99,6 +99,8 @@ class _Run:
         self.task.context.folder = self.record.folder
         try:
             self.record.start(self.task.context.about, self.task.run_info(spec, scene))
+            if self.task.mocks is not None:
+                self.task.mocks.arrays.save(self.record.folder)
             if given is not None:
                 listening.enter_context(given.heard_by(self.seen))
             self.open(spec, scene, given)

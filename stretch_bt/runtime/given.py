@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import InvalidInput
@@ -16,6 +16,15 @@ from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored import Monitored, Watch
 
 __all__ = ["Given"]
+
+
+@runtime_checkable
+class Telling(Protocol):
+    """A device that tells a run of the commands it gets, as those of a cell do; a scripted one is."""
+
+    def tell(self, name: str, journal: Journal) -> None:
+        """Tell the journal from now on; `name` is what the tree calls the device."""
+        ...
 
 
 class Given:
@@ -66,6 +75,9 @@ class Given:
         with ExitStack() as stack:
             for relay in relays.values():
                 stack.enter_context(relay.heard_by(journal))
+            for name, device in self.devices.items():
+                if isinstance(device, Telling):
+                    device.tell(name, journal)
             yield
 
     def truth(self) -> dict[str, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from stretch_bt.errors import shown
+from stretch_bt.brief import brief
 from stretch_bt.source import did_you_mean
 from stretch_bt.units import Estimate
 
@@ -51,7 +51,5 @@ class Outputs(Mapping[str, Any]):
 def _short(value: Any) -> str:
     if isinstance(value, Estimate):
         return f"{float(value):.6g} +- {value.sd:.2g}"
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    text = shown(value)
+    text = brief(value)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

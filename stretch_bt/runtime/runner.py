@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -60,7 +61,7 @@ class Outcome:
 
 
 class Runner:
-    """Runs one built tree once.
+    """Runs one built tree once: `run` at a stretch, or `begin`, `step` by step and `finish`, the last two within `attended`.
 
     `interrupt` may be called from a signal handler or another thread; the first call stops the task at once and safely,
     a second one also cuts `finally` short, as does the first when it comes during `finally`.
@@ -104,6 +105,7 @@ class Runner:
         self._last: dict[str, tuple[Status, int]] = {}
         self._running: set[str] = set()
         self._origin, self._slot = 0.0, 0
+        self._began = (0.0, 0.0)  # on the machine's clock, and CPU time
         self._used = threading.Lock()
         if tree.taken:
             raise InvalidInput("this tree has a runner already; build a new tree for a new run")
@@ -126,35 +128,39 @@ class Runner:
 
     def run(self) -> Outcome:
         """Tick to the end, stop safely, and return how it ended; raises only when it is called twice."""
+        self.begin()
+        with self.attended():
+            while self.step():
+                pass
+            return self.finish()
+
+    def begin(self) -> None:
+        """Take the time from which the ticks count; raises when the tree was run before."""
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
-        wall, cpu = time.perf_counter(), time.process_time()
-        with signals(self.interrupt), alone(), self._patience:
-            self._drive()
-            self._finish()
-        outcome = self.outcome
-        outcome.task_seconds = self.context.time
-        outcome.ticks = self.context.ticks
-        outcome.wall_seconds = time.perf_counter() - wall
-        outcome.cpu_seconds = time.process_time() - cpu
-        return outcome
-
-    # --- ticking
-
-    def _drive(self) -> None:
-        """Tick the task until it ends, and note why."""
+        self._began = time.perf_counter(), time.process_time()
         self._origin = self.context.now = self.context.start = self.clock.now()
+
+    @contextmanager
+    def attended(self) -> Iterator[None]:
+        """Hear signals, and cut off nodes that do not return after one, while the block runs."""
+        with signals(self.interrupt), alone(), self._patience:
+            yield
+
+    def step(self) -> bool:
+        """Wait for the next tick of the task and do it; return whether the task goes on, else `outcome` says why it ended."""
         try:
-            while True:
-                status = self._tick(self.tree.root)
-                if status is None:
-                    return self._stopped()
-                if status is not Status.RUNNING:
-                    return self._end(status.name, self._explain(self.tree.root, status))
-                if self.max_ticks is not None and self.context.ticks >= self.max_ticks:
-                    return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
-                if self.context.time >= self._longest:
-                    return self._end("FAILURE", _no_end(self._longest))
+            status = self._tick(self.tree.root)
+            if status is None:
+                self._stopped()
+            elif status is not Status.RUNNING:
+                self._end(status.name, self._explain(self.tree.root, status))
+            elif self.max_ticks is not None and self.context.ticks >= self.max_ticks:
+                self._end("FAILURE", f"no end after {self.max_ticks} ticks")
+            elif self.context.time >= self._longest:
+                self._end("FAILURE", _no_end(self._longest))
+            else:
+                return True
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
         except (BrokenOff, CutOff) as error:
@@ -163,6 +169,19 @@ class Runner:
             self.outcome.reason += cut
         except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
+        return False
+
+    def finish(self) -> Outcome:
+        """Stop safely after the last step, and return how the run ended."""
+        self._stop_all()
+        outcome = self.outcome
+        outcome.task_seconds = self.context.time
+        outcome.ticks = self.context.ticks
+        outcome.wall_seconds = time.perf_counter() - self._began[0]
+        outcome.cpu_seconds = time.process_time() - self._began[1]
+        return outcome
+
+    # --- ticking
 
     def _stopped(self) -> None:
         """End by a signal; what follows a stop does not wait for the next tick."""
@@ -233,20 +252,20 @@ class Runner:
                 self._changed(node)
 
     @property
-    def _deadline(self) -> float:
+    def deadline(self) -> float:
         """When the next tick is due, s; not a sum, whose rounding grows."""
         return self._origin + self._slot * self.period
 
     def _wait(self) -> None:
         while not self._interrupted:
-            self.clock.wait_until(self._deadline)
-            if self.clock.reached(self._deadline):
+            self.clock.wait_until(self.deadline)
+            if self.clock.reached(self.deadline):
                 break
 
     def _lateness(self) -> None:
         """Set the next deadline on the grid of the period; a tick that ran past it is counted, not caught up with."""
         self._slot += 1
-        late = self.clock.now() - self._deadline
+        late = self.clock.now() - self.deadline
         if late > 0 and self.period > 0:
             self.outcome.overruns += 1
             self.outcome.worst_overrun = max(self.outcome.worst_overrun, late)
@@ -329,7 +348,7 @@ class Runner:
         node = failed_at(root)
         return f"{node.path}: {node.feedback_message or 'failed'}"
 
-    def _finish(self) -> None:
+    def _stop_all(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
         self._shield()
         lost = self._mended()

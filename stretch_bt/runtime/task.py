@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stretch_bt.runtime.given import Given
     from stretch_bt.runtime.open_cell import OpenCell
 
-__all__ = ["RunResult", "Task", "View", "execute", "run"]
+__all__ = ["RunResult", "Task", "View", "execute", "run", "task_of"]
 
 #: how like a param of the tree a name in a scene is that is taken for a slip; trees have params that are somewhat alike
 MISSPELT = 0.8
@@ -93,7 +93,7 @@ def run(
     named = cell if isinstance(cell, str | Path) else None
 
     def prepared(params: dict[str, Any]) -> Task:
-        return _task(tree, scene, named, params, seed, mocks, modules, given)
+        return task_of(tree, scene, named, params, seed, mocks, modules, given)
 
     task = prepared(dict(params or {}))
     if task.scene and (given is None or given.cell is not None) and (task.cell or task.devices()):
@@ -125,7 +125,7 @@ def _given(
     return Given(devices)
 
 
-def _task(
+def task_of(
     tree: str | Path,
     scene: str | Path | None,
     cell: str | Path | None,
@@ -133,8 +133,9 @@ def _task(
     seed: int,
     mocks: str | Path | Mapping[str, Any] | None,
     modules: str | Path | None,
-    given: Given | None,
+    given: Given | None = None,
 ) -> Task:
+    """Return a run prepared, of what `run` takes."""
     own = None if modules is None else Modules(Path(tree).parent.resolve(), Path(modules).resolve())
     program = load_program(tree, params, own).require()
     if "main" not in program.document.trees:

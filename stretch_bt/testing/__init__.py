@@ -1,4 +1,7 @@
-"""For tests of trees and nodes: a scripted device, and the pytest fixtures `cell`, `run`, `scripted_device`, `virtual_clock`."""
+"""For tests of trees and nodes: a scripted device, and the pytest fixtures.
+
+The fixtures are `run`, `tick_task`, `tick_node`, `cell`, `scripted_device` and `virtual_clock`.
+"""
 
 from __future__ import annotations
 

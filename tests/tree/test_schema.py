@@ -279,7 +279,8 @@ mocks:
   - {match: main/track_height, outputs: {height: [20 mm, {value: 19 mm, sd: 0.1 mm}], other: 3}, then: repeat_last}
   - {match: "**/check", status_when: depth > 2 mm}
 readings: {arm.force: [1 N, 2 N], gripper.opening: 60 mm}
-expect: {result: success, visited: [main/press], never: ["**/retract#failure"], ticks_max: 400}
+expect: {result: success, visited: [main/press], never: ["**/retract#failure"], ticks_max: 400,
+  outputs: {stiffness: {value: 1 N/mm, within: 5 %}, presses: 3}, commands: [arm.move]}
 """
 MOCK_MISTAKES = {
     "unknown key": ("doc:", "docs:"),
@@ -292,6 +293,8 @@ MOCK_MISTAKES = {
     "reading without unit": ("2 N]", "2]"),
     "unknown result": ("result: success", "result: succes"),
     "unknown expectation": ("ticks_max", "max_ticks"),
+    "output within what": ("within: 5 %", "sd: 5 %"),
+    "command of no device": ("[arm.move]", "[move]"),
     "ticks as text": ("ticks_max: 400", "ticks_max: many"),
     "status twice": ('"**/check",', '"**/check", status: success,'),
 }

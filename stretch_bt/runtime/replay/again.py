@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.clock import ReplayClock
-from stretch_bt.errors import Diagnostic, FileError, RecordError
+from stretch_bt.errors import Diagnostic, FileError, InvalidInput, RecordError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.runtime.mock_arrays import ARRAYS, MockArrays
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
@@ -91,7 +92,7 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
         with _in_record(again, reader.folder / RUN):
-            task = _prepare(reader.run_info, again, trust, say)
+            task = _prepare(reader, again, trust, say)
         with one_thread():  # as it was run: the last digits depend on it
             _run_again(reader, task, again)
         changed = others(reader.run_info, task.program, versions(*VERSIONS))
@@ -155,8 +156,9 @@ def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome
     return runner.run()
 
 
-def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
+def _prepare(reader: RecordReader, folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
     """Write the recorded files out again and build the tree from them; writes nothing outside `folder`."""
+    info = reader.run_info
     home = folder / "a" / "b" / "c"  # deep enough for imports that go up
     home.mkdir(parents=True)
     names = list(info["sources"])
@@ -165,9 +167,17 @@ def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[
     mocks = None
     if info.get("mocks"):
         (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
-        mocks = read_mocks(home / "mocks.yaml", recorded=True)
+        mocks = read_mocks(home / "mocks.yaml", recorded=True, arrays=_arrays(reader.folder, home))
     program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust, say)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
+
+
+def _arrays(record: Path, home: Path) -> MockArrays:
+    """Return the arrays that the mocks of a record name."""
+    try:
+        return MockArrays.of_record(record, home)
+    except (OSError, InvalidInput) as error:
+        raise damaged(record / ARRAYS, str(error)) from error
 
 
 def _modules(info: Mapping[str, Any], home: Path, trust: bool, say: Callable[[str], None] | None) -> Modules:

@@ -112,6 +112,26 @@ def _expect() -> Schema:
             "result": {"enum": _RESULTS},
             "visited": {"description": "each must be ticked; `**/press#failure` must fail", "anyOf": [ref("patterns")]},
             "never": {"description": "none may be ticked", "anyOf": [ref("patterns")]},
+            "outputs": {
+                "description": "what outputs of the task must be: a value, or `{value: 1 N/mm, within: 5 %}`",
+                "type": "object",
+                "additionalProperties": {"anyOf": [ref("value"), _near()]},
+            },
+            "commands": {
+                "description": "what must be commanded in this order, others between them aside",
+                "type": "array",
+                "items": {"type": "string", "pattern": r"^\w+\.\w+$", "examples": ["arm.move", "gripper.move"]},
+            },
             "ticks_max": {"type": "integer", "minimum": 1},
         },
+    }
+
+
+def _near() -> Schema:
+    within = "a share of the value in %, or a difference with the unit of the output"
+    return {
+        "type": "object",
+        "required": ["value", "within"],
+        "additionalProperties": False,
+        "properties": {"value": ref("value"), "within": {"type": ["string", "number"], "description": within}},
     }
