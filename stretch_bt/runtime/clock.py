@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Protocol
 
-__all__ = ["Clock", "EndOfRecord", "RealClock", "ReplayClock", "VirtualClock"]
+__all__ = ["Clock", "EndOfRecord", "PacedClock", "RealClock", "ReplayClock", "VirtualClock"]
 
 #: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
 LONGEST = 0.05
@@ -92,6 +92,30 @@ class VirtualClock:
 
     def wake(self) -> None:
         """Nothing waits on a virtual clock."""
+
+
+class PacedClock(VirtualClock):
+    """A virtual clock that goes no faster than the machine's, for what counts the machine's time beside it.
+
+    Time that a tick took beyond its period is not caught up with: over no stretch does it run ahead of the machine.
+    """
+
+    def __init__(self, start: float = 0.0) -> None:
+        super().__init__(start)
+        self._machine = RealClock()
+        self._since = 0.0  # the machine's time at which this clock had come to its own
+
+    def wait_until(self, deadline: float) -> None:
+        """Go to the deadline, s, once the machine's clock has gone on by as much, or return earlier when woken."""
+        due = self._since + max(deadline - self._now, 0.0)
+        self._machine.wait_until(due)
+        if self._machine.reached(due):
+            self._since = max(due, self._machine.now())
+            super().wait_until(deadline)
+
+    def wake(self) -> None:
+        """End the wait."""
+        self._machine.wake()
 
 
 class ReplayClock:

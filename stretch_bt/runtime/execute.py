@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
-from stretch_bt.runtime.clock import Clock, RealClock, VirtualClock
+from stretch_bt.runtime.clock import Clock, PacedClock, RealClock, VirtualClock
 from stretch_bt.runtime.context import Seen
+from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.onlooker import Visits
@@ -44,6 +45,17 @@ def execute(
     devices: Mapping[str, Device] | None = None,
 ) -> RunResult:
     """Open what the task needs, run it, and close everything, whatever happens; `devices` are used instead of a cell's."""
+    with kept_blackboard(task.built):
+        return _executed(task, out, view, watch, devices)
+
+
+def _executed(
+    task: Task,
+    out: str | Path | None,
+    view: View | None,
+    watch: Callable[[Runner], None] | None,
+    devices: Mapping[str, Device] | None,
+) -> RunResult:
     spec = task.cell_spec() if devices is None else None
     missing = sorted(task.devices() - devices.keys()) if devices is not None else []
     if missing:
@@ -57,7 +69,8 @@ def execute(
         load_ahead()
     else:
         load_first(sheet=scene is not None and scene.fidelity == "sheet")
-    clock: Clock = RealClock() if real else VirtualClock()
+    # behaviours of other packages count the machine's time, so no run with one goes faster
+    clock: Clock = RealClock() if real else PacedClock() if task.built.foreign else VirtualClock()
     with one_thread(), threads_heard() as heard:
         run = _Run(task, clock, view, watch, heard)
         with signals(run.interrupted):

@@ -17,6 +17,7 @@ from stretch_bt.runtime.as_built import AsBuilt
 from stretch_bt.runtime.clock import Clock, EndOfRecord
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.cut_off import CutOff, Patience
+from stretch_bt.runtime.foreign_nodes import set_up, shut_down
 from stretch_bt.runtime.hearing import Hearing
 from stretch_bt.runtime.signals import signals
 from stretch_bt.runtime.stop import failed_at, stop_tree
@@ -135,8 +136,10 @@ class Runner:
 
     def _drive(self) -> None:
         """Tick the task until it ends, and note why."""
-        self._origin = self.context.now = self.context.start = self.clock.now()
+        self._begin()
         try:
+            set_up(self.tree)
+            self._begin()  # what that took is no time of the task
             while True:
                 status = self._tick(self.tree.root)
                 if status is None:
@@ -153,6 +156,9 @@ class Runner:
             self.outcome.reason += cut
         except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
+
+    def _begin(self) -> None:
+        self._origin = self.context.now = self.context.start = self.clock.now()
 
     def _stopped(self) -> None:
         """End by a signal; what follows a stop does not wait for the next tick."""
@@ -331,6 +337,7 @@ class Runner:
         if self.tree.finish is not None:
             errors += self._finally(self.tree.finish)
         errors += self._stop_devices()
+        errors += shut_down(self.tree)
         for error in errors:
             self.outcome.errors.append(_told(error))
             self._blame(error)

@@ -9,7 +9,11 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree import registry
+from stretch_bt.tree.foreign.of_class import class_in
+from stretch_bt.tree.foreign.refused import BehaviourRefused
 from stretch_bt.tree.port import Port
+from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.shared import SHARED
 from stretch_bt.tree.types import Type
 
@@ -109,7 +113,9 @@ class Document:
     imports: dict[str, Document] = field(default_factory=dict)
     shared: dict[str, Document] = field(default_factory=dict)  # files of shipped trees, by the tree that is called
     shared_at: dict[str, Mark] = field(default_factory=dict)  # where each of these is called first
-    modules: set[str] = field(default_factory=set)  # names under which Python modules are imported
+    modules: dict[str, str] = field(default_factory=dict)  # what is imported of Python, by the name under which it is
+    classes: dict[str, NodeInfo] = field(default_factory=dict)  # nodes of classes, by the name that the file has for them
+    refused: dict[str, BehaviourRefused] = field(default_factory=dict)  # classes that give no node, by the name of the node
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)  # name -> sha256 of every file read
@@ -154,6 +160,18 @@ class Document:
             self.devices = devices
         for imported in self.inner:
             imported.hand_down(self.devices)
+
+    def node(self, name: str) -> NodeInfo | None:
+        """Return a node by what the file calls it: registered, an imported class, or `module.Class` of an imported module."""
+        found = self.classes.get(name) or registry.find(name, self.modules)
+        prefix, dot, rest = name.partition(".")
+        if found is not None or not dot or prefix not in self.modules or name in self.refused:
+            return found
+        try:
+            self.classes[name] = class_in(self.modules[prefix], rest)
+        except BehaviourRefused as refused:
+            self.refused[name] = refused
+        return self.classes.get(name)
 
     def tree_names(self) -> list[str]:
         """Return every name that a body may call."""
