@@ -11,7 +11,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.runtime.clock import Clock, PacedClock, RealClock, VirtualClock
 from stretch_bt.runtime.context import Seen
-from stretch_bt.runtime.foreign_nodes import kept_blackboard
+from stretch_bt.runtime.foreign_nodes import kept_for
 from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.onlooker import Visits
@@ -45,7 +45,7 @@ def execute(
     devices: Mapping[str, Device] | None = None,
 ) -> RunResult:
     """Open what the task needs, run it, and close everything, whatever happens; `devices` are used instead of a cell's."""
-    with kept_blackboard(task.built):
+    with kept_for(task.built):
         return _executed(task, out, view, watch, devices)
 
 

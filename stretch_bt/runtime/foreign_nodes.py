@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from copy import copy
+from typing import TypeVar
 
 from py_trees.blackboard import Blackboard, KeyMetaData
 
 from stretch_bt.tree.build import BuiltTree
 
-__all__ = ["kept_blackboard", "set_up", "shut_down"]
+__all__ = ["kept_blackboard", "kept_for", "set_up", "shut_down"]
+
+
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 def set_up(tree: BuiltTree) -> None:
@@ -30,26 +35,33 @@ def shut_down(tree: BuiltTree) -> list[BaseException]:
     return errors
 
 
-@contextmanager
-def kept_blackboard(tree: BuiltTree) -> Iterator[None]:
-    """Let the nodes of a run see what the Blackboard of py_trees holds, and leave it as it was: the next run begins afresh.
+def kept_for(tree: BuiltTree) -> AbstractContextManager[None]:
+    """Keep the Blackboard for a tree with nodes that use it; a run without leaves alone what others write meanwhile."""
+    uses = tree.foreign or any(getattr(node, "blackboards", ()) for node in tree.nodes.values())
+    return kept_blackboard() if uses else nullcontext()
 
-    It is one for the whole process. What a run changes inside a value, as by appending to a list, is not undone. A tree whose nodes use
-    no Blackboard leaves alone what others write meanwhile.
+
+@contextmanager
+def kept_blackboard() -> Iterator[None]:
+    """Show what the Blackboard of py_trees holds, and leave it as it was: it is one for the process, and the next run begins afresh.
+
+    What is changed inside a value, as by appending to a list, is not undone.
     """
-    if not tree.foreign and not any(getattr(node, "blackboards", ()) for node in tree.nodes.values()):
-        yield
-        return
     values, clients, stream = dict(Blackboard.storage), dict(Blackboard.clients), Blackboard.activity_stream
     about = {key: _copied(data) for key, data in Blackboard.metadata.items()}
     try:
         yield
     finally:
         # the tables stay the same objects, which clients and displays may hold
-        for table, before in ((Blackboard.storage, values), (Blackboard.clients, clients), (Blackboard.metadata, about)):
-            table.clear()
-            table.update(before)  # type: ignore[attr-defined]
+        _put_back(Blackboard.storage, values)
+        _put_back(Blackboard.clients, clients)
+        _put_back(Blackboard.metadata, about)
         Blackboard.activity_stream = stream
+
+
+def _put_back(table: dict[K, V], before: dict[K, V]) -> None:
+    table.clear()
+    table.update(before)
 
 
 def _copied(data: KeyMetaData) -> KeyMetaData:

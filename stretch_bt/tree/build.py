@@ -266,7 +266,7 @@ class Builder:
         for declared in part.info.of(Role.INPUT):
             node.wiring[declared.name] = self.port(part, declared)
         if isinstance(node, ForeignNode):
-            node.given = {name: wire.value for name, wire in part.inputs.items() if node.ports[name].fixed}
+            node.given = part.arguments()
         for name, (key, _) in part.inouts.items():
             node.sinks[name] = self.cell(key)
         for declared in part.info.of(Role.OUTPUT):

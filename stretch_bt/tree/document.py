@@ -114,8 +114,12 @@ class Document:
     shared: dict[str, Document] = field(default_factory=dict)  # files of shipped trees, by the tree that is called
     shared_at: dict[str, Mark] = field(default_factory=dict)  # where each of these is called first
     modules: dict[str, str] = field(default_factory=dict)  # what is imported of Python, by the name under which it is
-    classes: dict[str, NodeInfo] = field(default_factory=dict)  # nodes of classes, by the name that the file has for them
-    refused: dict[str, BehaviourRefused] = field(default_factory=dict)  # classes that give no node, by the name of the node
+    classes: dict[str, NodeInfo] = field(
+        default_factory=dict
+    )  # nodes of classes, by the name that the file has for them
+    refused: dict[str, BehaviourRefused] = field(
+        default_factory=dict
+    )  # classes that give no node, by the name of the node
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)  # name -> sha256 of every file read

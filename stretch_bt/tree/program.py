@@ -190,11 +190,12 @@ class _Checker:
     def check_classes(self, document: Document) -> None:
         """An import that makes a class a node would hide a node or a construct of its name, or be hidden by it, as well."""
         table = document.root.get("imports")
-        for name in document.modules if isinstance(table, Map) else ():
+        for key, _ in table if isinstance(table, Map) else ():
+            name = key.text
             taken = _taken(name) or ("shipped tree" if name in SHARED else "")
             if name in document.classes and taken:
                 hint = f"import it under another name, such as 'my_{name}'"
-                self.found.append(table.key(name).mark.error("name", f"import {name!r} has the name of a {taken}", hint))
+                self.found.append(key.mark.error("name", f"import {name!r} has the name of a {taken}", hint))
 
     def check_main(self) -> None:
         trees = self.document.trees

@@ -63,7 +63,9 @@ def _parameters(cls: type) -> list[inspect.Parameter]:
         return list(inspect.signature(cls).parameters.values())
     except (TypeError, ValueError) as error:
         message = f"what {cls.__qualname__} takes cannot be read: {error}"
-        raise BehaviourRefused(message, "write a subclass with an __init__ of its own, whose arguments have types") from None
+        raise BehaviourRefused(
+            message, "write a subclass with an __init__ of its own, whose arguments have types"
+        ) from None
 
 
 def _hints(cls: type) -> dict[str, Any]:

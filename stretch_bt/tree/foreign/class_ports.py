@@ -14,7 +14,9 @@ from stretch_bt.tree.port import Port, Role
 
 __all__ = ["ClassPort", "class_ports"]
 
-_REMEDY = "write a subclass whose port is a number, a text, a list of these or a class, or a node of your own with @node"
+_REMEDY = (
+    "write a subclass whose port is a number, a text, a list of these or a class, or a node of your own with @node"
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -18,7 +18,7 @@ from stretch_bt.tree.own_calls import calls_own, ticks_own
 from stretch_bt.tree.port import Role
 from stretch_bt.tree.slots import Slot
 
-__all__ = ["ForeignNode", "Made"]
+__all__ = ["ForeignNode", "Made", "Recorded"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +36,22 @@ class Made:
         return self.cls(**named, **{key: self.arguments[key].made(value) for key, value in given.items()})
 
 
+class Recorded(Protocol):
+    """What a behaviour did in a record."""
+
+    def set_up(self) -> None:
+        """Break as it broke."""
+        ...
+
+    def tick(self) -> Status:
+        """Write what it wrote in this tick, and return its status."""
+        ...
+
+    def shut_down(self) -> None:
+        """Break as it broke."""
+        ...
+
+
 class ForeignNode(Behavior):
     """Ticks a behaviour that knows neither ports of ours nor the clock of the run; it is made once for each place."""
 
@@ -51,7 +67,7 @@ class ForeignNode(Behavior):
         self.is_set_up = False
         self._board: PortBoard | None = None
         #: what a replay has in place of the behaviour
-        self.recorded: Callable[[], Status] | None = None
+        self.recorded: Recorded | None = None
 
     def prepare(self) -> None:
         """Make the behaviour, so that what its constructor refuses is told before any device is opened."""
@@ -76,7 +92,7 @@ class ForeignNode(Behavior):
     def setup(self, **kwargs: Any) -> None:
         """Call `setup` of the behaviour and of those inside it, children first, as py_trees does."""
         if self.recorded is not None:
-            return
+            return self.recorded.set_up()
         inner = self._behaviour()
         self.is_set_up = True
         with own_code(self.path, "setup()"):
@@ -86,6 +102,8 @@ class ForeignNode(Behavior):
     @ticks_own
     def shutdown(self) -> None:
         """Call `shutdown` of the behaviour and of those inside it, where `setup` was begun; one that breaks keeps none from it."""
+        if self.recorded is not None:
+            return self.recorded.shut_down()
         if not self.is_set_up or self.inner is None:
             return
         self.is_set_up = False
@@ -111,7 +129,7 @@ class ForeignNode(Behavior):
     def update(self) -> Status:
         """Tick the behaviour once."""
         if self.recorded is not None:
-            return self.recorded()
+            return self.recorded.tick()
         inner, board = self._behaviour(), self._board
         assert board is not None
         for name in self._names(Role.INPUT):

@@ -102,9 +102,11 @@ def _node_of(cls: type) -> tuple[type[ForeignNode], dict[str, Type]]:
 
 
 def _new_class(cls: Any, declared: list[ClassPort], arguments: list[Argument]) -> type[ForeignNode]:
-    ports = {argument.name: _port(argument) for argument in arguments} | {found.port.name: found.port for found in declared}
+    ports = {argument.name: _port(argument) for argument in arguments} | {
+        found.port.name: found.port for found in declared
+    }
     doc = registry.first_paragraph(cls.__doc__) or f"{cls.__module__}.{cls.__qualname__}, which has no docstring."
-    node = type(cls.__name__, (ForeignNode,), {"__module__": cls.__module__, "__doc__": doc})
+    node: Any = type(cls.__name__, (ForeignNode,), {"__module__": cls.__module__, "__doc__": doc})
     node.ports = ports
     # no attributes of the node, which may be called alike
     node.slots = {name: slot(port, ports) for name, port in ports.items() if port.written}
@@ -113,7 +115,8 @@ def _new_class(cls: Any, declared: list[ClassPort], arguments: list[Argument]) -
     node.instant = getattr(cls, "instant", False) is True
     written = {a.name: a.written for a in arguments if a.written is not None}
     node.made = Made(cls, takes_name(cls), written, {found.port.name: found.written for found in declared})
-    return node
+    made: type[ForeignNode] = node
+    return made
 
 
 def _port(argument: Argument) -> Port:
@@ -141,7 +144,9 @@ def _type_of(annotation: Any) -> Type:
 def _check_made(cls: type) -> None:
     if inspect.isabstract(cls):
         missing = ", ".join(sorted(cls.__abstractmethods__))  # type: ignore[attr-defined]
-        raise BehaviourRefused(f"{cls.__qualname__} is abstract: it lacks {missing}", "name a class that derives from it")
+        raise BehaviourRefused(
+            f"{cls.__qualname__} is abstract: it lacks {missing}", "name a class that derives from it"
+        )
 
 
 def _check_children(cls: type, arguments: list[Argument]) -> None:
@@ -150,7 +155,11 @@ def _check_children(cls: type, arguments: list[Argument]) -> None:
         if mentions_behaviour(argument.annotation):
             what = f"{cls.__qualname__} holds other behaviours: its argument {argument.name!r} takes "
             word = CONSTRUCTS.get(cls.__name__) if cls.__module__.partition(".")[0] == "py_trees" else None
-            hint = f"use {word!r} of the language" if word else "use the language's own constructs, or write a class of your own"
+            hint = (
+                f"use {word!r} of the language"
+                if word
+                else "use the language's own constructs, or write a class of your own"
+            )
             raise BehaviourRefused(what + shown_annotation(argument.annotation), hint)
 
 
@@ -159,7 +168,11 @@ def _check_written(cls: type, arguments: list[Argument]) -> None:
     for argument in arguments:
         if not argument.required or argument.written is not None:
             continue
-        of = f"of type {shown_annotation(argument.annotation)}" if argument.annotation is not inspect.Parameter.empty else ""
+        of = (
+            f"of type {shown_annotation(argument.annotation)}"
+            if argument.annotation is not inspect.Parameter.empty
+            else ""
+        )
         what = f"{cls.__qualname__} needs {argument.name!r} {of or 'without a type'}, which no tree file can write"
         remedy = f"write a subclass that gives {argument.name!r} a value, or a node of your own with @node"
         raise BehaviourRefused(what, remedy if of else f"annotate it, or {remedy}")

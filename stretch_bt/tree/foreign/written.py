@@ -56,7 +56,12 @@ def written_as(annotation: Any) -> Written | None:
         return Written(annotation) if all(isinstance(member, str | int) for member in members) else None
     if origin in _LISTS:
         return _list(_LISTS[origin], members)
-    if annotation in (bool, int, float, str):  # a number may come with its error, which Python's isinstance does not ask for
+    if annotation in (
+        bool,
+        int,
+        float,
+        str,
+    ):  # a number may come with its error, which Python's isinstance does not ask for
         return Written(annotation, annotation)
     if isinstance(annotation, type) and issubclass(annotation, Enum):
         names = typing.Literal[tuple(annotation.__members__)]  # type: ignore[valid-type]
@@ -107,4 +112,4 @@ def shown_annotation(annotation: Any) -> str:
         return annotation
     plain = isinstance(annotation, type) and not typing.get_args(annotation)
     text = annotation.__qualname__ if plain else str(annotation)
-    return text.replace("typing.", "").replace("collections.abc.", "").replace("NoneType", "None")
+    return text.replace("typing.", "").replace("collections.abc.", "").replace("NoneType", "None").replace("~", "")
