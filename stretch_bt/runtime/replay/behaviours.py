@@ -22,6 +22,8 @@ __all__ = ["repeat_behaviours"]
 
 #: events that say how the code of a node broke
 _BROKEN = ("error", "finally", "stop_error")
+#: the status of a node that was interrupted from above
+_INTERRUPTED = Status.INVALID.name
 
 
 def repeat_behaviours(tree: BuiltTree, reader: RecordReader) -> None:
@@ -52,10 +54,10 @@ class _Again:
     def tick(self) -> Status:
         """Write what it wrote in this tick, and return its status."""
         tick = self._node.context.ticks
-        while self._done and self._done[0]["tick"] <= tick:
+        while self._done and self._done[0]["tick"] < tick:
+            self._done.popleft()
+        while self._done and self._done[0]["tick"] == tick and self._done[0].get("status") != _INTERRUPTED:
             event = self._done.popleft()
-            if event["tick"] < tick:
-                continue
             if event["type"] == "status":
                 self._node.unwritten = 0  # what goes to no key is in no record
                 self._node.reason = event.get("reason", "")
@@ -64,6 +66,13 @@ class _Again:
         if tick in self._cut:
             raise CutOff(self._node.path)
         self._break("", tick)
+        return self._goes_on()
+
+    def _goes_on(self) -> Status:
+        """Run on; what it last said of itself is in the record where it was interrupted."""
+        following = next((event for event in self._done if event["type"] == "status"), None)
+        if following is not None and following["status"] == _INTERRUPTED:
+            self._node.reason = following.get("reason", "")
         return Status.RUNNING
 
     def _break(self, how: str, tick: int | None = None) -> None:
@@ -92,7 +101,5 @@ class _Again:
 
 
 def _is_of(event: Mapping[str, Any], path: str) -> bool:
-    """Whether an event is a write or a status of this node; an interruption comes from above it."""
-    return event.get("path") == path and (
-        event["type"] == "write" or (event["type"] == "status" and event["status"] != Status.INVALID.name)
-    )
+    """Whether an event is a write or a status of this node."""
+    return event.get("path") == path and event["type"] in ("write", "status")

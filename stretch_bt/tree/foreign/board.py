@@ -46,3 +46,7 @@ class PortBoard:
             if value is not _NOTHING and value is not self._seen.get(name, _NOTHING):
                 found[name] = self._seen[name] = value
         return found
+
+    def unwritten(self) -> list[str]:
+        """Return the outputs that the behaviour did not write since it began."""
+        return [name for name in self._outputs if name not in self._seen]

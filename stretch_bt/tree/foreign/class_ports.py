@@ -12,7 +12,7 @@ from stretch_bt.tree.foreign.refused import BehaviourRefused
 from stretch_bt.tree.foreign.written import Written, shown_annotation, written_as
 from stretch_bt.tree.port import Port, Role
 
-__all__ = ["ClassPort", "class_ports"]
+__all__ = ["ClassPort", "class_ports", "has_ports"]
 
 _REMEDY = (
     "write a subclass whose port is a number, a text, a list of these or a class, or a node of your own with @node"
@@ -34,8 +34,13 @@ def class_ports(cls: type) -> list[ClassPort]:
     return [port for port in found if port is not None]
 
 
+def has_ports(cls: type) -> bool:
+    """Whether a class has what reads and writes declared ports; without, they are names that nothing uses."""
+    return callable(getattr(cls, "setup_ports", None))
+
+
 def _table(cls: type, name: str) -> Mapping[str, Any]:
-    table = getattr(cls, name, None)
+    table = getattr(cls, name, None) if has_ports(cls) else None
     return table if isinstance(table, Mapping) else {}
 
 

@@ -92,7 +92,8 @@ class ForeignNode(Behavior):
     def setup(self, **kwargs: Any) -> None:
         """Call `setup` of the behaviour and of those inside it, children first, as py_trees does."""
         if self.recorded is not None:
-            return self.recorded.set_up()
+            self.recorded.set_up()
+            return
         inner = self._behaviour()
         self.is_set_up = True
         with own_code(self.path, "setup()"):
@@ -103,7 +104,8 @@ class ForeignNode(Behavior):
     def shutdown(self) -> None:
         """Call `shutdown` of the behaviour and of those inside it, where `setup` was begun; one that breaks keeps none from it."""
         if self.recorded is not None:
-            return self.recorded.shut_down()
+            self.recorded.shut_down()
+            return
         if not self.is_set_up or self.inner is None:
             return
         self.is_set_up = False
@@ -138,8 +140,16 @@ class ForeignNode(Behavior):
         inner.tick_once()
         for name, value in board.take().items():
             self.put(name, self.made.ports[name].back(value))
+        if inner.status is Status.SUCCESS:
+            self._leave_out(board.unwritten())
         self.reason = str(inner.feedback_message)
         return inner.status
+
+    def _leave_out(self, unwritten: list[str]) -> None:
+        """Let the keys of outputs that were not written be none, where they may be."""
+        for name in unwritten:
+            if self.ports[name].check({}).optional:
+                self.put(name, None)
 
     def put(self, name: str, value: Any) -> None:
         """Write an output."""

@@ -15,7 +15,7 @@ from stretch_bt.tree import registry
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.foreign.arguments import Argument, arguments_of, takes_name
-from stretch_bt.tree.foreign.class_ports import ClassPort, class_ports
+from stretch_bt.tree.foreign.class_ports import ClassPort, class_ports, has_ports
 from stretch_bt.tree.foreign.node import ForeignNode, Made
 from stretch_bt.tree.foreign.refused import BehaviourRefused
 from stretch_bt.tree.foreign.written import mentions_behaviour, shown_annotation
@@ -147,6 +147,9 @@ def _check_made(cls: type) -> None:
         raise BehaviourRefused(
             f"{cls.__qualname__} is abstract: it lacks {missing}", "name a class that derives from it"
         )
+    if has_ports(cls) and not (hasattr(cls, "INPUT_PORTS") and hasattr(cls, "OUTPUT_PORTS")):
+        what = f"{cls.__qualname__} is abstract: it lacks INPUT_PORTS and OUTPUT_PORTS"
+        raise BehaviourRefused(what, "name a class that derives from it and has both")
 
 
 def _check_children(cls: type, arguments: list[Argument]) -> None:
