@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -64,7 +65,7 @@ def imported_nodes(tree: str) -> dict[str, NodeInfo]:
     wrong = [found for found in program.diagnostics if found.code == "import"]
     if wrong:
         raise TreeError(wrong)
-    return program.document.classes
+    return {name: replace(info, name=name) for name, info in program.document.classes.items()}
 
 
 def _meant(name: str, known: list[str]) -> str:

@@ -187,7 +187,7 @@ class _Headings:
         self.doc.modules[key.text] = target.text
         try:
             cls = self.modules.bring(target.text, self.doc.path or Path("tree.yaml"))
-            if cls is not None:
+            if cls is not None and self.good_name(key, "node"):
                 self.doc.classes[key.text] = info_of(cls, key.text)
         except (ModuleRefused, BehaviourRefused) as refused:
             self.error(target.mark, "import", str(refused), refused.hint)

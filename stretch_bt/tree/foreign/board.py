@@ -16,6 +16,7 @@ class PortBoard:
     """The places on the Blackboard of one behaviour's ports, which nothing else reads or writes."""
 
     def __init__(self, behaviour: Behaviour, inputs: list[str], outputs: list[str]) -> None:
+        self.inputs = inputs
         self._outputs = outputs
         self._keys = {name: f"/{behaviour.id.hex}/{name}" for name in (*inputs, *outputs)}
         self._seen: dict[str, Any] = {}

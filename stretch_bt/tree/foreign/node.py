@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
@@ -19,6 +20,10 @@ from stretch_bt.tree.port import Role
 from stretch_bt.tree.slots import Slot
 
 __all__ = ["ForeignNode", "Made", "Recorded"]
+
+
+#: what a `setup` is told that asks how long it may take, as it did before py_trees 2, s; nothing enforces it
+SETUP_TIME = 15.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +95,7 @@ class ForeignNode(Behavior):
 
     @ticks_own
     def setup(self, **kwargs: Any) -> None:
-        """Call `setup` of the behaviour and of those inside it, children first, as py_trees does."""
+        """Call `setup` of the behaviour and of those inside it, children first, as py_trees does; an old one asks for a timeout."""
         if self.recorded is not None:
             self.recorded.set_up()
             return
@@ -98,7 +103,8 @@ class ForeignNode(Behavior):
         self.is_set_up = True
         with own_code(self.path, "setup()"):
             for node in inner.iterate():
-                node.setup(**kwargs)
+                asked = inspect.signature(node.setup).parameters
+                node.setup(**({"timeout": SETUP_TIME} if "timeout" in asked else {}), **kwargs)
 
     @ticks_own
     def shutdown(self) -> None:
@@ -134,7 +140,7 @@ class ForeignNode(Behavior):
             return self.recorded.tick()
         inner, board = self._behaviour(), self._board
         assert board is not None
-        for name in self._names(Role.INPUT):
+        for name in board.inputs:
             value = self.wiring[name]()
             board.give(name, None if value is None else self.made.ports[name].made(value))
         inner.tick_once()

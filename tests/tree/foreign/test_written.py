@@ -52,7 +52,16 @@ def test_a_value_becomes_what_the_annotation_says(annotation, written, made):
 
 @pytest.mark.parametrize(
     "annotation",
-    [Callable[[], bool], dict[str, float], tuple[int, str], py_trees.blackboard.Client, list[object], "Unknown", bytes, list],
+    [
+        Callable[[], bool],
+        dict[str, float],
+        tuple[int, str],
+        py_trees.blackboard.Client,
+        list[object],
+        "Unknown",
+        bytes,
+        list,
+    ],
     ids=str,
 )
 def test_what_no_file_can_write_is_none(annotation):
