@@ -138,7 +138,8 @@ class Runner:
         """Tick the task until it ends, and note why."""
         self._begin()
         try:
-            set_up(self.tree)
+            if not self._interrupted:
+                set_up(self.tree)
             self._begin()  # what that took is no time of the task
             while True:
                 status = self._tick(self.tree.root)

@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Value
 from stretch_bt.tree import registry
-from stretch_bt.tree.foreign.of_class import class_in
+from stretch_bt.tree.foreign.of_class import class_in, classes_in, info_of
 from stretch_bt.tree.foreign.refused import BehaviourRefused
 from stretch_bt.tree.port import Port
 from stretch_bt.tree.registry import NodeInfo
@@ -168,14 +168,26 @@ class Document:
     def node(self, name: str) -> NodeInfo | None:
         """Return a node by what the file calls it: registered, an imported class, or `module.Class` of an imported module."""
         found = self.classes.get(name) or registry.find(name, self.modules)
-        prefix, dot, rest = name.partition(".")
-        if found is not None or not dot or prefix not in self.modules or name in self.refused:
+        if found is not None or "." not in name or name in self.refused:
             return found
+        for prefix, module in (*self.modules.items(), *((module, module) for module in self.modules.values())):
+            cls = class_in(module, name.removeprefix(f"{prefix}.")) if name.startswith(f"{prefix}.") else None
+            if cls is not None:
+                return self._node_of(name, cls)
+        return None
+
+    def _node_of(self, name: str, cls: type) -> NodeInfo | None:
+        """Return the node of a class that is named for the first time; None, with the reason kept, for one that gives none."""
         try:
-            self.classes[name] = class_in(self.modules[prefix], rest)
+            self.classes[name] = info_of(cls)
         except BehaviourRefused as refused:
             self.refused[name] = refused
         return self.classes.get(name)
+
+    def node_names(self) -> list[str]:
+        """Return the names of imported classes, and of those in imported modules."""
+        inside = [f"{prefix}.{name}" for prefix, module in self.modules.items() for name in classes_in(module)]
+        return [*self.classes, *inside]
 
     def tree_names(self) -> list[str]:
         """Return every name that a body may call."""

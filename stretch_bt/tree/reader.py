@@ -184,7 +184,7 @@ class Reader(NodeWiring):
         if (refused := self.document.refused.get(key.text)) is not None:
             self.error(key.mark, "node-unknown", str(refused), refused.hint)
             return None
-        known = [*registry.load_all(), *self.document.classes, *self.document.tree_names(), *CONSTRUCTS, "run"]
+        known = [*registry.load_all(), *self.document.node_names(), *self.document.tree_names(), *CONSTRUCTS, "run"]
         guess = None if new_node(key.text) else closest(registry.snake_case(key.text), known)
         hint = f"did you mean {guess!r}?" if guess else new_node(key.text) or did_you_mean(key.text, known)
         hint = hint or "`stretch-bt nodes` lists all nodes"

@@ -6,12 +6,15 @@ import time
 
 import py_trees
 import pytest
+from jsonschema import Draft7Validator
 from py_trees.blackboard import Blackboard
 
 from stretch_bt import check, run
 from stretch_bt.errors import StretchError, TreeError
+from stretch_bt.runtime.replay.again import replay
 from stretch_bt.tree.program import load_program
 from stretch_bt.tree.registry import describe
+from stretch_bt.tree.schema import schema
 
 MODULE = '''
 import py_trees
@@ -373,7 +376,7 @@ def test_check_leaves_nothing_on_the_blackboard_and_tells_what_a_class_refuses(o
         ("{n: own_behaviours.Nots}", "n", 14, "module 'own_behaviours' has no 'Nots'; did you mean 'Notes'?"),
         ("{wait: own_behaviours.Notes}", "wait: {duration: 1 s}", 11, "has the name of a node"),
         ("{n: own_behaviours.LOG}", "n", 14, "neither a module nor a class"),
-        ("{own: own_behaviours}", "own.Nots", 5, "did you mean 'Notes'?"),
+        ("{own: own_behaviours}", "own.Nots", 5, "did you mean 'own.Notes'?"),
         ("{own: own_behaviours}", "own.Notes: {tick: 3}", 17, "did you mean 'ticks'?"),
         ("{own: own_behaviours}", "own.Notes: {ticks: 1.5}", 24, "takes int"),
         ("{own: own_behaviours}", "own.Notes: {reach: 0.5}", 24, "has no unit"),
@@ -404,3 +407,36 @@ def test_the_docstring_tells_of_the_arguments(own):
     ports = describe(program.document.classes["scale"])
     assert [port["name"] for port in ports["inputs"] if port["required"]] == ["length"]
     assert [port["name"] for port in ports["outputs"]][:1] == ["product"]
+
+
+def test_the_schema_of_a_tree_holds_its_own_nodes(own):
+    nodes = load_program(own.write("n", "{n: own_behaviours.Notes, pb: py_trees.behaviours}")).document.classes
+    made = schema("tree", nodes)
+    good = {
+        "format": "stretch-tree/1",
+        "imports": {"n": "own_behaviours.Notes"},
+        "trees": {"main": {"n": {"ticks": 2}}},
+    }
+    Draft7Validator(made).validate(good)
+    for wrong in ({"tick": 2}, {"ticks": 1.5}, {"reach": 0.5}):
+        assert not Draft7Validator(made).is_valid({**good, "trees": {"main": {"n": wrong}}}), wrong
+    assert "node_n" not in schema("tree")["$defs"]
+
+
+def test_the_twin_goes_with_the_clock_of_the_machine(own, tmp_path):
+    tree = tmp_path / "twin.yaml"
+    tree.write_text("""\
+format: stretch-tree/1
+imports: {timer: py_trees.timers.Timer}
+devices: {gripper: Gripper, arm: Arm}
+scene: water_balloon
+trees:
+  main:
+    parallel:
+      - set_stretch: {stretch: 3 mm, speed: 20 mm/s}
+      - timer: {duration: 0.1}
+""")
+    result = run(tree, out=tmp_path / "record")
+    assert result.status == "SUCCESS"
+    assert 0.1 <= result.task_seconds <= result.wall_seconds
+    assert replay(tmp_path / "record").identical

@@ -10,7 +10,6 @@ from typing import Any
 
 import py_trees
 
-from stretch_bt.source import did_you_mean
 from stretch_bt.tree import registry
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.cell import MISSING
@@ -24,7 +23,7 @@ from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.slots import bit, slot
 from stretch_bt.tree.types import ANY, Type, from_annotation
 
-__all__ = ["class_in", "info_of"]
+__all__ = ["class_in", "classes_in", "info_of"]
 
 #: what the language has in place of behaviours that hold others
 CONSTRUCTS = {
@@ -60,24 +59,19 @@ def info_of(cls: type, name: str = "") -> NodeInfo:
     return NodeInfo(name, node, node.ports, types)
 
 
-def class_in(module: str, name: str) -> NodeInfo:
-    """Return the node of a class by its dotted name in a module that was imported.
-
-    Raises
-    ------
-    BehaviourRefused
-        The module has no such class, or the class gives no node.
-    """
+def class_in(module: str, name: str) -> type | None:
+    """Return a class by its dotted name in a module that was imported, or None."""
     found: Any = sys.modules.get(module)
     for part in name.split("."):
-        known = [word for word, value in vars(found).items() if isinstance(value, type)] if found is not None else []
         found = getattr(found, part, None)
-        if found is None:
-            hint = did_you_mean(part, known) or "see `stretch-bt nodes --tree FILE`"
-            raise BehaviourRefused(f"there is no node {name!r}, and module {module!r} has no class of this name", hint)
-    if not isinstance(found, type):
-        raise BehaviourRefused(f"{name!r} of module {module!r} is no class", "name a class of behaviours")
-    return info_of(found)
+    return found if isinstance(found, type) else None
+
+
+def classes_in(module: str) -> list[str]:
+    """Return the names of the classes of behaviours in a module that was imported."""
+    found = vars(sys.modules[module]) if module in sys.modules else {}
+    base = py_trees.behaviour.Behaviour
+    return [name for name, cls in found.items() if isinstance(cls, type) and issubclass(cls, base)]
 
 
 def _own(cls: type[Behavior], name: str) -> NodeInfo:
