@@ -11,10 +11,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Protocol
 
-__all__ = ["Clock", "EndOfRecord", "MixedClock", "RealClock", "ReplayClock", "VirtualClock"]
+__all__ = ["Clock", "EndOfRecord", "MixedClock", "PacedClock", "RealClock", "ReplayClock", "VirtualClock"]
 
 #: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
 LONGEST = 0.05
+#: by how much a sleep may end late that is caught up with, s; a machine at rest stays below a tenth of it
+JITTER = 0.01
 _ROUNDING = 1e-9
 
 
@@ -118,6 +120,39 @@ class VirtualClock:
 
     def wake(self) -> None:
         """Nothing waits on a virtual clock."""
+
+
+class PacedClock:
+    """Lets a virtual clock go no faster than the machine's, for what counts the machine's time beside it.
+
+    It is never ahead of the machine, and time that a tick took beyond its period is not caught up with, but for the little by which a
+    sleep ends late.
+    """
+
+    def __init__(self, paced: VirtualClock) -> None:
+        self.paced = paced
+        self._machine = RealClock()
+        self._since = 0.0  # the machine's time at which this clock had come to its own
+
+    def wait_until(self, deadline: float) -> None:
+        """Go to the deadline, s, once the machine's clock has gone on by as much, or return earlier when woken."""
+        due = self._since + max(deadline - self.now(), 0.0)
+        self._machine.wait_until(due)
+        if self._machine.reached(due):
+            self._since = max(due, self._machine.now() - JITTER)
+            self.paced.wait_until(deadline)
+
+    def now(self) -> float:
+        """Return the virtual time, s."""
+        return self.paced.now()
+
+    def reached(self, deadline: float) -> bool:
+        """Return whether it is that late."""
+        return self.paced.reached(deadline)
+
+    def wake(self) -> None:
+        """End the wait."""
+        self._machine.wake()
 
 
 class ReplayClock:

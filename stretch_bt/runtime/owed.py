@@ -10,6 +10,7 @@ from py_trees.common import Status
 from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import named
 from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.foreign_nodes import shut_down
 from stretch_bt.runtime.runner import FINALLY_LIMIT
 from stretch_bt.runtime.stop import stop_tree
 from stretch_bt.tree.build import BuiltTree, Node
@@ -94,7 +95,7 @@ class Owed:
             self._tick(finals.context)
             if finals.tick():
                 self._finals.remove(entry)
-                self.errors += finals.errors
+                self.errors += [*finals.errors, *shut_down(finals.built)]
                 if finals.failed and not finals.errors:
                     self.errors.append(RuntimeError(f"a finally failed: {finals.failed}"))
 

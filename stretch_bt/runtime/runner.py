@@ -19,6 +19,7 @@ from stretch_bt.forked import alone, leave_if_forked
 from stretch_bt.runtime.as_built import AsBuilt
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.cut_off import CutOff, Patience
+from stretch_bt.runtime.foreign_nodes import set_up, shut_down
 from stretch_bt.runtime.hearing import Hearing
 from stretch_bt.runtime.signals import signals
 from stretch_bt.runtime.stop import failed_at, stop_tree
@@ -89,6 +90,7 @@ class Runner:
         self.watchers = watchers or []
         self.max_ticks = max_ticks
         self._longest = longest
+        self._first = context.ticks
         self._mixed = clock if isinstance(clock, MixedClock) else None
         #: what ended the task, where it was an error
         self.cause: BaseException | None = None
@@ -139,7 +141,7 @@ class Runner:
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
         self._began = time.perf_counter(), time.process_time()
-        self._origin = self.context.now = self.context.start = self.clock.now()
+        self._begin()
 
     @contextmanager
     def attended(self) -> Iterator[None]:
@@ -150,6 +152,8 @@ class Runner:
     def step(self) -> bool:
         """Wait for the next tick of the task and do it; return whether the task goes on, else `outcome` says why it ended."""
         try:
+            if self.context.ticks == self._first:
+                self._set_up()
             status = self._tick(self.tree.root)
             if status is None:
                 self._stopped()
@@ -182,6 +186,14 @@ class Runner:
         return outcome
 
     # --- ticking
+
+    def _set_up(self) -> None:
+        if not self._interrupted:
+            set_up(self.tree)
+        self._begin()  # what that took is no time of the task
+
+    def _begin(self) -> None:
+        self._origin = self.context.now = self.context.start = self.clock.now()
 
     def _stopped(self) -> None:
         """End by a signal; what follows a stop does not wait for the next tick."""
@@ -364,6 +376,7 @@ class Runner:
         if self.tree.finish is not None:
             errors += self._finally(self.tree.finish)
         errors += self._stop_devices()
+        errors += shut_down(self.tree)
         for error in errors:
             self.outcome.errors.append(_told(error))
             self._blame(error)

@@ -12,6 +12,7 @@ from py_trees.common import Status
 from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.foreign_nodes import set_up, shut_down
 from stretch_bt.runtime.owed import Finals
 from stretch_bt.runtime.stop import failed_at, stop_tree
 from stretch_bt.threads import one_thread
@@ -125,6 +126,7 @@ class Subtree(py_trees.behaviour.Behaviour):
         for node in self._built.nodes.values():
             if isinstance(node, Behavior):
                 node.prepare()
+        set_up(self._built)
 
     def _go_on(self) -> None:
         """Let a virtual clock go on where nothing else did since the last tick; refuse a pause that is too long."""
@@ -160,12 +162,13 @@ class Subtree(py_trees.behaviour.Behaviour):
             return Status.RUNNING
         finals, built = self._finals, self._built
         self._built = self._finals = None
-        if finals.errors:
-            raise finals.errors[0]
+        assert built is not None
+        errors = [*finals.errors, *shut_down(built)]
+        if errors:
+            raise errors[0]
         if finals.failed and self._ended is Status.SUCCESS:
             self.feedback_message = f"the task was done, but its finally failed: {finals.failed}"
             return Status.FAILURE
-        assert built is not None
         self.outputs = {name: slot.held() for name, (_, slot) in built.outputs.items() if slot.value is not MISSING}
         return self._ended
 

@@ -22,6 +22,7 @@ from stretch_bt.tree.feeds import Computed, bounded, carried, constant, error_of
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
+from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.made import made
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.port import Port, Role
@@ -62,6 +63,11 @@ class BuiltTree:
     readings: set[str] = field(default_factory=set)
     #: whether a runner has it: nodes keep what they did, so a tree is run once
     taken: bool = False
+
+    @property
+    def foreign(self) -> list[ForeignNode]:
+        """The nodes that tick behaviours of other packages, which go by the clock of the machine."""
+        return [node for node in self.nodes.values() if isinstance(node, ForeignNode)]
 
     def needed(self, mocked: Container[str] = ()) -> set[str]:
         """Return the devices of nodes, and of the readings that are not mocked."""
@@ -264,6 +270,8 @@ class Builder:
         self.devices.update(node.device_names.values())
         for declared in part.info.of(Role.INPUT):
             node.wiring[declared.name] = self.port(part, declared)
+        if isinstance(node, ForeignNode):
+            node.given = part.arguments()
         for name, (key, _) in part.inouts.items():
             node.sinks[name] = self.cell(key)
         for declared in part.info.of(Role.OUTPUT):

@@ -1,4 +1,4 @@
-"""Where the Python modules that a tree names may stand, and their import.
+"""Where the Python modules, and the classes in them, that a tree names may stand, and their import.
 
 A module is executed when it is imported. A tree may come from anybody, so it can name only what is installed already,
 or what lies beside the tree that the user named: whoever names that tree chose its folder too.
@@ -13,16 +13,18 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from stretch_bt.errors import StretchError, named, writable
 from stretch_bt.forked import alone
 from stretch_bt.hardware.isolated import trusted_path
+from stretch_bt.source import did_you_mean
 from stretch_bt.tree import registry
 from stretch_bt.tree.blame import place_of
 from stretch_bt.tree.threads_heard import threads_heard
 
-__all__ = ["ModuleRefused", "Modules"]
+__all__ = ["ModuleRefused", "Modules", "attribute"]
 
 
 class ModuleRefused(StretchError):
@@ -60,8 +62,10 @@ class Modules:
         folder = tree.parent.resolve()
         return Modules(folder, folder)
 
-    def bring(self, name: str, file: Path) -> None:
-        """Import a module that a tree file names, for the nodes that it registers.
+    def bring(self, name: str, file: Path) -> type | None:
+        """Import a module that a tree file names, for the nodes that it registers, or the class of a behaviour out of one.
+
+        Which part of a name is that of a module is found out without executing any code. Returns the class, None for a module.
 
         Raises
         ------
@@ -70,6 +74,7 @@ class Modules:
         """
         folders = self._folders(file.parent.resolve())
         self._check(name, folders)
+        module = longest_module(name, folders)
         try:
             # standard output is the command's alone
             with (
@@ -79,13 +84,20 @@ class Modules:
                 alone(),
                 threads_heard(),
             ):
-                registry.import_nodes(name)
+                registry.import_nodes(module)
+                found = attribute(module, name.removeprefix(module).lstrip("."))
+        except ModuleRefused:
+            raise
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             told = writable(error) if isinstance(error, StretchError) else named(error).removesuffix(": ")
             # the text of a SyntaxError has the place
             at = "" if isinstance(error, SyntaxError) else place_of(error) or self._file(name, folders)
-            message = f"module {name!r} cannot be imported: {told}{at and f' ({at})'}"
+            message = f"module {module!r} cannot be imported: {told}{at and f' ({at})'}"
             raise ModuleRefused(message, "mend the module, or install what it needs") from error
+        if not isinstance(found, type | ModuleType):
+            what = f"{name!r} is neither a module nor a class, but of type {type(found).__name__!r}"
+            raise ModuleRefused(what, "name a module, or a class of behaviours in one")
+        return found if isinstance(found, type) else None
 
     def _folders(self, folder: Path) -> list[str]:
         if self.home is None:
@@ -114,6 +126,45 @@ class Modules:
     def _help(self, top: str) -> str:
         found = PathFinder.find_spec(top, [""])
         return self.hint if found is None else f"{_place(found)} in the current folder does not count: {self.hint}"
+
+
+def longest_module(name: str, folders: Sequence[str]) -> str:
+    """Return how much of a dotted name is that of a module; none is executed, and what comes after it is looked for in it."""
+    found, _, rest = name.partition(".")
+    with _path([*trusted_path(), *folders]):
+        places = _inside(found, None)
+        while rest and places is not None:
+            part, _, rest = rest.partition(".")
+            if f"{found}.{part}" not in sys.modules and PathFinder.find_spec(f"{found}.{part}", places) is None:
+                break
+            found = f"{found}.{part}"
+            places = _inside(found, places)
+    return found
+
+
+def _inside(module: str, places: Sequence[str] | None) -> Sequence[str] | None:
+    """Return the folders in which the modules of a package stand, None for a module that is no package."""
+    if module in sys.modules:
+        return list(getattr(sys.modules[module], "__path__", ())) or None
+    if places is None:
+        specs = (finder.find_spec(module, None) for finder in sys.meta_path)
+        spec = next((spec for spec in specs if spec is not None), None)
+    else:
+        spec = PathFinder.find_spec(module, places)
+    return None if spec is None else spec.submodule_search_locations
+
+
+def attribute(module: str, name: str) -> Any:
+    """Return what a dotted name means in a module that was imported, the module itself for none; raises ModuleRefused."""
+    found: Any = sys.modules[module]
+    for part in name.split(".") if name else ():
+        if not hasattr(found, part):
+            owner = getattr(found, "__name__", part)
+            known = [known for known in vars(found) if isinstance(getattr(found, known, None), type)]
+            hint = did_you_mean(part, known) or "name a module, or a class of behaviours in one"
+            raise ModuleRefused(f"module {owner!r} has no {part!r}", hint)
+        found = getattr(found, part)
+    return found
 
 
 def _check_alone(top: str, own: ModuleSpec, installed: ModuleSpec | None) -> None:

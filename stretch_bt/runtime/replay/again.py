@@ -20,6 +20,7 @@ from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
 from stretch_bt.runtime.record import RecordReader, RunRecord
 from stretch_bt.runtime.record.folder import RUN, damaged, readable
+from stretch_bt.runtime.replay.behaviours import repeat_behaviours
 from stretch_bt.runtime.replay.compare import compare
 from stretch_bt.runtime.replay.devices import ReplayedCell
 from stretch_bt.runtime.replay.log import Log
@@ -138,6 +139,7 @@ def _know_cell(task: Task, info: Mapping[str, Any]) -> None:
 
 def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome:
     log, document = Log(reader), task.program.document
+    repeat_behaviours(task.built, reader)
     kinds = {name: document.devices[name].interface.__name__ for name in task.devices()}
     cell = ReplayedCell(kinds, log, written)
     task.context.devices = cell.devices
