@@ -63,6 +63,14 @@ def test_the_end_is_that_of_a_run(tick_task, arm):
     assert (task.tick(), task.ticks) == (Status.SUCCESS, ticks)
 
 
+def test_what_mocks_expect_can_be_asked_for(tick_task, arm):
+    mocks = {**FELT, "expect": {"result": "success", "visited": ["main/last#success"], "commands": ["arm.move"]}}
+    task = tick_task(TREE, mocks=mocks, devices={"arm": arm}).until("main/last")
+    assert "expected a visit of main/last#success" in task.unmet
+    task.until("main/last", "SUCCESS").tick()
+    assert task.unmet == []
+
+
 @pytest.mark.parametrize("broken", [False, True], ids=["passed", "broken"])
 def test_a_test_that_ends_early_leaves_nothing_moving(tick_task, arm, broken):
     task = tick_task(TREE.replace("- wait: {duration: 0.5 s}", "- retract: {clearance: 5 mm}"), devices={"arm": arm})
