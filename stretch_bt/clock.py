@@ -132,10 +132,12 @@ class PacedClock:
     def __init__(self, paced: VirtualClock) -> None:
         self.paced = paced
         self._machine = RealClock()
-        self._since = 0.0  # the machine's time at which this clock had come to its own
+        self._since: float | None = None  # the machine's time at which this clock had come to its own
 
     def wait_until(self, deadline: float) -> None:
         """Go to the deadline, s, once the machine's clock has gone on by as much, or return earlier when woken."""
+        if self._since is None:  # what was before, such as the opening of devices, is no time to catch up with
+            self._since = self._machine.now()
         due = self._since + max(deadline - self.now(), 0.0)
         self._machine.wait_until(due)
         if self._machine.reached(due):

@@ -20,7 +20,7 @@ from stretch_bt.tree.blame import Broken
 from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING
 
-__all__ = ["RunResult", "interrupt_result", "keys_of_main", "result_of", "told_in"]
+__all__ = ["RunResult", "interrupt_result", "keys_of_main", "result_of", "told_in", "unmet_of"]
 
 
 _OF_PYTHON = ("visited", "commands", "keys")
@@ -69,10 +69,6 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
     """Return the result of a task that ended."""
     good = outcome.status == "SUCCESS"
     outputs, truth = output_values(task.built.outputs, truths.found, succeeded=good)
-    held_now = {name: cell.value for name, (_, cell) in task.built.outputs.items()}
-    commands = [f"{command.device}.{command.name}" for command in seen.commands]
-    expected = task.mocks.expect if task.mocks else Expectation()
-    unmet = expected.unmet(outcome.status, outcome.ticks, visits.seen, held_now, commands)
     return RunResult(
         status=outcome.status,
         reason=outcome.reason,
@@ -86,13 +82,21 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         overruns=outcome.overruns,
         errors=outcome.errors,
         broken=outcome.broken,
-        unmet=unmet,
+        unmet=unmet_of(task, outcome, visits.seen, seen),
         notes=[*task.notes, *outcome.notes],
         readings=seen.shown(),
         visited={path: tuple(statuses) for path, statuses in visits.statuses.items()},
         commands=list(seen.commands),
         keys=keys_of_main(task.built),
     )
+
+
+def unmet_of(task: Task, outcome: Outcome, visited: set[tuple[str, str]], seen: Seen) -> list[str]:
+    """Return what the mocks of a task expected of it that did not come true; `visited` holds (path, STATUS)."""
+    expected = task.mocks.expect if task.mocks else Expectation()
+    outputs = {name: cell.value for name, (_, cell) in task.built.outputs.items()}
+    commands = [f"{command.device}.{command.name}" for command in seen.commands]
+    return expected.unmet(outcome.status, outcome.ticks, visited, outputs, commands)
 
 
 def keys_of_main(built: BuiltTree) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from stretch_bt.hardware.interfaces import Device
 from stretch_bt.runtime.context import Commanded, Seen
 from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.onlooker import Onlooker
-from stretch_bt.runtime.result import keys_of_main
+from stretch_bt.runtime.result import keys_of_main, unmet_of
 from stretch_bt.runtime.runner import Outcome, Runner
 from stretch_bt.runtime.task import task_of
 from stretch_bt.source import did_you_mean
@@ -150,6 +150,12 @@ class TickedTask:
     def reason(self) -> str:
         """Why the task ended as it did; nothing as long as it goes on, or where it succeeded."""
         return self.outcome.reason if self._after is not None else ""
+
+    @property
+    def unmet(self) -> list[str]:
+        """What the mocks expected that has not come true, as of a run that ended now."""
+        visited = {(path, status) for _, path, status in self._changes.all}
+        return unmet_of(self._task, self.outcome, visited, self._seen)
 
     def close(self) -> Outcome:
         """End the task where it goes on, safely: interrupt its nodes, run its `finally`, stop and close its devices."""

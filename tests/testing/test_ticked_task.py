@@ -63,6 +63,14 @@ def test_the_end_is_that_of_a_run(tick_task, arm):
     assert (task.tick(), task.ticks) == (Status.SUCCESS, ticks)
 
 
+def test_what_mocks_expect_can_be_asked_for(tick_task, arm):
+    mocks = {**FELT, "expect": {"result": "success", "visited": ["main/last#success"], "commands": ["arm.move"]}}
+    task = tick_task(TREE, mocks=mocks, devices={"arm": arm}).until("main/last")
+    assert "expected a visit of main/last#success" in task.unmet
+    task.until("main/last", "SUCCESS").tick()
+    assert task.unmet == []
+
+
 @pytest.mark.parametrize("broken", [False, True], ids=["passed", "broken"])
 def test_a_test_that_ends_early_leaves_nothing_moving(tick_task, arm, broken):
     task = tick_task(TREE.replace("- wait: {duration: 0.5 s}", "- retract: {clearance: 5 mm}"), devices={"arm": arm})
@@ -140,3 +148,24 @@ def test_a_number_keeps_its_deviation(tick_task):
     task = tick_task(NUMBER, mocks={"mocks": [{"match": "**/estimate_stiffness", "outputs": {"stiffness": given}}]})
     task.tick()
     assert task.keys["k"] == Estimate(2.0, 0.5)
+
+
+@pytest.fixture
+def left_safe():
+    """Take the arms of a test, and look after its tasks were closed how they were left."""
+    arms = []
+    yield arms
+    for arm in arms:
+        assert arm.moving is None
+        assert [command.owner for command in arm.commands if command.name == "move"] == ["main/retract", RETRACT]
+
+
+@pytest.mark.parametrize(
+    "fails", [False, pytest.param(True, marks=pytest.mark.xfail(raises=AssertionError, strict=True))]
+)
+def test_whatever_the_test_does_the_task_ends_safely_after_it(left_safe, tick_task, arm, fails):
+    task = tick_task(TREE.replace("- wait: {duration: 0.5 s}", "- retract: {clearance: 5 mm}"), devices={"arm": arm})
+    left_safe.append(arm)
+    task.tick()
+    assert arm.moving is not None
+    assert not fails

@@ -307,6 +307,11 @@ def test_mocks_fit(tmp_path: Path) -> None:
     mocks_file.read_mocks(path)
 
 
+def test_readings_may_be_arrays_of_files() -> None:
+    for name in ("force.npy", "data/force.npz#first", "[1 N, force.npy]"):
+        assert errors(MOCKS, MOCKS_FILE.replace("[1 N, 2 N]", name)) == []
+
+
 @pytest.mark.parametrize("mistake", MOCK_MISTAKES)
 def test_mistakes_in_mocks_are_flagged_and_are_mistakes(mistake: str, tmp_path: Path) -> None:
     before, after = MOCK_MISTAKES[mistake]

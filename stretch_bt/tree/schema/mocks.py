@@ -11,6 +11,8 @@ from stretch_bt.tree.types import from_annotation
 __all__ = ["mocks_schema"]
 
 _STATUSES = ["success", "failure", "running"]
+#: a file of arrays, SI
+_ARRAY: Schema = {"type": "string", "pattern": r"\.np[yz](#.+)?$"}
 _RESULTS = ["success", "failure", "error", "fault", "interrupted"]
 
 
@@ -89,8 +91,8 @@ def _readings() -> Schema:
     types = {name: from_annotation(a) for i in INTERFACES.values() for name, a in readings_of(i).items()}
     entries = {}
     for name, type_ in types.items():
-        one = literal(type_) or {}
-        entries[rf"^\w+\.{name}$"] = {"anyOf": [one, {"type": "array", "minItems": 1, "items": one}]}
+        one = {"anyOf": [literal(type_) or {}, _ARRAY]}
+        entries[rf"^\w+\.{name}$"] = {"anyOf": [*one["anyOf"], {"type": "array", "minItems": 1, "items": one}]}
     return {
         "type": "object",
         "patternProperties": entries,
