@@ -132,26 +132,28 @@ def longest_module(name: str, folders: Sequence[str]) -> str:
     """Return how much of a dotted name is that of a module; none is executed, and what comes after it is looked for in it."""
     found, _, rest = name.partition(".")
     with _path([*trusted_path(), *folders]):
-        places = _inside(found, None)
-        while rest and places is not None:
+        _, places = _located(found, None)
+        while rest and places:
             part, _, rest = rest.partition(".")
-            if f"{found}.{part}" not in sys.modules and PathFinder.find_spec(f"{found}.{part}", places) is None:
+            is_module, inside = _located(f"{found}.{part}", places)
+            if not is_module:
                 break
-            found = f"{found}.{part}"
-            places = _inside(found, places)
+            found, places = f"{found}.{part}", inside
     return found
 
 
-def _inside(module: str, places: Sequence[str] | None) -> Sequence[str] | None:
-    """Return the folders in which the modules of a package stand, None for a module that is no package."""
+def _located(module: str, places: Sequence[str] | None) -> tuple[bool, Sequence[str]]:
+    """Return whether there is a module in some folders, None for those of Python's path, and where a package has its own."""
     if module in sys.modules:
-        return list(getattr(sys.modules[module], "__path__", ())) or None
-    if places is None:
-        specs = (finder.find_spec(module, None) for finder in sys.meta_path)
+        return True, list(getattr(sys.modules[module], "__path__", ()))
+    try:
+        finders = [PathFinder] if places is not None else sys.meta_path
+        specs = (finder.find_spec(module, places) for finder in finders)
         spec = next((spec for spec in specs if spec is not None), None)
-    else:
-        spec = PathFinder.find_spec(module, places)
-    return None if spec is None else spec.submodule_search_locations
+        return spec is not None, [] if spec is None else list(spec.submodule_search_locations or ())
+    except KeyError:  # a folder without __init__.py inside another one, of which Python asks that it is imported
+        inner = [Path(place) / module.rpartition(".")[2] for place in places or ()]
+        return True, [str(folder) for folder in inner if folder.is_dir()]
 
 
 def attribute(module: str, name: str) -> Any:

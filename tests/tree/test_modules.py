@@ -299,6 +299,7 @@ CLASSES = {
     "pkg.Own": ["__init__.py.ran"],
     "pkg.near.Own.Inner": ["__init__.py.ran", "near.py.ran"],
     "pkg.near": ["__init__.py.ran", "near.py.ran"],
+    "space.inner.near.Own": ["near.py.ran"],
 }
 
 
@@ -307,6 +308,7 @@ def test_of_the_name_of_a_class_only_its_modules_are_executed(folders, name):
     trees, elsewhere = folders
     for file in ("__init__", "near", "far"):
         put(trees / "pkg", f"{file}.py", LEAVE + BEHAVIOUR)
+    put(trees / "space" / "inner", "near.py", LEAVE + BEHAVIOUR)  # folders without __init__.py
     node = ", own.Own: {}" if name == "pkg.near" else ", own: {}"
     put(trees, "tree.yaml", TREE % (name, node))
     done = command(elsewhere, "check", str(trees / "tree.yaml"))

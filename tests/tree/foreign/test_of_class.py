@@ -91,3 +91,69 @@ def test_what_holds_other_behaviours_is_a_construct_of_the_language(name):
     assert "holds other behaviours" in str(refused.value) or "is abstract" in str(refused.value)
     if name.endswith(("Sequence", "Inverter", "Retry")):
         assert re.fullmatch("use '(sequence|invert|retry)' of the language", refused.value.hint)
+
+
+class Base(py_trees.behaviour.Behaviour):
+    def update(self):
+        return py_trees.common.Status.SUCCESS
+
+
+class Untyped(Base):
+    def __init__(self, name, depth):
+        super().__init__(name)
+
+
+class OnlyForCheckers(Base):
+    def __init__(self, name: str, pose: "Pose"):  # noqa: F821
+        super().__init__(name)
+
+
+class Client(Base):
+    def __init__(self, name: str, client: py_trees.blackboard.Client):
+        super().__init__(name)
+
+
+class Positional(Base):
+    def __init__(self, depth: int, /, name: str = "p"):
+        super().__init__(name)
+
+
+class Holder(Base):
+    def __init__(self, name: str, inner: py_trees.behaviour.Behaviour | None = None):
+        super().__init__(name)
+
+
+class WithDefaults(Base):
+    def __init__(self, name: str, count=3, on_end: "Pose | None" = None, check=print, *more, gain: float = 2, **rest):  # noqa: F821
+        super().__init__(name)
+
+
+@pytest.mark.parametrize(
+    ("cls", "said", "hint"),
+    [
+        (
+            Untyped,
+            "Untyped needs 'depth' without a type",
+            "annotate it, or write a subclass that gives 'depth' a value",
+        ),
+        (OnlyForCheckers, "needs 'pose' of type Pose", "write a subclass that gives 'pose' a value"),
+        (Client, "needs 'client' of type Client", "a node of your own with @node"),
+        (Positional, "needs 'depth' of type int", "write a subclass"),
+        (Holder, "its argument 'inner' takes py_trees.behaviour.Behaviour | None", "the language's own constructs"),
+        (int, "int is a class, but none of behaviours", "name a class of behaviours"),
+    ],
+)
+def test_a_class_that_no_file_can_make_is_refused_with_its_argument(cls, said, hint):
+    with pytest.raises(BehaviourRefused) as refused:
+        info_of(cls)
+    assert said in str(refused.value)
+    assert hint in refused.value.hint
+
+
+def test_what_no_file_can_write_keeps_the_default_of_the_class():
+    info = info_of(WithDefaults, "other")
+    assert info.name == "other"
+    assert {name: (str(info.types[name]), port.default) for name, port in info.ports.items()} == {
+        "count": ("int", 3),
+        "gain": ("float", 2),
+    }
