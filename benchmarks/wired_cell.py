@@ -17,7 +17,7 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.driver import OperatorDriver, Options, Poll
 from stretch_bt.hardware.emulators.remote import Process
 from stretch_bt.hardware.emulators.serve import Servers, serving_elsewhere
-from stretch_bt.hardware.implementations import IMPLEMENTATIONS
+from stretch_bt.hardware.implementations import SHIPPED
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.monitored.arm import MonitoredArm
 
@@ -77,7 +77,7 @@ class Agreeing(OperatorDriver):
         return lambda: MotionState.DONE
 
 
-IMPLEMENTATIONS["Operator", "agreeing"] = f"{__name__}:Agreeing"
+SHIPPED["Operator", "agreeing"] = f"{__name__}:Agreeing"
 #: where the hand of the simulated cell begins, m
 _BEGIN = 0.12
 

@@ -37,6 +37,9 @@ LONGEST = (
     "trees/test_reconstruct.py",
     "runtime/test_hand_calibration.py",
     "docs/test_docs.py",
+    "examples/test_device_packages.py",
+    "docs/test_drivers.py",
+    "examples/test_planted_faults.py",
     "tree/test_modules.py",
     "hardware/test_peak_force.py",
     "trees/test_characterize.py",
@@ -56,7 +59,14 @@ LONGEST = (
     "trees/test_again.py",
 )
 #: what goes by the clock of the machine, and so is held to deadlines
-BY_THE_CLOCK = ("hardware", "cli", "docs", "runtime/test_hand_calibration.py", "behaviors/test_force_limit.py")
+BY_THE_CLOCK = (
+    "hardware",
+    "cli",
+    "docs",
+    "examples",
+    "runtime/test_hand_calibration.py",
+    "behaviors/test_force_limit.py",
+)
 #: so often it is tried again where the machine was late
 AGAIN = 4
 

@@ -54,12 +54,11 @@ def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, ye
     """Open the arm, ask, and move it; return how that ended, and the exit code."""
     from stretch_bt.clock import Clock, RealClock, VirtualClock
     from stretch_bt.hardware.cell import open_cell
-    from stretch_bt.hardware.implementations import driver_class
     from stretch_bt.runtime.use_cell import use_cell
     from stretch_bt.runtime.vertical_move import VerticalMove
     from stretch_bt.simulation.scene import load_scene
 
-    simulated = driver_class(spec.devices[name].type, spec.devices[name].use).simulated
+    simulated = spec.devices[name].implementation.cls.simulated
     clock: Clock = VirtualClock() if simulated else RealClock()
     simulates = load_scene(scene) if simulated else None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
@@ -9,28 +10,68 @@ from typing import Annotated
 import typer
 
 from stretch_bt.errors import InvalidInput
-from stretch_bt.source import did_you_mean
+from stretch_bt.source import closest, did_you_mean
 
 __all__ = ["command"]
 
-KINDS = {"tree": ".yaml", "scene": ".yaml", "node": ".py"}
+KINDS = {
+    "tree": {"NAME.yaml": "tree.yaml"},
+    "scene": {"NAME.yaml": "scene.yaml"},
+    "cell": {"NAME.yaml": "cell.yaml"},
+    "node": {"NAME.py": "node.py"},
+    "device": {"NAME.py": "device_KIND.py", "NAME.yaml": "device.yaml", "test_NAME.py": "device_test.py"},
+}
+#: of each kind of device: its name in the cell, and what its test names besides
+_POSES = "from stretch_bt.frames import Pose\n"
+DEVICES = {
+    "Arm": (
+        "arm",
+        {"POSES": _POSES, "MOVES": "moves=(Pose((0, 0, 0.2)), Pose((0, 0, 0.23))), ", "TOLERANCE": "0.0005"},
+    ),
+    "Gripper": ("gripper", {"POSES": "", "MOVES": "moves=(0.060, 0.080), ", "TOLERANCE": "0.0005"}),
+    "DepthCamera": ("camera", {"POSES": "", "MOVES": "", "TOLERANCE": "0.001"}),
+    "ForceSensor": ("force_sensor", {"POSES": "", "MOVES": "", "TOLERANCE": "0.1"}),
+}
 
 
 def command(
-    kind: Annotated[str, typer.Argument(help="tree, node or scene")],
+    what: Annotated[str, typer.Argument(help="tree, scene, cell, node or device")],
     name: Annotated[str, typer.Argument(help="Its name, and that of the file.")],
+    kind: Annotated[str | None, typer.Option("--kind", help=f"Of a device: {', '.join(DEVICES)}.")] = None,
 ) -> None:
-    """Write a commented file to begin with, in the present folder."""
-    if kind not in KINDS:
-        raise InvalidInput(f"{kind!r} is not a kind of file; {did_you_mean(kind, KINDS)}")
+    """Write commented files to begin with, in the present folder."""
+    if what not in KINDS:
+        raise InvalidInput(
+            f"{what!r} is not a kind of file; {did_you_mean(what, KINDS) or 'one of ' + ', '.join(KINDS)}"
+        )
     if not name.isidentifier() or not name.islower():
         raise InvalidInput(f"{name!r} is not a name; use small letters, digits and _")
-    path = Path(f"{name}{KINDS[kind]}")
-    template = files("stretch_bt.cli").joinpath("templates", f"{kind}{KINDS[kind]}.txt").read_text("utf-8")
     title = "".join(part.capitalize() for part in name.split("_"))
-    try:
+    words = {**_of_device(what, kind), "NAME": name, "TITLE": title}
+    wanted = {Path(_filled(file, words)): _filled(template, words) for file, template in KINDS[what].items()}
+    if there := [str(path) for path in wanted if path.exists()]:
+        raise InvalidInput(f"{there[0]} is there already; choose another name")
+    for path, template in wanted.items():
+        text = files("stretch_bt.cli").joinpath("templates", f"{template}.txt").read_text("utf-8")
         with path.open("x", encoding="utf-8") as file:
-            file.write(template.replace("NAME", name).replace("TITLE", title))
-    except FileExistsError:
-        raise InvalidInput(f"{path} is there already; choose another name") from None
-    typer.echo(str(path))
+            file.write(_filled(text, words))
+        typer.echo(str(path))
+
+
+def _of_device(what: str, kind: str | None) -> dict[str, str]:
+    """Return the words of a kind of device."""
+    if what != "device":
+        if kind is not None:
+            raise InvalidInput("only a device has a kind; leave --kind out")
+        return {}
+    if kind not in DEVICES:
+        given = "a device needs --kind" if kind is None else f"{kind!r} is not a kind of device"
+        raise InvalidInput(f"{given}; write --kind {(kind and closest(kind, list(DEVICES))) or ', '.join(DEVICES)}")
+    device, more = DEVICES[kind]
+    return {**more, "KIND": kind, "DEVICE": device}
+
+
+def _filled(text: str, words: Mapping[str, str]) -> str:
+    for word, value in words.items():
+        text = text.replace(word, value)
+    return text

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stretch_bt.blame import blame
 from stretch_bt.cli.outlet import pictures
 from stretch_bt.cli.output import EXIT_FAILURE, EXIT_FAULT, EXIT_INTERRUPTED, emit_json, exit_code, report_error
 from stretch_bt.cli.stops import stops
 from stretch_bt.errors import FileError, InvalidInput, StretchError, writable
-from stretch_bt.tree.blame import blame
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -11,7 +11,6 @@ from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StaleReading,
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.driver import ArmDriver, Bench, Driver, GripperDriver
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.implementations import driver_class
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.journal import Journal, Relay
 from stretch_bt.hardware.limits import Limits
@@ -138,7 +137,7 @@ def open_cell(
     now = now or (clock or RealClock()).now
     simulated = clock.simulated if isinstance(clock, MixedClock) else now
     hand, relay = Hand(spec.hand), Relay(*([] if journal is None else [journal]))
-    classes = {name: driver_class(spec.devices[name].type, spec.devices[name].use) for name in wanted}
+    classes = {name: spec.devices[name].implementation.cls for name in wanted}
     if scene is None and any(cls.simulated for cls in classes.values()):
         raise InvalidInput(f"the cell {spec.name!r} is simulated and needs a scene; name one with --scene")
     benches = {
@@ -148,7 +147,7 @@ def open_cell(
     watches = {of: Watch(bench.now, spec.limits, hand, relay, clock) for of, bench in benches.items()}
     devices = {
         name: MONITORED[spec.devices[name].type](
-            name, cls(name, spec.devices[name].options, benches[cls.any_clock]), watches[cls.any_clock]
+            name, spec.devices[name].driver(benches[cls.any_clock]), watches[cls.any_clock]
         )
         for name, cls in classes.items()
     }
@@ -166,7 +165,7 @@ def open_cell(
 
 def clock_of(spec: CellSpec) -> Clock:
     """Return a clock for a run on a cell: the machine's where a device is real, else one that goes as fast as is computed."""
-    classes = [driver_class(device.type, device.use) for device in spec.devices.values()]
+    classes = [device.implementation.cls for device in spec.devices.values()]
     if all(cls.any_clock for cls in classes):
         return VirtualClock()
     return MixedClock() if any(cls.any_clock for cls in classes) else RealClock()

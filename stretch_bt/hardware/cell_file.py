@@ -12,14 +12,15 @@ from typing import Annotated, Any, Literal, Union
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from stretch_bt.errors import CellError, Diagnostic, FileError
-from stretch_bt.hardware.driver import Options
+from stretch_bt.hardware.driver import Bench, Driver, Options
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.hand_file import FORMAT as HAND_FORMAT
 from stretch_bt.hardware.hand_file import HandFile
-from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class, names_for
+from stretch_bt.hardware.implementations import Implementation, Implementations, Unusable, drivers_in, own_name
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.least_force import least_limit
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.own_modules import ModuleRefused, Modules
 from stretch_bt.source import Map, Mark, Scalar, Value, did_you_mean, load, resolve, validate
 from stretch_bt.units import Length, Within
 
@@ -68,6 +69,9 @@ class _CellFile(BaseModel):
 
     format: Literal["stretch-cell/1"]
     doc: str = ""
+    imports: dict[str, str] = Field(
+        default={}, description="Python modules with drivers, `name: module`, beside this file or installed"
+    )
     devices: dict[str, _Device] = Field(min_length=1)
     hand: _Hand = _Hand()
     limits: Limits = Limits()
@@ -75,13 +79,26 @@ class _CellFile(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class DeviceSpec:
-    """A device of a cell: its interface, its implementation, the options of that, and where the file has it."""
+    """A device of a cell: its name, its implementation, the options of that, and where the file has it."""
 
     name: str
-    type: str
-    use: str
+    implementation: Implementation
     options: Options
     mark: Mark
+
+    @property
+    def type(self) -> str:
+        """The interface."""
+        return self.implementation.kind
+
+    @property
+    def use(self) -> str:
+        """What the file calls the implementation."""
+        return self.implementation.use
+
+    def driver(self, bench: Bench) -> Driver:
+        """Return the driver, which touches nothing until it is opened."""
+        return self.implementation.cls(self.name, self.options.given(), bench)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,11 +111,13 @@ class CellSpec:
     hand: HandGeometry
     limits: Limits
     devices: dict[str, DeviceSpec]
+    #: top names of the modules that it imports
+    imports: tuple[str, ...] = ()
 
     @property
     def simulated(self) -> bool:
         """Whether any device is simulated, so that the cell needs a scene."""
-        return any(driver_class(device.type, device.use).simulated for device in self.devices.values())
+        return any(device.implementation.cls.simulated for device in self.devices.values())
 
     def span(self, limit: str) -> tuple[float, float]:
         """Return the least and the greatest value that the cell allows of a limit, SI; a stretch as far as its gripper opens too."""
@@ -123,8 +142,9 @@ def load_cell(cell: str | Path) -> CellSpec:
     except FileError as error:
         raise CellError(error.diagnostics) from None
     found: list[Diagnostic] = []
-    source, calibration = _calibrated(source, path.parent, found)
-    devices = _read_devices(source.get("devices"), path.parent, found)
+    known = Implementations(_imported(source.get("imports"), path, found))
+    source, calibration = _calibrated(source, path.parent, known, found)
+    devices = _read_devices(source.get("devices"), path.parent, known, found)
     try:
         made = validate(_CellFile, source)
     except FileError as error:
@@ -138,7 +158,27 @@ def load_cell(cell: str | Path) -> CellSpec:
     if calibration is not None:
         c = calibration.camera
         hand = replace(hand, plane_distance=c.distance, aim_x=c.aim_x, aim_y=c.aim_y, yaw=c.yaw)
-    return CellSpec(path.stem, path, made.doc, hand, made.limits, devices)
+    tops = tuple(sorted({module.partition(".")[0] for module in made.imports.values()}))
+    return CellSpec(path.stem, path, made.doc, hand, made.limits, devices, tops)
+
+
+def _imported(table: Value | None, path: Path, found: list[Diagnostic]) -> list[type[Driver]]:
+    """Return the driver classes of the modules that a cell file imports, and write down which cannot be had."""
+    drivers: list[type[Driver]] = []
+    modules = Modules.beside(path, "cell file", "devices")
+    for _, target in table if isinstance(table, Map) else ():
+        if not isinstance(target, Scalar):
+            continue
+        try:
+            brought = drivers_in(modules.bring(target.text, path))
+        except (ModuleRefused, Unusable) as refused:
+            found.append(target.mark.error("import", str(refused), refused.hint))
+            continue
+        if not brought:
+            hint = "derive a class from ArmDriver, GripperDriver, DepthCameraDriver or ForceSensorDriver of stretch_bt.devices"
+            found.append(target.mark.error("import", f"module {target.text!r} has no driver", hint))
+        drivers += brought
+    return list(dict.fromkeys(drivers))
 
 
 def _unheld(source: Map, limits: Limits, devices: dict[str, DeviceSpec]) -> Iterator[Diagnostic]:
@@ -160,21 +200,37 @@ def cell_names() -> list[str]:
 
 
 def cell_schema() -> dict[str, Any]:
-    """Return the JSON Schema of cell files, the options of every implementation included."""
-    options = tuple(driver_class(*key).Options for key in IMPLEMENTATIONS)
+    """Return the JSON Schema of cell files, the options of every implementation included, those of installed packages too."""
+    options = tuple(found.options for found in Implementations().all())
     devices = TypeAdapter(dict[str, Union[options]]).json_schema()  # type: ignore[valid-type]  # noqa: UP007
     schema = _CellFile.model_json_schema()
     definitions = {**schema.pop("$defs"), **devices.pop("$defs")}
-    definitions.pop("_Device", None)
-    schema["properties"]["devices"] = {**devices, "minProperties": 1}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "$defs": definitions}
+    brought = {
+        **schema["properties"]["devices"],
+        "minProperties": 1,
+    }  # what an imported module has is known to `check` alone
+    listed = {**devices, "minProperties": 1}
+    schema["properties"]["devices"] = {
+        "description": listed.pop("description", "the devices, by name"),
+        "type": "object",
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "if": {"required": ["imports"]},
+        "then": {"properties": {"devices": brought}},
+        "else": {"properties": {"devices": listed}},
+        "$defs": definitions,
+    }
 
 
 def _shipped() -> Path:
     return Path(str(files("stretch_bt") / "trees" / "cells"))
 
 
-def _calibrated(source: Map, root: Path, found: list[Diagnostic]) -> tuple[Map, HandFile | None]:
+def _calibrated(
+    source: Map, root: Path, known: Implementations, found: list[Diagnostic]
+) -> tuple[Map, HandFile | None]:
     """Return the file with the gripper's calibration from the one of the hand, where it names one, and that."""
     hand = source.get("hand")
     named = hand.get("calibration") if isinstance(hand, Map) else None
@@ -202,7 +258,7 @@ def _calibrated(source: Map, root: Path, found: list[Diagnostic]) -> tuple[Map, 
     gripper, devices = text.get("gripper"), source.get("devices")
     if gripper is None or not isinstance(devices, Map):
         return source, made
-    pairs = tuple((key, _with_calibration(device, gripper)) for key, device in devices)
+    pairs = tuple((key, _with_calibration(device, gripper, known)) for key, device in devices)
     whole = tuple((key, Map(pairs, devices.mark) if key.text == "devices" else value) for key, value in source)
     return Map(whole, source.mark), made
 
@@ -218,7 +274,7 @@ def _unread(named: Scalar, why: Diagnostic) -> Diagnostic:
     )
 
 
-def _with_calibration(device: Value, gripper: Value) -> Value:
+def _with_calibration(device: Value, gripper: Value, known: Implementations) -> Value:
     """Return a device with the calibration of the hand, where it is a gripper that takes one and has none."""
     kind, use = (device.get(name) if isinstance(device, Map) else None for name in ("type", "use"))
     if (
@@ -226,24 +282,31 @@ def _with_calibration(device: Value, gripper: Value) -> Value:
         or "calibration" in device
     ):
         return device
-    if (kind.text, use.text) not in IMPLEMENTATIONS or kind.text != "Gripper":
-        return device
-    if "calibration" not in driver_class(kind.text, use.text).Options.model_fields:
+    if kind.text != "Gripper" or not _takes_calibration(known, use.text):
         return device
     return Map((*device.pairs, (Scalar("calibration", False, use.mark), gripper)), device.mark)
 
 
-def _read_devices(source: Any, root: Path, found: list[Diagnostic]) -> dict[str, DeviceSpec]:
+def _takes_calibration(known: Implementations, use: str) -> bool:
+    try:
+        found = known.find("Gripper", use)
+    except Unusable:  # told where the device is read
+        return False
+    return found is not None and "calibration" in found.options.model_fields
+
+
+def _read_devices(source: Any, root: Path, known: Implementations, found: list[Diagnostic]) -> dict[str, DeviceSpec]:
     """Return the devices that are right, and write down what is wrong with the others."""
     specs = {}
     for key, value in source if isinstance(source, Map) else ():
         kind, use = (value.get(name) if isinstance(value, Map) else None for name in ("type", "use"))
         if isinstance(value, Map) and isinstance(kind, Scalar) and isinstance(use, Scalar):
-            problems = [*_misnamed(key), *_unknown(kind, use)]
-            options = None if problems else _read_options(kind.text, use.text, value, root, problems)
+            problems = [*_misnamed(key)]
+            named = _implementation(kind, use, known, problems)
+            options = None if named is None or problems else _read_options(named, value, root, problems)
             found += problems
-            if options is not None:
-                specs[key.text] = DeviceSpec(key.text, kind.text, use.text, options, key.mark)
+            if named is not None and options is not None:
+                specs[key.text] = DeviceSpec(key.text, named, options, key.mark)
     return specs
 
 
@@ -252,20 +315,37 @@ def _misnamed(key: Scalar) -> Iterator[Diagnostic]:
         yield key.mark.error("device-name", f"{key.text!r} is no name for a device", "use letters, digits and _")
 
 
-def _unknown(kind: Scalar, use: Scalar) -> Iterator[Diagnostic]:
+def _implementation(
+    kind: Scalar, use: Scalar, known: Implementations, problems: list[Diagnostic]
+) -> Implementation | None:
+    """Return what a device names, or write down why there is none."""
     if kind.text not in INTERFACES:
-        yield kind.mark.error(
-            "device-type", f"there is no device type {kind.text!r}", did_you_mean(kind.text, INTERFACES)
-        )
-    elif (kind.text, use.text) not in IMPLEMENTATIONS:
-        hint = did_you_mean(use.text, names_for(kind.text))
-        yield use.mark.error("device-use", f"there is no {kind.text} called {use.text!r}", hint)
-
-
-def _read_options(kind: str, use: str, device: Map, root: Path, problems: list[Diagnostic]) -> Options | None:
-    cls = driver_class(kind, use).Options
+        hint = did_you_mean(kind.text, INTERFACES)
+        problems.append(kind.mark.error("device-type", f"there is no device type {kind.text!r}", hint))
+        return None
     try:
-        options = validate(cls, device)
+        found = known.find(kind.text, use.text)
+        kinds = [] if found is not None else known.kinds(use.text)
+    except Unusable as broken:
+        problems.append(use.mark.error("device-use", str(broken), broken.hint))
+        return None
+    if found is None:
+        hint = (
+            f"{use.text!r} is a {kinds[0]}; write 'type: {kinds[0]}'" if kinds else _nearest(kind.text, use.text, known)
+        )
+        problems.append(use.mark.error("device-use", f"there is no {kind.text} called {use.text!r}", hint))
+    return found
+
+
+def _nearest(kind: str, use: str, known: Implementations) -> str:
+    names = known.names(kind)
+    own = [name for name in names if any(name == own_name(cls) for cls in known.own)]
+    return did_you_mean(use, names) or (f"this file imports {', '.join(own)}" if own else f"one of {', '.join(names)}")
+
+
+def _read_options(named: Implementation, device: Map, root: Path, problems: list[Diagnostic]) -> Options | None:
+    try:
+        options = validate(named.options, device)
     except FileError as error:
         problems += error.diagnostics
         return None

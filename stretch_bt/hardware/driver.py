@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ArmDriver",
     "Bench",
-    "CameraDriver",
+    "DepthCameraDriver",
     "Driver",
     "ForceSensorDriver",
     "GripperDriver",
@@ -56,6 +56,10 @@ class Options(BaseModel):
     """Options of an implementation in a cell file; each class names its interface and itself in `type` and `use`."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    def given(self) -> Any:
+        """Return what the driver gets: these options, or the dataclass that its author wrote them in."""
+        return self
 
     def mistakes(self, root: Path) -> Iterator[Mistake]:
         """Yield (key, what is wrong, what to write instead) for what only the files it names can tell."""
@@ -100,9 +104,14 @@ class Bench:
 
 
 class Driver:
-    """What every driver has; constructing it keeps these three and touches nothing."""
+    """What every driver has; constructing it keeps these three and touches nothing.
 
-    Options: ClassVar[type[Options]]
+    `Options` is a frozen dataclass, or a class derived from `Options` of this module; a driver without it has no options.
+    """
+
+    Options: ClassVar[type[Any]] = Options
+    #: name in cell files of one that a cell file imports; else its class name in snake case, or that of its entry point
+    use: ClassVar[str] = ""
     simulated: ClassVar[bool] = False
     #: whether it goes by whatever clock it is given; a real device goes by the machine's
     any_clock: ClassVar[bool] = False
@@ -115,6 +124,15 @@ class Driver:
         self.name = name
         self.options = options
         self.bench = bench
+
+    def now(self) -> float:
+        """Return the time of the run, s: readings and motions go by it."""
+        return self.bench.now()
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the cell file, to which the files in its options are relative."""
+        return self.bench.root
 
     @property
     def ended(self) -> bool:
@@ -191,7 +209,7 @@ class GripperDriver(Driver, ABC):
         return None
 
 
-class CameraDriver(Driver, ABC):
+class DepthCameraDriver(Driver, ABC):
     """Delivers depth frames."""
 
     @property

@@ -8,21 +8,20 @@ from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from typing import Any
 
-from stretch_bt.errors import NotReady, StretchError
+from stretch_bt.errors import NotReady, StretchError, named
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.cell_file import CellSpec, DeviceSpec
 from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import (
     ArmDriver,
     Bench,
-    CameraDriver,
+    DepthCameraDriver,
     Driver,
     ForceSensorDriver,
     GripperDriver,
 )
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.implementations import driver_class
 from stretch_bt.hardware.interfaces import Reading
 
 __all__ = ["doctor", "halt", "status"]
@@ -70,7 +69,7 @@ def halt(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
         if driver is None:
             yield _simulated(device)
         elif isinstance(driver, ArmDriver | GripperDriver):
-            yield driver.options.halt(device.name) or _held(device, driver)
+            yield device.options.halt(device.name) or _held(device, driver)
         else:
             yield Finding(device.name, True, "nothing of it moves")
 
@@ -80,9 +79,7 @@ def _drivers(spec: CellSpec, only: str | None) -> Iterator[tuple[DeviceSpec, Dri
     bench = Bench(time.monotonic, 0, spec.path.parent, Hand(spec.hand), spec.limits)
     for device in spec.devices.values():
         if only in (None, device.name):
-            cls = driver_class(device.type, device.use)
-            real = not cls.simulated and device.use != "replay" and device.type != "Operator"
-            yield device, cls(device.name, device.options, bench) if real else None
+            yield device, device.driver(bench) if device.implementation.real else None
 
 
 def _simulated(device: DeviceSpec) -> Finding:
@@ -98,8 +95,8 @@ def _seen(device: DeviceSpec, driver: Driver, over: float = 0.0) -> Finding:
             return Finding(check, *_read(driver, over))
         finally:
             driver.close()
-    except (StretchError, OSError) as error:
-        return Finding(check, False, str(error), "see what the fault says, and the page of faults")
+    except Exception as error:  # also what the client of a driver raises
+        return Finding(check, False, _said(error), "see what the fault says, and the page of faults")
 
 
 def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
@@ -113,8 +110,13 @@ def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
             return Finding(device.name, not moved, detail, _ENDS if moved else "")
         finally:
             driver.close()
-    except (StretchError, OSError) as error:
-        return Finding(device.name, False, str(error), _ENDS)
+    except Exception as error:
+        return Finding(device.name, False, _said(error), _ENDS)
+
+
+def _said(error: Exception) -> str:
+    """Return what an error says; the driver broke that raised one of another package."""
+    return str(error) if isinstance(error, StretchError | OSError) else f"its driver broke ({named(error)})"
 
 
 def _open_soon(driver: Driver) -> None:
@@ -149,8 +151,8 @@ def _ready(device: DeviceSpec, driver: Driver) -> Finding:
                 reason = driver.unready()
             finally:
                 driver.close()
-    except (StretchError, OSError) as error:
-        return Finding(check, False, str(error), "see what the fault says, and the page of faults")
+    except Exception as error:  # also what the client of a driver raises
+        return Finding(check, False, _said(error), "see what the fault says, and the page of faults")
     return Finding(check, reason is None, reason or "it takes commands", "" if reason is None else "do what it says")
 
 
@@ -178,7 +180,7 @@ def _reading(driver: Driver) -> tuple[Callable[[], Reading[Any]], Callable[[Any]
         return lambda: _pair(driver), lambda both: f"{_place(both[0])}; {_force(both[1])}"
     if isinstance(driver, GripperDriver):
         return driver.opening, lambda opening: f"opening {1e3 * opening:.1f} mm"
-    if isinstance(driver, CameraDriver):
+    if isinstance(driver, DepthCameraDriver):
         return driver.frame, lambda frame: f"frames of {frame.raw.shape[1]} x {frame.raw.shape[0]}"
     assert isinstance(driver, ForceSensorDriver)
     return driver.wrench, _force

@@ -12,6 +12,7 @@ from queue import Empty, Queue
 from typing import Any, Generic, Protocol, TypeVar
 
 from stretch_bt.errors import DeviceFault, DeviceLost, writable
+from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.latched import Latched
 
 __all__ = ["Sample", "Wire", "WireClosed", "WireError", "WireThread"]
@@ -29,6 +30,7 @@ S = TypeVar("S")
 S_co = TypeVar("S_co", covariant=True)
 W = TypeVar("W", bound="Wire[Any]")
 R = TypeVar("R")
+V = TypeVar("V")
 
 
 class Wire(Protocol[S_co]):
@@ -51,6 +53,10 @@ class Sample(Generic[S]):
     value: S
     time: float
     number: int
+
+    def reading(self, value: V) -> Reading[V]:
+        """Return the reading of a value that was computed from this sample."""
+        return Reading(value, self.time, self.time, self.number)
 
 
 _Job = tuple["Future[Any]", Callable[[Any], Any]]
@@ -85,7 +91,7 @@ class WireThread(Latched, Generic[W, S]):
         period: float,
         deadline: float,
         now: Callable[[], float],
-        after_poll: Callable[[W, Sample[S]], None],
+        after_poll: Callable[[W, Sample[S]], None] | None = None,
         at_loss: Callable[[W], None] | None = None,
     ) -> None:
         super().__init__(name)
@@ -213,7 +219,8 @@ class WireThread(Latched, Generic[W, S]):
         asked = self._now()
         value = self._wire.read()
         sample = Sample(value, asked, self._sample.number + 1 if self._sample else 0)
-        self._after_poll(self._wire, sample)
+        if self._after_poll is not None:
+            self._after_poll(self._wire, sample)
         self._sample, self._heard = sample, time.monotonic()
         return sample
 

@@ -7,20 +7,20 @@ from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout
 from pathlib import Path
 
+from stretch_bt.blame import own_code
 from stretch_bt.errors import Diagnostic, FileError, StretchError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
+from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime import mocks_file
 from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.mocks import check_mocks, tree_of
 from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
-from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.flow import Leaf
 from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.headings import FORMAT as TREE
 from stretch_bt.tree.made import made
-from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import Program, find_tree, load_program
 
 __all__ = ["check", "check_file"]

@@ -24,7 +24,7 @@ from stretch_bt.runtime.sketches import Sketches
 from stretch_bt.runtime.truth import Truths
 from stretch_bt.runtime.view import Shown, View
 from stretch_bt.threads import one_thread
-from stretch_bt.tree.threads_heard import Heard, threads_heard
+from stretch_bt.threads_heard import Heard, threads_heard
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell

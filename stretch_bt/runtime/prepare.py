@@ -13,15 +13,15 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stretch_bt.blame import own_code
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.mocks import Mocks
-from stretch_bt.runtime.provenance import effects_on, machine, own_modules
+from stretch_bt.runtime.provenance import driver_modules, effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.build import BuiltTree, build
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.program import Program
@@ -132,6 +132,7 @@ class Task:
             "cell_text": spec.path.read_text("utf-8") if spec is not None else None,
             "modules": own_modules(self.program),
             "longest": None if math.isinf(self.longest) else self.longest,
+            "driver_modules": driver_modules(spec),
             "hand": asdict(spec.hand) if spec is not None else None,
             "limits": spec.limits.model_dump() if spec is not None else None,
             "mocks": self.mocks.text if self.mocks else None,

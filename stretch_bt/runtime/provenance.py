@@ -19,9 +19,10 @@ from stretch_bt.tree.document import Document
 from stretch_bt.tree.program import Program
 
 if TYPE_CHECKING:
+    from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.simulation.scene import Scene
 
-__all__ = ["effects_on", "machine", "others", "own_modules", "processor"]
+__all__ = ["driver_modules", "effects_on", "machine", "others", "own_modules", "processor"]
 
 
 def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[str, str | None]]:
@@ -32,7 +33,20 @@ def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[
     """
     tops = {name.partition(".")[0] for name in _named(program.document)} - {"py_trees"}  # whose version is noted
     tree = origin or program.document.path
-    home = tree.resolve().parent if tree and tops else None
+    return _imported(tops, tree.resolve().parent if tree and tops else None)
+
+
+def driver_modules(spec: CellSpec | None) -> dict[str, dict[str, str | None]]:
+    """Return the same of the modules of drivers that are not shipped, which a cell brings; a replay needs none of them."""
+    if spec is None:
+        return {}
+    drivers = [device.implementation for device in spec.devices.values() if not device.implementation.shipped]
+    tops = {*spec.imports, *(found.cls.__module__.partition(".")[0] for found in drivers)}
+    return _imported(tops, spec.path.resolve().parent if spec.imports else None)
+
+
+def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | None]]:
+    """Return what is known of the imported modules of some packages, and of those in a folder."""
     found = {}
     for name, module in sorted(sys.modules.items()):
         file = Path(getattr(module, "__file__", None) or "")

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from stretch_bt.blame import Broken
 from stretch_bt.errors import RecordError, named
 from stretch_bt.runtime.context import Commanded, Seen
 from stretch_bt.runtime.expectation import Expectation
@@ -16,7 +17,6 @@ from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.record.plain import plain
 from stretch_bt.runtime.runner import Outcome
 from stretch_bt.runtime.truth import Truths, output_values
-from stretch_bt.tree.blame import Broken
 from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING
 

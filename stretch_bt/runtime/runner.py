@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from py_trees.common import Status
 
+from stretch_bt.blame import Broken, blame
 from stretch_bt.break_off import BrokenOff, breakable
 from stretch_bt.clock import Clock, EndOfRecord, MixedClock
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
@@ -24,7 +25,6 @@ from stretch_bt.runtime.hearing import Hearing
 from stretch_bt.runtime.signals import signals
 from stretch_bt.runtime.stop import failed_at, stop_tree
 from stretch_bt.runtime.watcher import Careful, Watcher
-from stretch_bt.tree.blame import Broken, blame
 from stretch_bt.tree.build import BuiltTree, Node
 from stretch_bt.tree.cell import MISSING, Cell
 

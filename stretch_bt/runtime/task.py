@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
+from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime.execute import execute
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import Task
@@ -16,9 +17,8 @@ from stretch_bt.runtime.result import RunResult
 from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.view import View
 from stretch_bt.source import Scalar, closest, did_you_mean
-from stretch_bt.tree.modules import Modules
+from stretch_bt.threads_heard import threads_heard
 from stretch_bt.tree.program import load_program
-from stretch_bt.tree.threads_heard import threads_heard
 from stretch_bt.units import parse_time
 
 if TYPE_CHECKING:

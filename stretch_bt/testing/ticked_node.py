@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from stretch_bt.blame import Broken, own_code
 from stretch_bt.errors import InvalidInput, shown
 from stretch_bt.hardware.interfaces import INTERFACES
+from stretch_bt.hardware.own_modules import ModuleRefused, Modules
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.mock_arrays import array_fields
@@ -22,11 +24,9 @@ from stretch_bt.source import Mark, Scalar, did_you_mean
 from stretch_bt.testing.scripted import ScriptedDevice
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.blame import Broken, own_code
 from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.made import made
-from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo, load_all, lookup
 from stretch_bt.tree.types import Type, attributes

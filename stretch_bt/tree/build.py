@@ -8,9 +8,9 @@ from typing import Any, Protocol, TypeVar
 
 import py_trees
 
+from stretch_bt.blame import own_code
 from stretch_bt.errors import Absent
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.cell import MISSING, Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.document import Declared, Signature

@@ -11,6 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import FileError
 from stretch_bt.hardware.interfaces import INTERFACES
+from stretch_bt.hardware.own_modules import ModuleRefused, Modules
 from stretch_bt.source import Map, Mark, Scalar, Seq, Value, closest, did_you_mean, is_nothing, parse, read_text
 from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations, known_keys
@@ -18,7 +19,6 @@ from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Sign
 from stretch_bt.tree.expression import FUNCTIONS
 from stretch_bt.tree.foreign.of_class import info_of
 from stretch_bt.tree.foreign.refused import BehaviourRefused
-from stretch_bt.tree.modules import ModuleRefused, Modules
 from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.shared import SHARED, reachable, shared_trees, shipped
 from stretch_bt.tree.types import ANY, Family, Type
@@ -186,9 +186,10 @@ class _Headings:
         """Import a module for its nodes, or a class of behaviours, which is a node by the name of the import."""
         self.doc.modules[key.text] = target.text
         try:
-            cls = self.modules.bring(target.text, self.doc.path or Path("tree.yaml"))
-            if cls is not None and self.good_name(key, "node"):
-                self.doc.classes[key.text] = info_of(cls, key.text)
+            registry.load_all()  # whose names an own node may not take
+            found = self.modules.bring(target.text, self.doc.path or Path("tree.yaml"))
+            if isinstance(found, type) and self.good_name(key, "node"):
+                self.doc.classes[key.text] = info_of(found, key.text)
         except (ModuleRefused, BehaviourRefused) as refused:
             self.error(target.mark, "import", str(refused), refused.hint)
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import inspect
-import io
-import tokenize
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cache
 from typing import Annotated, Any, TypeVar, overload
 
+from stretch_bt.source.comments import comments_of
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.port_check import PortCheck
 
-__all__ = ["In", "InOut", "Options", "Out", "Port", "Role", "Uses", "comments_of", "port"]
+__all__ = ["In", "InOut", "Options", "Out", "Port", "Role", "Uses", "port"]
 
 T = TypeVar("T")
 
@@ -121,24 +118,3 @@ class Port:
         if self.name.endswith("_sd") and self.name.removesuffix("_sd") in beside and low is None:
             low = 0.0
         return PortCheck(self.annotation, low, self.max)
-
-
-@cache
-def comments_of(cls: type) -> dict[str, str]:
-    """Return the comment on the line of each annotated attribute, where the source can be read; no run needs to."""
-    try:
-        source = inspect.getsource(cls)
-    except (OSError, TypeError):
-        return {}
-    found: dict[str, str] = {}
-    first_name = ""
-    fresh_line = True
-    for token in tokenize.generate_tokens(io.StringIO(inspect.cleandoc(source)).readline):
-        if token.type in (tokenize.NEWLINE, tokenize.NL, tokenize.INDENT, tokenize.DEDENT):
-            fresh_line = True
-        elif token.type == tokenize.COMMENT and first_name and not fresh_line:
-            found[first_name] = token.string.lstrip("# ").strip()
-        elif fresh_line:
-            first_name = token.string if token.type == tokenize.NAME else ""
-            fresh_line = False
-    return found

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, FileError, TreeError
+from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.source import Map, Mark, closest, did_you_mean, few_suggestions
 from stretch_bt.tree import headings, registry
 from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.keys import settle_types
-from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.shared import SHARED, shipped

@@ -18,10 +18,11 @@ from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.limits import LIMITED
 from stretch_bt.source import did_you_mean
+from stretch_bt.source.comments import comments_of
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.cell import MISSING
 from stretch_bt.tree.declared_ports import RegistryError
-from stretch_bt.tree.port import Port, Role, comments_of
+from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.types import Family, Type, attributes, from_annotation
 from stretch_bt.units import Estimate
 
@@ -327,9 +328,3 @@ def _plain_default(default: Any) -> Any:
     if isinstance(default, Estimate) or dataclasses.is_dataclass(default):
         return repr(default)
     return list(default) if isinstance(default, tuple) else default
-
-
-def import_nodes(module: str) -> None:
-    """Import a Python module for the nodes that it registers."""
-    load_all()
-    importlib.import_module(module)

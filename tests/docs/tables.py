@@ -9,8 +9,10 @@ import json
 import os
 import re
 import resource
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -213,16 +215,28 @@ def cell() -> str:
 
 def implementations() -> str:
     """The options of each implementation of a device."""
-    from stretch_bt.hardware.implementations import IMPLEMENTATIONS, driver_class
+    from stretch_bt.hardware.implementations import SHIPPED, driver_class
 
     parts = []
-    for kind, use in IMPLEMENTATIONS:
+    for kind, use in SHIPPED:
         cls = driver_class(kind, use)
         doc = first_paragraph(cls)
         content = list(fields_of(cls.Options, "", ("type", "use")))
         table = rows(OPTION, content) if content else "It has no options.\n"
         parts.append(f"#### {kind}, `use: {use}`\n\n{doc}\n\n{table}")
     return "\n" + "\n".join(parts) + "\n"
+
+
+def planted_faults() -> str:
+    """The faults planted in copies of the example drivers, and the clause that finds each."""
+    sys.path.insert(0, str(ROOT / "benchmarks"))
+    try:
+        found = import_module("planted_faults").FAULTS
+    finally:
+        sys.path.remove(str(ROOT / "benchmarks"))
+    return rows(
+        ["fault", "in the driver", "found by"], [[f.name, f.package.parent.name, code(f.clause)] for f in found]
+    )
 
 
 def stand_ins() -> str:
@@ -465,6 +479,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "scenes": scenes,
     "cell": cell,
     "implementations": implementations,
+    "planted-faults": planted_faults,
     "stand-ins": stand_ins,
     "gripper-faults": gripper_faults,
     "codes": codes,

@@ -9,7 +9,7 @@ from stretch_bt.hardware.driver import Bench
 from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
 from stretch_bt.hardware.emulators.registry import STAND_INS
 from stretch_bt.hardware.hand import Hand, HandGeometry
-from stretch_bt.hardware.implementations import IMPLEMENTATIONS
+from stretch_bt.hardware.implementations import SHIPPED
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
@@ -95,7 +95,7 @@ def twin():
 @contextmanager
 def enlisted():
     """Let cell files name this camera, and `serving` its stand-in, until the context is left."""
-    IMPLEMENTATIONS["DepthCamera", "album"] = f"{__name__}:Album"
+    SHIPPED["DepthCamera", "album"] = f"{__name__}:Album"
     STAND_INS["album"] = f"{__name__}:AlbumStandIn"
     yield
-    del IMPLEMENTATIONS["DepthCamera", "album"], STAND_INS["album"]
+    del SHIPPED["DepthCamera", "album"], STAND_INS["album"]

@@ -1,5 +1,3 @@
-import itertools
-import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -8,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from real_cell import CELL, bring_home
+from live_cells import HOSTS, LIVE, OWN_ADDRESS, recording, write_live_cell, write_recording
 
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
@@ -25,84 +23,16 @@ from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.ur.arm import UrArm
 from stretch_bt.simulation.scene import load_scene
 
-RECORDED = """\
-format: stretch-cell/1
-devices:
-  camera: {type: DepthCamera, use: replay, file: press.npz, depth: z, time: t, unit: 0.1 mm, intrinsics: K, roi: roi}
-  force_sensor: {type: ForceSensor, use: replay, file: press.npz}
-  arm: {type: Arm, use: replay, file: press.npz}
-"""
-
-#: kinds of cell whose device is reached over a wire: what it is called in the file, its stand-in, the wire
-LIVE = {
-    "robotiq-rtu": ("robotiq", "robotiq", "rtu"),
-    "robotiq-tcp": ("robotiq", "robotiq", "tcp"),
-    "robotiq-serial": ("robotiq", "robotiq", "serial"),
-    "urcap": ("robotiq_urcap", "urcap", "urcap"),
-    "ati": ("ati", "ati", "rdt"),
-    "ur": ("ur", "ur", "rtde"),
-    "realsense": ("realsense", "realsense", "depth"),
-}
-#: a machine that is busy is no fault, where a test is not about deadlines
-PATIENT = {"watchdog": "1 Hz", "lost_after": "2 s", "heartbeat": "5 s"}
-#: stand-ins whose clients have their ports built in, so that each needs an address of its own
-OWN_ADDRESS = {"ur", "ur5e"}
-HOSTS = (f"127.{2 + os.getpid() % 250}.{k // 250}.{1 + k % 250}" for k in itertools.count())
-_GRIPPER = """\
-format: stretch-cell/1
-limits: {gripper_speed: 150 mm/s}
-devices:
-  gripper:
-    type: Gripper
-    use: USE
-    model: 2f140
-"""
-CALIBRATION = "{points: [{count: 3, opening: 140 mm}, {count: 230, opening: 0 mm}], source: the stand-in's own}"
-LIVE_CELLS = {
-    "robotiq": _GRIPPER.replace("USE", "robotiq"),
-    "robotiq_urcap": _GRIPPER.replace("USE", "robotiq_urcap"),
-    "ati": """\
-format: stretch-cell/1
-devices:
-  force_sensor:
-    type: ForceSensor
-    use: ati
-    calibration: {counts_per_newton: 1000000, counts_per_newton_metre: 1000000, source: the stand-in's own}
-""",
-    "ur": """\
-format: stretch-cell/1
-limits: {unwatched: UNWATCHED}
-devices:
-  arm:
-    type: Arm
-    use: ur
-    base: {x: -500 mm}
-    hand: {z: 300 mm, rx: 180 deg}
-    source: the stand-in's own
-""",
-    "realsense": """\
-format: stretch-cell/1
-devices:
-  camera:
-    type: DepthCamera
-    use: realsense
-""",
-}
-
 
 class Clock:
-    """A clock that stands until it is moved; after that it waits until those who listen have noticed.
-
-    One that `runs` goes by itself, and to move it is to wait.
-    """
+    """A clock that stands until it is moved; after that it waits until those who listen have noticed."""
 
     def __init__(self, time: float = 0.0) -> None:
         self._time = time
-        self.runs = False
         self.listeners: list[Callable[[], None]] = []
 
     def __call__(self) -> float:
-        return time.monotonic() if self.runs else self._time
+        return self._time
 
     @property
     def time(self) -> float:
@@ -110,8 +40,6 @@ class Clock:
 
     @time.setter
     def time(self, due: float) -> None:
-        if self.runs:
-            time.sleep(max(due - time.monotonic(), 0.0))
         self._time = due
         for listen in self.listeners:
             listen()
@@ -183,14 +111,10 @@ def make_cell(tmp_path: Path, clock: Clock, notes: Notes, stand_in):
             behind, places = stand_in(server)
             path = write_live_cell(tmp_path, use, wire, places[wire], **options)
         else:
-            clock.runs = kind == "hardware"
-            path = {"replay": write_recording(tmp_path), "hardware": os.environ.get(CELL)}.get(kind, kind)
+            path = write_recording(tmp_path) if kind == "replay" else kind
         chosen = load_scene(scene) if kind == "simulated" else None
         cell = open_cell(load_cell(path), now=clock, seed=seed, scene=chosen, journal=notes, only=only)
         opened.append(cell)
-        if kind == "hardware":
-            bring_home(cell)
-            notes.lines.clear()
         if kind in LIVE:
             cell.stand_in = behind
             clock.listeners += [partial(notice, device.driver, clock) for device in cell.devices.values()]
@@ -240,44 +164,6 @@ def wait_as_long(arm: Ur5StandIn, clock: Clock, before: list[float]) -> None:
         if not arm.arm.steady:
             stood = time.monotonic()
         time.sleep(0.002)
-
-
-def write_live_cell(folder: Path, use: str, wire: str, place: str, unwatched: str = "20 s", **options: str) -> Path:
-    """Write a cell file of one device on a stand-in."""
-    host, _, port = place.partition(":")
-    chosen = {"serial": place} if wire == "serial" else {"host": host, "port": port}
-    if wire == "tcp":
-        chosen["framing"] = "tcp"
-    if use == "ur":
-        chosen = {"host": host, "model": "ur5", **PATIENT}
-    elif use == "realsense":
-        chosen = {**chosen, "lost_after": "5 s"}
-    elif use != "ati":
-        chosen = {"timeout": "500 ms", "calibration": CALIBRATION, **chosen}
-    lines = [f"    {key}: {value}" for key, value in {**chosen, **options}.items()]
-    path = folder / f"{use}_{wire}.yaml"
-    path.write_text(LIVE_CELLS[use].replace("UNWATCHED", unwatched) + "\n".join(lines) + "\n")
-    return path
-
-
-def recording() -> dict[str, np.ndarray]:
-    """Return the arrays of a small recording: five frames at 10 Hz, cut out of a larger image."""
-    random = np.random.default_rng(0)
-    return {
-        "z": random.integers(500, 900, (5, 6, 8), dtype=np.uint16),
-        "t": 100.0 + np.arange(5) / 10,
-        "K": np.array([434.0, 433.0, 4.0, 3.0]),
-        "roi": np.array([1, 7, 2, 10]),
-        "wrench": np.outer(np.arange(5.0), np.ones(6)),
-        "pose": np.outer(0.01 * np.arange(5.0), np.ones(6)),
-    }
-
-
-def write_recording(folder: Path, **changes: np.ndarray) -> Path:
-    """Write the recording and a cell file that plays it."""
-    np.savez(folder / "press.npz", **{**recording(), **changes})
-    (folder / "cell.yaml").write_text(RECORDED)
-    return folder / "cell.yaml"
 
 
 @pytest.fixture(scope="session")

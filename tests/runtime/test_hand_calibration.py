@@ -20,7 +20,7 @@ from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.emulators.serve import serving
 from stretch_bt.hardware.emulators.stage import Stage
 from stretch_bt.hardware.hand import HandGeometry
-from stretch_bt.hardware.implementations import IMPLEMENTATIONS
+from stretch_bt.hardware.implementations import SHIPPED
 from stretch_bt.hardware.robotiq.driver import RobotiqDriver
 from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
 from stretch_bt.hardware.simulated.twin import Twin
@@ -111,7 +111,7 @@ def wired(tmp_path, monkeypatch):
     twin = Twin(load_scene(scene(tmp_path, 3)[0]), stage.geometry, stage.now, 0)
     twin.fingers = stage.fingers
     monkeypatch.setattr(StagedCamera, "twin", twin)
-    monkeypatch.setitem(IMPLEMENTATIONS, ("DepthCamera", "staged"), f"{__name__}:StagedCamera")
+    monkeypatch.setitem(SHIPPED, ("DepthCamera", "staged"), f"{__name__}:StagedCamera")
     with serving(["robotiq"], stage, ports={"robotiq": {"rtu": 0, "tcp": 0}}, activated=True) as servers:
         host, _, port = servers.served.wires["robotiq"]["rtu"].partition(":")
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from stretch_bt.hardware.own_modules import ModuleRefused, Modules
 from stretch_bt.runtime.record import RunRecord
-from stretch_bt.tree.modules import ModuleRefused, Modules
 
 COMMAND = str(Path(sys.executable).with_name("stretch-bt"))
 LEAVE = "open(__file__ + '.ran', 'w').close()\n"

@@ -9,8 +9,19 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from stretch_bt.blame import place_of
 from stretch_bt.clock import Clock
-from stretch_bt.errors import DeviceFault, DeviceLost, InvalidInput, LimitExceeded, NoAnswer, NotReady, StaleReading
+from stretch_bt.errors import (
+    DeviceFault,
+    DeviceLost,
+    InvalidInput,
+    LimitExceeded,
+    NoAnswer,
+    NotReady,
+    StaleReading,
+    StretchError,
+    named,
+)
 from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.hand import Hand
@@ -103,7 +114,7 @@ class Monitored(Generic[D]):
 
     @contextmanager
     def faults(self) -> Iterator[None]:
-        """Write down every fault and every NoAnswer that passes, turn a broken connection into one, and keep those of the device.
+        """Write down every fault and every NoAnswer that passes, turn what else a driver raises into one, and keep those of the device.
 
         What a driver refuses, because it is out of reach or the device is not ready, leaves the device as it was.
         """
@@ -122,6 +133,15 @@ class Monitored(Generic[D]):
             lost = DeviceLost(self.name, f"the connection broke ({error}); {NEW_RUN}")
             self.latch(lost)
             raise lost from error
+        except StretchError:
+            raise
+        except Exception as error:  # a defect of the driver, or an exception of its client that it does not know
+            at = place_of(error)
+            broke = DeviceFault(
+                self.name, f"its driver broke ({named(error)}){at and f' at {at}'}; mend it, then {NEW_RUN}"
+            )
+            self.latch(broke)
+            raise broke from error
 
     def latch(self, fault: DeviceFault) -> None:
         """Keep a fault until the device is opened again; the first one stays."""
@@ -155,6 +175,8 @@ class Monitored(Generic[D]):
         end = time.monotonic() + (_MOMENT if self.driver.streams else 0.0)
         while True:
             reading = source()
+            if not isinstance(reading, Reading):
+                raise TypeError(f"a driver returns a Reading, not a {type(reading).__name__}")
             age = self.watch.now() - reading.host_time
             if age <= max_age or time.monotonic() >= end:
                 return reading, age

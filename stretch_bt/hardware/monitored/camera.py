@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardware.driver import CameraDriver
+from stretch_bt.hardware.driver import DepthCameraDriver
 from stretch_bt.hardware.interfaces import DepthCamera, Reading
 from stretch_bt.hardware.monitored.base import Monitored
 
 __all__ = ["MonitoredCamera"]
 
 
-class MonitoredCamera(Monitored[CameraDriver]):
+class MonitoredCamera(Monitored[DepthCameraDriver]):
     """A camera whose latest frame is given out only while it is fresh."""
 
     readings: ClassVar[Mapping[str, Any]] = DepthCamera.readings

@@ -33,7 +33,7 @@ class OwnedMotion:
     def refresh(self) -> MotionState:
         """Ask the driver, and remember an end."""
         if self.ended is None:
-            state = self._poll()
+            state = MotionState(self._poll())
             self.ended = None if state is MotionState.MOVING else state
             return state
         return self.ended

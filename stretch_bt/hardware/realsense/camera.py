@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from stretch_bt.errors import DeviceFault, DeviceLost, NotReady
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardware.driver import CameraDriver
+from stretch_bt.hardware.driver import DepthCameraDriver
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.latched import NEW_RUN
@@ -27,7 +27,7 @@ _MODULE = "stretch_bt.hardware.realsense.process"
 _DEADLINES = Deadlines(opening=15.0, silence=1.5, ending=3.0)
 
 
-class RealsenseCamera(CameraDriver):
+class RealsenseCamera(DepthCameraDriver):
     """A RealSense camera through pyrealsense2 in a process of its own, a recording of one, or the software device on a stand-in."""
 
     streams = True

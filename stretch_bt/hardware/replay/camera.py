@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stretch_bt.errors import DeviceLost, InvalidInput, NotReady
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardware.driver import CameraDriver, Mistake, Options
+from stretch_bt.hardware.driver import DepthCameraDriver, Mistake, Options
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.replay.frames import FrameArray, FrameFolder, Frames, png_files
 from stretch_bt.hardware.replay.npz import npz_mistakes, read_arrays
@@ -79,7 +79,7 @@ class _Options(Options):
             yield "folder", f"there are no PNG files in {self.folder!r}", "write a folder relative to the cell file"
 
 
-class ReplayCamera(CameraDriver):
+class ReplayCamera(DepthCameraDriver):
     """Plays a recording from the moment it is opened, at its own pace; then it is lost: end of recording."""
 
     Options = _Options

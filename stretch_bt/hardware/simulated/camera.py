@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardware.driver import CameraDriver, Options
+from stretch_bt.hardware.driver import DepthCameraDriver, Options
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.units import Frequency, Within
 
@@ -27,7 +27,7 @@ class _Options(Options):
     )
 
 
-class SimulatedCamera(CameraDriver):
+class SimulatedCamera(DepthCameraDriver):
     """Exposes a frame each period, of the hand as it is at that moment; a frame is rendered when it is asked for."""
 
     Options = _Options

@@ -14,6 +14,7 @@ from stretch_bt.clock import ReplayClock
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput, RecordError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime.mock_arrays import ARRAYS, MockArrays
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import VERSIONS, versions
@@ -27,7 +28,6 @@ from stretch_bt.runtime.replay.log import Log
 from stretch_bt.runtime.runner import Outcome, Runner
 from stretch_bt.runtime.task import Task
 from stretch_bt.threads import one_thread
-from stretch_bt.tree.modules import Modules
 from stretch_bt.tree.program import load_program
 
 __all__ = ["ReplayResult", "replay"]

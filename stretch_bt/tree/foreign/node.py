@@ -10,9 +10,9 @@ from typing import Any, ClassVar, Protocol
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from stretch_bt.blame import own_code
 from stretch_bt.errors import NodeError, shown
 from stretch_bt.tree.behavior import Behavior
-from stretch_bt.tree.blame import own_code
 from stretch_bt.tree.foreign.board import PortBoard
 from stretch_bt.tree.foreign.written import Written
 from stretch_bt.tree.own_calls import calls_own, ticks_own

@@ -1,7 +1,7 @@
-"""Where the Python modules, and the classes in them, that a tree names may stand, and their import.
+"""Where the Python modules, and the classes in them, that a tree or a cell file names may stand, and their import.
 
-A module is executed when it is imported. A tree may come from anybody, so it can name only what is installed already,
-or what lies beside the tree that the user named: whoever names that tree chose its folder too.
+A module is executed when it is imported. A file may come from anybody, so it can name only what is installed already,
+or what lies beside the file that the user named: whoever names that file chose its folder too.
 """
 
 from __future__ import annotations
@@ -16,13 +16,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from stretch_bt.blame import place_of
 from stretch_bt.errors import StretchError, named, writable
 from stretch_bt.forked import alone
 from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.source import did_you_mean
-from stretch_bt.tree import registry
-from stretch_bt.tree.blame import place_of
-from stretch_bt.tree.threads_heard import threads_heard
+from stretch_bt.threads_heard import threads_heard
 
 __all__ = ["ModuleRefused", "Modules", "attribute"]
 
@@ -37,40 +36,46 @@ class ModuleRefused(StretchError):
 
 @dataclass(frozen=True, slots=True)
 class Modules:
-    """The folders in which a tree's own modules may stand.
+    """The folders in which the own modules of a tree or a cell file may stand.
 
     Parameters
     ----------
     root
-        Folder of the tree file that the user named. Files that it imports may bring modules from folders below it.
+        Folder of the file that the user named. Files that it imports may bring modules from folders below it.
     home
         Folder that takes the place of `root` for modules, or None where only installed ones may be imported.
     hint
         What a user can do about a module that is not found.
     say
         Told of each file in these folders before it is executed.
+    what
+        What names the modules, for messages: `tree` or `cell file`.
+    holds
+        What a module is imported for, for messages.
     """
 
     root: Path
     home: Path | None
-    hint: str = "install the package, or put the module beside the tree"
+    hint: str = ""
     say: Callable[[str], None] | None = None
+    what: str = "tree"
+    holds: str = "nodes"
 
     @staticmethod
-    def beside(tree: Path) -> Modules:
-        """Return the rule for a tree that the user named."""
-        folder = tree.parent.resolve()
-        return Modules(folder, folder)
+    def beside(file: Path, what: str = "tree", holds: str = "nodes") -> Modules:
+        """Return the rule for a file that the user named."""
+        folder = file.parent.resolve()
+        return Modules(folder, folder, what=what, holds=holds)
 
-    def bring(self, name: str, file: Path) -> type | None:
-        """Import a module that a tree file names, for the nodes that it registers, or the class of a behaviour out of one.
+    def bring(self, name: str, file: Path) -> ModuleType | type:
+        """Import a module that a file names, or one with a class that it names, and return it.
 
-        Which part of a name is that of a module is found out without executing any code. Returns the class, None for a module.
+        Which part of a name is that of a module is found out without executing any code.
 
         Raises
         ------
         ModuleRefused
-            It is not installed and not beside the tree, it has the name of another module, or it breaks.
+            It is not installed and not beside the file, it has the name of another module, or it breaks.
         """
         folders = self._folders(file.parent.resolve())
         self._check(name, folders)
@@ -84,7 +89,7 @@ class Modules:
                 alone(),
                 threads_heard(),
             ):
-                registry.import_nodes(module)
+                importlib.import_module(module)
                 found = attribute(module, name.removeprefix(module).lstrip("."))
         except ModuleRefused:
             raise
@@ -96,8 +101,8 @@ class Modules:
             raise ModuleRefused(message, "mend the module, or install what it needs") from error
         if not isinstance(found, type | ModuleType):
             what = f"{name!r} is neither a module nor a class, but of type {type(found).__name__!r}"
-            raise ModuleRefused(what, "name a module, or a class of behaviours in one")
-        return found if isinstance(found, type) else None
+            raise ModuleRefused(what, "name a module, or a class in one")
+        return found
 
     def _folders(self, folder: Path) -> list[str]:
         if self.home is None:
@@ -108,14 +113,20 @@ class Modules:
     def _check(self, name: str, folders: list[str]) -> None:
         top = name.partition(".")[0]
         if not all(part.isidentifier() for part in name.split(".")):
-            raise ModuleRefused(f"{name!r} is not the name of a Python module", "write 'own: my_nodes', without .py")
+            raise ModuleRefused(
+                f"{name!r} is not the name of a Python module", f"write 'own: my_{self.holds}', without .py"
+            )
         if "__main__" in name.split("."):
-            raise ModuleRefused(f"{name!r} is a program, not the name of a Python module with nodes", self.hint)
+            raise ModuleRefused(
+                f"{name!r} is a program, not the name of a Python module with {self.holds}", self._remedy
+            )
         installed, own = _installed(top), PathFinder.find_spec(top, folders)
         if own is None and installed is None and top not in sys.modules:
-            raise ModuleRefused(f"no Python module {top!r} is installed, and none is beside the tree", self._help(top))
+            raise ModuleRefused(
+                f"no Python module {top!r} is installed, and none is beside the {self.what}", self._help(top)
+            )
         if own is not None:
-            _check_alone(top, own, installed)
+            self._check_alone(top, own, installed)
 
     @staticmethod
     def _file(name: str, folders: list[str]) -> str:
@@ -125,7 +136,22 @@ class Modules:
 
     def _help(self, top: str) -> str:
         found = PathFinder.find_spec(top, [""])
-        return self.hint if found is None else f"{_place(found)} in the current folder does not count: {self.hint}"
+        remedy = self._remedy
+        return remedy if found is None else f"{_place(found)} in the current folder does not count: {remedy}"
+
+    @property
+    def _remedy(self) -> str:
+        return self.hint or f"install the package, or put the module beside the {self.what}"
+
+    def _check_alone(self, top: str, own: ModuleSpec, installed: ModuleSpec | None) -> None:
+        """Refuse a module beside the file that another module of its name would replace, or be replaced by."""
+        loaded = sys.modules.get(top)
+        for other in (installed, loaded.__spec__ if loaded is not None else None):
+            if other is not None and _place(other) != _place(own):
+                raise ModuleRefused(
+                    f"module {top!r} beside the {self.what} ({_place(own)}) has the name of another one ({_place(other)})",
+                    f"rename the module beside the {self.what}",
+                )
 
 
 def longest_module(name: str, folders: Sequence[str]) -> str:
@@ -163,21 +189,10 @@ def attribute(module: str, name: str) -> Any:
         if not hasattr(found, part):
             owner = getattr(found, "__name__", part)
             known = [known for known in vars(found) if isinstance(getattr(found, known, None), type)]
-            hint = did_you_mean(part, known) or "name a module, or a class of behaviours in one"
+            hint = did_you_mean(part, known) or "name a module, or a class in one"
             raise ModuleRefused(f"module {owner!r} has no {part!r}", hint)
         found = getattr(found, part)
     return found
-
-
-def _check_alone(top: str, own: ModuleSpec, installed: ModuleSpec | None) -> None:
-    """Refuse a module beside the tree that another module of its name would replace, or be replaced by."""
-    loaded = sys.modules.get(top)
-    for other in (installed, loaded.__spec__ if loaded is not None else None):
-        if other is not None and _place(other) != _place(own):
-            raise ModuleRefused(
-                f"module {top!r} beside the tree ({_place(own)}) has the name of another one ({_place(other)})",
-                "rename the module beside the tree",
-            )
 
 
 def _installed(top: str) -> ModuleSpec | None:

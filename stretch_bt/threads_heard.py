@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from stretch_bt.blame import Broken, blame
 from stretch_bt.errors import named
-from stretch_bt.tree.blame import Broken, blame
 
 __all__ = ["Heard", "threads_heard"]
 

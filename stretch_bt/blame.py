@@ -1,4 +1,4 @@
-"""Where the code of a node or module broke: its last own line, and the whole traceback."""
+"""Where the code of a node, driver or module broke: its last own line, and the whole traceback."""
 
 from __future__ import annotations
 
@@ -17,10 +17,13 @@ __all__ = ["Broken", "blame", "own_code", "place_of"]
 _HERE = Path(__file__).parent
 #: code that ticks, imports or checks a node, and is not the node
 _AROUND = (
-    _HERE,
-    _HERE.parent / "runtime",
-    _HERE.parent / "cli",
-    _HERE.parent / "behaviors" / "_motion.py",
+    Path(__file__),
+    _HERE / "tree",
+    _HERE / "runtime",
+    _HERE / "cli",
+    _HERE / "behaviors" / "_motion.py",
+    _HERE / "hardware" / "own_modules.py",
+    _HERE / "hardware" / "monitored",
     Path(threading.__file__),
 )
 _AROUND_TOO = ("py_trees", "importlib")

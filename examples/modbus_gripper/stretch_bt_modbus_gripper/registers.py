@@ -1,0 +1,25 @@
+"""The registers of the gripper, as its manual has them: all holding registers of unit 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: written: target, 0.01 mm; speed, 0.1 mm/s; what to do
+TARGET, SPEED, COMMAND = 0, 1, 2
+GO, HOLD = 1, 2
+#: read: opening, 0.01 mm, and state
+OPENING, STATE = 10, 11
+MOVING, ARRIVED, BLOCKED, HELD = 1, 2, 3, 4
+
+#: of one count, m and m/s
+COUNT, SPEED_COUNT = 1e-5, 1e-4
+#: all that is read or written lies below
+REGISTERS = 16
+
+
+@dataclass(frozen=True)
+class Status:
+    """What the gripper tells: its opening, m, and its state."""
+
+    opening: float
+    state: int

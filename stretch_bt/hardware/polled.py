@@ -1,0 +1,74 @@
+"""A driver whose device one thread polls and commands: the base of a driver that has nothing else to say of its connection."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar, Generic, TypeVar
+
+from stretch_bt.errors import NotReady
+from stretch_bt.hardware.driver import Driver
+from stretch_bt.hardware.wire_thread import Sample, Wire, WireThread
+
+__all__ = ["PolledDriver"]
+
+W = TypeVar("W", bound=Wire[Any])
+S = TypeVar("S")
+R = TypeVar("R")
+
+
+class PolledDriver(Driver, ABC, Generic[W, S]):
+    """Derive a driver from this and from its kind, as in `class Mine(PolledDriver, GripperDriver)`; a loss of the wire stays."""
+
+    streams: ClassVar[bool] = True
+    #: of polls, Hz
+    rate: float = 50.0
+    #: the longest time that a command may take, and the device may be silent, s
+    deadline: float = 1.0
+    _thread: WireThread[W, S] | None = None
+
+    @abstractmethod
+    def wire(self) -> W:
+        """Return the connection, not yet connected."""
+
+    def open(self) -> None:
+        """Connect and read once; moves nothing."""
+        thread = WireThread[W, S](
+            self.name, self.wire(), period=1 / self.rate, deadline=self.deadline, now=self.bench.now
+        )
+        thread.start()
+        self._thread = thread
+
+    def close(self) -> None:
+        """Disconnect."""
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.end()
+
+    def latest(self) -> Sample[S]:
+        """Return what the device told last; raises DeviceLost after a loss, NotReady while it is closed."""
+        return self._opened().latest()
+
+    def do(self, job: Callable[[W], R]) -> R:
+        """Run a job on the wire, before the next poll, and return what it returns; raises as `latest` does."""
+        return self._opened().do(job)
+
+    def command(self, job: Callable[[W], object]) -> int:
+        """Run a job that begins a motion, and return a number for `since`."""
+        before = self.latest
+
+        def run(wire: W) -> int:
+            job(wire)
+            return before().number
+
+        return self.do(run)
+
+    def since(self, command: int) -> S | None:
+        """Return what the device told last, None as long as that is from before a command; raises as `latest` does."""
+        sample = self.latest()
+        return sample.value if sample.number > command else None
+
+    def _opened(self) -> WireThread[W, S]:
+        if self._thread is None:
+            raise NotReady(self.name, "the device is closed")
+        return self._thread

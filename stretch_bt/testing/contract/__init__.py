@@ -1,0 +1,98 @@
+"""What every driver keeps to, as a class of tests for pytest: each clause says what it protects, each failure what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import InvalidInput, StretchError
+from stretch_bt.testing.contract.cut import CutClauses, CutMotionClauses
+from stretch_bt.testing.contract.motion import MotionClauses
+from stretch_bt.testing.contract.readings import ReadingClauses
+from stretch_bt.testing.contract.sensing import CameraClauses, ForceClauses
+from stretch_bt.testing.contract.trial import READINGS, Contract, fault
+
+__all__ = ["device_contract"]
+
+_OF_KIND: dict[str, type[Any]] = {"DepthCamera": CameraClauses, "ForceSensor": ForceClauses}
+
+
+def device_contract(
+    cell: str | Path | Callable[[Any], str | Path],
+    device: str,
+    *,
+    start: Callable[[], Any] | None = None,
+    moves: Sequence[Any] | Callable[[Any], Sequence[Any]] | None = None,
+    tolerance: float,
+    latency: float,
+    cut: Callable[..., Any] | None = None,
+    speed: float | None = None,
+    scene: str | Path | None = None,
+    kind: str | None = None,
+) -> type[Any]:
+    """Return a class of tests for one device of a cell; give it a name that begins with `Test`.
+
+    Nothing moves unless `moves` is given. Each test brings up the simulator anew, opens the device and closes it.
+
+    Parameters
+    ----------
+    cell
+        A cell file or the name of a shipped cell; or a function that returns one from what `start` gave, where a port is known only then.
+    device
+        Name of the device in it.
+    start
+        Brings up a simulator: returns a context manager, a generator that yields once, or what has `stop` or `close`.
+    moves
+        Two places, between which a device that moves is moved: openings, m, or poses; or a function that returns them from the open device.
+    tolerance
+        How far from its target a motion may end, m; the largest force after `zero()`, N; of no meaning for a camera.
+    latency
+        The greatest age that a reading may have, s.
+    cut
+        Breaks the connection of the simulator, which it is given where it takes an argument.
+    speed
+        Of the motions, m/s; 50 mm/s unless told, or what the cell allows.
+    scene
+        What is simulated, for a device of the twin.
+    kind
+        Kind of the device, where the cell file is known only after `start`.
+    """
+    kind = kind or _kind(cell, device, start)
+    if moves is not None and (kind not in ("Arm", "Gripper") or not (callable(moves) or len(moves) == 2)):
+        raise InvalidInput(f"moves of a {kind}: write two openings, m, of a Gripper, or two poses of an Arm")
+    contract = Contract(cell, device, start, moves, tolerance, latency, cut, speed, scene)
+    bases = [CutMotionClauses] if moves and cut else [MotionClauses] * (moves is not None) + [CutClauses] * bool(cut)
+    bases = [*([_OF_KIND[kind]] if kind in _OF_KIND else []), *bases] or [ReadingClauses]
+    doc = f"What the {kind} {device!r} keeps to."
+    made = type(f"Test{kind}Contract", tuple(bases), {"__doc__": doc, "contract": contract, "__test__": True})
+    for name in dir(made):
+        if name.startswith("test_"):
+            setattr(made, name, _in_words(getattr(made, name)))
+    return made
+
+
+def _in_words(test: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return a test that fails by the words of an error of this package, instead of a traceback into the suite."""
+
+    @wraps(test)
+    def run(self: Any) -> None:
+        try:
+            test(self)
+        except StretchError as error:
+            fault(f"{type(error).__name__}: {error}")
+
+    return run
+
+
+def _kind(cell: Any, device: str, start: Callable[[], Any] | None) -> str:
+    """Return the kind of a device, for which a simulator may be brought up for a moment."""
+    contract = Contract(cell, device, start if callable(cell) else None, None, 0.0, 0.0, None, None, None)
+    with contract.simulator() as (_, spec):
+        if device not in spec.devices:
+            raise InvalidInput(f"the cell has no device {device!r}, but {', '.join(spec.devices)}")
+        kind = spec.devices[device].type
+    if kind not in READINGS:
+        raise InvalidInput(f"{device!r} is a {kind}, of which there is no contract")
+    return kind

@@ -1,0 +1,206 @@
+"""One device under test: its simulator, its cell, and the clock that it goes by."""
+
+from __future__ import annotations
+
+import inspect
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+
+from stretch_bt.clock import VirtualClock
+from stretch_bt.errors import DeviceFault, InvalidInput
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.cell import Cell, open_cell
+from stretch_bt.hardware.cell_file import CellSpec, load_cell
+from stretch_bt.hardware.driver import Bench, Driver
+from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
+from stretch_bt.simulation.scene import load_scene
+
+__all__ = ["READINGS", "Contract", "Trial", "fault"]
+
+#: what each kind of device can be asked for
+READINGS = {"Arm": ("pose", "wrench"), "Gripper": ("opening",), "DepthCamera": ("frame",), "ForceSensor": ("wrench",)}
+#: old readings are tested by the clauses, so none is refused before, s
+_ANY_AGE = 1e6
+_SCENE = "water_balloon"
+_STEP = 0.01
+_SPEED = 0.05
+
+
+def fault(text: str) -> NoReturn:
+    """Fail a test by what is wrong with the device, in words and without a traceback into the suite."""
+    pytest.fail(text, pytrace=False)
+
+
+@dataclass(frozen=True)
+class Contract:
+    """What `device_contract` was told."""
+
+    cell: Any
+    device: str
+    start: Callable[[], Any] | None
+    moves: Sequence[Any] | Callable[[Any], Sequence[Any]] | None
+    tolerance: float
+    latency: float
+    cut: Callable[..., Any] | None
+    speed: float | None
+    scene: str | Path | None
+    #: what was read for the clauses on readings
+    looked: dict[str, list[Any]] = field(default_factory=dict)
+
+    @contextmanager
+    def simulator(self) -> Iterator[tuple[Any, CellSpec]]:
+        """Bring up what stands in for the device, and give it with the cell file."""
+        with ExitStack() as stack:
+            made: Any = None if self.start is None else self.start()
+            if hasattr(made, "__enter__"):
+                made = stack.enter_context(made)
+            elif inspect.isgenerator(made):
+                generator, made = made, next(made)
+                stack.callback(next, generator, None)
+            else:
+                ends = [getattr(made, name, None) for name in ("stop", "close")]
+                stack.callback(next((end for end in ends if end is not None), lambda: None))
+            yield made, load_cell(self.cell(made) if callable(self.cell) else self.cell)
+
+    @contextmanager
+    def trial(self) -> Iterator[Trial]:
+        """Bring up the simulator, and close every cell at the end."""
+        with self.simulator() as (simulator, spec):
+            trial = Trial(self, simulator, spec)
+            try:
+                yield trial
+            finally:
+                trial.close()
+
+
+class Trial:
+    """A device that a clause opens, reads, moves and cuts off."""
+
+    def __init__(self, contract: Contract, simulator: Any, spec: CellSpec) -> None:
+        if contract.device not in spec.devices:
+            raise InvalidInput(f"the cell has no device {contract.device!r}, but {', '.join(spec.devices)}")
+        self.contract, self.simulator, self.spec = contract, simulator, spec
+        self.kind = spec.devices[contract.device].type
+        #: twins and recordings go by a clock that the test moves, all else by that of the machine
+        self.virtual = None if spec.devices[contract.device].implementation.real else VirtualClock()
+        self.now: Callable[[], float] = time.monotonic if self.virtual is None else self.virtual.now
+        #: places between which it is moved, once it was opened
+        self.moves: Sequence[Any] = ()
+        self._cells: list[Cell] = []
+        self._scene = load_scene(contract.scene or _SCENE) if spec.simulated else None
+
+    @property
+    def readings(self) -> tuple[str, ...]:
+        """Names of what can be read."""
+        return READINGS[self.kind]
+
+    @property
+    def speed(self) -> float:
+        """Speed of the motions, m/s: as told, else one that the limits of the cell allow."""
+        limits = self.spec.limits
+        return self.contract.speed or min(_SPEED, limits.gripper_speed if self.kind == "Gripper" else limits.speed)
+
+    def driver(self) -> Driver:
+        """Return a driver that nothing opened."""
+        spec = self.spec
+        return spec.devices[self.contract.device].driver(
+            Bench(self.now, 0, spec.path.parent, Hand(spec.hand), spec.limits, self._scene)
+        )
+
+    def open(self) -> Any:
+        """Open the device, and return it as nodes see it."""
+        try:
+            cell = open_cell(self.spec, now=self.now, scene=self._scene, only=[self.contract.device])
+        except DeviceFault as error:
+            fault(f"it does not open: {error.reason}")
+        self._cells.append(cell)
+        device, moves = cell.devices[self.contract.device], self.contract.moves
+        if moves is not None and not self.moves:
+            self.moves = tuple(moves(device) if callable(moves) else moves)
+        return device
+
+    def close(self) -> None:
+        """Close every cell that was opened."""
+        for cell in self._cells:
+            with suppress(Exception):  # a clause has told what is wrong
+                cell.close()
+
+    def wait(self, duration: float) -> None:
+        """Let time pass, s."""
+        if self.virtual is None:
+            time.sleep(duration)
+        else:
+            self.virtual.advance(duration)
+
+    def ticks(self, duration: float) -> Iterator[float]:
+        """Yield the time, s, since the first one, again and again for a duration."""
+        begun = self.now()
+        while (passed := self.now() - begun) < duration:
+            yield passed
+            self.wait(_STEP)
+
+    def read(self, device: Any, name: str) -> Reading[Any]:
+        """Return a reading, however old."""
+        reading: Reading[Any] = getattr(device, name)(_ANY_AGE)
+        return reading
+
+    def over(self, device: Any) -> bool:
+        """Return whether what is played has come to its end."""
+        return bool(device.driver.ended)
+
+    def place(self, device: Any) -> Any:
+        """Return where a device that moves says it is: an opening, m, or a pose."""
+        return self.read(device, self.readings[0]).value
+
+    def move(self, device: Any, target: Any, owner: str = "contract") -> Motion:
+        """Begin a motion."""
+        motion: Motion = device.move(target, speed=self.speed, owner=owner)
+        return motion
+
+    def go(self, device: Any, target: Any) -> None:
+        """Move and wait for the end; how it goes is the matter of other clauses."""
+        motion = self.move(device, target)
+        for _ in self.ticks(self.patience(device, target)):
+            if motion.poll() is not MotionState.MOVING:
+                return
+        fault(f"a motion to {shown(target)} does not end")
+
+    def patience(self, device: Any, target: Any) -> float:
+        """Return after what time a motion should surely have ended, s."""
+        return 3.0 * distance(self.place(device), target) / self.speed + 3.0 + self.contract.latency
+
+    def break_connection(self) -> None:
+        """Cut the device off, as the test was told."""
+        cut = self.contract.cut
+        assert cut is not None
+        if inspect.signature(cut).parameters:
+            cut(self.simulator)
+        else:
+            cut()
+
+
+def distance(one: Any, other: Any) -> float:
+    """Return how far two openings or poses are apart, m."""
+    if isinstance(one, Pose):
+        return float(sum((a - b) ** 2 for a, b in zip(one.position, other.position, strict=True)) ** 0.5)
+    return float(abs(one - other))
+
+
+def shown(place: Any) -> str:
+    """Return a place in words."""
+    if isinstance(place, Pose):
+        return f"({', '.join(f'{1e3 * v:.1f}' for v in place.position)}) mm"
+    return f"{1e3 * place:.1f} mm"
+
+
+def threads() -> set[threading.Thread]:
+    """Return the threads that run now."""
+    return {thread for thread in threading.enumerate() if thread.is_alive()}
