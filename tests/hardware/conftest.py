@@ -25,14 +25,18 @@ from stretch_bt.simulation.scene import load_scene
 
 
 class Clock:
-    """A clock that stands until it is moved; after that it waits until those who listen have noticed."""
+    """A clock that stands until it is moved; after that it waits until those who listen have noticed.
+
+    One that `runs` goes by itself.
+    """
 
     def __init__(self, time: float = 0.0) -> None:
         self._time = time
+        self.runs = False
         self.listeners: list[Callable[[], None]] = []
 
     def __call__(self) -> float:
-        return self._time
+        return time.monotonic() if self.runs else self._time
 
     @property
     def time(self) -> float:
