@@ -93,7 +93,7 @@ class Implementation:
     @property
     def real(self) -> bool:
         """Whether there is something to connect to: no twin, no recording, no person."""
-        return not self.cls.simulated and self.use != "replay" and self.kind != "Operator"
+        return not self.cls.any_clock and self.kind != "Operator"
 
 
 @dataclass(frozen=True)

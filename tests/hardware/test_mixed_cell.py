@@ -93,7 +93,7 @@ class ArmOfTest(ArmDriver):
 @pytest.fixture
 def mixed(tmp_path, monkeypatch):
     for kind, cls in (("Gripper", GripperOfTest), ("Arm", ArmOfTest)):
-        monkeypatch.setitem(implementations.IMPLEMENTATIONS, (kind, "of_test"), f"{__name__}:{cls.__name__}")
+        monkeypatch.setitem(implementations.SHIPPED, (kind, "of_test"), f"{__name__}:{cls.__name__}")
 
     def write(text):
         path = tmp_path / "cell.yaml"
