@@ -93,6 +93,9 @@ BAD = [
     (["press", "--indenter", "sphere:20mm", "--stretch", "30", "--depth", "10mm"], "30 mm"),
     (["press", "--indenter", "sphere:20mm", "--stretch", "30mm", "--depth", "10mm", "--at", "5mm"], "pair"),
     (["new", "tree", "My Tree"], "small letters"),
+    (["new", "device", "mine"], "--kind Arm, Gripper, DepthCamera, ForceSensor"),
+    (["new", "device", "mine", "--kind", "Griper"], "--kind Gripper"),
+    (["new", "tree", "mine", "--kind", "Arm"], "leave --kind out"),
     (["frobnicate"], "frobnicate"),
 ]
 
@@ -181,13 +184,24 @@ def test_schema_is_json(cli, kind):
     assert json.loads(out)["type"] == "object"
 
 
-@pytest.mark.parametrize("kind", ["tree", "scene"])
+@pytest.mark.parametrize("kind", ["tree", "scene", "cell"])
 def test_new_files_check_clean_and_are_not_overwritten(cli, tmp_path, kind):
     assert cli("new", kind, "mine")[0] == 0
     assert cli("check", "mine.yaml", "--json")[:2] == (0, "[]\n")
     before = (tmp_path / "mine.yaml").read_text()
     assert cli("new", kind, "mine")[0] == 2
     assert (tmp_path / "mine.yaml").read_text() == before
+
+
+@pytest.mark.parametrize("kind", ["Arm", "Gripper", "DepthCamera", "ForceSensor"])
+def test_a_new_device_checks_clean_and_writes_all_of_its_files_or_none(cli, tmp_path, kind):
+    (tmp_path / "test_mine.py").write_text("mine")
+    assert cli("new", "device", "mine", "--kind", kind)[0] == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["test_mine.py"]
+    name = f"own_{kind.lower()}"  # one module has a name in a process
+    assert cli("new", "device", name, "--kind", kind)[0] == 0
+    assert cli("check", f"{name}.yaml", "--json")[:2] == (0, "[]\n")
+    assert (tmp_path / f"test_{name}.py").is_file()
 
 
 def test_a_new_node_runs_in_a_tree(cli, tmp_path):
