@@ -24,9 +24,9 @@ from stretch_bt.runtime.foreign_nodes import set_up, shut_down
 from stretch_bt.runtime.hearing import Hearing
 from stretch_bt.runtime.signals import signals
 from stretch_bt.runtime.stop import failed_at, stop_tree
-from stretch_bt.runtime.watcher import Careful, Watcher
+from stretch_bt.runtime.telling import Telling
+from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.tree.build import BuiltTree, Node
-from stretch_bt.tree.cell import MISSING, Cell
 
 __all__ = ["LONGEST", "Outcome", "Runner", "Stoppable", "Watcher"]
 
@@ -87,7 +87,7 @@ class Runner:
         self.clock = clock
         self.period = context.period = period
         self.cell = cell
-        self.watchers = watchers or []
+        self._telling = Telling(watchers or [], tree.nodes)
         self.max_ticks = max_ticks
         self._longest = longest
         self._first = context.ticks
@@ -104,8 +104,6 @@ class Runner:
         self._as_built = AsBuilt(tree)
         self._hearing = Hearing(tree.nodes)
         self.outcome.notes = self._hearing.notes
-        self._last: dict[str, tuple[Status, int]] = {}
-        self._running: set[str] = set()
         self._origin, self._slot = 0.0, 0
         self._began = (0.0, 0.0)  # on the machine's clock, and CPU time
         self._used = threading.Lock()
@@ -113,7 +111,7 @@ class Runner:
             raise InvalidInput("this tree has a runner already; build a new tree for a new run")
         tree.taken = True
         for cell_ in tree.cells:
-            cell_.listener = self._written
+            cell_.listener = self._telling.written
 
     # --- from outside
 
@@ -122,6 +120,11 @@ class Runner:
         self._interrupts.append(why)
         self.clock.wake()
         self._patience.begin()
+
+    @property
+    def watchers(self) -> list[Watcher]:
+        """Who follows the run; one may be added before the first tick."""
+        return self._telling.watchers
 
     @property
     def unheard(self) -> list[str]:
@@ -218,7 +221,7 @@ class Runner:
             cut = error.path
             self._blame(error)
         how: dict[str, Any] = {"cut_off": cut} if cut else {"broken_off": True}
-        self._note("interrupt", why=self._interrupts[self._limit :], **how)
+        self._telling.note("interrupt", why=self._interrupts[self._limit :], **how)
         return f"; {CutOff(cut)}" if cut else ""
 
     def _path_of(self, node: Node) -> str:
@@ -230,7 +233,7 @@ class Runner:
         self._interrupts += self._planned.pop(self.context.ticks + 1, ())
         self._wait()
         if self._interrupted:
-            self._note("interrupt", why=self._interrupts[self._limit :])
+            self._telling.note("interrupt", why=self._interrupts[self._limit :])
             return None
         context = self.context
         if self._mixed is not None:
@@ -239,29 +242,23 @@ class Runner:
         context.now = self.clock.now()
         if context.ticks == 1:
             context.start = context.now
-        for watcher in self.watchers:
-            watcher.begin_tick(context.ticks, context.now)
+        self._telling.begin_tick(context.ticks, context.now)
         if context.ticks in self._cuts:
             self._patience.begin()
         try:
             with breakable(lambda: self._interrupted):
-                self._visit(root)
+                self._telling.visit(root)
         finally:
             if self._mixed is not None:
                 self._mixed.release()
             leave_if_forked()  # whatever broke in the child, nothing of it is told
             self._hearing.look()
-            self._interrupted_nodes()
+            self._telling.interrupted()
             self._lateness()
         if root.status is Status.INVALID:
             raise NodeError(root.path, "the tree ended without a status")
         status: Status = root.status
         return status
-
-    def _visit(self, root: Node) -> None:
-        for node in root.tick():
-            if node.status is not Status.RUNNING or self._last.get(node.path, _NEVER)[0] is not Status.RUNNING:
-                self._changed(node)
 
     @property
     def deadline(self) -> float:
@@ -281,33 +278,8 @@ class Runner:
         if late > 0 and self.period > 0:
             self.outcome.overruns += 1
             self.outcome.worst_overrun = max(self.outcome.worst_overrun, late)
-            self._note("overrun", seconds=late)
+            self._telling.note("overrun", seconds=late)
             self._slot += int(late / self.period + 1)
-
-    def _changed(self, node: Node) -> None:
-        """Tell the watchers when a node's status is new, or when it ended once more."""
-        counts = getattr(node, "kind", "condition") != "condition"
-        state = (node.status, node.runs if counts else 0)
-        if self._last.get(node.path) != state:
-            self._tell(node, state)
-
-    def _tell(self, node: Node, state: tuple[Status, int]) -> None:
-        self._last[node.path] = state
-        (self._running.add if node.status is Status.RUNNING else self._running.discard)(node.path)
-        for watcher in self.watchers:
-            watcher.status(node.path, node.status.name, node.feedback_message)
-
-    def _interrupted_nodes(self) -> None:
-        """Tell of nodes that were running and that this tick interrupted."""
-        for path in sorted(self._running):
-            node = self.tree.nodes[path]
-            if node.status is Status.INVALID:
-                self._tell(node, (Status.INVALID, 0))
-
-    def _written(self, cell: Cell) -> None:
-        value = None if cell.value is MISSING else cell.value
-        for watcher in self.watchers:
-            watcher.write(cell.name, value, cell.sd, cell.writer)
 
     # --- ending
 
@@ -315,7 +287,7 @@ class Runner:
         self.outcome.status, self.outcome.reason = status, reason
 
     def _failed(self, error: BaseException) -> None:
-        self._shield()
+        self._telling.shield(self.outcome.errors)
         self.cause = error = self._cause(error)
         status, reason = _kind(error), _told(error)
         if not isinstance(error, NodeError):
@@ -323,7 +295,7 @@ class Runner:
             reason = f"{at}: {reason}" if at else reason
         self._blame(error)
         self._end(status, reason)
-        self._note("error", error=type(error).__name__, reason=reason)
+        self._telling.note("error", error=type(error).__name__, reason=reason)
 
     def _cause(self, error: BaseException) -> BaseException:
         """Return an error, or that of a node which lost what it is made of, so that something else of ours broke."""
@@ -337,17 +309,13 @@ class Runner:
     def _mended(self) -> list[NodeError]:
         """Put back what nodes lost, without which the run does not come to its end, and return what is said of them."""
         lost = self._as_built.mend()
-        self._running &= self.tree.nodes.keys()
+        self._telling.forget_lost()
         return lost
 
     def _blame(self, error: BaseException) -> None:
         found = blame(error)
         if found is not None:
             self.outcome.broken.append(found)
-
-    def _shield(self) -> None:
-        """From now on no watcher that breaks may hold up the safe end."""
-        self.watchers = [w if isinstance(w, Careful) else Careful(w, self.outcome.errors) for w in self.watchers]
 
     def _ticking(self, under: str = "") -> str:
         """Return the path of the innermost node whose code was running when an error came up."""
@@ -362,11 +330,11 @@ class Runner:
 
     def _stop_all(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
-        self._shield()
+        self._telling.shield(self.outcome.errors)
         lost = self._mended()
         self._hearing.restore()
         abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
-        self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
+        self._telling.note("stop", status=self.outcome.status, reason=self.outcome.reason)
         owed = self.tree.take_pending()
         errors = [*lost, *self._stop_nodes(self.tree.root)]
         if abnormal or errors:
@@ -380,14 +348,14 @@ class Runner:
         for error in errors:
             self.outcome.errors.append(_told(error))
             self._blame(error)
-            self._note("stop_error", error=type(error).__name__, reason=_told(error))
+            self._telling.note("stop_error", error=type(error).__name__, reason=_told(error))
         worst = next((e for e in errors if isinstance(e, DeviceFault)), errors[0] if errors else None)
         if worst is not None:
             self._worse(_kind(worst), _told(worst))
 
     def _stop_nodes(self, root: Node) -> list[BaseException]:
         errors = [*stop_tree(root), *self._mended()]
-        self._interrupted_nodes()
+        self._telling.interrupted()
         return errors
 
     def _stop_devices(self) -> list[BaseException]:
@@ -440,7 +408,7 @@ class Runner:
 
     def _unfinished(self, reason: str, status: str = "FAILURE") -> None:
         self.outcome.errors.append(f"finally: {reason}")
-        self._note("finally", reason=reason)
+        self._telling.note("finally", reason=reason)
         if self.outcome.status == "SUCCESS":
             self._end(status, f"the task was done, but its finally failed: {reason}")
         elif status != "FAILURE":
@@ -450,10 +418,6 @@ class Runner:
         """End with this status where the task itself came to an end; its own reason stays in front."""
         if self.outcome.status in ("SUCCESS", "FAILURE"):
             self._end(status, "; ".join(text for text in (self.outcome.reason, reason) if text))
-
-    def _note(self, kind: str, **fields: Any) -> None:
-        for watcher in self.watchers:
-            watcher.note(kind, **fields)
 
 
 def _no_end(longest: float) -> str:
@@ -468,6 +432,3 @@ def _kind(error: BaseException) -> str:
 
 def _told(error: BaseException) -> str:
     return writable(error if isinstance(error, StretchError | CutOff) else named(error))
-
-
-_NEVER = (Status.INVALID, -1)
