@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from stretch_bt.clock import VirtualClock
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.runtime.hand_calibration import calibrate_hand
 from stretch_bt.simulation.scene import load_scene
 

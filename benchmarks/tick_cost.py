@@ -19,8 +19,8 @@ import py_trees
 from py_trees.common import Status
 from py_trees.ports import BehaviourWithPorts, PortInformation
 
+from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import NoAnswer, NodeError
-from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.runner import Runner, Watcher

@@ -24,10 +24,10 @@ import yaml
 from wired_cell import wired_cell
 
 import stretch_bt
+from stretch_bt.clock import VirtualClock
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.simulation.scene import load_scene
 
 Row = dict[str, Any]

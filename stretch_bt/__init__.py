@@ -7,6 +7,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from stretch_bt.runtime.check import check as check
+    from stretch_bt.runtime.open_cell import open_cell as open_cell
+    from stretch_bt.runtime.subtree import subtree as subtree
     from stretch_bt.runtime.task import run as run
     from stretch_bt.tree.ports import Behavior as Behavior
     from stretch_bt.tree.ports import In as In
@@ -18,7 +20,20 @@ if TYPE_CHECKING:
     from stretch_bt.tree.registry import node as node
 
 __version__ = "0.1.0"
-__all__ = ["Behavior", "In", "InOut", "Out", "Status", "Uses", "check", "node", "port", "run"]
+__all__ = [
+    "Behavior",
+    "In",
+    "InOut",
+    "Out",
+    "Status",
+    "Uses",
+    "check",
+    "node",
+    "open_cell",
+    "port",
+    "run",
+    "subtree",
+]
 
 _HOMES = {
     "Behavior": "tree.ports",
@@ -29,8 +44,10 @@ _HOMES = {
     "Uses": "tree.ports",
     "check": "runtime.check",
     "node": "tree.registry",
+    "open_cell": "runtime.open_cell",
     "port": "tree.ports",
     "run": "runtime.task",
+    "subtree": "runtime.subtree",
 }
 
 

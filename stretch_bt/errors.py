@@ -14,6 +14,7 @@
     │   ├── NoContact
     │   ├── IllConditioned
     │   ├── Absent               a key or a field is read that holds none
+    │   ├── Refused              a node or subtree that `do` ticked ended with FAILURE
     │   └── NoEquilibrium
     │       └── Impossible
     ├── DeviceFault              a device says no; it stays until a new run
@@ -53,6 +54,7 @@ __all__ = [
     "NodeError",
     "NotReady",
     "RecordError",
+    "Refused",
     "SceneError",
     "StaleReading",
     "StretchError",
@@ -170,6 +172,14 @@ class NoAnswer(StretchError):
 
 class Absent(NoAnswer):
     """A key, or a field of a record, holds `none`: what writes it had no value for it."""
+
+
+class Refused(NoAnswer):
+    """A node or subtree that was ticked from Python ended with FAILURE; `.path` is the node that gave the reason."""
+
+    def __init__(self, reason: str, path: str = "") -> None:
+        super().__init__(reason)
+        self.path = path
 
 
 class NoContact(NoAnswer):

@@ -19,12 +19,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.units import Force, Length, Time
 
 __all__ = ["DepthFrame", "Intrinsics", "Pose", "Wrench"]
 
 Array = npt.NDArray[np.float64]
+
+#: counts that 16 bits hold
+_MOST_COUNTS = 65_535
 
 
 def _zeros() -> tuple[float, float, float]:
@@ -111,14 +115,30 @@ class Intrinsics:
         return Intrinsics(self.fx, self.fy, self.cx - u0, self.cy - v0, u1 - u0, v1 - v0, self.distortion)
 
 
-@dataclass(frozen=True, slots=True)
-class DepthFrame:
+@dataclass(frozen=True, slots=True, repr=False)
+class DepthFrame(BriefRepr):
     """One depth image as the camera sent it, with what is needed to place it in the world.
 
-    `raw` is (h, w) uint16 in counts of `unit` metres, 0 where invalid. `time` is the device's own, s. `plane_distance`
-    is the distance from the camera to the flat membrane along the optical axis, m. `hand_height` (world z of the flat
-    membrane, m), `stretch` (m) and `pose` (of the hand frame in the world) are those at the moment of exposure, None
-    where the cell does not know them.
+    Parameters
+    ----------
+    raw : (h, w) uint16, in counts of `unit`
+        Distance along the optical axis, 0 where invalid; [row, column].
+    unit : float, m
+        Depth of one count.
+    intrinsics : Intrinsics
+        Of this image, in pixels.
+    time : float, s
+        Of the exposure, on the device's own clock.
+    sequence : int
+        Number of the frame.
+    plane_distance : float, m, or None
+        From the camera to the flat membrane, along the optical axis: where the membrane frame has its origin.
+    hand_height : float, m, or None
+        World z of the flat membrane at the exposure; this and the next two are None where the cell does not know them.
+    stretch : float, m, or None
+        Of the membrane at the exposure.
+    pose : Pose or None
+        Of the hand frame in the world at the exposure.
     """
 
     raw: npt.NDArray[np.uint16]
@@ -141,7 +161,84 @@ class DepthFrame:
             if length is not None and not (math.isfinite(length) and length > 0):
                 raise InvalidInput(f"the {name} of a depth frame is a length above 0 m, got {length}")
 
+    @classmethod
+    def from_array(
+        cls,
+        depth: npt.ArrayLike,
+        intrinsics: Intrinsics,
+        *,
+        unit: Length,
+        plane_distance: Length | None = None,
+        stretch: Length | None = None,
+        pose: Pose | None = None,
+        time: Time = 0.0,
+        sequence: int = 0,
+    ) -> DepthFrame:
+        """Return a frame of a depth image that is made by hand, which every node that takes a frame accepts.
+
+        Parameters
+        ----------
+        depth : (h, w) float, m, or whole numbers of `unit`
+            Distance from the camera along its optical axis; [row, column], rows along the stretch. 0, negative, NaN and infinite are
+            invalid. Floats are rounded to whole counts, as a camera does.
+        intrinsics : Intrinsics
+            Of this image.
+        unit : float, m
+            Depth of one count, such as 0.000125; 65,535 counts are the farthest.
+        plane_distance : float, m, optional
+            From the camera to the flat membrane; the median depth along the border of the image unless given.
+        stretch : float, m, optional
+            Of the membrane.
+        pose : Pose, optional
+            Of the hand in the world, and with it `hand_height`; unless given, that in which the membrane frame's origin is the world's.
+        time : float, s
+        sequence : int
+
+        Raises
+        ------
+        InvalidInput
+            The image has another shape or type, holds no valid pixel, or depths that `unit` cannot count.
+
+        Examples
+        --------
+        >>> camera = Intrinsics(200.0, 200.0, 79.5, 79.5, 160, 160)
+        >>> DepthFrame.from_array(np.full((160, 160), 0.1), camera, unit=1e-5).plane_distance
+        0.1
+        """
+        raw = _counts(depth, unit)
+        place = pose or Pose()
+        distance = _border(raw) * unit if plane_distance is None else plane_distance
+        return cls(raw, unit, intrinsics, time, sequence, distance, place.height, stretch, place)
+
     @property
     def depth(self) -> npt.NDArray[np.float32]:
         """(h, w) float32, m, 0 where invalid."""
         return self.raw * np.float32(self.unit)
+
+
+def _counts(depth: npt.ArrayLike, unit: float) -> npt.NDArray[np.uint16]:
+    """Return a depth image in counts, 0 where it is invalid."""
+    image = np.asarray(depth)
+    if image.ndim != 2 or image.dtype.kind not in "iuf":
+        raise InvalidInput(f"a depth image is an array (h, w) of numbers, got {image.dtype} {image.shape}")
+    if not (math.isfinite(unit) and unit > 0):
+        raise InvalidInput(f"unit is the depth of one count in metres, such as 0.000125, got {unit}")
+    counts = np.asarray(image if image.dtype.kind in "iu" else np.round(image / unit), dtype=np.float64)
+    valid = np.isfinite(counts) & (counts > 0)
+    if not valid.any():
+        raise InvalidInput(
+            "no pixel of the depth image is valid; give depths above 0 m as floats, or counts as whole numbers"
+        )
+    if counts[valid].max() > _MOST_COUNTS:
+        raise InvalidInput(
+            f"a depth of {counts[valid].max() * unit:.4g} m is more than {_MOST_COUNTS} counts of {unit:g} m; give depths in metres, or"
+            " a larger unit"
+        )
+    return np.where(valid, counts, 0).astype(np.uint16)
+
+
+def _border(raw: npt.NDArray[np.uint16]) -> float:
+    """Return the median count of the valid pixels along the border, or of all where the border has none."""
+    border = np.concatenate([raw[0], raw[-1], raw[:, 0], raw[:, -1]])
+    known = border[border > 0] if (border > 0).any() else raw[raw > 0]
+    return float(np.median(known))

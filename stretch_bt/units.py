@@ -14,7 +14,7 @@ from functools import lru_cache
 from numbers import Integral, Real
 from typing import Annotated, Any, NamedTuple, TypeGuard
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.errors import InvalidInput, shown
 
 __all__ = [
     "DIMENSIONLESS",
@@ -359,6 +359,17 @@ def parse_quantity(text: str) -> tuple[float, Dimension]:
     if not math.isfinite(value):
         raise InvalidInput(f"{text!r} is not a finite number")
     return value, dimension
+
+
+def parse_time(what: str, given: str | float) -> float:
+    """Return a time above 0 in s, from SI or text with a unit; `what` names it in the message of InvalidInput."""
+    try:
+        value, dimension = (given, KINDS["Time"].dimension) if is_number(given) else parse_quantity(str(given))
+    except InvalidInput:
+        value, dimension = 0.0, DIMENSIONLESS
+    if dimension != KINDS["Time"].dimension or not value > 0:
+        raise InvalidInput(f"{what} takes a time above 0, as in '10 s', not {shown(given)[:80]}")
+    return float(value)
 
 
 def suggest_quantity(text: str, dimension: Dimension) -> str:

@@ -10,10 +10,10 @@ from stretch_bt.cli.output import EXIT_FAILURE, emit_json
 from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from stretch_bt.clock import Clock
     from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.interfaces import MotionState
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
-    from stretch_bt.runtime.clock import Clock
 
 __all__ = ["command"]
 
@@ -29,10 +29,10 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Activate a gripper, which opens and closes its fingers all the way: take the membrane off and keep clear of them."""
+    from stretch_bt.clock import RealClock
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.monitored.gripper import MonitoredGripper
-    from stretch_bt.runtime.clock import RealClock
     from stretch_bt.runtime.use_cell import use_cell
 
     spec = load_cell(cell)

@@ -32,10 +32,10 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Find where the camera stands in the hand, and which opening a count of the gripper is: the membrane is stretched and looked at."""
+    from stretch_bt.clock import Clock, RealClock, VirtualClock
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.hardware.hand_file import written
-    from stretch_bt.runtime.clock import Clock, RealClock, VirtualClock
     from stretch_bt.runtime.hand_calibration import calibrate_hand, hand_devices
     from stretch_bt.runtime.use_cell import use_cell
     from stretch_bt.simulation.scene import load_scene

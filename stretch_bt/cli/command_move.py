@@ -52,8 +52,8 @@ def command(
 
 def _moved(spec: CellSpec, name: str, by: float, speed: float, scene: str, *, yes: bool) -> tuple[Finding, int]:
     """Open the arm, ask, and move it; return how that ended, and the exit code."""
+    from stretch_bt.clock import Clock, RealClock, VirtualClock
     from stretch_bt.hardware.cell import open_cell
-    from stretch_bt.runtime.clock import Clock, RealClock, VirtualClock
     from stretch_bt.runtime.use_cell import use_cell
     from stretch_bt.runtime.vertical_move import VerticalMove
     from stretch_bt.simulation.scene import load_scene

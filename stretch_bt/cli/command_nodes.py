@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -13,7 +14,10 @@ from stretch_bt.errors import InvalidInput, TreeError
 from stretch_bt.source import did_you_mean
 from stretch_bt.units import KINDS, format_quantity
 
-__all__ = ["command"]
+if TYPE_CHECKING:
+    from stretch_bt.tree.registry import NodeInfo
+
+__all__ = ["command", "imported_nodes"]
 
 
 def command(
@@ -27,9 +31,8 @@ def command(
     from stretch_bt.tree.schema.constructs import describe_construct
     from stretch_bt.tree.shared_signatures import describe_shared, shared_signatures
 
-    if tree is not None:
-        _import_nodes(tree)
-    nodes, trees = load_all(), shared_signatures()
+    own = {} if tree is None else imported_nodes(tree)
+    nodes, trees = {**load_all(), **own}, shared_signatures()
     known = sorted((*nodes, *trees))
 
     def described(key: str) -> dict[str, Any]:
@@ -48,13 +51,21 @@ def command(
         _one(found[0])
 
 
-def _import_nodes(tree: str) -> None:
-    """Import the modules that a tree file names; raises TreeError where it cannot be read, or one cannot be imported."""
+def imported_nodes(tree: str) -> dict[str, NodeInfo]:
+    """Import what a tree file names, and return the classes of behaviours that are nodes in it.
+
+    Raises
+    ------
+    TreeError
+        The file cannot be read, or something that it names cannot be imported.
+    """
     from stretch_bt.tree.program import load_program
 
-    wrong = [found for found in load_program(tree).diagnostics if found.code == "import"]
+    program = load_program(tree)
+    wrong = [found for found in program.diagnostics if found.code == "import"]
     if wrong:
         raise TreeError(wrong)
+    return {name: replace(info, name=name) for name, info in program.document.classes.items()}
 
 
 def _meant(name: str, known: list[str]) -> str:

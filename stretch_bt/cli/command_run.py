@@ -43,6 +43,9 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
+    longest: Annotated[
+        str, typer.Option(help="Virtual time after which a simulated or mocked run is ended, as in '10 h'.")
+    ] = "2 h",
     stats: Annotated[
         bool, typer.Option("--stats", help="Show what the twin solved, and the time of each effect.")
     ] = False,
@@ -54,7 +57,8 @@ def command(
 ) -> None:
     """Run a tree on a scene, on a cell, or on mocks."""
     try:
-        result = _ran(tree, not quiet, set_ or [], scene=scene, cell=cell, seed=seed, mocks=mocks, out=out)
+        options = {"scene": scene, "cell": cell, "seed": seed, "mocks": mocks, "out": out}
+        result = _ran(tree, not quiet, set_ or [], longest=longest, **options)
     except StretchError as error:
         stops.way = "note"
         raise typer.Exit(_say_refused(error, traceback=traceback, json_=json_)) from None
@@ -62,11 +66,13 @@ def command(
     raise typer.Exit(_say_ended(result, traceback=traceback, stats=stats, json_=json_))
 
 
-def _ran(tree: str, shown: bool, set_: list[str], **options: Any) -> RunResult:
+def _ran(tree: str, shown: bool, set_: list[str], longest: str, **options: Any) -> RunResult:
     """Run the tree; a signal after the task had ended is in the result."""
     from stretch_bt.runtime.result import interrupt_result
     from stretch_bt.runtime.task import run
+    from stretch_bt.units import parse_time
 
+    options["longest"] = parse_time("--longest", longest)
     view = _view() if shown else None
     # what nodes print must not get among the result, and no tick waits for whoever reads it
     with pictures():

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StretchError, named
+from stretch_bt.clock import Clock, MixedClock, RealClock, VirtualClock
+from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StaleReading, StretchError, named
 from stretch_bt.hardware.cell_file import CellSpec
-from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.driver import ArmDriver, Bench, Driver, GripperDriver
 from stretch_bt.hardware.hand import Hand
-from stretch_bt.hardware.journal import Journal, NoJournal
+from stretch_bt.hardware.interfaces import Reading
+from stretch_bt.hardware.journal import Journal, Relay
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored import MONITORED, Monitored, Watch
 from stretch_bt.source import did_you_mean
 
 if TYPE_CHECKING:
+    from stretch_bt.hardware.simulated.twin import Twin
     from stretch_bt.simulation.scene import Scene
 
-__all__ = ["Cell", "open_cell"]
+__all__ = ["Cell", "clock_of", "open_cell"]
+
+T = TypeVar("T")
+#: how old what a real arm or gripper says may be for the simulation beside it, s
+MAX_AGE = 0.5
 
 
 class Cell:
@@ -28,6 +36,21 @@ class Cell:
         self.hand = bench.hand
         self.devices = devices
         self._bench = bench
+
+    @property
+    def limits(self) -> Limits:
+        """The limits that every device holds."""
+        return self.spec.limits
+
+    @property
+    def scene(self) -> Scene | None:
+        """What is simulated."""
+        return self._bench.scene
+
+    @property
+    def twin(self) -> Twin:
+        """The simulated world behind the devices; raises InvalidInput where nothing is simulated."""
+        return self._bench.twin
 
     def truth(self) -> dict[str, float]:
         """Return what a perfect observer would report now, SI; empty where nothing is simulated.
@@ -76,7 +99,8 @@ class Cell:
 def open_cell(
     spec: CellSpec,
     *,
-    now: Callable[[], float],
+    now: Callable[[], float] | None = None,
+    clock: Clock | None = None,
     seed: int = 0,
     scene: Scene | None = None,
     journal: Journal | None = None,
@@ -90,7 +114,9 @@ def open_cell(
     spec
         What `load_cell` returned.
     now
-        The clock, s, that ages, motions and recordings go by.
+        The time, s, that ages, motions and recordings go by; by default the clock's.
+    clock
+        What a tree goes by that is run on these devices; see `clock_of`. Without one no tree can be.
     seed
         Seed of everything random in a simulation.
     scene
@@ -108,22 +134,69 @@ def open_cell(
         A device does not open; those opened before it are closed again.
     """
     wanted = _wanted(spec, only)
-    bench = Bench(now, seed, spec.path.parent, Hand(spec.hand), spec.limits, scene)
-    if scene is None and any(spec.devices[name].implementation.cls.simulated for name in wanted):
+    now = now or (clock or RealClock()).now
+    simulated = clock.simulated if isinstance(clock, MixedClock) else now
+    hand, relay = Hand(spec.hand), Relay(*([] if journal is None else [journal]))
+    classes = {name: spec.devices[name].implementation.cls for name in wanted}
+    if scene is None and any(cls.simulated for cls in classes.values()):
         raise InvalidInput(f"the cell {spec.name!r} is simulated and needs a scene; name one with --scene")
-    watch = Watch(now, spec.limits, bench.hand, journal or NoJournal())
-    devices = {
-        name: MONITORED[spec.devices[name].type](name, spec.devices[name].driver(bench), watch) for name in wanted
+    benches = {
+        any_clock: Bench(time, seed, spec.path.parent, hand, spec.limits, scene)
+        for any_clock, time in ((True, simulated), (False, now))
     }
-    cell = Cell(spec, bench, devices)
+    watches = {of: Watch(bench.now, spec.limits, hand, relay, clock) for of, bench in benches.items()}
+    devices = {
+        name: MONITORED[spec.devices[name].type](
+            name, spec.devices[name].driver(benches[cls.any_clock]), watches[cls.any_clock]
+        )
+        for name, cls in classes.items()
+    }
+    cell = Cell(spec, benches[True], devices)
     try:
         for device in devices.values():
             device.open()
+        _follow(cell, classes)
     except BaseException:
         with closing():
             cell.close()
         raise
     return cell
+
+
+def clock_of(spec: CellSpec) -> Clock:
+    """Return a clock for a run on a cell: the machine's where a device is real, else one that goes as fast as is computed."""
+    classes = [device.implementation.cls for device in spec.devices.values()]
+    if all(cls.any_clock for cls in classes):
+        return VirtualClock()
+    return MixedClock() if any(cls.any_clock for cls in classes) else RealClock()
+
+
+def _follow(cell: Cell, classes: Mapping[str, type[Driver]]) -> None:
+    """Let the hand of a simulation be where a real arm has it, and its fingers where a real gripper has them."""
+    if not any(cls.simulated for cls in classes.values()):
+        return
+    twin = cell.twin
+    for name, cls in classes.items():
+        driver, now = cell.devices[name].driver, cell.devices[name].watch.now
+        if isinstance(driver, ArmDriver) and not cls.simulated:
+            twin.follow_arm(_fresh(name, "pose", driver.pose, now))
+        elif isinstance(driver, GripperDriver) and not cls.simulated:
+            twin.follow_gripper(_fresh(name, "opening", driver.opening, now))
+
+
+def _fresh(name: str, what: str, read: Callable[[], Reading[T]], now: Callable[[], float]) -> Callable[[], Reading[T]]:
+    """Return what reads a device for the simulation beside it; raises StaleReading."""
+
+    def fresh() -> Reading[T]:
+        reading = read()
+        age = now() - reading.host_time
+        if age > MAX_AGE:
+            raise StaleReading(
+                name, f"its latest {what} is {age:.3g} s old; the simulation beside it needs a newer one"
+            )
+        return reading
+
+    return fresh
 
 
 def _wanted(spec: CellSpec, only: Collection[str] | None) -> list[str]:

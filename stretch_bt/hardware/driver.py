@@ -113,6 +113,8 @@ class Driver:
     #: name in cell files of one that a cell file imports; else its class name in snake case, or that of its entry point
     use: ClassVar[str] = ""
     simulated: ClassVar[bool] = False
+    #: whether it goes by whatever clock it is given; a real device goes by the machine's
+    any_clock: ClassVar[bool] = False
     #: whether its readings come from another thread or process, so that a moment's wait may bring a newer one
     streams: ClassVar[bool] = False
     #: modules that it imports when it is opened, and the packages that they are in

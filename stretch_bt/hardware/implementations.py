@@ -93,7 +93,7 @@ class Implementation:
     @property
     def real(self) -> bool:
         """Whether there is something to connect to: no twin, no recording, no person."""
-        return not self.cls.simulated and self.use != "replay" and self.kind != "Operator"
+        return not self.cls.any_clock and self.kind != "Operator"
 
 
 @dataclass(frozen=True)
@@ -147,10 +147,11 @@ def driver_class(kind: str, use: str) -> type[Driver]:
     return found
 
 
-def drivers_in(module: ModuleType) -> list[type[Driver]]:
-    """Return the driver classes that a module, or its package, defines; raises Unusable for one that is not whole."""
-    top = module.__name__.partition(".")[0]
-    classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Driver)]
+def drivers_in(brought: ModuleType | type) -> list[type[Driver]]:
+    """Return the driver classes that a module, or its package, defines, or the one class; raises Unusable for one that is not whole."""
+    top = (brought.__module__ if isinstance(brought, type) else brought.__name__).partition(".")[0]
+    found = [brought] if isinstance(brought, type) else list(vars(brought).values())
+    classes = [value for value in found if isinstance(value, type) and issubclass(value, Driver)]
     own = [cls for cls in classes if cls.__module__.partition(".")[0] == top and not cls.__name__.startswith("_")]
     return [_checked(cls) for cls in dict.fromkeys(own) if any(issubclass(cls, base) for base in _BASES.values())]
 

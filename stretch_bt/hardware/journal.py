@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, Protocol
 
 from stretch_bt.errors import DeviceFault, NoAnswer
 from stretch_bt.hardware.interfaces import MotionState, Reading
 
-__all__ = ["Journal", "NoJournal"]
+__all__ = ["Journal", "Relay"]
 
 
 class Journal(Protocol):
@@ -35,20 +36,42 @@ class Journal(Protocol):
         ...
 
 
-class NoJournal:
-    """Takes no note."""
+class Relay:
+    """A journal that passes everything on to those that listen at the moment, in their order."""
+
+    def __init__(self, *listeners: Journal) -> None:
+        self.listeners = list(listeners)
+
+    @contextmanager
+    def heard_by(self, journal: Journal) -> Iterator[None]:
+        """Pass everything on to one journal more while the block runs."""
+        self.listeners.append(journal)
+        try:
+            yield
+        finally:
+            self.listeners.remove(journal)
 
     def reading(self, device: str, name: str, reading: Reading[Any]) -> None:
-        """Ignore it."""
+        """A node was given this reading."""
+        for listener in self.listeners:
+            listener.reading(device, name, reading)
 
     def command(self, device: str, name: str, arguments: Mapping[str, Any], owner: str) -> None:
-        """Ignore it."""
+        """A node gave this command."""
+        for listener in self.listeners:
+            listener.command(device, name, arguments, owner)
 
     def motion(self, device: str, owner: str, state: MotionState) -> None:
-        """Ignore it."""
+        """A node polled a motion and was given this state."""
+        for listener in self.listeners:
+            listener.motion(device, owner, state)
 
     def fault(self, device: str, fault: DeviceFault) -> None:
-        """Ignore it."""
+        """A device fault reached a node."""
+        for listener in self.listeners:
+            listener.fault(device, fault)
 
     def unanswered(self, device: str, none: NoAnswer) -> None:
-        """Ignore it."""
+        """A device that is well had no answer for a node."""
+        for listener in self.listeners:
+            listener.unanswered(device, none)

@@ -1,4 +1,4 @@
-"""Where the Python modules that a tree or a cell file names may stand, and their import.
+"""Where the Python modules, and the classes in them, that a tree or a cell file names may stand, and their import.
 
 A module is executed when it is imported. A file may come from anybody, so it can name only what is installed already,
 or what lies beside the file that the user named: whoever names that file chose its folder too.
@@ -20,9 +20,10 @@ from stretch_bt.blame import place_of
 from stretch_bt.errors import StretchError, named, writable
 from stretch_bt.forked import alone
 from stretch_bt.hardware.isolated import trusted_path
+from stretch_bt.source import did_you_mean
 from stretch_bt.threads_heard import threads_heard
 
-__all__ = ["ModuleRefused", "Modules"]
+__all__ = ["ModuleRefused", "Modules", "attribute"]
 
 
 class ModuleRefused(StretchError):
@@ -66,8 +67,10 @@ class Modules:
         folder = file.parent.resolve()
         return Modules(folder, folder, what=what, holds=holds)
 
-    def bring(self, name: str, file: Path) -> ModuleType:
-        """Import a module that a file names, and return it.
+    def bring(self, name: str, file: Path) -> ModuleType | type:
+        """Import a module that a file names, or one with a class that it names, and return it.
+
+        Which part of a name is that of a module is found out without executing any code.
 
         Raises
         ------
@@ -76,6 +79,7 @@ class Modules:
         """
         folders = self._folders(file.parent.resolve())
         self._check(name, folders)
+        module = longest_module(name, folders)
         try:
             # standard output is the command's alone
             with (
@@ -85,13 +89,20 @@ class Modules:
                 alone(),
                 threads_heard(),
             ):
-                return importlib.import_module(name)
+                importlib.import_module(module)
+                found = attribute(module, name.removeprefix(module).lstrip("."))
+        except ModuleRefused:
+            raise
         except (Exception, SystemExit) as error:  # whatever the module of a third party does
             told = writable(error) if isinstance(error, StretchError) else named(error).removesuffix(": ")
             # the text of a SyntaxError has the place
             at = "" if isinstance(error, SyntaxError) else place_of(error) or self._file(name, folders)
-            message = f"module {name!r} cannot be imported: {told}{at and f' ({at})'}"
+            message = f"module {module!r} cannot be imported: {told}{at and f' ({at})'}"
             raise ModuleRefused(message, "mend the module, or install what it needs") from error
+        if not isinstance(found, type | ModuleType):
+            what = f"{name!r} is neither a module nor a class, but of type {type(found).__name__!r}"
+            raise ModuleRefused(what, "name a module, or a class in one")
+        return found
 
     def _folders(self, folder: Path) -> list[str]:
         if self.home is None:
@@ -141,6 +152,47 @@ class Modules:
                     f"module {top!r} beside the {self.what} ({_place(own)}) has the name of another one ({_place(other)})",
                     f"rename the module beside the {self.what}",
                 )
+
+
+def longest_module(name: str, folders: Sequence[str]) -> str:
+    """Return how much of a dotted name is that of a module; none is executed, and what comes after it is looked for in it."""
+    found, _, rest = name.partition(".")
+    with _path([*trusted_path(), *folders]):
+        _, places = _located(found, None)
+        while rest and places:
+            part, _, rest = rest.partition(".")
+            is_module, inside = _located(f"{found}.{part}", places)
+            if not is_module:
+                break
+            found, places = f"{found}.{part}", inside
+    return found
+
+
+def _located(module: str, places: Sequence[str] | None) -> tuple[bool, Sequence[str]]:
+    """Return whether there is a module in some folders, None for those of Python's path, and where a package has its own."""
+    if module in sys.modules:
+        return True, list(getattr(sys.modules[module], "__path__", ()))
+    try:
+        finders = [PathFinder] if places is not None else sys.meta_path
+        specs = (finder.find_spec(module, places) for finder in finders)
+        spec = next((spec for spec in specs if spec is not None), None)
+        return spec is not None, [] if spec is None else list(spec.submodule_search_locations or ())
+    except KeyError:  # a folder without __init__.py inside another one, of which Python asks that it is imported
+        inner = [Path(place) / module.rpartition(".")[2] for place in places or ()]
+        return True, [str(folder) for folder in inner if folder.is_dir()]
+
+
+def attribute(module: str, name: str) -> Any:
+    """Return what a dotted name means in a module that was imported, the module itself for none; raises ModuleRefused."""
+    found: Any = sys.modules[module]
+    for part in name.split(".") if name else ():
+        if not hasattr(found, part):
+            owner = getattr(found, "__name__", part)
+            known = [known for known in vars(found) if isinstance(getattr(found, known, None), type)]
+            hint = did_you_mean(part, known) or "name a module, or a class in one"
+            raise ModuleRefused(f"module {owner!r} has no {part!r}", hint)
+        found = getattr(found, part)
+    return found
 
 
 def _installed(top: str) -> ModuleSpec | None:

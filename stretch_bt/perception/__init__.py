@@ -9,6 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stretch_bt.frames import DepthFrame as DepthFrame
+    from stretch_bt.frames import Intrinsics as Intrinsics
+    from stretch_bt.frames import Pose as Pose
     from stretch_bt.perception.average import average_frames as average_frames
     from stretch_bt.perception.cap import Cap as Cap
     from stretch_bt.perception.cap import cap_of as cap_of
@@ -92,17 +95,20 @@ _MODULES = {
     "ContactSize": "size.result",
     "Curvatures": "curvature",
     "Cylinder": "types",
+    "DepthFrame": ".frames",  # one up, as the next two
     "Diameters": "size.result",
     "Dimension": "solids.result",
     "Dimensions": "clouds.dimensions",
     "FrameNoise": "noise",
     "FreeView": "pattern",
     "HeightTracker": "tracker",
+    "Intrinsics": ".frames",
     "MountedMembrane": "pressed.height",
     "Outline": "outlines.outline",
     "Pattern": "pattern",
     "PixelNoise": "noise",
     "Plane": "types",
+    "Pose": ".frames",
     "Roundness": "outlines.roundness",
     "Segmentation": "segmentation",
     "Shape": "types",
@@ -168,17 +174,20 @@ __all__ = [
     "ContactSize",
     "Curvatures",
     "Cylinder",
+    "DepthFrame",
     "Diameters",
     "Dimension",
     "Dimensions",
     "FrameNoise",
     "FreeView",
     "HeightTracker",
+    "Intrinsics",
     "MountedMembrane",
     "Outline",
     "Pattern",
     "PixelNoise",
     "Plane",
+    "Pose",
     "Roundness",
     "Segmentation",
     "Shape",
@@ -238,7 +247,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    return getattr(import_module(f".{_MODULES[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.outlines.level import blurred, highest_of
 from stretch_bt.perception.types import Contact
@@ -26,8 +27,8 @@ LEAST_PIXELS, LEAST_CELLS = 8, 16
 PARAMETERS = 3  # of the plane that is taken off each cap
 
 
-@dataclass(frozen=True, eq=False)
-class Cap:
+@dataclass(frozen=True, eq=False, repr=False)
+class Cap(BriefRepr):
     """Mean heights (15, 15), m, in square cells around the top of a lump, without offset and slope, NaN where not seen.
 
     `noise`, m, is the standard deviation that the frame's noise gives to one of them.

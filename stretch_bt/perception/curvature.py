@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.perception.lateral import Lateral, lateral
 from stretch_bt.perception.robust import quantile, sample
@@ -40,8 +41,8 @@ def brand(points: FloatArray, normals: FloatArray, *, stride: int = 1) -> tuple[
     return signals[0], signals[1]
 
 
-@dataclass(frozen=True, slots=True)
-class Curvatures:
+@dataclass(frozen=True, slots=True, repr=False)
+class Curvatures(BriefRepr):
     """Normal curvatures along i and j and twice the mean curvature, (h, w), 1/m, positive where convex to the camera.
 
     0 where `trusted` is False: a pixel there shows no curvature. `i_sd`, `j_sd` and `sum_sd` are the noise of one

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.deprojection import depth_of
@@ -21,8 +22,8 @@ Array = npt.NDArray[np.float64]
 QUIET = 0.5  # share of the patches, those with least residual, that the correlation is taken from
 
 
-@dataclass(frozen=True, slots=True)
-class PixelNoise:
+@dataclass(frozen=True, slots=True, repr=False)
+class PixelNoise(BriefRepr):
     """Noise within one image, patch by patch.
 
     `sd` (n,), m, is that of the residual to a quadratic over a patch, and `depth` (n,), m, the patch's distance.
@@ -36,8 +37,8 @@ class PixelNoise:
     correlation: Array
 
 
-@dataclass(frozen=True, slots=True)
-class FrameNoise:
+@dataclass(frozen=True, slots=True, repr=False)
+class FrameNoise(BriefRepr):
     """Noise from frame to frame of a still scene.
 
     `sd` (h, w), m, is that of each pixel about its mean over the frames, NaN where it was not always seen.

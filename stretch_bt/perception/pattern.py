@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.perception.average import FINER
@@ -34,8 +35,8 @@ FAR = 2.0  # standard deviations of what a static error adds, past which a membr
 PART = 0.7  # of its standard deviation that a static error adds to a hang that is fitted to it
 
 
-@dataclass(frozen=True, slots=True)
-class Pattern:
+@dataclass(frozen=True, slots=True, repr=False)
+class Pattern(BriefRepr):
     """Static error of a camera's depth, learned from frames of the free membrane, whose sag is no error."""
 
     error: Image  # (h, w) float32, m, 0 where unknown

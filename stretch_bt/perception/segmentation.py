@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.confidence import confidence_of
 from stretch_bt.perception.correlation import area_of
@@ -36,8 +37,8 @@ MOST_PARTS = 10  # places that stand out, each at 6 standard deviations; a press
 CLEAR = 7.0  # standard deviations at which a kernel is wide enough
 
 
-@dataclass(frozen=True, slots=True)
-class Segmentation:
+@dataclass(frozen=True, slots=True, repr=False)
+class Segmentation(BriefRepr):
     """The classes of a frame and what they rest on.
 
     `labels` (h, w) uint8 and `confidence` (h, w) float32, the probability that a label is right, 0 where invalid;

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.frames import Pose
 from stretch_bt.units import Angle, Curvature, Length, Time
 
@@ -57,16 +58,37 @@ class SurfaceNoise:
         return SurfaceNoise(self.sd * math.sqrt(self.area / (area * pixels)), area)
 
 
-@dataclass(frozen=True, slots=True)
-class Contact:
-    """The points of the membrane that touch the object, in one frame.
+@dataclass(frozen=True, slots=True, repr=False)
+class Contact(BriefRepr):
+    """The points of the membrane that touch the object, and the surface around them, as one frame shows them.
 
-    `points` (n, 3), m, and unit `rays` (n, 3), from the camera through each point, are in the membrane frame. `labels`
-    (h, w) uint8 holds the class of every pixel, `confidence` (h, w) float32 the probability that it is right, 0 where
-    invalid, and `surface` (h, w, 3), m, membrane frame, its point, NaN where the label is 255. `noise` is the depth
-    standard deviation of one pixel, m, as the frame itself shows it, and `noise_area` how many pixels share one error,
-    1 where their noise is independent. `hand_height`, `stretch`, m, `time`, s, and
-    `pose`, of the hand in the world, are those of the frame.
+    The membrane frame has its origin in the middle of the flat membrane: x along the columns, y along the rows and the stretch, z towards
+    the camera. Images are indexed [row, column].
+
+    Parameters
+    ----------
+    points : (n, 3) float, m, membrane frame
+        Of the pixels in contact, row by row.
+    rays : (n, 3) float, unit vectors, membrane frame
+        From the camera through each of these points; z is negative.
+    labels : (h, w) uint8
+        The class of each pixel: 0 undeformed, 1 deformed, 2 in contact, 255 invalid.
+    noise : float, m
+        Standard deviation of the depth of one pixel, as the frame itself shows it.
+    hand_height : float, m, or None
+        World z of the flat membrane.
+    stretch : float, m, or None
+        Of the membrane, by the gripper.
+    time : float, s
+        Of the frame, on the device's clock.
+    surface : (h, w, 3) float, m, membrane frame
+        The point of each pixel, NaN where its label is 255.
+    confidence : (h, w) float32
+        Probability that each label is right, 0 where it is invalid.
+    pose : Pose or None
+        Of the hand in the world.
+    noise_area : float
+        How many pixels share one error, 1 where their noise is independent.
     """
 
     points: FloatArray
@@ -81,6 +103,57 @@ class Contact:
     pose: Pose | None = None
     noise_area: float = 1.0
 
+    @classmethod
+    def from_heights(
+        cls,
+        heights: npt.ArrayLike,
+        pixel: Length,
+        *,
+        noise: Length,
+        labels: npt.ArrayLike | None = None,
+        stretch: Length | None = None,
+        pose: Pose | None = None,
+        time: Time = 0.0,
+    ) -> Contact:
+        """Return a contact of heights that are made by hand, which every node that takes a contact accepts.
+
+        Parameters
+        ----------
+        heights : (h, w) float, m
+            Of the membrane above its undeformed plane, towards the camera; [row, column], rows along the stretch. NaN where nothing is
+            seen. They are taken as they are: add noise of your own where a test asks for some.
+        pixel : float, m
+            Distance of neighbouring pixels, along rows and columns. The middle of the image is the middle of the membrane.
+        noise : float, m
+            Standard deviation of one height, above 0.
+        labels : (h, w) uint8 or bool, optional
+            Classes as in a contact, or where the membrane touches; as `segment` finds them unless given.
+        stretch : float, m, optional
+            Of the membrane.
+        pose : Pose, optional
+            Of the hand in the world; unless given, that in which the membrane frame's origin is the world's.
+        time : float, s
+
+        The camera looks straight down from far away, so that all rays are (0, 0, -1).
+
+        Raises
+        ------
+        NoContact
+            No pixel is in contact.
+        InvalidInput
+            An array has another shape or type, or a length is in another unit than metres.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> y, x = np.mgrid[-80:81, -80:81] * 0.5e-3
+        >>> Contact.from_heights(np.maximum(8e-3 - (x**2 + y**2) / 60e-3, 0), 0.5e-3, noise=0.1e-3).labels.shape
+        (161, 161)
+        """
+        from stretch_bt.perception.by_hand import contact_from_heights
+
+        return contact_from_heights(heights, pixel, noise=noise, labels=labels, stretch=stretch, pose=pose, time=time)
+
     @property
     def surface_noise(self) -> SurfaceNoise:
         """The noise as the fits of shapes take it."""
@@ -89,9 +162,17 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A fitted sphere; `radius` is positive, the sign of `curvature` is positive where it is convex to the camera.
+    """A fitted sphere.
 
-    `center` and `center_sd` are (3,), m, in the frame of the points that were fitted.
+    Parameters
+    ----------
+    radius, radius_sd : float, m
+        Positive, and its standard deviation.
+    center, center_sd : (3,) float, m
+        In the frame of the points that were fitted: those of a contact lie in the membrane frame, so that z is negative below the plane of
+        the undeformed membrane, on the far side of the camera.
+    curvature, curvature_sd : float, 1/m
+        One over the radius, positive where the sphere is convex to the camera.
     """
 
     radius: Length

@@ -13,10 +13,12 @@ from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
 from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime import mocks_file
+from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.mocks import check_mocks, tree_of
 from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.flow import Leaf
+from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.headings import FORMAT as TREE
 from stretch_bt.tree.made import made
 from stretch_bt.tree.program import Program, find_tree, load_program
@@ -26,7 +28,7 @@ __all__ = ["check", "check_file"]
 
 def _tree(path: Path) -> list[Diagnostic]:
     program = load_program(path)
-    return [*program.diagnostics, *_scene_of(program.document), *_unmade(program)]
+    return [*program.diagnostics, *_scene_of(program.document), *_unmade(program), *_unmade_behaviours(program)]
 
 
 def _unmade(program: Program) -> list[Diagnostic]:
@@ -39,6 +41,22 @@ def _unmade(program: Program) -> list[Diagnostic]:
                 made(leaf.info.cls, leaf.label)
         except StretchError as error:
             found.append(leaf.mark.error("import", str(error), "mend the class of the node"))
+    return found
+
+
+def _unmade_behaviours(program: Program) -> list[Diagnostic]:
+    """Return where the class of a behaviour refuses the arguments that a place gives it."""
+    leaves = [leaf for body in program.bodies.values() for leaf in body.parts() if isinstance(leaf, Leaf)]
+    found = []
+    for leaf in () if program.errors else leaves:
+        if issubclass(leaf.info.cls, ForeignNode):
+            node = leaf.info.cls(leaf.label)
+            node.given = leaf.arguments()
+            try:
+                with redirect_stdout(sys.stderr), kept_blackboard():
+                    node.prepare()
+            except StretchError as error:
+                found.append(leaf.mark.error("argument", str(error), "give it other arguments, or mend its class"))
     return found
 
 

@@ -12,7 +12,7 @@ from stretch_bt.errors import DeviceFault, NoAnswer, NotReady
 from stretch_bt.frames import DepthFrame, Pose, Wrench
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.hardware.journal import Journal, NoJournal
+from stretch_bt.hardware.journal import Journal, Relay
 from stretch_bt.hardware.limits import Limits
 
 __all__ = ["MAX_AGE", "Commanded", "RunContext", "Seen"]
@@ -47,7 +47,7 @@ class Seen:
     """A journal that passes everything on, and keeps the latest reading of each kind and the latest commands."""
 
     def __init__(self, inner: Journal | None = None, now: Callable[[], float] = lambda: 0.0) -> None:
-        self.inner: Journal = inner or NoJournal()
+        self.inner: Journal = inner or Relay()
         self.now = now
         self.latest: dict[str, Reading[Any]] = {}
         self.commands: deque[Commanded] = deque(maxlen=COMMANDS)

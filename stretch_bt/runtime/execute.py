@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stretch_bt.clock import Clock, PacedClock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
-from stretch_bt.hardware.interfaces import Device
-from stretch_bt.runtime.clock import Clock, RealClock, VirtualClock
+from stretch_bt.hardware.hand import Hand
 from stretch_bt.runtime.context import Seen
-from stretch_bt.runtime.given import Given
+from stretch_bt.runtime.foreign_nodes import kept_for
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.report import write_report
 from stretch_bt.runtime.result import RunResult, interrupt_result, result_of, told_in
-from stretch_bt.runtime.runner import Outcome, Runner, Watcher
+from stretch_bt.runtime.runner import LONGEST, Outcome, Runner, Watcher
 from stretch_bt.runtime.signals import signals, unbroken
 from stretch_bt.runtime.sketches import Sketches
 from stretch_bt.runtime.truth import Truths
@@ -29,11 +29,9 @@ from stretch_bt.threads_heard import Heard, threads_heard
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.cell_file import CellSpec
+    from stretch_bt.runtime.given import Given
 
 __all__ = ["execute"]
-
-#: device implementations that go by whatever clock they are given
-_ANY_CLOCK = ("simulated", "replay")
 
 
 def execute(
@@ -41,28 +39,45 @@ def execute(
     out: str | Path | None = None,
     view: View | None = None,
     watch: Callable[[Runner], None] | None = None,
-    devices: Mapping[str, Device] | None = None,
+    given: Given | None = None,
+    longest: float = LONGEST,
 ) -> RunResult:
-    """Open what the task needs, run it, and close everything, whatever happens; `devices` are used instead of a cell's."""
-    spec = task.cell_spec() if devices is None else None
-    missing = sorted(task.devices() - devices.keys()) if devices is not None else []
-    if missing:
-        raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
-    if spec is None:
-        task.scene = None
-    task.prepare(spec)
-    scene = _load_scene(task, spec)
-    real = spec is not None and any(d.use not in _ANY_CLOCK for d in spec.devices.values())
-    if real:
-        load_ahead()
+    """Open what the task needs, run it, and close everything, whatever happens; what is given is used instead of a cell, and stays open.
+
+    A run in virtual time ends after the `longest` of it, s.
+    """
+    with kept_for(task.built):
+        return _executed(task, out, view, watch, given, longest)
+
+
+def _executed(
+    task: Task,
+    out: str | Path | None,
+    view: View | None,
+    watch: Callable[[Runner], None] | None,
+    given: Given | None,
+    longest: float,
+) -> RunResult:
+    spec = _spec(task, given)
+    if given is not None:
+        task.prepare(given.hand, given.limits)
     else:
+        task.prepare(*((Hand(spec.hand), spec.limits) if spec is not None else ()))
+    scene = _scene(task, spec, given)
+    clock = _clock(spec, given)
+    if isinstance(clock, VirtualClock):
         load_first(sheet=scene is not None and scene.fidelity == "sheet")
-    clock: Clock = RealClock() if real else VirtualClock()
+        if task.built.foreign:  # behaviours of other packages count the machine's time, so no run with one goes faster
+            clock = PacedClock(clock)
+        else:
+            task.longest = longest
+    else:
+        load_ahead()
     with one_thread(), threads_heard() as heard:
         run = _Run(task, clock, view, watch, heard)
         with signals(run.interrupted):
             run.record = RunRecord(Path(out) if out is not None else None)
-            result = run.whole(spec, scene, devices)
+            result = run.whole(spec, scene, given)
     return run.told_of_signals(result)  # also of those that came while the record was closed
 
 
@@ -93,13 +108,18 @@ class _Run:
             self.opening = False  # what closes the devices again is not broken off
             raise KeyboardInterrupt(why)
 
-    def whole(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> RunResult:
+    def whole(self, spec: CellSpec | None, scene: Any, given: Given | None) -> RunResult:
         """Open, drive, close."""
         self.seen = Seen(self.record, self.clock.now)
+        listening = ExitStack()
         self.task.context.folder = self.record.folder
         try:
             self.record.start(self.task.context.about, self.task.run_info(spec, scene))
-            self.open(spec, scene, devices)
+            if self.task.mocks is not None:
+                self.task.mocks.arrays.save(self.record.folder)
+            if given is not None:
+                listening.enter_context(given.heard_by(self.seen))
+            self.open(spec, scene, given)
             return self.drive(self.cell)
         except BaseException as error:
             if self.came and self.runner is None and isinstance(error, KeyboardInterrupt):
@@ -112,13 +132,14 @@ class _Run:
         finally:
             if self.cell is not None:
                 self.cell.close()
+            listening.close()
 
-    def open(self, spec: CellSpec | None, scene: Any, devices: Mapping[str, Device] | None) -> None:
+    def open(self, spec: CellSpec | None, scene: Any, given: Given | None) -> None:
         """Open the devices, or take those that were given."""
         context = self.task.context
-        if devices is not None:
-            context.devices = devices
-            self.cell = Given(devices)
+        if given is not None:
+            context.devices = given.devices
+            self.cell = given
         elif spec is not None:
             self.cell = cell = self.opened(spec, scene)
             context.devices, context.hand = cell.devices, cell.hand
@@ -133,7 +154,7 @@ class _Run:
 
             return open_cell(
                 spec,
-                now=self.clock.now,
+                clock=self.clock,
                 seed=self.task.seed,
                 scene=scene,
                 journal=self.seen,
@@ -183,6 +204,7 @@ class _Run:
             cell=cell,
             watchers=watchers if shown is None else [*watchers, shown],
             max_ticks=self.task.most_ticks(),
+            longest=self.task.longest,
         )
         if self.watch is not None:
             self.watch(runner)
@@ -216,7 +238,39 @@ class _Run:
         return result
 
 
-def _load_scene(task: Task, spec: CellSpec | None) -> Any:
+def _spec(task: Task, given: Given | None) -> CellSpec | None:
+    """Return the cell that the run opens or was given, checked against what the tree needs; None where it has none."""
+    if given is None:
+        spec = task.cell_spec()
+        if spec is None:
+            task.scene = None
+        return spec
+    missing = sorted(task.devices() - given.devices.keys())
+    if missing and given.cell is None:
+        raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
+    if given.cell is None:
+        return None
+    from stretch_bt.runtime.reach import check_devices
+
+    check_devices(task.program, given.cell.spec, task.devices())
+    if missing:
+        raise InvalidInput(f"the tree needs {', '.join(missing)}, which this cell was opened without; leave out 'only'")
+    return given.cell.spec
+
+
+def _clock(spec: CellSpec | None, given: Given | None) -> Clock:
+    if given is not None:
+        return given.clock
+    if spec is None:
+        return VirtualClock()
+    from stretch_bt.hardware.cell import clock_of
+
+    return clock_of(spec)
+
+
+def _scene(task: Task, spec: CellSpec | None, given: Given | None) -> Any:
+    if given is not None:
+        return None if given.cell is None else given.cell.scene
     if spec is None or not spec.simulated:
         return None
     from stretch_bt.simulation.scene import load_scene

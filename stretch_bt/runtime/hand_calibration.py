@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from stretch_bt import perception
+from stretch_bt.clock import Clock
 from stretch_bt.errors import DeviceFault, IllConditioned, InvalidInput
 from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.perception.hand_eye import HandView, view_of_hand
-from stretch_bt.runtime.clock import Clock
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.units import Estimate
 

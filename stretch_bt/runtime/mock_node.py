@@ -10,17 +10,13 @@ from typing import Any
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.errors import UnsetKey
-from stretch_bt.source import Map, Mark, Scalar, Seq, Value, did_you_mean
+from stretch_bt.source import Mark, Scalar, Value
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.context import Context
 from stretch_bt.tree.countdown import Countdown
 from stretch_bt.tree.flow.base import FlowNode
-from stretch_bt.tree.types import Family, Type, attributes
-from stretch_bt.tree.values import is_none, literal, refuse
-from stretch_bt.units import Estimate
 
-__all__ = ["Mock", "MockNode", "iter_then", "mock_value", "pattern_fits"]
+__all__ = ["Mock", "MockNode", "iter_then", "pattern_fits"]
 
 
 @dataclass(slots=True)
@@ -106,66 +102,6 @@ def _matches(wanted: str, name: str) -> bool:
             return False
         at += len(part)
     return True
-
-
-def mock_value(value: Value, type_: Type, what: str) -> Any:
-    """Return what a mock writes: a literal, `{value, sd}` of a number, or the fields of an object.
-
-    Raises
-    ------
-    Refused
-        The value does not fit the type; the diagnostic says where and what to write.
-    """
-    if type_.is_number and isinstance(value, Map):
-        fields = {k.text: literal(v, type_, f"{what}.{k.text}") for k, v in value}
-        if set(fields) != {"value", "sd"}:
-            hint = "write '{value: 1 mm, sd: 0.1 mm}'"
-            refuse(value.mark, "type-mismatch", f"{what} takes a value and its sd", hint)
-        if fields["sd"] < 0:
-            message = f"{what}.sd is a standard deviation, which is not below 0"
-            refuse(value.mark, "out-of-bounds", message, "write '0' with its unit, or more")
-        return Estimate(fields["value"], fields["sd"])
-    if type_.item is not None and type_.is_record and isinstance(value, Seq):
-        return [mock_value(item, type_.item, f"{what}[{i}]") for i, item in enumerate(value.items)]
-    if type_.family is not Family.OBJECT or type_.cls is None:
-        return None if is_none(value) else literal(value, type_, what)
-    if not isinstance(value, Map):
-        known = ", ".join(sorted(attributes(type_.cls))[:4])
-        hint = f"write a mapping of some of {known}"
-        refuse(value.mark, "type-mismatch", f"{what} takes the fields of a {type_}", hint)
-    return _object(value, type_.cls, what)
-
-
-def _object(value: Map, cls: type, what: str) -> Any:
-    """Return an object with only the fields that the mock gives; reading another one says so."""
-    known = attributes(cls)
-    given = {}
-    for key, inner in value:
-        if key.text not in known:
-            message = f"{cls.__name__} has no {key.text!r}"
-            refuse(key.mark, "attribute-unknown", message, did_you_mean(key.text, known))
-        given[key.text] = mock_value(inner, known[key.text], f"{what}.{key.text}")
-    return _Partial(cls, given)
-
-
-class _FieldNotGiven(UnsetKey, AttributeError):
-    """A field of a mocked object is read that the mocks file does not give."""
-
-
-class _Partial:
-    """An object of which a mocks file gives some fields."""
-
-    def __init__(self, cls: type, given: dict[str, Any]) -> None:
-        self.__dict__.update(given)
-        self._name = cls.__name__
-        self._cls = cls
-
-    @property  # type: ignore[misc]
-    def __class__(self) -> type:  # a node may write it to a port of its class
-        return self._cls
-
-    def __getattr__(self, field_name: str) -> Any:
-        raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")
 
 
 def iter_then(values: list[Any], then: str) -> Generator[Any, None, None]:

@@ -18,8 +18,10 @@ from stretch_bt.errors import Diagnostic, MocksError, TreeError
 from stretch_bt.hardware.interfaces import readings_of
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.expectation import Expectation
-from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, mock_value, pattern_fits
-from stretch_bt.source import Mark, Scalar, closest, did_you_mean
+from stretch_bt.runtime.mock_arrays import MockArrays, names_array
+from stretch_bt.runtime.mock_node import Mock, MockNode, iter_then, pattern_fits
+from stretch_bt.runtime.mock_value import mock_value
+from stretch_bt.source import Mark, Scalar, Value, closest, did_you_mean
 from stretch_bt.tree.build import Builder, BuiltTree, build
 from stretch_bt.tree.cell import Cell
 from stretch_bt.tree.document import Document
@@ -43,6 +45,7 @@ class Mocks:
         self.tree = tree
         self.path = path
         self.text = text
+        self.arrays = MockArrays(path.parent)
         self.rules: list[Mock] = []
         self.readings: dict[str, list[float]] = {}
         self.reading_marks: dict[str, Mark] = {}
@@ -111,6 +114,7 @@ class Mocks:
             if not any(pattern_fits(pattern, path) for path in paths):
                 self._unmatched(pattern, mark, paths)
         self._check_readings(program.document)
+        self.diagnostics += self.expect.resolve(built, program.document)
         if self.diagnostics:
             raise MocksError(list(dict.fromkeys(self.diagnostics)))
 
@@ -148,10 +152,20 @@ class Mocks:
         values = []
         for value in rule.outputs[name]:
             try:
-                values.append(mock_value(value, type_, name))
+                values += self._values(value, type_, name)
             except Refused as refused:
                 self.diagnostics.append(refused.diagnostic)
         return cell, values
+
+    def _values(self, value: Value, type_: Type, name: str) -> list[Any]:
+        """Return what one value of a file stands for: itself, or an entry or row of an array for each start."""
+        one = type_.item or type_
+        if not (one.is_number and names_array(value)):
+            return [mock_value(value, type_, name, self.arrays)]
+        if type_.item is None:
+            return self.arrays.numbers(value, name)
+        deep = self.arrays.read(value, None, name).ndim
+        return self.arrays.numbers(value, name, 2) if deep > 1 else [self.arrays.numbers(value, name)]
 
     def _script(self, rule: Mock, builder: Builder) -> Callable[[], bool] | None:
         if rule.status_when is None:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import yaml
 from py_trees.common import Status
 
-from stretch_bt.errors import FileError, InvalidInput, MocksError, shown
+from stretch_bt.errors import FileError, MocksError
 from stretch_bt.hardware.interfaces import INTERFACES, readings_of
+from stretch_bt.runtime.expectation import wanted_output
+from stretch_bt.runtime.mock_arrays import MockArrays, names_array
+from stretch_bt.runtime.mock_mapping import WrittenMocks
 from stretch_bt.runtime.mock_node import Mock
 from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.source import (
@@ -28,13 +29,14 @@ from stretch_bt.source import (
 )
 from stretch_bt.tree.types import INT, Type, from_annotation, quantity
 from stretch_bt.tree.values import Refused, check_bounds, literal
-from stretch_bt.units import KINDS, Estimate
+from stretch_bt.units import KINDS
 
 __all__ = ["FIELDS", "FORMAT", "STATUSES", "THEN", "TOP", "read_mocks"]
 
 FORMAT = "stretch-mocks/1"
 TOP = ("format", "doc", "tree", "mocks", "readings", "expect")
 FIELDS = ("match", "status", "status_when", "after", "outputs", "then", "message")
+EXPECT = ("result", "visited", "never", "outputs", "commands", "ticks_max")
 THEN = ("repeat_last", "cycle", "fail")
 _IN_MEMORY = Path("mocks")
 STATUSES = {"success": Status.SUCCESS, "failure": Status.FAILURE, "running": Status.RUNNING}
@@ -45,47 +47,34 @@ LONGEST = 1000
 TIME = quantity(KINDS["Time"].dimension)
 
 
-def read_mocks(given: Path | str | Mapping[str, Any], *, recorded: bool = False) -> Mocks:
+def read_mocks(
+    given: Path | str | Mapping[str, Any], *, recorded: bool = False, arrays: MockArrays | None = None
+) -> Mocks:
     """Read mocks: a file, or its content as text of several lines or as a mapping; raises MocksError with every mistake.
 
-    In a mapping `format` and `tree` may be left out, and arrays may stand for lists. Places of mistakes in it are those of its text in YAML,
-    which a run records.
+    In a mapping `format` and `tree` may be left out, arrays may stand for lists and for the arrays of records, and records for their
+    fields. Places of mistakes in it are those of its text in YAML, which a run records. `arrays` are those of a record.
     """
+    path, text = _IN_MEMORY, ""
     try:
-        text, path = _text(given)
+        if isinstance(given, Mapping):
+            written = WrittenMocks({"format": FORMAT, **given})
+            text, arrays = written.text, MockArrays(Path(), written.arrays)
+        elif isinstance(given, str) and "\n" in given:
+            text = given
+        else:
+            path = Path(given)
+            text = read_text(path)
         root = load(path, text=text)
     except FileError as error:
         raise MocksError(error.diagnostics) from None
-    found = _Reader(root, path, text, needs_tree=not (recorded or isinstance(given, Mapping))).read()
+    reader = _Reader(root, path, text, needs_tree=not (recorded or isinstance(given, Mapping)))
+    if arrays is not None:
+        reader.found.arrays = arrays
+    found = reader.read()
     if found.diagnostics:
         raise MocksError(found.diagnostics)
     return found
-
-
-def _text(given: Path | str | Mapping[str, Any]) -> tuple[str, Path]:
-    """Return the text of mocks, and the file that messages name."""
-    if isinstance(given, Mapping):
-        return yaml.safe_dump(_plain({"format": FORMAT, **given}), sort_keys=False, allow_unicode=True), _IN_MEMORY
-    if isinstance(given, str) and "\n" in given:
-        return given, _IN_MEMORY
-    return read_text(Path(given)), Path(given)
-
-
-def _plain(value: Any, at: str = "") -> Any:
-    """Return a value of Python as YAML writes it: arrays as lists, a status by its word; raises InvalidInput for what it cannot write."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(inner, f"{at}.{key}" if at else str(key)) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner, f"{at}[{k}]") for k, inner in enumerate(value)]
-    if isinstance(value, Status):
-        return value.name.lower()
-    if isinstance(value, Estimate):
-        return {"value": float(value), "sd": value.sd}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, str | bool | int | float):
-        return value
-    raise InvalidInput(f"mocks: {at} is {shown(value)}; write text with a unit, a number, a list or a mapping")
 
 
 class _Reader:
@@ -235,10 +224,17 @@ class _Reader:
             if not values:
                 self.error(given.mark, "empty", f"{key.text!r} has no values", "write at least one")
             try:
-                self.found.readings[key.text] = [literal(v, type_, key.text) for v in values]
+                self.found.readings[key.text] = self.numbers(values, type_, key.text)
                 self.found.reading_marks[key.text] = key.mark
             except Refused as refused:
                 self.found.diagnostics.append(refused.diagnostic)
+
+    def numbers(self, values: Iterable[Value], type_: Type, what: str) -> list[float]:
+        """Return the values of a reading, one after the other; an array stands for its entries."""
+        found: list[float] = []
+        for value in values:
+            found += self.found.arrays.numbers(value, what) if names_array(value) else [literal(value, type_, what)]
+        return found
 
     def expect(self, value: Value | None) -> None:
         if value is None:
@@ -246,7 +242,7 @@ class _Reader:
         if not isinstance(value, Map):
             self.error(value.mark, "type-mismatch", "'expect' takes a mapping", "write {result: success}")
             return
-        self.known(value, ("result", "visited", "never", "ticks_max"), "expect")
+        self.known(value, EXPECT, "expect")
         wanted = self.found.expect
         if "result" in value:
             results = ("success", "failure", "error", "fault", "interrupted")
@@ -254,9 +250,28 @@ class _Reader:
         for name in ("visited", "never"):
             for item in self.items(value.get(name), name):
                 self.visit(item, getattr(wanted, name))
+        self.wanted_outputs(value.get("outputs"))
+        for item in self.items(value.get("commands"), "commands"):
+            self.command(item)
         ticks = value.get("ticks_max")
         if ticks is not None:
             wanted.ticks_max = self.literal(ticks, INT, "ticks_max", 1)
+
+    def wanted_outputs(self, value: Value | None) -> None:
+        if value is not None and not isinstance(value, Map):
+            hint = "write '{stiffness: {value: 1 N/mm, within: 5 %}}'"
+            self.error(value.mark, "type-mismatch", "'outputs' takes a mapping from outputs of the task", hint)
+        for key, given in value if isinstance(value, Map) else ():
+            try:
+                self.found.expect.outputs.append(wanted_output(key, given))
+            except Refused as refused:
+                self.found.diagnostics.append(refused.diagnostic)
+
+    def command(self, item: Value) -> None:
+        if not isinstance(item, Scalar) or "." not in item.text:
+            self.error(item.mark, "type-mismatch", "a command is device.command", "write 'arm.move'")
+            return
+        self.found.expect.commands.append((item.text, item.mark))
 
     def visit(self, item: Value, patterns: list[tuple[str, str | None]]) -> None:
         """Read `path` or `path#status`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import sys
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from stretch_bt.blame import own_code
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.limits import Limits
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.mocks import Mocks
 from stretch_bt.runtime.provenance import driver_modules, effects_on, machine, own_modules
@@ -49,6 +51,8 @@ class Task:
     cell: str | None = None
     mocks: Mocks | None = None
     notes: list[str] = field(default_factory=list)
+    #: virtual time, s, after which the run is ended
+    longest: float = math.inf
     context: RunContext = field(default_factory=RunContext)
     built: BuiltTree = field(init=False)
 
@@ -61,11 +65,10 @@ class Task:
         if self.mocks is not None:
             self.mocks.check_matches(self.built, self.program)
 
-    def prepare(self, spec: CellSpec | None) -> None:
+    def prepare(self, hand: Hand | None = None, limits: Limits | None = None) -> None:
         """Let every node look at what is known before any device is opened: parameters, the hand and the limits of the cell."""
         self.context.about = self.header()
-        if spec is not None:
-            self.context.hand, self.context.limits = Hand(spec.hand), spec.limits
+        self.context.hand, self.context.limits = hand or self.context.hand, limits
         for node in self.built.nodes.values():
             if isinstance(node, Behavior):
                 with own_code(node.path, "prepare()"):
@@ -128,6 +131,7 @@ class Task:
             "cell": self.cell,
             "cell_text": spec.path.read_text("utf-8") if spec is not None else None,
             "modules": own_modules(self.program),
+            "longest": None if math.isinf(self.longest) else self.longest,
             "driver_modules": driver_modules(spec),
             "hand": asdict(spec.hand) if spec is not None else None,
             "limits": spec.limits.model_dump() if spec is not None else None,

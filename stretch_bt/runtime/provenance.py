@@ -31,7 +31,7 @@ def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[
     The other modules of their packages and of the tree's folder that were imported count too. `origin` is the tree file
     beside which they stand, where the program was read from a copy.
     """
-    tops = {name.partition(".")[0] for name in _named(program.document)}
+    tops = {name.partition(".")[0] for name in _named(program.document)} - {"py_trees"}  # whose version is noted
     tree = origin or program.document.path
     return _imported(tops, tree.resolve().parent if tree and tops else None)
 

@@ -10,6 +10,7 @@ from typing import Any
 from stretch_bt.blame import Broken
 from stretch_bt.errors import RecordError, named
 from stretch_bt.runtime.context import Commanded, Seen
+from stretch_bt.runtime.expectation import Expectation
 from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
@@ -17,10 +18,9 @@ from stretch_bt.runtime.record.plain import plain
 from stretch_bt.runtime.runner import Outcome
 from stretch_bt.runtime.truth import Truths, output_values
 from stretch_bt.tree.build import BuiltTree
-from stretch_bt.tree.cell import MISSING, Cell
-from stretch_bt.units import Estimate
+from stretch_bt.tree.cell import MISSING
 
-__all__ = ["RunResult", "interrupt_result", "result_of", "told_in"]
+__all__ = ["RunResult", "interrupt_result", "keys_of_main", "result_of", "told_in", "unmet_of"]
 
 
 _OF_PYTHON = ("visited", "commands", "keys")
@@ -35,7 +35,7 @@ class RunResult:
     visited
         By the path of each node that was ticked: the statuses that it came to, each once, in the order in which they first came.
     commands
-        What nodes commanded the devices of a cell, the latest 10,000.
+        What nodes commanded the devices of a cell, or scripted ones, the latest 10,000.
     keys
         What the keys of `main` held at the end, records included, in SI; a number with a deviation is an Estimate.
     """
@@ -69,7 +69,6 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
     """Return the result of a task that ended."""
     good = outcome.status == "SUCCESS"
     outputs, truth = output_values(task.built.outputs, truths.found, succeeded=good)
-    unmet = task.mocks.expect.unmet(outcome.status, outcome.ticks, visits.seen) if task.mocks else []
     return RunResult(
         status=outcome.status,
         reason=outcome.reason,
@@ -83,22 +82,27 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         overruns=outcome.overruns,
         errors=outcome.errors,
         broken=outcome.broken,
-        unmet=unmet,
+        unmet=unmet_of(task, outcome, visits.seen, seen),
         notes=[*task.notes, *outcome.notes],
         readings=seen.shown(),
         visited={path: tuple(statuses) for path, statuses in visits.statuses.items()},
         commands=list(seen.commands),
-        keys=_keys_of_main(task.built),
+        keys=keys_of_main(task.built),
     )
 
 
-def _keys_of_main(built: BuiltTree) -> dict[str, Any]:
+def unmet_of(task: Task, outcome: Outcome, visited: set[tuple[str, str]], seen: Seen) -> list[str]:
+    """Return what the mocks of a task expected of it that did not come true; `visited` holds (path, STATUS)."""
+    expected = task.mocks.expect if task.mocks else Expectation()
+    outputs = {name: cell.value for name, (_, cell) in task.built.outputs.items()}
+    commands = [f"{command.device}.{command.name}" for command in seen.commands]
+    return expected.unmet(outcome.status, outcome.ticks, visited, outputs, commands)
+
+
+def keys_of_main(built: BuiltTree) -> dict[str, Any]:
+    """Return what the keys of `main` hold now, in SI; a number with a deviation is an Estimate."""
     named = ((cell.name.removeprefix("main/"), cell) for cell in built.cells if cell.name.startswith("main/"))
-    return {name: _held(cell) for name, cell in named if "/" not in name and cell.value is not MISSING}
-
-
-def _held(cell: Cell) -> Any:
-    return cell.value if cell.sd is None else Estimate(cell.value, cell.sd)
+    return {name: cell.held() for name, cell in named if "/" not in name and cell.value is not MISSING}
 
 
 @contextmanager

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -12,23 +14,26 @@ from py_trees.common import Status
 
 from stretch_bt.blame import Broken, blame
 from stretch_bt.break_off import BrokenOff, breakable
+from stretch_bt.clock import Clock, EndOfRecord, MixedClock
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.forked import alone, leave_if_forked
 from stretch_bt.runtime.as_built import AsBuilt
-from stretch_bt.runtime.clock import Clock, EndOfRecord
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.cut_off import CutOff, Patience
+from stretch_bt.runtime.foreign_nodes import set_up, shut_down
 from stretch_bt.runtime.hearing import Hearing
 from stretch_bt.runtime.signals import signals
 from stretch_bt.runtime.stop import failed_at, stop_tree
-from stretch_bt.runtime.watcher import Careful, Watcher
+from stretch_bt.runtime.telling import Telling
+from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.tree.build import BuiltTree, Node
-from stretch_bt.tree.cell import MISSING, Cell
 
-__all__ = ["Outcome", "Runner", "Stoppable", "Watcher"]
+__all__ = ["LONGEST", "Outcome", "Runner", "Stoppable", "Watcher"]
 
 #: how long `finally` may take, s of the run's clock
 FINALLY_LIMIT = 60.0
+#: after how much virtual time a task is ended, s, unless its caller says otherwise: nobody waits, so nobody would notice
+LONGEST = 7200.0
 
 
 class Stoppable(Protocol):
@@ -57,7 +62,7 @@ class Outcome:
 
 
 class Runner:
-    """Runs one built tree once.
+    """Runs one built tree once: `run` at a stretch, or `begin`, `step` by step and `finish`, the last two within `attended`.
 
     `interrupt` may be called from a signal handler or another thread; the first call stops the task at once and safely,
     a second one also cuts `finally` short, as does the first when it comes during `finally`.
@@ -73,6 +78,7 @@ class Runner:
         cell: Stoppable | None = None,
         watchers: list[Watcher] | None = None,
         max_ticks: int | None = None,
+        longest: float = math.inf,
         interrupts: Mapping[int, Sequence[str]] | None = None,
         cuts: Mapping[int, str] | None = None,
     ) -> None:
@@ -81,8 +87,13 @@ class Runner:
         self.clock = clock
         self.period = context.period = period
         self.cell = cell
-        self.watchers = watchers or []
+        self._telling = Telling(watchers or [], tree.nodes)
         self.max_ticks = max_ticks
+        self._longest = longest
+        self._first = context.ticks
+        self._mixed = clock if isinstance(clock, MixedClock) else None
+        #: what ended the task, where it was an error
+        self.cause: BaseException | None = None
         self.outcome = Outcome()
         self._planned = dict(interrupts or {})
         self._interrupts: list[str] = []
@@ -93,15 +104,14 @@ class Runner:
         self._as_built = AsBuilt(tree)
         self._hearing = Hearing(tree.nodes)
         self.outcome.notes = self._hearing.notes
-        self._last: dict[str, tuple[Status, int]] = {}
-        self._running: set[str] = set()
         self._origin, self._slot = 0.0, 0
+        self._began = (0.0, 0.0)  # on the machine's clock, and CPU time
         self._used = threading.Lock()
         if tree.taken:
             raise InvalidInput("this tree has a runner already; build a new tree for a new run")
         tree.taken = True
         for cell_ in tree.cells:
-            cell_.listener = self._written
+            cell_.listener = self._telling.written
 
     # --- from outside
 
@@ -112,39 +122,52 @@ class Runner:
         self._patience.begin()
 
     @property
+    def watchers(self) -> list[Watcher]:
+        """Who follows the run; one may be added before the first tick."""
+        return self._telling.watchers
+
+    @property
     def unheard(self) -> list[str]:
         """Signals that came too late to end the task: in its last tick, or while the devices were stopped."""
         return [] if self.outcome.status == "INTERRUPTED" else list(self._interrupts)
 
     def run(self) -> Outcome:
         """Tick to the end, stop safely, and return how it ended; raises only when it is called twice."""
+        self.begin()
+        with self.attended():
+            while self.step():
+                pass
+            return self.finish()
+
+    def begin(self) -> None:
+        """Take the time from which the ticks count; raises when the tree was run before."""
         if not self._used.acquire(blocking=False):
             raise RuntimeError("a runner runs its tree once; build a new tree for a new run")
-        wall, cpu = time.perf_counter(), time.process_time()
+        self._began = time.perf_counter(), time.process_time()
+        self._begin()
+
+    @contextmanager
+    def attended(self) -> Iterator[None]:
+        """Hear signals, and cut off nodes that do not return after one, while the block runs."""
         with signals(self.interrupt), alone(), self._patience:
-            self._drive()
-            self._finish()
-        outcome = self.outcome
-        outcome.task_seconds = self.context.time
-        outcome.ticks = self.context.ticks
-        outcome.wall_seconds = time.perf_counter() - wall
-        outcome.cpu_seconds = time.process_time() - cpu
-        return outcome
+            yield
 
-    # --- ticking
-
-    def _drive(self) -> None:
-        """Tick the task until it ends, and note why."""
-        self._origin = self.context.now = self.context.start = self.clock.now()
+    def step(self) -> bool:
+        """Wait for the next tick of the task and do it; return whether the task goes on, else `outcome` says why it ended."""
         try:
-            while True:
-                status = self._tick(self.tree.root)
-                if status is None:
-                    return self._stopped()
-                if status is not Status.RUNNING:
-                    return self._end(status.name, self._explain(self.tree.root, status))
-                if self.max_ticks is not None and self.context.ticks >= self.max_ticks:
-                    return self._end("FAILURE", f"no end after {self.max_ticks} ticks")
+            if self.context.ticks == self._first:
+                self._set_up()
+            status = self._tick(self.tree.root)
+            if status is None:
+                self._stopped()
+            elif status is not Status.RUNNING:
+                self._end(status.name, self._explain(self.tree.root, status))
+            elif self.max_ticks is not None and self.context.ticks >= self.max_ticks:
+                self._end("FAILURE", f"no end after {self.max_ticks} ticks")
+            elif self.context.time >= self._longest:
+                self._end("FAILURE", _no_end(self._longest))
+            else:
+                return True
         except EndOfRecord:
             self._end("INTERRUPTED", "the record ends here")
         except (BrokenOff, CutOff) as error:
@@ -153,6 +176,27 @@ class Runner:
             self.outcome.reason += cut
         except BaseException as error:  # a node must not end the program with its devices moving
             self._failed(error)
+        return False
+
+    def finish(self) -> Outcome:
+        """Stop safely after the last step, and return how the run ended."""
+        self._stop_all()
+        outcome = self.outcome
+        outcome.task_seconds = self.context.time
+        outcome.ticks = self.context.ticks
+        outcome.wall_seconds = time.perf_counter() - self._began[0]
+        outcome.cpu_seconds = time.process_time() - self._began[1]
+        return outcome
+
+    # --- ticking
+
+    def _set_up(self) -> None:
+        if not self._interrupted:
+            set_up(self.tree)
+        self._begin()  # what that took is no time of the task
+
+    def _begin(self) -> None:
+        self._origin = self.context.now = self.context.start = self.clock.now()
 
     def _stopped(self) -> None:
         """End by a signal; what follows a stop does not wait for the next tick."""
@@ -177,7 +221,7 @@ class Runner:
             cut = error.path
             self._blame(error)
         how: dict[str, Any] = {"cut_off": cut} if cut else {"broken_off": True}
-        self._note("interrupt", why=self._interrupts[self._limit :], **how)
+        self._telling.note("interrupt", why=self._interrupts[self._limit :], **how)
         return f"; {CutOff(cut)}" if cut else ""
 
     def _path_of(self, node: Node) -> str:
@@ -189,80 +233,53 @@ class Runner:
         self._interrupts += self._planned.pop(self.context.ticks + 1, ())
         self._wait()
         if self._interrupted:
-            self._note("interrupt", why=self._interrupts[self._limit :])
+            self._telling.note("interrupt", why=self._interrupts[self._limit :])
             return None
         context = self.context
+        if self._mixed is not None:
+            self._mixed.hold()
         context.ticks += 1
         context.now = self.clock.now()
         if context.ticks == 1:
             context.start = context.now
-        for watcher in self.watchers:
-            watcher.begin_tick(context.ticks, context.now)
+        self._telling.begin_tick(context.ticks, context.now)
         if context.ticks in self._cuts:
             self._patience.begin()
         try:
             with breakable(lambda: self._interrupted):
-                self._visit(root)
+                self._telling.visit(root)
         finally:
+            if self._mixed is not None:
+                self._mixed.release()
             leave_if_forked()  # whatever broke in the child, nothing of it is told
             self._hearing.look()
-            self._interrupted_nodes()
+            self._telling.interrupted()
             self._lateness()
         if root.status is Status.INVALID:
             raise NodeError(root.path, "the tree ended without a status")
         status: Status = root.status
         return status
 
-    def _visit(self, root: Node) -> None:
-        for node in root.tick():
-            if node.status is not Status.RUNNING or self._last.get(node.path, _NEVER)[0] is not Status.RUNNING:
-                self._changed(node)
-
     @property
-    def _deadline(self) -> float:
+    def deadline(self) -> float:
         """When the next tick is due, s; not a sum, whose rounding grows."""
         return self._origin + self._slot * self.period
 
     def _wait(self) -> None:
         while not self._interrupted:
-            self.clock.wait_until(self._deadline)
-            if self.clock.reached(self._deadline):
+            self.clock.wait_until(self.deadline)
+            if self.clock.reached(self.deadline):
                 break
 
     def _lateness(self) -> None:
         """Set the next deadline on the grid of the period; a tick that ran past it is counted, not caught up with."""
         self._slot += 1
-        late = self.clock.now() - self._deadline
+        late = self.clock.now() - self.deadline
         if late > 0 and self.period > 0:
             self.outcome.overruns += 1
             self.outcome.worst_overrun = max(self.outcome.worst_overrun, late)
-            self._note("overrun", seconds=late)
+            self._telling.note("overrun", seconds=late)
             self._slot += int(late / self.period + 1)
-
-    def _changed(self, node: Node) -> None:
-        """Tell the watchers when a node's status is new, or when it ended once more."""
-        counts = getattr(node, "kind", "condition") != "condition"
-        state = (node.status, node.runs if counts else 0)
-        if self._last.get(node.path) != state:
-            self._tell(node, state)
-
-    def _tell(self, node: Node, state: tuple[Status, int]) -> None:
-        self._last[node.path] = state
-        (self._running.add if node.status is Status.RUNNING else self._running.discard)(node.path)
-        for watcher in self.watchers:
-            watcher.status(node.path, node.status.name, node.feedback_message)
-
-    def _interrupted_nodes(self) -> None:
-        """Tell of nodes that were running and that this tick interrupted."""
-        for path in sorted(self._running):
-            node = self.tree.nodes[path]
-            if node.status is Status.INVALID:
-                self._tell(node, (Status.INVALID, 0))
-
-    def _written(self, cell: Cell) -> None:
-        value = None if cell.value is MISSING else cell.value
-        for watcher in self.watchers:
-            watcher.write(cell.name, value, cell.sd, cell.writer)
 
     # --- ending
 
@@ -270,15 +287,15 @@ class Runner:
         self.outcome.status, self.outcome.reason = status, reason
 
     def _failed(self, error: BaseException) -> None:
-        self._shield()
-        error = self._cause(error)
+        self._telling.shield(self.outcome.errors)
+        self.cause = error = self._cause(error)
         status, reason = _kind(error), _told(error)
         if not isinstance(error, NodeError):
             at = self._ticking()
             reason = f"{at}: {reason}" if at else reason
         self._blame(error)
         self._end(status, reason)
-        self._note("error", error=type(error).__name__, reason=reason)
+        self._telling.note("error", error=type(error).__name__, reason=reason)
 
     def _cause(self, error: BaseException) -> BaseException:
         """Return an error, or that of a node which lost what it is made of, so that something else of ours broke."""
@@ -292,17 +309,13 @@ class Runner:
     def _mended(self) -> list[NodeError]:
         """Put back what nodes lost, without which the run does not come to its end, and return what is said of them."""
         lost = self._as_built.mend()
-        self._running &= self.tree.nodes.keys()
+        self._telling.forget_lost()
         return lost
 
     def _blame(self, error: BaseException) -> None:
         found = blame(error)
         if found is not None:
             self.outcome.broken.append(found)
-
-    def _shield(self) -> None:
-        """From now on no watcher that breaks may hold up the safe end."""
-        self.watchers = [w if isinstance(w, Careful) else Careful(w, self.outcome.errors) for w in self.watchers]
 
     def _ticking(self, under: str = "") -> str:
         """Return the path of the innermost node whose code was running when an error came up."""
@@ -315,13 +328,13 @@ class Runner:
         node = failed_at(root)
         return f"{node.path}: {node.feedback_message or 'failed'}"
 
-    def _finish(self) -> None:
+    def _stop_all(self) -> None:
         """Leaves stopped in reverse, devices stopped, every `finally`, devices stopped again."""
-        self._shield()
+        self._telling.shield(self.outcome.errors)
         lost = self._mended()
         self._hearing.restore()
         abnormal = self.outcome.status not in ("SUCCESS", "FAILURE")
-        self._note("stop", status=self.outcome.status, reason=self.outcome.reason)
+        self._telling.note("stop", status=self.outcome.status, reason=self.outcome.reason)
         owed = self.tree.take_pending()
         errors = [*lost, *self._stop_nodes(self.tree.root)]
         if abnormal or errors:
@@ -331,17 +344,18 @@ class Runner:
         if self.tree.finish is not None:
             errors += self._finally(self.tree.finish)
         errors += self._stop_devices()
+        errors += shut_down(self.tree)
         for error in errors:
             self.outcome.errors.append(_told(error))
             self._blame(error)
-            self._note("stop_error", error=type(error).__name__, reason=_told(error))
+            self._telling.note("stop_error", error=type(error).__name__, reason=_told(error))
         worst = next((e for e in errors if isinstance(e, DeviceFault)), errors[0] if errors else None)
         if worst is not None:
             self._worse(_kind(worst), _told(worst))
 
     def _stop_nodes(self, root: Node) -> list[BaseException]:
         errors = [*stop_tree(root), *self._mended()]
-        self._interrupted_nodes()
+        self._telling.interrupted()
         return errors
 
     def _stop_devices(self) -> list[BaseException]:
@@ -394,7 +408,7 @@ class Runner:
 
     def _unfinished(self, reason: str, status: str = "FAILURE") -> None:
         self.outcome.errors.append(f"finally: {reason}")
-        self._note("finally", reason=reason)
+        self._telling.note("finally", reason=reason)
         if self.outcome.status == "SUCCESS":
             self._end(status, f"the task was done, but its finally failed: {reason}")
         elif status != "FAILURE":
@@ -405,9 +419,9 @@ class Runner:
         if self.outcome.status in ("SUCCESS", "FAILURE"):
             self._end(status, "; ".join(text for text in (self.outcome.reason, reason) if text))
 
-    def _note(self, kind: str, **fields: Any) -> None:
-        for watcher in self.watchers:
-            watcher.note(kind, **fields)
+
+def _no_end(longest: float) -> str:
+    return f"no end within {longest / 60:g} min of virtual time; end it with a 'timeout', or let it take longer"
 
 
 def _kind(error: BaseException) -> str:
@@ -418,6 +432,3 @@ def _kind(error: BaseException) -> str:
 
 def _told(error: BaseException) -> str:
     return writable(error if isinstance(error, StretchError | CutOff) else named(error))
-
-
-_NEVER = (Status.INVALID, -1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput, SceneError
 from stretch_bt.hardware.interfaces import Device
@@ -14,13 +14,18 @@ from stretch_bt.runtime.execute import execute
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.result import RunResult
-from stretch_bt.runtime.runner import Runner
+from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.view import View
 from stretch_bt.source import Scalar, closest, did_you_mean
 from stretch_bt.threads_heard import threads_heard
 from stretch_bt.tree.program import load_program
+from stretch_bt.units import parse_time
 
-__all__ = ["RunResult", "Task", "View", "execute", "run"]
+if TYPE_CHECKING:
+    from stretch_bt.runtime.given import Given
+    from stretch_bt.runtime.open_cell import OpenCell
+
+__all__ = ["RunResult", "Task", "View", "execute", "run", "task_of"]
 
 #: how like a param of the tree a name in a scene is that is taken for a slip; trees have params that are somewhat alike
 MISSPELT = 0.8
@@ -31,7 +36,7 @@ def run(
     tree: str | Path,
     *,
     scene: str | Path | None = None,
-    cell: str | Path | None = None,
+    cell: str | Path | OpenCell | None = None,
     params: Mapping[str, Any] | None = None,
     seed: int = 0,
     mocks: str | Path | Mapping[str, Any] | None = None,
@@ -40,6 +45,7 @@ def run(
     watch: Callable[[Runner], None] | None = None,
     devices: Mapping[str, Device] | None = None,
     modules: str | Path | None = None,
+    longest: float | str = LONGEST,
 ) -> RunResult:
     """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
@@ -49,7 +55,8 @@ def run(
         A tree file, or the name of a shipped one.
     scene, cell
         What is simulated, or which devices are used; by default the tree's scene on the simulated cell. A scene may ask for
-        params, such as a force that its object bears; those in `params` come first.
+        params, such as a force that its object bears; those in `params` come first. A cell may be an open one, which has its
+        scene, keeps its clock and its hand, and stays open.
     params
         Parameters of the tree: text as in `--set`, or SI numbers.
     seed
@@ -63,10 +70,12 @@ def run(
     watch
         Called with the runner before the first tick.
     devices
-        Devices to use instead of a cell's, by the names that the tree declares; they are stopped at the end, not closed,
-        and their readings are not recorded.
+        Devices to use instead of a cell's, by the names that the tree declares; they are stopped at the end, not closed.
+        Those of an open cell bring its clock, hand and limits.
     modules
         Folder in which the Python modules of the tree may stand; by default that of the tree.
+    longest
+        Virtual time, s or text with a unit, after which a run that nobody waits for ends with FAILURE; two hours by default.
 
     Raises
     ------
@@ -75,20 +84,48 @@ def run(
     DeviceFault
         A device could not be opened; nothing has moved.
     """
-    task = _task(tree, scene, cell, dict(params or {}), seed, mocks, modules)
-    if task.scene and devices is None and (task.cell or task.devices()):
+    longest = parse_time("longest", longest)
+    given = _given(cell, devices, scene)
+    if given is not None and given.cell is not None:
+        assert cell is not None
+        assert not isinstance(cell, str | Path)
+        scene, seed = cell.scene, cell.seed
+    named = cell if isinstance(cell, str | Path) else None
+
+    def prepared(params: dict[str, Any]) -> Task:
+        return task_of(tree, scene, named, params, seed, mocks, modules, given)
+
+    task = prepared(dict(params or {}))
+    if task.scene and (given is None or given.cell is not None) and (task.cell or task.devices()):
         asked = _asked_by(task)
         # few scenes ask for anything: only then is the cell looked at here as well
-        if asked and (spec := task.cell_spec()) is not None and spec.simulated:
-            task = _with_asked(task, asked, lambda params: _task(tree, scene, cell, params, seed, mocks, modules))
+        if asked and (given is not None or ((spec := task.cell_spec()) is not None and spec.simulated)):
+            task = _with_asked(task, asked, prepared)
     elif scene is not None:  # nothing is simulated, and one that is named is read all the same
         from stretch_bt.simulation.scene import load_scene
 
         load_scene(scene)
-    return execute(task, out, view, watch, devices)
+    return execute(task, out, view, watch, given, longest)
 
 
-def _task(
+def _given(
+    cell: str | Path | OpenCell | None, devices: Mapping[str, Device] | None, scene: str | Path | None
+) -> Given | None:
+    """Return the devices that a caller gave; None where they are opened for the run."""
+    if cell is not None and not isinstance(cell, str | Path):
+        if devices is not None:
+            raise InvalidInput("give an open cell or 'devices', not both: the cell has its own")
+        if scene is not None:
+            raise InvalidInput("an open cell has its scene already; open another cell for another scene")
+        return cell.given()
+    if devices is None:
+        return None
+    from stretch_bt.runtime.given import Given
+
+    return Given(devices)
+
+
+def task_of(
     tree: str | Path,
     scene: str | Path | None,
     cell: str | Path | None,
@@ -96,13 +133,15 @@ def _task(
     seed: int,
     mocks: str | Path | Mapping[str, Any] | None,
     modules: str | Path | None,
+    given: Given | None = None,
 ) -> Task:
+    """Return a run prepared, of what `run` takes."""
     own = None if modules is None else Modules(Path(tree).parent.resolve(), Path(modules).resolve())
     program = load_program(tree, params, own).require()
     if "main" not in program.document.trees:
         raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
     table = read_mocks(mocks) if mocks is not None else None
-    default = program.document.scene_path if cell is None else None
+    default = program.document.scene_path if cell is None and given is None else None
     return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
 
 

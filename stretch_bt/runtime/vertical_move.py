@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from stretch_bt.clock import Clock
 from stretch_bt.errors import DeviceFault, InvalidInput
 from stretch_bt.frames import Wrench
 from stretch_bt.hardware.cell import Cell
@@ -11,7 +12,6 @@ from stretch_bt.hardware.cell_file import CellSpec
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.monitored.arm import MonitoredArm
-from stretch_bt.runtime.clock import Clock
 
 __all__ = ["VerticalMove", "arm_of", "check_distance"]
 

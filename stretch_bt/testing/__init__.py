@@ -1,6 +1,6 @@
 """For tests of trees, nodes and drivers: a scripted device, the contract of devices, and the pytest fixtures.
 
-These are `cell`, `run`, `scripted_device` and `virtual_clock`.
+The fixtures are `run`, `tick_task`, `tick_node`, `cell`, `scripted_device` and `virtual_clock`.
 """
 
 from __future__ import annotations

@@ -6,10 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from stretch_bt.clock import Clock
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
+from stretch_bt.hardware.journal import Journal
 from stretch_bt.hardware.owner import check_owner
+from stretch_bt.testing.words import motion_states, script_values
 
 __all__ = ["Command", "ScriptedDevice", "ScriptedMotion"]
 
@@ -50,7 +53,7 @@ class ScriptedMotion:
     def stop(self) -> None:
         """Stop the motion if the device is still its own."""
         if self.device.moving is self:
-            self.device.commands.append(Command("stop", {}, self.owner))
+            self.device.note("stop", {}, self.owner)
             self.device.stop()
 
 
@@ -58,14 +61,15 @@ class ScriptedMotion:
 class ScriptedDevice:
     """Any device interface, scripted.
 
-    `script` maps the name of a reading (`pose`, `wrench`, `opening`, `frame`) to one value, or to a list of values of
-    which the last stays; a fault, or a NoAnswer, among them is raised. `motion` lists the states of every motion. What nodes command is
-    kept in `commands`; `moving` is the motion under way.
+    `script` maps the name of a reading (`pose` or `height`, `wrench` or `force`, `opening`, `frame`) to one value, or to a list of values
+    of which the last stays: text with a unit, an SI number, or what the reading gives. `motion` lists the states of every motion, of which
+    the last stays: `moving`, `done`, `blocked`. In both, `fault: why` and `no answer: why` are raised as what a device that is lost, or has
+    no answer, raises; so is a DeviceFault or NoAnswer. What nodes command is kept in `commands`; `moving` is the motion under way.
     """
 
     kind: str
     script: Mapping[str, Any] = field(default_factory=dict)
-    motion: Sequence[MotionState | DeviceFault | NoAnswer] = (MotionState.MOVING, MotionState.DONE)
+    motion: Sequence[MotionState | DeviceFault | NoAnswer | str] = (MotionState.MOVING, MotionState.DONE)
     now: Callable[[], float] = lambda: 0.0
     commands: list[Command] = field(default_factory=list)
     moving: ScriptedMotion | None = None
@@ -75,21 +79,37 @@ class ScriptedDevice:
     def __post_init__(self) -> None:
         if self.kind not in INTERFACES:
             raise InvalidInput(f"{self.kind!r} is not a kind of device; one of {', '.join(INTERFACES)}")
-        defaults: dict[str, Any] = {"pose": Pose((0.0, 0.0, 0.2)), "wrench": Wrench((0.0, 0.0, 0.0)), "opening": 0.055}
-        self._values = {name: self._sequence(value) for name, value in {**defaults, **self.script}.items()}
+        defaults: dict[str, list[Any]] = {
+            "pose": [Pose((0.0, 0.0, 0.2))],
+            "wrench": [Wrench((0.0, 0.0, 0.0))],
+            "opening": [0.055],
+        }
+        values = {**defaults, **script_values(self.kind, self.script)}
+        self._values = {name: iter_last(given) for name, given in values.items()}
+        self._force_noise = float(values.get("force_noise", [0.0])[0])
+        self._states = motion_states(self.kind, self.motion)
         self._sequence_number = 0
+        self._name = ""
+        self._journal: Journal | None = None
+
+    def tell(self, name: str, journal: Journal) -> None:
+        """Tell the journal of a run of every command from now on; `name` is what the tree calls the device."""
+        self._name, self._journal = name, journal
+
+    def note(self, command: str, arguments: dict[str, Any], owner: str) -> None:
+        """Keep a command, and tell the run of it."""
+        self.commands.append(Command(command, arguments, owner))
+        if self._journal is not None:
+            self._journal.command(self._name, command, arguments, owner)
+
+    def go_by(self, clock: Clock) -> None:
+        """Take the time of a run."""
+        self.now = clock.now
 
     @property
     def readings(self) -> Mapping[str, Any]:
         """The readings that expressions may use."""
         return readings_of(INTERFACES[self.kind])
-
-    @staticmethod
-    def _sequence(value: Any) -> Iterator[Any]:
-        values = list(value) if isinstance(value, list) else [value]
-        yield from values
-        while True:
-            yield values[-1]
 
     def _read(self, name: str) -> Reading[Any]:
         if name not in self._values:
@@ -105,8 +125,8 @@ class ScriptedDevice:
         check_owner(self.kind, owner)
         if self.moving is not None:
             self.moving.stopped = MotionState.PREEMPTED
-        self.commands.append(Command(name, arguments, owner))
-        self.moving = ScriptedMotion(self, owner, self.motion)
+        self.note(name, arguments, owner)
+        self.moving = ScriptedMotion(self, owner, self._states)
         return self.moving
 
     def move(self, target: Any, *, speed: float, owner: str) -> ScriptedMotion:
@@ -135,7 +155,7 @@ class ScriptedDevice:
 
     def force_noise(self) -> float:
         """Return the scripted noise of the force, none unless one is given."""
-        return float(self.script.get("force_noise", 0.0))
+        return self._force_noise
 
     def opening(self, max_age: float) -> Reading[float]:
         """Return the next scripted opening."""
@@ -147,7 +167,7 @@ class ScriptedDevice:
 
     def zero(self) -> None:
         """Remember that the sensor was zeroed."""
-        self.commands.append(Command("zero", {}, ""))
+        self.note("zero", {}, "")
 
     def open(self) -> None:
         """Be ready."""
@@ -163,3 +183,10 @@ class ScriptedDevice:
         if self.moving is not None:
             self.moving.stopped = self.moving.stopped or MotionState.STOPPED
             self.moving = None
+
+
+def iter_last(values: Sequence[Any]) -> Iterator[Any]:
+    """Yield the values, and then the last one for ever."""
+    yield from values
+    while True:
+        yield values[-1]

@@ -22,6 +22,7 @@ from stretch_bt.tree.feeds import Computed, bounded, carried, constant, error_of
 from stretch_bt.tree.flow import Call, Leaf, Part, Wire
 from stretch_bt.tree.flow.call import CallNode
 from stretch_bt.tree.flow.guard import Condition, Guard
+from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.made import made
 from stretch_bt.tree.paths import Paths
 from stretch_bt.tree.port import Port, Role
@@ -62,6 +63,11 @@ class BuiltTree:
     readings: set[str] = field(default_factory=set)
     #: whether a runner has it: nodes keep what they did, so a tree is run once
     taken: bool = False
+
+    @property
+    def foreign(self) -> list[ForeignNode]:
+        """The nodes that tick behaviours of other packages, which go by the clock of the machine."""
+        return [node for node in self.nodes.values() if isinstance(node, ForeignNode)]
 
     def needed(self, mocked: Container[str] = ()) -> set[str]:
         """Return the devices of nodes, and of the readings that are not mocked."""
@@ -123,14 +129,19 @@ class Builder:
         self.cells: list[Cell] = []
         self.devices: set[str] = set()
         self.readings: set[str] = set()
-        self.frame = _Frame(program.main.signature, "main")
+        self.frame = _Frame(program.main.signature, program.entry)
 
     def main(self) -> BuiltTree:
         """Build the main tree."""
         body = self.program.main
-        self.own_cells(self.frame, [*body.signature.keys.values(), *body.signature.outs.values()])
-        root = self.root(body.part, "main")
-        finish = self.root(body.finish, "main/finally") if body.finish else None
+        border = (
+            body.signature.outs,
+            body.signature.ins,
+            body.signature.inouts,
+        )  # the latter two where it is no `main`
+        self.own_cells(self.frame, [*body.signature.keys.values(), *(d for table in border for d in table.values())])
+        root = self.root(body.part, self.program.entry)
+        finish = self.root(body.finish, f"{self.program.entry}/finally") if body.finish else None
         outputs = {name: (d, self.frame.cells[name]) for name, d in body.signature.outs.items()}
         return BuiltTree(root, finish, outputs, self.nodes, self.cells, self.devices, self.readings)
 
@@ -259,6 +270,8 @@ class Builder:
         self.devices.update(node.device_names.values())
         for declared in part.info.of(Role.INPUT):
             node.wiring[declared.name] = self.port(part, declared)
+        if isinstance(node, ForeignNode):
+            node.given = part.arguments()
         for name, (key, _) in part.inouts.items():
             node.sinks[name] = self.cell(key)
         for declared in part.info.of(Role.OUTPUT):

@@ -45,6 +45,12 @@ class Cell:
             raise UnsetKey(f"${self.name} is read before anything wrote it{self.blocked and '; ' + self.blocked}")
         return self.value
 
+    def held(self) -> Any:
+        """Return what it holds: a number with a standard deviation as an Estimate, None where it holds nothing."""
+        if self.value is MISSING:
+            return None
+        return self.value if self.sd is None else Estimate(self.value, self.sd)
+
     def error(self) -> float | None:
         """Return the standard deviation of the value, or None where it has none."""
         return self.sd

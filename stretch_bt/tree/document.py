@@ -9,7 +9,11 @@ from typing import Any
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.tree import registry
+from stretch_bt.tree.foreign.of_class import class_in, classes_in, info_of
+from stretch_bt.tree.foreign.refused import BehaviourRefused
 from stretch_bt.tree.port import Port
+from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.shared import SHARED
 from stretch_bt.tree.types import Type
 
@@ -109,7 +113,13 @@ class Document:
     imports: dict[str, Document] = field(default_factory=dict)
     shared: dict[str, Document] = field(default_factory=dict)  # files of shipped trees, by the tree that is called
     shared_at: dict[str, Mark] = field(default_factory=dict)  # where each of these is called first
-    modules: set[str] = field(default_factory=set)  # names under which Python modules are imported
+    modules: dict[str, str] = field(default_factory=dict)  # what is imported of Python, by the name under which it is
+    classes: dict[str, NodeInfo] = field(
+        default_factory=dict
+    )  # nodes of classes, by the name that the file has for them
+    refused: dict[str, BehaviourRefused] = field(
+        default_factory=dict
+    )  # classes that give no node, by the name of the node
     trees: dict[str, Signature] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)  # name -> sha256 of every file read
@@ -154,6 +164,30 @@ class Document:
             self.devices = devices
         for imported in self.inner:
             imported.hand_down(self.devices)
+
+    def node(self, name: str) -> NodeInfo | None:
+        """Return a node by what the file calls it: registered, an imported class, or `module.Class` of an imported module."""
+        found = self.classes.get(name) or registry.find(name, self.modules)
+        if found is not None or "." not in name or name in self.refused:
+            return found
+        for prefix, module in (*self.modules.items(), *((module, module) for module in self.modules.values())):
+            cls = class_in(module, name.removeprefix(f"{prefix}.")) if name.startswith(f"{prefix}.") else None
+            if cls is not None:
+                return self._node_of(name, cls)
+        return None
+
+    def _node_of(self, name: str, cls: type) -> NodeInfo | None:
+        """Return the node of a class that is named for the first time; None, with the reason kept, for one that gives none."""
+        try:
+            self.classes[name] = info_of(cls)
+        except BehaviourRefused as refused:
+            self.refused[name] = refused
+        return self.classes.get(name)
+
+    def node_names(self) -> list[str]:
+        """Return the names of imported classes, and of those in imported modules."""
+        inside = [f"{prefix}.{name}" for prefix, module in self.modules.items() for name in classes_in(module)]
+        return [*self.classes, *inside]
 
     def tree_names(self) -> list[str]:
         """Return every name that a body may call."""

@@ -17,6 +17,8 @@ from stretch_bt.tree import registry
 from stretch_bt.tree.declarations import Declarations, known_keys
 from stretch_bt.tree.document import Declared, DeviceDecl, Document, Param, Signature
 from stretch_bt.tree.expression import FUNCTIONS
+from stretch_bt.tree.foreign.of_class import info_of
+from stretch_bt.tree.foreign.refused import BehaviourRefused
 from stretch_bt.tree.renamed import renamed
 from stretch_bt.tree.shared import SHARED, reachable, shared_trees, shipped
 from stretch_bt.tree.types import ANY, Family, Type
@@ -91,7 +93,7 @@ class _Headings:
         self.doc.root = root
         self.format(root)
         self.imports(root.get("imports"))
-        self.declarations = Declarations(registry.object_types(), self.doc.diagnostics)
+        self.declarations = Declarations(registry.object_types(self.doc.classes.values()), self.doc.diagnostics)
         self.doc.doc = self.declarations.text(root.get("doc"))
         self.devices(root.get("devices"))
         self.scene(root.get("scene"))
@@ -135,8 +137,7 @@ class _Headings:
             elif self.good_name(key, "import") and target.text.endswith((".yaml", ".yml")):
                 self.import_trees(key, target)
             else:
-                self.doc.modules.add(key.text)
-                self.import_module(target)
+                self.import_python(key, target)
             if len(self.doc.diagnostics) > found and key.text not in self.doc.imports:
                 self.doc.doubtful.add(key.text)
 
@@ -181,10 +182,15 @@ class _Headings:
             self.doc.shared |= {name: found for name in self.doc.shared_at if name in wanted}
             self.doc.files.update(found.files)
 
-    def import_module(self, target: Scalar) -> None:
+    def import_python(self, key: Scalar, target: Scalar) -> None:
+        """Import a module for its nodes, or a class of behaviours, which is a node by the name of the import."""
+        self.doc.modules[key.text] = target.text
         try:
-            self.modules.bring(target.text, self.doc.path or Path("tree.yaml"))
-        except ModuleRefused as refused:
+            registry.load_all()  # whose names an own node may not take
+            found = self.modules.bring(target.text, self.doc.path or Path("tree.yaml"))
+            if isinstance(found, type) and self.good_name(key, "node"):
+                self.doc.classes[key.text] = info_of(found, key.text)
+        except (ModuleRefused, BehaviourRefused) as refused:
             self.error(target.mark, "import", str(refused), refused.hint)
 
     def devices(self, value: Value | None) -> None:

@@ -143,7 +143,7 @@ class _Keys:
 
     def keys_of_loops(self) -> None:
         """Take the keys that loops declare for themselves among those of the tree."""
-        declarations = Declarations(registry.object_types(), self.found)
+        declarations = Declarations(registry.object_types(self.document.classes.values()), self.found)
         for place in self.places:
             own = place.given.get("keys") if place.word.text in _LOOPS else None
             for key, spec in own if isinstance(own, Map) else ():
@@ -205,7 +205,7 @@ class _Keys:
         if target is not None:
             return _of_tree(target)
         if word not in self.nodes:
-            info = registry.find(word, self.document.modules)
+            info = self.document.node(word)
             self.nodes[word] = _Ports({}, {}, ()) if info is None else _of_node(info)
         return self.nodes[word]
 

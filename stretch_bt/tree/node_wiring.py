@@ -12,11 +12,11 @@ from stretch_bt.tree.keys import settle_types
 from stretch_bt.tree.port import Port, Role
 from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.shared_signatures import shared_signatures
-from stretch_bt.tree.types import Type
-from stretch_bt.tree.values import braces, sample
+from stretch_bt.tree.types import ANY, STR, Type
+from stretch_bt.tree.values import braces, literal_type, sample
 from stretch_bt.tree.wiring import Wiring
 
-__all__ = ["NodeWiring"]
+__all__ = ["NodeWiring", "givers"]
 
 
 class NodeWiring(Wiring):
@@ -52,7 +52,9 @@ class NodeWiring(Wiring):
             given = self.full(key, value_given)
             if given is None:
                 continue
-            if declared is not None and declared.role is Role.INPUT:
+            if declared is not None and declared.fixed:
+                self.argument(found, key, given, declared)
+            elif declared is not None and declared.role is Role.INPUT:
                 self.input(found.inputs, key, given, info.types[key.text], f"{info.name}.{key.text}", declared)
             elif key.text in inouts:
                 self.sink(found.inouts, key, given, inouts[key.text], f"{info.name}.{key.text}")
@@ -76,6 +78,26 @@ class NodeWiring(Wiring):
             if declared.name not in ports or is_nothing(ports.get(declared.name) or Map((), mark)):
                 self.default_device(found, declared, mark)
         return found
+
+    def argument(self, found: Leaf, key: Scalar, value: Value, declared: Port) -> None:
+        """Wire a constructor argument of a behaviour: a value that is known at load, as the behaviour is made once."""
+        type_, what = found.info.types[declared.name], f"{found.info.name}.{declared.name}"
+        name = value.text[1:] if isinstance(value, Scalar) and value.text.startswith("$") else ""
+        late = self.signature.declared(name) is not None
+        if not late:
+            self.input(found.inputs, key, value, self.type_given(value) if type_ is ANY else type_, what, declared)
+            wire = found.inputs.get(key.text)
+            late = wire is not None and not wire.is_constant
+        if late:
+            found.inputs.pop(key.text, None)
+            message = f"{what} is given as the behaviour is made, so its value must be known at load"
+            self.error(value.mark, "type-mismatch", message, "use a literal or a param")
+
+    def type_given(self, value: Value) -> Type:
+        """Return the type of a literal, or of a param, for an argument of any type; a mapping has none."""
+        param = self.document.params.get(value.text.removeprefix("$")) if isinstance(value, Scalar) else None
+        plain = STR if isinstance(value, Map) else literal_type(value)
+        return plain if param is None else param.type
 
     def lost_errors(self, found: Leaf) -> None:
         """Warn of each expression whose value has no error where the node asks for one."""
@@ -178,8 +200,8 @@ class NodeWiring(Wiring):
         """Note an input that must be given and is not."""
         hint = f"add '{name}: {sample(type_)}'"
         if type_.is_record:
-            givers = _givers(type_)
-            hint = f"nothing before it writes {name!r}; {', '.join(map(repr, givers[:3])) or 'some node'} gives one, or {hint}"
+            by = ", ".join(map(repr, givers(type_)[:3])) or "some node"
+            hint = f"nothing before it writes {name!r}; {by} gives one, or {hint}"
         self.error(mark, "port-missing", f"{what!r} needs {name!r} ({type_})", hint)
 
     def device(self, found: Leaf, declared: Port, value: Value) -> None:
@@ -264,7 +286,7 @@ class NodeWiring(Wiring):
         return found
 
 
-def _givers(type_: Type) -> list[str]:
+def givers(type_: Type) -> list[str]:
     """Return what gives a record of a type: shipped trees first, then nodes, last those that need not have it before."""
     trees = [name for name, tree in shared_signatures().items() if type_ in [out.type for out in tree.outs.values()]]
     nodes = [info.name for info in registry.load_all().values() if type_ in info.outputs.values()]

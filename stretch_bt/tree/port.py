@@ -91,6 +91,8 @@ class Port:
     owner: type | None = None
     limit: str | None = None
     truth: Mapping[str, str] = field(default_factory=dict, hash=False)  # by attribute, "" for the value itself
+    #: whether it is a constructor argument of a behaviour, which is made once
+    fixed: bool = False
 
     @property
     def doc(self) -> str:

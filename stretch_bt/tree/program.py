@@ -26,16 +26,17 @@ __all__ = ["Program", "TreeBody", "find_tree", "load_program"]
 
 @dataclass(slots=True)
 class Program:
-    """A task file with everything that it imports."""
+    """A task file with everything that it imports; `entry` is the tree that is ticked."""
 
     document: Document
     bodies: dict[int, TreeBody]
     diagnostics: list[Diagnostic]
+    entry: str = "main"
 
     @property
     def main(self) -> TreeBody:
         """The tree that a run ticks."""
-        return self.body(self.document.trees["main"])
+        return self.body(self.document.trees[self.entry])
 
     def body(self, signature: Signature) -> TreeBody:
         """Return the read body of a tree."""
@@ -118,6 +119,7 @@ class _Checker:
         ahead = list(_documents(self.document))
         for document in ahead:  # which grows by the variants that calls ask for
             self.found += document.diagnostics
+            self.check_classes(document)
             for signature in document.trees.values():
                 self.check_names(signature)
                 self.read(signature)
@@ -178,13 +180,23 @@ class _Checker:
     def check_names(self, signature: Signature) -> None:
         """A tree called like a node or a construct would hide it, or be hidden by it, in silence."""
         name = signature.name
-        taken = "construct" if name in (*CONSTRUCTS, *RESERVED, "run") else "node" if registry.lookup(name) else ""
+        taken = _taken(name) or ("import" if name in signature.document.classes else "")
         path = signature.document.path
         if name in SHARED and (path is None or path.resolve() != shipped(SHARED[name]).resolve()):
             taken = "shipped tree, which needs no import"
         if taken:
             message = f"tree {name!r} has the name of a {taken}"
             self.found.append(signature.mark.error("name", message, f"give it another name, such as 'my_{name}'"))
+
+    def check_classes(self, document: Document) -> None:
+        """An import that makes a class a node would hide a node or a construct of its name, or be hidden by it, as well."""
+        table = document.root.get("imports")
+        for key, _ in table if isinstance(table, Map) else ():
+            name = key.text
+            taken = _taken(name) or ("shipped tree" if name in SHARED else "")
+            if name in document.classes and taken:
+                hint = f"import it under another name, such as 'my_{name}'"
+                self.found.append(key.mark.error("name", f"import {name!r} has the name of a {taken}", hint))
 
     def check_main(self) -> None:
         trees = self.document.trees
@@ -237,6 +249,13 @@ class _Checker:
             self.found.append(mark.error("device-undeclared", message, hint))
         elif device.used:
             outer.used = True
+
+
+def _taken(name: str) -> str:
+    """Return which kind of thing of the language, or of the registry, has a name already; nothing where it is free."""
+    if name in (*CONSTRUCTS, *RESERVED, "run"):
+        return "construct"
+    return "node" if registry.lookup(name) else ""
 
 
 def _documents(document: Document) -> Iterator[Document]:

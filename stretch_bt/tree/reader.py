@@ -128,11 +128,12 @@ class Reader(NodeWiring):
         """Read a node, construct or call with the reserved words inside and beside it."""
         words = dict(beside)
         if isinstance(given, Map) and key.text not in _OWN_WORDS:
-            given = self.spelt(given)
+            given, info = self.spelt(given), self.node(key.text)
+            reserved = [word for word in RESERVED if info is None or word not in info.ports]
             for inner, value in given:
-                if inner.text in RESERVED:
+                if inner.text in reserved:
                     self.word_inside(key, inner, value, words)
-            given = Map(tuple((k, v) for k, v in given if k.text not in RESERVED), given.mark)
+            given = Map(tuple((k, v) for k, v in given if k.text not in reserved), given.mark)
         part = self.kind(key, given)
         part.name = self.name(words["name"][1]) if "name" in words else None
         if "finally" in words:
@@ -180,7 +181,10 @@ class Reader(NodeWiring):
             return self.leaf(info, key.mark, given)
         if key.text.partition(".")[0] in self.document.doubtful:
             return None
-        known = [*registry.load_all(), *self.document.tree_names(), *CONSTRUCTS, "run"]
+        if (refused := self.document.refused.get(key.text)) is not None:
+            self.error(key.mark, "node-unknown", str(refused), refused.hint)
+            return None
+        known = [*registry.load_all(), *self.document.node_names(), *self.document.tree_names(), *CONSTRUCTS, "run"]
         guess = None if new_node(key.text) else closest(registry.snake_case(key.text), known)
         hint = f"did you mean {guess!r}?" if guess else new_node(key.text) or did_you_mean(key.text, known)
         hint = hint or "`stretch-bt nodes` lists all nodes"
@@ -208,7 +212,7 @@ class Reader(NodeWiring):
 
     def node(self, name: str) -> NodeInfo | None:
         """Find a node by what the file calls it."""
-        return registry.find(name, self.document.modules)
+        return self.document.node(name)
 
     def name(self, value: Value | None) -> str | None:
         """Read the name given to a place."""

@@ -9,7 +9,7 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Container, Iterable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -232,15 +232,15 @@ def lookup(name: str) -> NodeInfo | None:
     return _nodes.get(name)
 
 
-def find(name: str, modules: Set[str]) -> NodeInfo | None:
+def find(name: str, modules: Container[str]) -> NodeInfo | None:
     """Return a node, also one written with the name of the module that it was imported under."""
     found = lookup(name)
     prefix, dot, last = name.rpartition(".")
     return lookup(last) if found is None and dot and prefix in modules else found
 
 
-def object_types() -> dict[str, type]:
-    """Return the classes that ports carry, by the name that files use for them."""
+def object_types(more: Iterable[NodeInfo] = ()) -> dict[str, type]:
+    """Return the classes that ports carry, of `more` nodes than those of the registry, by the name that files use for them."""
     found: dict[str, type] = {}
 
     def add(type_: Type) -> None:
@@ -251,7 +251,7 @@ def object_types() -> dict[str, type]:
             for attribute in attributes(type_.cls).values():
                 add(attribute)
 
-    for info in load_all().values():
+    for info in (*load_all().values(), *more):
         for declared in info.ports.values():
             if declared.role is not Role.DEVICE:
                 add(info.types[declared.name])

@@ -87,21 +87,36 @@ def _word_renamed(text: str) -> str | None:
 def _word_moved(text: str) -> str | None:
     """Return the text with the next word that stands among ports put beside its node."""
     root = _root(text)
-    trees = _trees(root)
+    trees, python = _heading(root, "trees"), _python_imports(root)
     for mapping in _maps(root):
         for key, value in mapping.value:
             if mapping is trees or not isinstance(value, yaml.MappingNode) or not _is_place(key, value):
                 continue
+            if _is_class(key.value, python):
+                continue  # what stands in its braces are its own arguments, whatever they are called
             for inner in value.value:
                 if _stands_beside(inner[0].value, key.value):
                     return _moved(text, mapping, (key, value), inner)
     return None
 
 
-def _trees(root: yaml.Node | None) -> yaml.Node | None:
-    """Return the trees of a file, whose words stand beside their bodies as they are; None of the body of one tree."""
+def _heading(root: yaml.Node | None, word: str) -> yaml.Node | None:
+    """Return what a file has under a heading, such as its trees, whose words stand beside their bodies; None of the body of one tree."""
     pairs = root.value if isinstance(root, yaml.MappingNode) else ()
-    return next((value for key, value in pairs if key.value == "trees"), None)
+    return next((value for key, value in pairs if key.value == word), None)
+
+
+def _python_imports(root: yaml.Node | None) -> set[str]:
+    """Return the names under which a file imports modules and classes of Python."""
+    table = _heading(root, "imports")
+    pairs = table.value if isinstance(table, yaml.MappingNode) else ()
+    return {key.value for key, value in pairs if not str(value.value).endswith((".yaml", ".yml"))}
+
+
+def _is_class(word: str, python: set[str]) -> bool:
+    """Whether a word names a class of behaviours: the import of one, or one in a module, which is not in snake case."""
+    prefix, dot, _ = word.partition(".")
+    return prefix in python and (not dot or word.rpartition(".")[2][:1].isupper())
 
 
 def _is_place(key: yaml.ScalarNode, value: yaml.MappingNode) -> bool:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from stretch_bt import perception
+from stretch_bt.clock import VirtualClock
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.perception.types import Contact
-from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree.build import build
 from stretch_bt.tree.flow.base import why_failed

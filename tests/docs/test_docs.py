@@ -13,6 +13,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import py_trees
 import pytest
 
 from stretch_bt.runtime.check import check
@@ -61,6 +62,7 @@ def folder(tmp_path, monkeypatch, request):
     """A folder to work in, with every file that the page names; nodes that it brings are forgotten afterwards."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(py_trees.ports, "_REGISTRY", {})  # which warns of a class that is defined again
     for block in blocks(request.getfixturevalue("page")):
         if "file" in block.marks:
             path = tmp_path / block.marks["file"]

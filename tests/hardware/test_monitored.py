@@ -11,7 +11,7 @@ from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.driver import ArmDriver, Bench, GripperDriver, OperatorDriver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
-from stretch_bt.hardware.journal import NoJournal
+from stretch_bt.hardware.journal import Relay
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored.arm import MonitoredArm
 from stretch_bt.hardware.monitored.base import Watch
@@ -43,7 +43,7 @@ def test_a_reading_that_is_old_is_waited_for_a_moment_where_newer_ones_come_by_t
     driver = type("Held", (Held,), {"streams": streams, "left": asked})(
         "arm", None, Bench(time.monotonic, 0, Path(), hand, limits)
     )
-    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, NoJournal()))
+    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
     arm.open()
     if fresh:
         assert time.monotonic() - arm.pose(0.2).host_time < 0.2
@@ -74,7 +74,7 @@ class Unbalanced(ArmDriver):
 def test_where_there_is_no_force_a_motion_that_rises_goes_on_and_no_other():
     limits, hand = Limits(), Hand()
     driver = Unbalanced("arm", None, Bench(time.monotonic, 0, Path(), hand, limits))
-    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, NoJournal()))
+    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
     arm.open()
     assert arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="up").poll() is MotionState.MOVING
     for height in (0.08, 0.0999):
@@ -104,7 +104,7 @@ class Choosy(Unbalanced):
 def test_a_way_that_is_refused_takes_nothing_from_the_motion_before():
     limits, hand = Limits(), Hand()
     driver = Choosy("arm", None, Bench(time.monotonic, 0, Path(), hand, limits))
-    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, NoJournal()))
+    arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
     arm.open()
     first = arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="a")
     with pytest.raises(BeyondLimits):
@@ -114,7 +114,7 @@ def test_a_way_that_is_refused_takes_nothing_from_the_motion_before():
     assert (first.ended, driver.stops) == (MotionState.STOPPED, 1)
 
 
-class Listed(NoJournal):
+class Listed(Relay):
     """A journal that keeps the names of commands."""
 
     def __init__(self):

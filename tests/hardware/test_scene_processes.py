@@ -24,10 +24,11 @@ from stretch_bt.hardware.emulators.pictures import Pictures, picture_memory
 from stretch_bt.hardware.emulators.remote import Process
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.emulators.setting import Setting
-from stretch_bt.hardware.emulators.trace import Trace
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.emulators.twin_process import steadied, take
 from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.simulated.path import Placed
+from stretch_bt.hardware.simulated.trace import Trace
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.simulation.camera.sensor import Sensor
 from stretch_bt.simulation.scene import load_scene
@@ -115,9 +116,9 @@ def test_a_hand_that_hardly_moves_stands_and_one_that_moves_is_where_it_is(steps
 
 
 def test_a_trace_is_straight_between_what_was_noted_and_stands_where_nothing_was():
-    trace = Trace(Pose((0.0, 0.0, 0.2)))
+    trace = Trace(Placed.at(Pose((0.0, 0.0, 0.2))), Placed.between, 0.05)
     for time_, height in ((1.0, 0.1), (1.008, 0.09), (3.0, 0.05)):
-        trace.note(time_, Pose((0.0, 0.0, height)))
+        trace.note(time_, Placed.at(Pose((0.0, 0.0, height))))
     heights = [trace.at(time_).true.height for time_ in (0.5, 1.0, 1.004, 1.008, 2.9, 3.0, 9.0)]
     assert heights == pytest.approx([0.2, 0.1, 0.095, 0.09, 0.09, 0.05, 0.05])
 

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import pytest
 
 from stretch_bt.break_off import go_on
+from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import DeviceFault, NoAnswer, TreeError
-from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree import registry

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from stretch_bt.clock import ReplayClock, VirtualClock
 from stretch_bt.runtime import execute
-from stretch_bt.runtime.clock import ReplayClock, VirtualClock
 from stretch_bt.runtime.replay import replay
 from stretch_bt.runtime.task import run
 from stretch_bt.testing.short_runs import short_runs

@@ -27,6 +27,17 @@ PLACES = {
     "until: {that: done, max: 3, do: {set: {x: $x}}, name: a}\n": "name: a\nuntil: {that: done, max: 3, do: {set: {x: $x}}}\n",
     "sequence: [set: {name: params.a}]\n": "sequence: [set: {name: a}]\n",
 }
+#: a file with behaviours of other packages, whose arguments may be called as words beside a node are
+BEHAVIOURS = """\
+format: stretch-tree/1
+imports: {waits: their.Waits, own: own_nodes}
+trees:
+  main:
+    sequence:
+      - waits: {timeout: 3.0}
+      - own.Waits: {timeout: 3.0}
+      - own.waits: {timeout: 3 s}
+"""
 TREE = """\
 format: stretch-tree/1
 doc: Look once.   # params.depth stays here
@@ -225,3 +236,9 @@ def test_a_text_in_a_set_that_is_no_name_gets_quotes_of_its_own(given: str, tmp_
     fixed = path.read_text()
     assert fix_tree(path) == []
     assert path.read_text() == fixed
+
+
+def test_arguments_of_behaviours_stay_in_their_braces():
+    assert respell(BEHAVIOURS).text == BEHAVIOURS.replace(
+        "- own.waits: {timeout: 3 s}", "- timeout: 3 s\n        own.waits: {}"
+    )

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from stretch_bt import check
 from stretch_bt.cli.app import app
+from stretch_bt.clock import RealClock, VirtualClock
 from stretch_bt.errors import CellError, DeviceFault, IllConditioned, InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
@@ -25,7 +26,6 @@ from stretch_bt.hardware.simulated.camera import SimulatedCamera, _Options
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.perception.deprojection import to_world
 from stretch_bt.perception.hand_eye import view_of_hand
-from stretch_bt.runtime.clock import RealClock, VirtualClock
 from stretch_bt.runtime.hand_calibration import calibrate_hand
 from stretch_bt.simulation.scene import load_scene
 

@@ -14,10 +14,10 @@ import py_trees
 import pytest
 
 from stretch_bt.behaviors._motion import MotionBehavior
+from stretch_bt.clock import RealClock, VirtualClock
 from stretch_bt.errors import DeviceLost, InvalidInput, NodeError
 from stretch_bt.hardware.interfaces import Arm, DeviceState, Motion, MotionState
 from stretch_bt.hardware.simulated.camera import SimulatedCamera
-from stretch_bt.runtime.clock import RealClock, VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.tree import registry
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses

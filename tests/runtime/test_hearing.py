@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 
 import pytest
 
+from stretch_bt.clock import RealClock
 from stretch_bt.runtime import hearing
-from stretch_bt.runtime.clock import RealClock
 from stretch_bt.tree import registry
 from stretch_bt.tree.ports import Behavior, In, Status
 

@@ -10,9 +10,12 @@ from hypothesis import strategies as st
 from py_trees.common import Status
 
 from stretch_bt.errors import InvalidInput, MocksError
+from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.perception import Sphere
 from stretch_bt.runtime.check import check
-from stretch_bt.runtime.mock_node import mock_value, pattern_fits
+from stretch_bt.runtime.expectation import command_names
+from stretch_bt.runtime.mock_node import pattern_fits
+from stretch_bt.runtime.mock_value import mock_value
 from stretch_bt.runtime.replay import replay
 from stretch_bt.source import parse
 from stretch_bt.tree.port_check import PortCheck
@@ -304,3 +307,69 @@ def test_a_mistake_in_a_mapping_is_told_like_one_in_a_file(run: Any) -> None:
         run(TREE, mocks={"mocks": [{"macth": "**/press"}]})
     with pytest.raises(MocksError, match="did you mean"):
         run(TREE, mocks={"mocks": [{"match": "**/presss"}]})
+
+
+MEASURED = """
+format: stretch-tree/1
+devices: {arm: Arm, gripper: Gripper}
+params: {speed: {type: Speed, default: 10 mm/s}}
+trees:
+  main:
+    out: {k: Stiffness, n: int, line: {type: "list[Length]", default: [1 mm, 2 mm]}, name: str, share: float}
+    sequence:
+      - set: {k: 1.04 N/mm, n: 3, name: "'slow'", share: 0.5}
+      - {name: up, retract: {clearance: 20 mm, speed}}
+      - set_stretch: {stretch: 0 mm}
+      - {name: down, lower: {by: 1 mm}}
+"""
+#: expectation -> part of what is unmet
+MEASUREMENTS = {
+    "outputs: {k: {value: 1 N/mm, within: 5 %}}": None,
+    "outputs: {k: {value: 1 N/mm, within: 0.041 N/mm}}": None,
+    "outputs: {k: {value: 1 N/mm, within: 3 %}}": "expected k to be 1 N/mm within 3 %; it is 1.04 N/mm",
+    "outputs: {k: {value: 1 N/mm, within: 0.039 N/mm}}": "within 0.039 N/mm; it is 1.04 N/mm",
+    "outputs: {k: 1040 N/m, n: 3, name: slow}": None,
+    "outputs: {n: 4}": "expected n to be 4; it is 3",
+    "outputs: {share: {value: 0.4, within: 0.05}}": "expected share to be 0.4 within 0.05; it is 0.5",
+    "outputs: {share: 50 %}": None,
+    "outputs: {name: quick}": "expected name to be quick; it is slow",
+    "outputs: {line: [1 mm, 2 mm]}": None,
+    "outputs: {line: {value: [1.1 mm, 2.1 mm], within: 10 %}}": None,
+    "outputs: {line: [1 mm]}": "expected line to be [1 mm]; it is [1 mm, 2 mm]",
+    "commands: [arm.move, gripper.move, arm.move]": None,
+    "commands: [arm.move, arm.move]": None,
+    "commands: [gripper.move]": None,
+    "commands: []": None,
+    "commands: [gripper.move, arm.move, arm.move]": "expected arm.move after arm.move; commanded were arm.move, gripper",
+    "commands: [arm.follow]": "expected arm.follow; commanded were arm.move, gripper.move, arm.move",
+}
+
+
+@pytest.mark.parametrize("expect", MEASUREMENTS)
+def test_outputs_and_commands_are_expected(run: Any, scripted_device: Any, expect: str) -> None:
+    mocks = f"format: stretch-mocks/1\ntree: tree.yaml\nexpect: {{{expect}}}\n"
+    result = run(MEASURED, mocks=mocks, devices={"arm": scripted_device("Arm"), "gripper": scripted_device("Gripper")})
+    assert result.status == "SUCCESS", result.reason
+    said = MEASUREMENTS[expect]
+    assert len(result.unmet) == (said is not None), result.unmet
+    assert said is None or said in result.unmet[0]
+
+
+def test_an_output_that_the_run_never_gave_is_unmet(run: Any) -> None:
+    tree = (
+        "format: stretch-tree/1\ntrees: {main: {out: {a: Length}, sequence: [wait: {duration: 1 s}, set: {a: 1 mm}]}}\n"
+    )
+    fails = {"match": "**/wait", "status": "failure"}
+    result = run(tree, mocks={"mocks": [fails], "expect": {"outputs": {"a": "1 mm"}}})
+    assert result.unmet == ["expected a to be 1 mm; the run gave none"]
+
+
+def test_every_kind_of_device_has_commands_or_none() -> None:
+    found = {name: set(command_names(interface)) for name, interface in INTERFACES.items()}
+    assert found == {
+        "Arm": {"move", "follow", "stop"},
+        "Gripper": {"move", "stop"},
+        "DepthCamera": set(),
+        "ForceSensor": {"zero"},
+        "Operator": {"mount", "confirm", "stop"},
+    }

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stretch_bt.errors import DeviceLost, InvalidInput
+from stretch_bt.errors import DeviceLost, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, MotionState
 from stretch_bt.testing import ScriptedDevice
@@ -90,3 +90,63 @@ def test_a_scripted_device_refuses_the_owners_that_a_real_one_refuses():
     with pytest.raises(InvalidInput, match="Arm: a motion's owner is the path of the node"):
         arm.move(Pose(), speed=0.1, owner=None)
     assert arm.commands == []
+
+
+#: a script in words, the reading that is asked, and what it gives
+WORDS = {
+    "force": ({"force": ["1 N", 3.0]}, "wrench", [Wrench((0.0, 0.0, 1.0)), Wrench((0.0, 0.0, 3.0))]),
+    "height": ({"height": "20 mm"}, "pose", [Pose((0.0, 0.0, 0.02))]),
+    "opening": ({"opening": [0.06, "55 mm"]}, "opening", [0.06, 0.055]),
+}
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_a_script_is_written_in_words(name):
+    script, reading, values = WORDS[name]
+    device = ScriptedDevice("Arm", script)
+    assert [getattr(device, reading)(1).value for _ in values] == values
+
+
+def test_faults_and_motions_have_words():
+    arm = ScriptedDevice(
+        "Arm", {"force": ["1 N", "fault: the cable is out", "no answer: too noisy"]}, motion=["moving", "blocked"]
+    )
+    motion = arm.move(Pose(), speed=0.1, owner="test")
+    assert [motion.poll() for _ in range(3)] == [MotionState.MOVING, MotionState.BLOCKED, MotionState.BLOCKED]
+    arm.wrench(1)
+    with pytest.raises(DeviceLost, match="arm: the cable is out"):
+        arm.wrench(1)
+    with pytest.raises(NoAnswer, match="too noisy"):
+        arm.wrench(1)
+    lost = ScriptedDevice("Gripper", motion=["fault: jammed"]).move(0.06, speed=0.1, owner="test")
+    with pytest.raises(DeviceLost, match="gripper: jammed"):
+        lost.poll()
+
+
+#: scripts that are wrong, and what is said
+WRONG = {
+    "name": ({"froce": 1.0}, {}, "has no 'froce'; did you mean 'force'"),
+    "unit": ({"force": "1 mm"}, {}, "force: 1 mm is Length, not Force"),
+    "empty": ({"force": []}, {}, "gives no value of 'force'"),
+    "state": ({}, {"motion": ["moving", "blockd"]}, "no state 'blockd'; did you mean 'blocked'"),
+    "no state": ({}, {"motion": []}, "has at least one state"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_wrong_script_says_what_to_write(what):
+    script, options, told = WRONG[what]
+    with pytest.raises(InvalidInput, match=told):
+        ScriptedDevice("Arm", script, **options)
+
+
+def test_files_beside_the_test_are_found(tmp_path, monkeypatch):
+    from stretch_bt.testing.plugin import _Trees
+
+    (tmp_path / "task.yaml").write_text(TREE, encoding="utf-8")
+    trees = _Trees(tmp_path / "other", tmp_path)
+    assert trees.placed("task.yaml") == (tmp_path / "task.yaml", None)
+    assert trees.placed("palpate_stiffness") == ("palpate_stiffness", None)
+    assert trees.beside({"mocks": []}) == {"mocks": []}
+    monkeypatch.chdir(tmp_path)
+    assert trees.beside("task.yaml") == "task.yaml"

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import pytest
 
-from stretch_bt.runtime.clock import VirtualClock
+from stretch_bt.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree import registry

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import NodeError
-from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree.build import build

@@ -279,3 +279,46 @@ def test_a_current_folder_that_is_gone_keeps_no_tree_from_its_check(folders):
     assert done.returncode == 2
     assert "the current folder is gone" in done.stderr
     assert "--out" in done.stderr
+
+
+BEHAVIOUR = """
+import py_trees
+
+class Own(py_trees.behaviour.Behaviour):
+    def __init__(self, name: str):
+        super().__init__(name)
+
+    def update(self):
+        return py_trees.common.Status.SUCCESS
+
+Own.Inner = Own
+"""
+#: what is imported of a package beside the tree, and which of its files that executes
+CLASSES = {
+    "pkg.near.Own": ["__init__.py.ran", "near.py.ran"],
+    "pkg.Own": ["__init__.py.ran"],
+    "pkg.near.Own.Inner": ["__init__.py.ran", "near.py.ran"],
+    "pkg.near": ["__init__.py.ran", "near.py.ran"],
+    "space.inner.near.Own": ["near.py.ran"],
+}
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_of_the_name_of_a_class_only_its_modules_are_executed(folders, name):
+    trees, elsewhere = folders
+    for file in ("__init__", "near", "far"):
+        put(trees / "pkg", f"{file}.py", LEAVE + BEHAVIOUR)
+    put(trees / "space" / "inner", "near.py", LEAVE + BEHAVIOUR)  # folders without __init__.py
+    node = ", own.Own: {}" if name == "pkg.near" else ", own: {}"
+    put(trees, "tree.yaml", TREE % (name, node))
+    done = command(elsewhere, "check", str(trees / "tree.yaml"))
+    assert (done.returncode, executed(trees)) == (0, CLASSES[name]), done.stdout
+
+
+def test_a_class_of_a_module_that_is_not_beside_the_tree_is_not_looked_for(folders):
+    trees, elsewhere = folders
+    put(elsewhere, "their_nodes.py", LEAVE + BEHAVIOUR)
+    put(trees, "tree.yaml", TREE % ("their_nodes.Own", ", own: {}"))
+    done = command(elsewhere, "check", str(trees / "tree.yaml"))
+    assert (done.returncode, executed(elsewhere)) == (2, [])
+    assert "no Python module 'their_nodes' is installed, and none is beside the tree" in done.stdout

@@ -279,7 +279,8 @@ mocks:
   - {match: main/track_height, outputs: {height: [20 mm, {value: 19 mm, sd: 0.1 mm}], other: 3}, then: repeat_last}
   - {match: "**/check", status_when: depth > 2 mm}
 readings: {arm.force: [1 N, 2 N], gripper.opening: 60 mm}
-expect: {result: success, visited: [main/press], never: ["**/retract#failure"], ticks_max: 400}
+expect: {result: success, visited: [main/press], never: ["**/retract#failure"], ticks_max: 400,
+  outputs: {stiffness: {value: 1 N/mm, within: 5 %}, presses: 3}, commands: [arm.move]}
 """
 MOCK_MISTAKES = {
     "unknown key": ("doc:", "docs:"),
@@ -292,6 +293,8 @@ MOCK_MISTAKES = {
     "reading without unit": ("2 N]", "2]"),
     "unknown result": ("result: success", "result: succes"),
     "unknown expectation": ("ticks_max", "max_ticks"),
+    "output within what": ("within: 5 %", "sd: 5 %"),
+    "command of no device": ("[arm.move]", "[move]"),
     "ticks as text": ("ticks_max: 400", "ticks_max: many"),
     "status twice": ('"**/check",', '"**/check", status: success,'),
 }
@@ -302,6 +305,11 @@ def test_mocks_fit(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(MOCKS_FILE, encoding="utf-8")
     mocks_file.read_mocks(path)
+
+
+def test_readings_may_be_arrays_of_files() -> None:
+    for name in ("force.npy", "data/force.npz#first", "[1 N, force.npy]"):
+        assert errors(MOCKS, MOCKS_FILE.replace("[1 N, 2 N]", name)) == []
 
 
 @pytest.mark.parametrize("mistake", MOCK_MISTAKES)

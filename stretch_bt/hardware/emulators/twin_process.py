@@ -40,12 +40,12 @@ from stretch_bt.hardware.emulators.messages import (
 from stretch_bt.hardware.emulators.pictures import Pictures
 from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.emulators.stage import begin_fingers, brake_fingers
-from stretch_bt.hardware.emulators.trace import Trace
 from stretch_bt.hardware.emulators.twin_camera import lens
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.messages import Message
 from stretch_bt.hardware.priority import raise_priority
 from stretch_bt.hardware.simulated.path import Placed
+from stretch_bt.hardware.simulated.trace import Trace
 from stretch_bt.hardware.simulated.twin import Twin
 from stretch_bt.simulation.camera.sensor import Sensor
 from stretch_bt.simulation.effects.base import RobotEffect
@@ -63,6 +63,8 @@ _SHARE, _AT_ONCE = 0.28, 1.0
 _CREEPING = 0.1
 #: what the hand moves less than, m, is no motion: an arm at rest still comes nearer to its last setpoint
 _STILL = 2e-6
+#: nothing is written down of a hand that stands, s
+_GAP = 0.05
 #: steps of the hand aside and of its turn, m and rad: one that goes down straight does not quite, and each new place is solved from nothing
 _GRID = 1e-5
 _FEELING = ("Arm", "ForceSensor")
@@ -239,9 +241,9 @@ def take(twin: Twin, error: HeightError, message: Message) -> None:
             before = twin.hand.at(at).told
             told = steadied(before, six)
             if not isinstance(twin.hand, Trace):
-                twin.hand = Trace(told)
+                twin.hand = Trace(Placed.at(told), Placed.between, _GAP)
             if told != before:
-                twin.hand.note(at, told, error.true(at, told))
+                twin.hand.note(at, Placed(told, error.true(at, told)))
         case Fingers(at, to, speed):
             begin_fingers(twin.fingers, at, to, speed)
         case Brake(at):

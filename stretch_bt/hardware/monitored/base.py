@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from stretch_bt.blame import place_of
+from stretch_bt.clock import Clock
 from stretch_bt.errors import (
     DeviceFault,
     DeviceLost,
@@ -25,7 +26,7 @@ from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import Driver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import DeviceState, Reading
-from stretch_bt.hardware.journal import Journal
+from stretch_bt.hardware.journal import Relay
 from stretch_bt.hardware.latched import NEW_RUN
 from stretch_bt.hardware.limits import Limits
 
@@ -40,12 +41,13 @@ _MOMENT, _PAUSE = 0.25, 0.002
 
 @dataclass(frozen=True)
 class Watch:
-    """What watches over the devices of a cell."""
+    """What watches over the devices of a cell; `clock`, where there is one, is what a tree that is run on them goes by."""
 
     now: Callable[[], float]
     limits: Limits
     hand: Hand
-    journal: Journal
+    journal: Relay
+    clock: Clock | None = None
 
 
 class Monitored(Generic[D]):

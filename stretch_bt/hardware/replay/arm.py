@@ -36,6 +36,7 @@ class ReplayArm(ArmDriver):
     """Plays a recording from the moment it is opened; then it is lost: end of recording. Motions are refused."""
 
     Options = _Options
+    any_clock = True
     _played: Sixes | None = None
 
     @property

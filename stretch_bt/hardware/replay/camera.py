@@ -83,6 +83,7 @@ class ReplayCamera(DepthCameraDriver):
     """Plays a recording from the moment it is opened, at its own pace; then it is lost: end of recording."""
 
     Options = _Options
+    any_clock = True
     _tape: Tape | None = None
     _latest: Reading[DepthFrame] | None = None
 

@@ -34,6 +34,7 @@ class ReplayForceSensor(ForceSensorDriver):
     """Plays recorded wrenches from the moment it is opened; then it is lost: end of recording."""
 
     Options = _Options
+    any_clock = True
     _played: Sixes | None = None
     _zero = Wrench((0.0, 0.0, 0.0))
 

@@ -40,7 +40,7 @@ class SimulatedArm(ArmDriver):
     """
 
     Options = _Options
-    simulated = True
+    simulated = any_clock = True
     _moves = 0
     _placed = False
 

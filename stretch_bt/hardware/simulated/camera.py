@@ -31,7 +31,7 @@ class SimulatedCamera(DepthCameraDriver):
     """Exposes a frame each period, of the hand as it is at that moment; a frame is rendered when it is asked for."""
 
     Options = _Options
-    simulated = True
+    simulated = any_clock = True
     _latest: Reading[DepthFrame] | None = None
 
     @cached_property

@@ -22,7 +22,7 @@ class SimulatedForceSensor(ForceSensorDriver):
     """Measures the contact force with the scene's noise."""
 
     Options = _Options
-    simulated = True
+    simulated = any_clock = True
     _zero = Wrench((0.0, 0.0, 0.0))
 
     def wrench(self) -> Reading[Wrench]:

@@ -35,7 +35,7 @@ class SimulatedGripper(GripperDriver):
     """Moves its fingers on a trapezoid of speed, up to their ends."""
 
     Options = _Options
-    simulated = True
+    simulated = any_clock = True
 
     def move(self, opening: float, speed: float) -> Poll:
         """Move the fingers to an opening, m."""

@@ -37,7 +37,7 @@ class SimulatedOperator(OperatorDriver):
     """Puts a rigid indenter on a stand of 40 mm in the place of the scene's object; refuses while the hand is in the way."""
 
     Options = _Options
-    simulated = True
+    simulated = any_clock = True
 
     def mount(self, geometry: str, size: float) -> Poll:
         """Exchange the object once the delay is over; until then the one before it stands there."""

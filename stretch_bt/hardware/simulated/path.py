@@ -21,6 +21,16 @@ class Placed(NamedTuple):
     told: Pose
     true: Pose
 
+    @staticmethod
+    def at(pose: Pose) -> Placed:
+        """Return a hand that is where the arm says."""
+        return Placed(pose, pose)
+
+    @staticmethod
+    def between(one: Placed, other: Placed, part: float) -> Placed:
+        """Return what lies between two of them, at a part of the way."""
+        return Placed(between(one.told, other.told, part), between(one.true, other.true, part))
+
 
 class PosePath:
     """A polyline of poses, by distance, m; rotation vectors are interpolated along with the position.

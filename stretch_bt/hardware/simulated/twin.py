@@ -11,8 +11,10 @@ import numpy as np
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.simulated.path import Placed
 from stretch_bt.hardware.simulated.profile import Profile
+from stretch_bt.hardware.simulated.trace import Reported
 from stretch_bt.hardware.simulated.track import Track
 from stretch_bt.simulation.camera.sensor import Shot
 from stretch_bt.simulation.effects.base import RobotEffect
@@ -42,12 +44,25 @@ class Twin:
         self.seed = seed if scene.seed is None else scene.seed
         self.world = World(scene, Membrane(geometry.gauge, geometry.width, geometry.thickness), self.seed, within)
         self.robot = self.world.effects.of(RobotEffect)  # type: ignore[type-abstract]
-        self.hand: Track[Placed] = Track(Placed(_HOME, _HOME))
+        self.hand: Track[Placed] = Track(Placed.at(_HOME))
         self.fingers: Track[float] = Track(geometry.rest_opening)
 
     def place(self, home: Pose) -> None:
         """Put the hand where the arm is when it is opened."""
-        self.hand = Track(Placed(home, home))
+        self.hand = Track(Placed.at(home))
+
+    def follow_arm(self, pose: Callable[[], Reading[Pose]]) -> None:
+        """Let the hand be where an arm that is not simulated says."""
+
+        def placed() -> Reading[Placed]:
+            reading = pose()
+            return Reading(Placed.at(reading.value), reading.device_time, reading.host_time, reading.sequence)
+
+        self.hand = Reported(placed, Placed.between)
+
+    def follow_gripper(self, opening: Callable[[], Reading[float]]) -> None:
+        """Let the fingers be where a gripper that is not simulated says."""
+        self.fingers = Reported(opening, lambda one, other, part: one + part * (other - one))
 
     def move_hand(self, path: Callable[[float], Placed], profile: Profile) -> float:
         """Start a motion of the hand now, and return when it will end, s."""

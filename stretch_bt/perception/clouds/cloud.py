@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import InvalidInput
 from stretch_bt.units import Length
 
@@ -21,15 +22,32 @@ CELL = 0.5e-3  # m
 FLOOR = 0.1e-3  # m; an arm of this class returns to a pose within it
 
 
-@dataclass(frozen=True, slots=True)
-class Cloud:
+@dataclass(frozen=True, slots=True, repr=False)
+class Cloud(BriefRepr):
     """Points of an object's surface, fused from any number of contacts.
 
-    `points` (n, 3), m, lie in the world, or in the frame of a hand whose pose nobody told. `noise` (n,), m, is the
-    standard deviation along the unit `rays` (n, 3), from the camera, and `seen` (n,) in how many contacts a point was
-    found. `columns` (n, 3) int64 holds the axis along which a point was averaged and its cell across it, `cell` m wide.
-    `floor`, m, is the standard deviation that all points share, as that of the arm's pose, and that no repetition
-    reduces. `scatter` is the sum of squared disagreements between contacts in units of their noise, in `repeats` cases.
+    Parameters
+    ----------
+    points : (n, 3) float, m, in `frame`
+        The surface, each point the mean of those in one column.
+    noise : (n,) float, m
+        Standard deviation of each point along its ray, by the noise of the frames alone.
+    rays : (n, 3) float, unit vectors, in `frame`
+        From the camera through the points.
+    seen : (n,) int64
+        In how many contacts each was found.
+    columns : (n, 3) int64
+        Axis along which a point was averaged, 0 to 2 for x to z, and its cell across that axis, `cell` m wide.
+    frame : "world" or "hand"
+        "hand" where no contact knew the pose of the hand: the hand's frame, with z from its height where that is known.
+    cell : float, m
+        Width of a column.
+    floor : float, m
+        Standard deviation that all points share, as of the arm's pose, and that no repetition reduces.
+    contacts : int
+        How many were fused.
+    scatter, repeats : float and int
+        Sum of squared disagreements between contacts in units of their noise, and in how many cases.
     """
 
     points: Array

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clouds.cloud import Cloud
 from stretch_bt.perception.clouds.seen import CELL, FEWEST, Array, Mask, View
@@ -30,8 +31,8 @@ SAME = (2e-3, 0.2)  # m and rad: two poses that are nearer are one
 ROOM = 0.020  # m of the map around what was seen, where an object that reaches the rim may go on: more than a finger is beyond a clamp
 
 
-@dataclass(frozen=True, slots=True)
-class Relief:
+@dataclass(frozen=True, slots=True, repr=False)
+class Relief(BriefRepr):
     """A height map of the world in square cells `cell` m wide; the cell [i, j] begins at (x, y) = (origin + [i, j]) * cell.
 
     `ceiling` (n, m), m, world z, is the lowest that the membrane was seen, infinite where it never was. `height` (n, m), m,

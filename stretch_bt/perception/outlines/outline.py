@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.perception.outlines.polyline import (
     Array,
@@ -33,8 +34,8 @@ BESIDE_HOLE = 0.2  # share of an outline there
 LEAST_PIXEL_NOISE = 0.07  # pixels: what drawing an edge on a grid and blurring it leaves of its place
 
 
-@dataclass(frozen=True, slots=True)
-class Outline:
+@dataclass(frozen=True, slots=True, repr=False)
+class Outline(BriefRepr):
     """A closed line around a region, with what it encloses.
 
     `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations are

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -9,16 +10,18 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import Diagnostic, FileError, RecordError
+from stretch_bt.clock import ReplayClock
+from stretch_bt.errors import Diagnostic, FileError, InvalidInput, RecordError
 from stretch_bt.hardware.hand import Hand, HandGeometry
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.own_modules import Modules
-from stretch_bt.runtime.clock import ReplayClock
+from stretch_bt.runtime.mock_arrays import ARRAYS, MockArrays
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
 from stretch_bt.runtime.record import RecordReader, RunRecord
 from stretch_bt.runtime.record.folder import RUN, damaged, readable
+from stretch_bt.runtime.replay.behaviours import repeat_behaviours
 from stretch_bt.runtime.replay.compare import compare
 from stretch_bt.runtime.replay.devices import ReplayedCell
 from stretch_bt.runtime.replay.log import Log
@@ -90,7 +93,7 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
         with _in_record(again, reader.folder / RUN):
-            task = _prepare(reader.run_info, again, trust, say)
+            task = _prepare(reader, again, trust, say)
         with one_thread():  # as it was run: the last digits depend on it
             _run_again(reader, task, again)
         changed = others(reader.run_info, task.program, versions(*VERSIONS))
@@ -136,6 +139,7 @@ def _know_cell(task: Task, info: Mapping[str, Any]) -> None:
 
 def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome:
     log, document = Log(reader), task.program.document
+    repeat_behaviours(task.built, reader)
     kinds = {name: document.devices[name].interface.__name__ for name in task.devices()}
     cell = ReplayedCell(kinds, log, written)
     task.context.devices = cell.devices
@@ -146,14 +150,17 @@ def _tick_again(reader: RecordReader, task: Task, written: RunRecord) -> Outcome
         period=document.tick_period,
         cell=cell,
         watchers=[log, written],
+        max_ticks=task.most_ticks(),
+        longest=reader.run_info.get("longest") or math.inf,
         interrupts=_interrupts(reader.events),
         cuts={event["tick"]: event["cut_off"] for event in reader.events if event.get("cut_off")},
     )
     return runner.run()
 
 
-def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
+def _prepare(reader: RecordReader, folder: Path, trust: bool, say: Callable[[str], None] | None) -> Task:
     """Write the recorded files out again and build the tree from them; writes nothing outside `folder`."""
+    info = reader.run_info
     home = folder / "a" / "b" / "c"  # deep enough for imports that go up
     home.mkdir(parents=True)
     names = list(info["sources"])
@@ -162,9 +169,17 @@ def _prepare(info: Mapping[str, Any], folder: Path, trust: bool, say: Callable[[
     mocks = None
     if info.get("mocks"):
         (home / "mocks.yaml").write_text(info["mocks"], encoding="utf-8")
-        mocks = read_mocks(home / "mocks.yaml", recorded=True)
+        mocks = read_mocks(home / "mocks.yaml", recorded=True, arrays=_arrays(reader.folder, home))
     program = load_program(home / names[0], info.get("set") or {}, _modules(info, home, trust, say)).require()
     return Task(program, info.get("set") or {}, info.get("seed", 0), info.get("scene"), info.get("cell"), mocks)
+
+
+def _arrays(record: Path, home: Path) -> MockArrays:
+    """Return the arrays that the mocks of a record name."""
+    try:
+        return MockArrays.of_record(record, home)
+    except (OSError, InvalidInput) as error:
+        raise damaged(record / ARRAYS, str(error)) from error
 
 
 def _modules(info: Mapping[str, Any], home: Path, trust: bool, say: Callable[[str], None] | None) -> Modules:

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 import pytest
 
+from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import Cell, open_cell
@@ -20,7 +21,6 @@ from stretch_bt.hardware.cell_file import CellSpec, load_cell
 from stretch_bt.hardware.driver import Bench, Driver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
-from stretch_bt.runtime.clock import VirtualClock
 from stretch_bt.simulation.scene import load_scene
 
 __all__ = ["READINGS", "Contract", "Trial", "fault"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import py_trees
 
@@ -43,6 +43,10 @@ class Leaf(Part):
     def wires(self) -> Sequence[Wire]:
         """Return what feeds the inputs."""
         return list(self.inputs.values())
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the constructor arguments that it gives a behaviour; its class has its own defaults for the others."""
+        return {name: wire.value for name, wire in self.inputs.items() if self.info.ports[name].fixed}
 
     def written(self) -> dict[str, str]:
         """Return its ports; a device only where it is not called like its port."""

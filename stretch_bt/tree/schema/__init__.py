@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import did_you_mean
 from stretch_bt.tree.fragments import Schema
 
+if TYPE_CHECKING:
+    from stretch_bt.tree.registry import NodeInfo
+
 __all__ = ["schema"]
 
+_NONE: Mapping[str, NodeInfo] = MappingProxyType({})
 
-def schema(kind: str) -> Schema:
+
+def schema(kind: str, own: Mapping[str, NodeInfo] = _NONE) -> Schema:
     """Return the JSON Schema of files of this kind: `tree`, `mocks`, `scene` or `cell`.
 
     Trees and mocks are in draft-07, the newest that every release of the YAML language server understands; they hold all
-    nodes that are registered now, those of installed packages included.
+    nodes that are registered now, those of installed packages included; that of trees has `own` nodes too, classes that a file imports.
 
     Raises
     ------
@@ -25,13 +32,13 @@ def schema(kind: str) -> Schema:
     if kind not in _SCHEMAS:
         hint = did_you_mean(kind, _SCHEMAS) or f"one of {', '.join(_SCHEMAS)}"
         raise InvalidInput(f"there is no schema of {kind!r}; {hint}")
-    return _SCHEMAS[kind]()
+    return _tree(own) if kind == "tree" else _SCHEMAS[kind]()
 
 
-def _tree() -> Schema:
+def _tree(own: Mapping[str, NodeInfo] = _NONE) -> Schema:
     from stretch_bt.tree.schema.tree import tree_schema
 
-    return tree_schema()
+    return tree_schema(own)
 
 
 def _mocks() -> Schema:

@@ -11,6 +11,8 @@ from stretch_bt.tree.types import from_annotation
 __all__ = ["mocks_schema"]
 
 _STATUSES = ["success", "failure", "running"]
+#: a file of arrays, SI
+_ARRAY: Schema = {"type": "string", "pattern": r"\.np[yz](#.+)?$"}
 _RESULTS = ["success", "failure", "error", "fault", "interrupted"]
 
 
@@ -89,8 +91,8 @@ def _readings() -> Schema:
     types = {name: from_annotation(a) for i in INTERFACES.values() for name, a in readings_of(i).items()}
     entries = {}
     for name, type_ in types.items():
-        one = literal(type_) or {}
-        entries[rf"^\w+\.{name}$"] = {"anyOf": [one, {"type": "array", "minItems": 1, "items": one}]}
+        one = {"anyOf": [literal(type_) or {}, _ARRAY]}
+        entries[rf"^\w+\.{name}$"] = {"anyOf": [*one["anyOf"], {"type": "array", "minItems": 1, "items": one}]}
     return {
         "type": "object",
         "patternProperties": entries,
@@ -112,6 +114,26 @@ def _expect() -> Schema:
             "result": {"enum": _RESULTS},
             "visited": {"description": "each must be ticked; `**/press#failure` must fail", "anyOf": [ref("patterns")]},
             "never": {"description": "none may be ticked", "anyOf": [ref("patterns")]},
+            "outputs": {
+                "description": "what outputs of the task must be: a value, or `{value: 1 N/mm, within: 5 %}`",
+                "type": "object",
+                "additionalProperties": {"anyOf": [ref("value"), _near()]},
+            },
+            "commands": {
+                "description": "what must be commanded in this order, others between them aside",
+                "type": "array",
+                "items": {"type": "string", "pattern": r"^\w+\.\w+$", "examples": ["arm.move", "gripper.move"]},
+            },
             "ticks_max": {"type": "integer", "minimum": 1},
         },
+    }
+
+
+def _near() -> Schema:
+    within = "a share of the value in %, or a difference with the unit of the output"
+    return {
+        "type": "object",
+        "required": ["value", "within"],
+        "additionalProperties": False,
+        "properties": {"value": ref("value"), "within": {"type": ["string", "number"], "description": within}},
     }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.tree.flow import CONSTRUCTS, Part
 from stretch_bt.tree.flow.guard import Guard, SkipIf
@@ -31,9 +33,9 @@ _BESIDE: dict[str, type[Part]] = {
 }
 
 
-def tree_schema() -> Schema:
-    """Return the schema, with every node that is registered now."""
-    nodes = load_all()
+def tree_schema(own: Mapping[str, NodeInfo]) -> Schema:
+    """Return the schema, with every node that is registered now and those that a file imports as classes."""
+    nodes = {**load_all(), **own}
     return {
         "$schema": DRAFT,
         "title": "stretch-bt tree",

@@ -41,6 +41,8 @@ def wired(type_: Type) -> Schema:
     """Return the schema of what may feed an input: a literal, `$name` or an expression."""
     if type_.family is Family.QUANTITY and type_.name in QUANTITIES:
         return ref(f"input_{type_.name}")
+    if type_.family is Family.ANY:
+        return ref("value")
     if type_ is STR or type_.family is Family.STR:
         return ref("literal_str")
     if type_.family is Family.ENUM:

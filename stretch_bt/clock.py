@@ -1,4 +1,7 @@
-"""Clocks: the machine's own, a virtual one, and one that repeats the ticks of a record. All count seconds from 0."""
+"""Clocks: the machine's own, a virtual one, one that stands still in a tick, and one that repeats the ticks of a record.
+
+All count seconds from 0.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Protocol
 
-__all__ = ["Clock", "EndOfRecord", "RealClock", "ReplayClock", "VirtualClock"]
+__all__ = ["Clock", "EndOfRecord", "MixedClock", "PacedClock", "RealClock", "ReplayClock", "VirtualClock"]
 
 #: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
 LONGEST = 0.05
+#: by how much a sleep may end late that is caught up with, s; a machine at rest stays below a tenth of it
+JITTER = 0.01
 _ROUNDING = 1e-9
 
 
@@ -68,6 +73,29 @@ class RealClock:
             self._asleep.release()
 
 
+class MixedClock(RealClock):
+    """The machine's clock for real devices, beside simulated ones for which it stands still while a tick is computed.
+
+    A tick may take a simulation longer than any reading may be old, and what is simulated must not go on meanwhile.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._held: float | None = None
+
+    def simulated(self) -> float:
+        """Return the time of the simulated devices, s: that of the tick which is computed, else the machine's."""
+        return self.now() if self._held is None else self._held
+
+    def hold(self) -> None:
+        """Begin a tick."""
+        self._held = self.now()
+
+    def release(self) -> None:
+        """End a tick."""
+        self._held = None
+
+
 class VirtualClock:
     """A clock that stands still until it is told to go on: runs are fast and repeat exactly."""
 
@@ -92,6 +120,41 @@ class VirtualClock:
 
     def wake(self) -> None:
         """Nothing waits on a virtual clock."""
+
+
+class PacedClock:
+    """Lets a virtual clock go no faster than the machine's, for what counts the machine's time beside it.
+
+    It is never ahead of the machine, and time that a tick took beyond its period is not caught up with, but for the little by which a
+    sleep ends late.
+    """
+
+    def __init__(self, paced: VirtualClock) -> None:
+        self.paced = paced
+        self._machine = RealClock()
+        self._since: float | None = None  # the machine's time at which this clock had come to its own
+
+    def wait_until(self, deadline: float) -> None:
+        """Go to the deadline, s, once the machine's clock has gone on by as much, or return earlier when woken."""
+        if self._since is None:  # what was before, such as the opening of devices, is no time to catch up with
+            self._since = self._machine.now()
+        due = self._since + max(deadline - self.now(), 0.0)
+        self._machine.wait_until(due)
+        if self._machine.reached(due):
+            self._since = max(due, self._machine.now() - JITTER)
+            self.paced.wait_until(deadline)
+
+    def now(self) -> float:
+        """Return the virtual time, s."""
+        return self.paced.now()
+
+    def reached(self, deadline: float) -> bool:
+        """Return whether it is that late."""
+        return self.paced.reached(deadline)
+
+    def wake(self) -> None:
+        """End the wait."""
+        self._machine.wake()
 
 
 class ReplayClock:

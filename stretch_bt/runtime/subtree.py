@@ -1,0 +1,193 @@
+"""A task as a behaviour of somebody else's py_trees tree, on an open cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import py_trees
+from py_trees.common import Status
+
+from stretch_bt.clock import VirtualClock
+from stretch_bt.errors import InvalidInput, StretchError
+from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.foreign_nodes import set_up, shut_down
+from stretch_bt.runtime.owed import Finals
+from stretch_bt.runtime.stop import failed_at, stop_tree
+from stretch_bt.threads import one_thread
+from stretch_bt.tree.behavior import Behavior
+from stretch_bt.tree.build import BuiltTree, build
+from stretch_bt.tree.cell import MISSING
+from stretch_bt.tree.program import load_program
+
+if TYPE_CHECKING:
+    from stretch_bt.runtime.open_cell import OpenCell
+
+__all__ = ["Subtree", "subtree"]
+
+#: periods of the tree that may lie between two ticks; a hand that nobody looks at goes further than it should
+MOST_PERIODS = 4.0
+_ROUNDING = 1e-9
+
+
+def subtree(tree: str | Path, cell: OpenCell, *, params: Mapping[str, Any] | None = None) -> Subtree:
+    """Return a task as a behaviour that any py_trees tree can tick, on the devices of an open cell.
+
+    Ticked, it goes through the task as a run does; it begins anew each time it is started. Interrupted, it stops its own motions at once,
+    and its `finally` is owed by the cell: it is ticked before anything of the cell starts again, on every tick of a tree that
+    `cell.attend` was given, and at the latest when the cell is closed.
+
+    A tick raises DeviceFault when a device fails, and StretchError when more than four tick periods of the task lie between two ticks;
+    every device is stopped then.
+
+    Raises
+    ------
+    TreeError, CellError
+        The tree is wrong, or needs devices that the cell does not have.
+    """
+    return Subtree(tree, cell, params)
+
+
+class Subtree(py_trees.behaviour.Behaviour):
+    """See `subtree`. `outputs` holds what the task gave when it ended last, SI, a number with a deviation as an Estimate."""
+
+    def __init__(self, tree: str | Path, cell: OpenCell, params: Mapping[str, Any] | None) -> None:
+        super().__init__(name=Path(tree).stem)
+        self.cell = cell
+        self.program = load_program(tree, dict(params or {})).require()
+        if "main" not in self.program.document.trees:
+            raise InvalidInput(f"{self.program.document.file} has no tree 'main'; it is a library for import")
+        self.period = self.program.document.tick_period
+        self.outputs: dict[str, Any] = {}
+        self._built: BuiltTree | None = None
+        self._finals: Finals | None = None
+        self._ended = Status.INVALID
+        self._last: float | None = None
+        self._check()
+
+    def _check(self) -> None:
+        """Refuse what could never be ticked here, before anything moves."""
+        from stretch_bt.runtime.reach import check_devices
+
+        built = build(self.program, RunContext())
+        check_devices(self.program, self.cell.cell.spec, built.needed())
+        missing = sorted(built.needed() - self.cell.devices.keys())
+        if missing:
+            raise InvalidInput(f"{self.name} needs {', '.join(missing)}, which this cell was opened without")
+
+    # --- what py_trees calls
+
+    def initialise(self) -> None:
+        """Begin anew, at the next tick that owes nothing."""
+        self._built = self._finals = self._last = None
+        self.feedback_message = ""
+
+    def update(self) -> Status:
+        """Tick once."""
+        try:
+            with one_thread():
+                return self._ticked()
+        except BaseException:
+            self._give_up()
+            raise
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop its own motions where it is interrupted; never raises, for the other behaviours have to be stopped, too."""
+        if new_status is Status.INVALID and self._built is not None:
+            try:
+                self._interrupt()
+            except BaseException as error:
+                self.cell.owed.errors.append(error)
+
+    # --- a tick
+
+    def _ticked(self) -> Status:
+        errors = self.cell.owed.take_errors()
+        if errors:
+            raise errors[0]
+        if self._built is None:
+            if self.cell.owed:
+                if not self.cell.owed.attended:
+                    self.cell.owed.tick()
+                self.feedback_message = "waits for the finally of what was interrupted"
+                return Status.RUNNING
+            self._begin()
+        self._go_on()
+        self.cell.begin_tick(self._context)
+        if self._finals is None:
+            self._tick_body()
+        return self._tick_finals() if self._finals is not None else Status.RUNNING
+
+    def _begin(self) -> None:
+        self._context = self.cell.new_context()
+        self._context.period = self.period
+        self._built = build(self.program, self._context)
+        for node in self._built.nodes.values():
+            if isinstance(node, Behavior):
+                node.prepare()
+        set_up(self._built)
+
+    def _go_on(self) -> None:
+        """Let a virtual clock go on where nothing else did since the last tick; refuse a pause that is too long."""
+        clock, last = self.cell.clock, self._last
+        if last is None:
+            self._context.start = clock.now()
+        elif isinstance(clock, VirtualClock) and clock.now() <= last + _ROUNDING:
+            clock.advance(self.period)
+        elif clock.now() - last > MOST_PERIODS * self.period + _ROUNDING:
+            raise StretchError(
+                f"{self.name}: {clock.now() - last:.3g} s lie between two ticks, and it may be {MOST_PERIODS * self.period:.3g} s; "
+                f"tick the tree every {self.period:g} s, or give the task a longer 'tick'"
+            )
+        self._last = clock.now()
+
+    def _tick_body(self) -> None:
+        assert self._built is not None
+        root = self._built.root
+        for _ in root.tick():
+            pass
+        if root.status is Status.RUNNING:
+            return
+        self._ended = root.status
+        if root.status is Status.FAILURE:
+            node = failed_at(root)
+            self.feedback_message = f"{node.path}: {node.feedback_message or 'failed'}"
+        self._finals = Finals(self._built, self._context)
+
+    def _tick_finals(self) -> Status:
+        """Tick what follows the task; its outcome stands unless that broke."""
+        assert self._finals is not None
+        if not self._finals.tick():
+            return Status.RUNNING
+        finals, built = self._finals, self._built
+        self._built = self._finals = None
+        assert built is not None
+        errors = [*finals.errors, *shut_down(built)]
+        if errors:
+            raise errors[0]
+        if finals.failed and self._ended is Status.SUCCESS:
+            self.feedback_message = f"the task was done, but its finally failed: {finals.failed}"
+            return Status.FAILURE
+        self.outputs = {name: slot.held() for name, (_, slot) in built.outputs.items() if slot.value is not MISSING}
+        return self._ended
+
+    # --- other ends
+
+    def _interrupt(self) -> None:
+        built, finals = self._built, self._finals
+        self._built = self._finals = None
+        assert built is not None
+        if finals is None:
+            # what is owed is asked for before the nodes are stopped, which forget that they were entered
+            finals = Finals(built, self._context)
+            self.cell.owed.errors += stop_tree(built.root)
+        self.cell.owed.add(finals, self.period)
+
+    def _give_up(self) -> None:
+        """Stop every device and owe the `finally`, because of an error that is about to be raised."""
+        try:
+            if self._built is not None:
+                self._interrupt()
+        finally:
+            self.cell.cell.stop()

@@ -1,0 +1,159 @@
+"""A real device beside simulated ones: one world, and no reading grows old while a tick is computed."""
+
+import time
+from typing import Literal
+
+import pytest
+
+import stretch_bt
+from stretch_bt.clock import MixedClock, RealClock, VirtualClock
+from stretch_bt.errors import StaleReading
+from stretch_bt.hardware import implementations
+from stretch_bt.hardware.cell import clock_of
+from stretch_bt.hardware.cell_file import load_cell
+from stretch_bt.hardware.driver import ArmDriver, GripperDriver, Options
+from stretch_bt.hardware.interfaces import MotionState, Reading
+from stretch_bt.hardware.simulated.camera import SimulatedCamera
+
+GRIPPER = """\
+format: stretch-cell/1
+devices:
+  arm: {type: Arm, use: simulated, height: 120 mm}
+  camera: {type: DepthCamera, use: simulated}
+  gripper: {type: Gripper, use: of_test}
+"""
+ARM = GRIPPER.replace("type: Arm, use: simulated, height: 120 mm", "type: Arm, use: of_test").replace(
+    "Gripper, use: of_test", "Gripper, use: simulated"
+)
+TREE = """\
+format: stretch-tree/1
+devices: {arm: Arm, camera: DepthCamera, gripper: Gripper}
+trees:
+  main:
+    sequence:
+      - set_stretch: {stretch: 30 mm, speed: 100 mm/s}
+      - wait: {duration: 200 ms}
+      - capture: {frame}
+"""
+
+
+class GripperOfTest(GripperDriver):
+    """Fingers that go by the machine's clock, at the speed that is asked for."""
+
+    class Options(Options):
+        type: Literal["Gripper"]
+        use: Literal["of_test"]
+
+    path = (0.0, 0.055, 0.055, 1.0)
+    silent = False
+
+    def move(self, opening, speed):
+        self.path = (self.bench.now(), self.opening().value, opening, speed)
+        return lambda: MotionState.DONE if self.opening().value == opening else MotionState.MOVING
+
+    def stop(self):
+        self.path = (0.0, self.opening().value, self.opening().value, 1.0)
+
+    def opening(self):
+        now = self.bench.now()
+        start, before, after, speed = self.path
+        way = min((now - start) * speed, abs(after - before))
+        value = before + (way if after > before else -way)
+        value = after if way == abs(after - before) else value
+        at = now - 10.0 if self.silent else now
+        return Reading(value, at, at, int(now * 1e3))
+
+
+class ArmOfTest(ArmDriver):
+    """An arm that is where it was sent at once."""
+
+    class Options(Options):
+        type: Literal["Arm"]
+        use: Literal["of_test"]
+
+    at = None
+
+    def follow(self, path, speed):
+        self.at = path[-1]
+        return lambda: MotionState.DONE
+
+    def pose(self):
+        from stretch_bt.frames import Pose
+
+        now = self.bench.now()
+        return Reading(self.at or Pose((0.0, 0.0, 0.15)), now, now, int(now * 1e3))
+
+    def wrench(self):
+        from stretch_bt.frames import Wrench
+
+        now = self.bench.now()
+        return Reading(Wrench((0.0, 0.0, 0.0)), now, now, int(now * 1e3))
+
+
+@pytest.fixture
+def mixed(tmp_path, monkeypatch):
+    for kind, cls in (("Gripper", GripperOfTest), ("Arm", ArmOfTest)):
+        monkeypatch.setitem(implementations.SHIPPED, (kind, "of_test"), f"{__name__}:{cls.__name__}")
+
+    def write(text):
+        path = tmp_path / "cell.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    (tmp_path / "tree.yaml").write_text(TREE, encoding="utf-8")
+    return write
+
+
+def test_which_clock_a_cell_goes_by(mixed, tmp_path):
+    assert isinstance(clock_of(load_cell("simulated")), VirtualClock)
+    assert isinstance(clock_of(load_cell(mixed(GRIPPER))), MixedClock)
+    only = "format: stretch-cell/1\ndevices: {gripper: {type: Gripper, use: of_test}}\n"
+    assert type(clock_of(load_cell(mixed(only)))) is RealClock
+
+
+def test_the_twin_is_stretched_as_an_own_gripper_says(mixed, tmp_path):
+    began = time.perf_counter()
+    result = stretch_bt.run(tmp_path / "tree.yaml", cell=mixed(GRIPPER), scene="calibration_sphere")
+    assert result.status == "SUCCESS", result.reason
+    assert result.keys["frame"].stretch == pytest.approx(0.030, abs=1e-9)
+    assert result.task_seconds <= time.perf_counter() - began
+
+
+def test_no_frame_is_old_however_long_it_takes_to_render(mixed, tmp_path, monkeypatch):
+    expose = SimulatedCamera._expose
+
+    def slowly(self, number):
+        time.sleep(0.6)  # more than a reading may be old
+        return expose(self, number)
+
+    monkeypatch.setattr(SimulatedCamera, "_expose", slowly)
+    result = stretch_bt.run(tmp_path / "tree.yaml", cell=mixed(GRIPPER), scene="calibration_sphere")
+    assert result.status == "SUCCESS", result.reason
+
+
+def test_the_twin_presses_as_deep_as_an_own_arm_says(mixed):
+    with stretch_bt.open_cell(mixed(ARM), scene="calibration_sphere") as cell:
+        assert cell.truth()["depth"] == 0.0
+        cell.do("set_stretch", stretch="20 mm", speed="100 mm/s")
+        cell.arm.move(cell.arm.pose(1.0).value.at_height(0.057), speed=0.05, owner="by hand")
+        assert cell.truth()["depth"] == pytest.approx(0.003, abs=2e-4)
+        assert cell.camera.frame(1.0).value.hand_height == pytest.approx(0.057)
+
+
+def test_a_gripper_that_falls_silent_is_a_fault_of_the_simulation_beside_it(mixed):
+    with stretch_bt.open_cell(mixed(GRIPPER), scene="calibration_sphere") as cell:
+        cell.gripper.driver.silent = True
+        with pytest.raises(
+            StaleReading, match="gripper: its latest opening is 10 s old; the simulation beside it needs"
+        ):
+            cell.camera.frame(1.0)
+
+
+def test_what_is_simulated_stands_still_within_a_tick():
+    clock = MixedClock()
+    clock.hold()
+    held = clock.simulated()
+    time.sleep(0.01)
+    assert clock.simulated() == held < clock.now()
+    clock.release()
+    assert clock.simulated() > held

@@ -1,0 +1,69 @@
+"""Contacts of heights: what is in them, and what is refused."""
+
+import doctest
+
+import numpy as np
+import pytest
+
+from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.perception import Contact, Pose, types
+
+PIXEL = 1e-3
+Y, X = np.mgrid[-40:41, -30:31] * PIXEL
+CAP = np.maximum(6e-3 - (X**2 + Y**2) / 40e-3, 0.0)
+
+
+def test_points_lie_on_the_pixels_of_the_membrane_frame():
+    made = Contact.from_heights(CAP, PIXEL, noise=1e-4)
+    assert made.surface.shape == (81, 61, 3)
+    np.testing.assert_allclose(made.surface[..., 0], X, atol=1e-12)
+    np.testing.assert_allclose(made.surface[..., 1], Y, atol=1e-12)
+    np.testing.assert_array_equal(made.surface[..., 2], CAP)
+    np.testing.assert_array_equal(made.points, made.surface[made.labels == 2])
+    assert (made.rays == [0.0, 0.0, -1.0]).all()
+    assert (made.noise, made.pose, made.hand_height, made.stretch) == (1e-4, Pose(), 0.0, None)
+
+
+def test_what_is_not_seen_is_invalid():
+    holed = CAP.copy()
+    holed[:5] = np.nan
+    made = Contact.from_heights(holed, PIXEL, noise=1e-4, pose=Pose((0.1, 0.0, 0.2)), stretch=0.01)
+    assert (made.labels[:5] == 255).all()
+    assert (made.confidence[:5] == 0).all()
+    assert np.isnan(made.surface[:5]).all()
+    assert (made.hand_height, made.stretch) == (0.2, 0.01)
+
+
+@pytest.mark.parametrize("form", ["mask", "classes"])
+def test_labels_may_be_given(form):
+    touching = X**2 + Y**2 < 0.01**2
+    labels = touching if form == "mask" else np.where(touching, 2, 0)
+    made = Contact.from_heights(np.zeros_like(CAP), PIXEL, noise=1e-4, labels=labels)
+    assert len(made.points) == touching.sum()
+    assert (made.confidence == 1).all()
+
+
+#: heights and options that are refused, the error, and what is said
+WRONG = {
+    "flat": ((np.zeros_like(CAP), PIXEL), {}, NoContact, "say with 'labels' which pixels touch"),
+    "shape": ((CAP[0], PIXEL), {}, InvalidInput, r"heights are an array \(h, w\) of numbers, m"),
+    "type": ((CAP > 0, PIXEL), {}, InvalidInput, "got bool"),
+    "unseen": ((CAP * np.nan, PIXEL), {}, NoContact, "nothing is seen"),
+    "millimetres": ((CAP * 1e3, PIXEL), {}, InvalidInput, "give heights and pixel in m"),
+    "pixel": ((CAP, 0.0), {}, InvalidInput, "write 0.0005 for 0.5 mm"),
+    "noise": ((CAP, PIXEL), {"noise": -1.0}, InvalidInput, "pixel and noise are lengths above 0 m"),
+    "labels": ((CAP, PIXEL), {"labels": np.zeros((3, 3))}, InvalidInput, r"have that shape, got \(3, 3\)"),
+    "classes": ((CAP, PIXEL), {"labels": np.full(CAP.shape, 7)}, InvalidInput, "labels are 0 undeformed"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_no_height_is_refused(what):
+    arguments, options, error, told = WRONG[what]
+    with pytest.raises(error, match=told):
+        Contact.from_heights(*arguments, **{"noise": 1e-4, **options})
+
+
+def test_the_examples_run():
+    found = doctest.testmod(types)
+    assert (found.failed, found.attempted > 0) == (0, True)

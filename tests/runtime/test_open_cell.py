@@ -1,0 +1,370 @@
+"""An open cell: nodes and subtrees one call at a time."""
+
+import json
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+import stretch_bt
+from stretch_bt.errors import DeviceFault, InvalidInput, LimitExceeded, NodeError, Refused
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.runtime.one_call import called, names
+from stretch_bt.tree import registry
+from stretch_bt.units import Estimate
+
+TREE = """\
+format: stretch-tree/1
+devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}
+trees:
+  main:
+    out: {h0: Length, radius: Length}
+    sequence:
+      - set_stretch: {stretch: 30 mm}
+      - approach: {contact_height: $h0}
+      - press: {depth: 5 mm}
+      - average_frames: {frame}
+      - segment_contact: {frame}
+      - fit_sphere: {sphere}
+      - set: {radius: sphere.radius}
+"""
+
+
+@pytest.fixture
+def cell():
+    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
+        yield opened
+
+
+@pytest.fixture
+def tree(tmp_path):
+    path = tmp_path / "task.yaml"
+    path.write_text(TREE, encoding="utf-8")
+    return path
+
+
+def script(cell):
+    """Do from Python what TREE does."""
+    cell.do("set_stretch", stretch=0.030)
+    top = cell.do("approach")
+    cell.do("press", depth="5 mm")
+    cell.do("average_frames")
+    cell.do("segment_contact")
+    return top.contact_height, cell.do("fit_sphere").sphere
+
+
+def stands(cell):
+    before = cell.arm.pose(1.0).value
+    cell.clock.advance(0.5)
+    return cell.arm.pose(1.0).value.height - before.height < 0.002  # it brakes
+
+
+def motions(commands):
+    return [(c.device, c.name, c.arguments) for c in commands]
+
+
+def test_calls_give_what_the_same_task_in_yaml_gives(cell, tree):
+    result = stretch_bt.run(tree, scene="calibration_sphere")
+    top, sphere = script(cell)
+    assert top * 1e3 == pytest.approx(result.outputs["h0"]["value"], rel=1e-6)
+    assert top.sd * 1e3 == pytest.approx(result.outputs["h0"]["sd"], rel=1e-3)
+    assert sphere.radius * 1e3 == pytest.approx(
+        result.outputs["radius"]["value"], abs=3 * result.outputs["radius"]["sd"]
+    )
+    assert [m[:2] for m in motions(cell.commands)] == [m[:2] for m in motions(result.commands)]
+    assert cell.clock.now() == pytest.approx(result.task_seconds, abs=0.5)
+
+
+def test_a_record_that_is_left_out_is_the_latest_and_a_failure_unsets_its_own(cell):
+    cell.do("set_stretch", stretch="30 mm")
+    cell.do("approach", speed="20 mm/s")
+    assert "touch" in cell.records
+    cell.do("retract", clearance="20 mm")
+    cell.do("capture")
+    with pytest.raises(Refused) as refused:
+        cell.do("segment_contact")
+    assert "contact" not in cell.records
+    assert refused.value.reason.startswith("segment_contact: ")
+    assert refused.value.path == "segment_contact"
+    with pytest.raises(
+        InvalidInput, match=r"fit_sphere needs contact \(a Contact: call segment_contact before, or give"
+    ):
+        cell.do("fit_sphere")
+
+
+@pytest.mark.parametrize(
+    ("name", "ports", "said"),
+    [
+        ("pres", {}, "there is no node and no subtree 'pres'; did you mean 'press'?"),
+        ("press", {"dept": 1.0}, "press has no port 'dept'; did you mean 'depth'?"),
+        ("press", {"depth": "5 kg", "touch": "record"}, "press: touch takes Touch, not 'record'"),
+        ("set_stretch", {"stretch": "5 kg"}, "set_stretch.stretch takes Length, but '5 kg' is Mass"),
+        ("set_stretch", {"stretch": 5.0}, "set_stretch.stretch: 5000 mm is outside 0 mm to 80 mm"),
+        (
+            "set_stretch",
+            {"stretch": float("nan")},
+            "set_stretch: stretch takes Length, a number in m or text with a unit",
+        ),
+        ("set_stretch", {"stretch": object}, "set_stretch: stretch takes Length, a number in m or text with a unit"),
+        ("set_stretch", {}, "set_stretch needs stretch"),
+        (
+            "set_stretch",
+            {"stretch": 0.01, "timeout": "soon"},
+            "set_stretch: timeout takes a time above 0, as in '10 s', not 'soon'",
+        ),
+        ("capture", {"frame": 1}, "capture gives 'frame': read it from what the call returns"),
+        ("retract", {"arm": "left"}, "left"),
+        ("lib/palpation.feel", {}, "has no tree 'feel'"),
+        ("lib/nothing.feel", {}, "there is no file 'lib/nothing.yaml' here, nor among the shipped trees"),
+    ],
+)
+def test_a_call_that_is_wrong_says_what_and_moves_nothing(cell, name, ports, said):
+    with pytest.raises(InvalidInput) as wrong:
+        cell.do(name, **ports)
+    assert said in str(wrong.value)
+    assert ".yaml:" not in str(wrong.value)
+    assert cell.commands == []
+
+
+@pytest.mark.parametrize(
+    "value", [0.012, np.float64(0.012), np.float32(0.012), "12 mm", "0.012 m", Estimate(0.012, 1e-4)]
+)
+def test_numbers_are_si_and_text_has_units(cell, value):
+    cell.do("set_stretch", stretch=value)
+    assert cell.gripper.opening(1.0).value - 0.055 == pytest.approx(0.012, abs=1e-8)
+
+
+def test_timeout_and_guard_are_as_in_a_tree_file(cell):
+    with pytest.raises(Refused, match="out of time while retract was running"):
+        cell.do("retract", clearance=0.1, timeout=0.2)
+    assert stands(cell)
+    with pytest.raises(Refused, match=r"'arm.height < 50 mm' does not hold"):
+        cell.do("retract", clearance=0.05, guard="arm.height < 50 mm")
+
+
+def test_a_call_that_ends_well_stops_only_its_own_motion_and_any_other_end_all(cell):
+    motion = cell.gripper.move(0.08, speed=0.001, owner="by hand")
+    cell.do("retract", clearance=0.005)
+    assert motion.poll() is MotionState.MOVING
+    with pytest.raises(Refused):
+        cell.do("retract", clearance=0.1, timeout="100 ms")
+    assert motion.poll() is MotionState.STOPPED
+
+
+def test_an_error_of_a_node_and_a_fault_of_a_device_come_as_they_are(cell, monkeypatch):
+    class BreaksForTest(stretch_bt.Behavior):
+        """Break."""
+
+        def update(self):
+            raise ZeroDivisionError
+
+    monkeypatch.setattr(registry, "_nodes", {**registry.load_all()})
+    stretch_bt.node(BreaksForTest)
+    with pytest.raises(NodeError, match="ZeroDivisionError"):
+        cell.do("breaks_for_test")
+    fault = DeviceFault("camera", "no light")
+    monkeypatch.setattr(cell.camera.driver, "frame", lambda: (_ for _ in ()).throw(fault))
+    with pytest.raises(DeviceFault, match="no light"):
+        cell.do("capture")
+
+
+def test_a_signal_in_a_call_stops_all_and_is_an_interrupt(cell):
+    cell.clock.reached = lambda deadline: (cell.clock.now() > 0.3 and os.kill(os.getpid(), signal.SIGINT)) or True
+    with pytest.raises(KeyboardInterrupt):
+        cell.do("retract", clearance=0.1)
+    del cell.clock.reached
+    assert stands(cell)
+    cell.do("retract", clearance=0.001)
+
+
+def test_a_signal_between_two_calls_stops_what_still_moves(cell):
+    motion = cell.arm.move(cell.arm.pose(1.0).value.moved(z=0.05), speed=0.01, owner="by hand")
+
+    def wait():
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(1.0)
+
+    with pytest.raises(KeyboardInterrupt):
+        wait()
+    assert motion.poll() is MotionState.STOPPED
+
+
+def test_the_handler_of_signals_comes_back():
+    before = signal.getsignal(signal.SIGINT)
+    with stretch_bt.open_cell(scene="calibration_sphere"):
+        assert signal.getsignal(signal.SIGINT) != before
+    assert signal.getsignal(signal.SIGINT) == before
+
+
+def test_it_closes_by_with_or_by_close_and_says_so_afterwards():
+    cell = stretch_bt.open_cell(scene="calibration_sphere", only=["gripper"])
+    assert list(cell.devices) == ["gripper"]
+    with pytest.raises(InvalidInput, match="capture needs a device of kind DepthCamera, and this cell has none open"):
+        cell.do("capture")
+    cell.close()
+    cell.close()
+    assert repr(cell) == "<a closed cell>"
+    for use in (lambda: cell.devices, lambda: cell.do("wait", duration=1), lambda: stretch_bt.run("x.yaml", cell=cell)):
+        with pytest.raises(InvalidInput, match="this cell is closed; open it again"):
+            use()
+    with pytest.raises(AttributeError, match="has no 'arm'; its devices: none while it is closed"):
+        _ = cell.arm
+
+
+def test_a_simulated_cell_without_a_scene_says_what_to_write():
+    with pytest.raises(InvalidInput, match="scene='water_balloon'"):
+        stretch_bt.open_cell()
+
+
+def test_what_can_be_called_completes_with_its_ports(cell):
+    assert {"press", "approach", "fit_sphere"} <= set(dir(cell.do))
+    assert {"arm", "do", "clock"} <= set(dir(cell))
+    import inspect
+
+    assert {"depth", "touch", "timeout", "guard"} <= set(inspect.signature(cell.do.press).parameters)
+    assert cell.do.press.__doc__ == called("press").doc
+    assert cell.do.wait(duration="50 ms") == {}
+    with pytest.raises(AttributeError, match="did you mean 'press'"):
+        _ = cell.do.pres
+
+
+def test_everything_that_can_be_called_tells_its_ports():
+    for name in names():
+        found = called(name)
+        assert found.doc
+        assert found.required <= found.ports.keys()
+
+
+def test_texts_are_short(cell):
+    script(cell)
+    frame = cell.do("capture")
+    assert len(repr(frame)) < 200
+    assert len(repr(cell)) < 200
+    with pytest.raises(AttributeError, match="capture gives no 'frme'; did you mean 'frame'"):
+        _ = frame.frme
+
+
+# --- one cell, one clock
+
+
+def test_a_run_on_an_open_cell_takes_all_of_it(cell, tree):
+    cell.do("set_stretch", stretch=0.02)
+    before = cell.clock.now()
+    result = stretch_bt.run(tree, cell=cell)
+    assert result.status == "SUCCESS"
+    assert result.truth["h0"]["value"] == pytest.approx(60.0, abs=0.1)
+    assert cell.clock.now() == pytest.approx(before + result.task_seconds, abs=0.051)
+    assert {c.device for c in result.commands} == {"arm", "gripper"}
+    assert result.readings
+    assert cell.hand.contact_height == pytest.approx(0.06, abs=1e-3)
+    assert stretch_bt.run(tree, cell=cell).status == "FAILURE"  # the hand is where the first left it
+
+
+def test_its_record_replays(cell, tree):
+    result = stretch_bt.run(tree, cell=cell)
+    from stretch_bt.runtime.replay import replay
+
+    assert replay(result.record).same
+
+
+PRESS = "trees: {main: {sequence: [approach: {}, press: {depth: 6 mm}]}}"
+LIMITED = """\
+format: stretch-cell/1
+devices:
+  arm: {type: Arm, use: simulated, height: 120 mm}
+  gripper: {type: Gripper, use: simulated}
+  camera: {type: DepthCamera, use: simulated}
+limits: {depth: 5 mm}
+"""
+
+
+@pytest.mark.parametrize("way", ["cell", "open", "devices", "subtree", "do"])
+def test_limits_hold_whichever_way_a_tree_comes_to_its_devices(tmp_path, way):
+    (tmp_path / "cell.yaml").write_text(LIMITED, encoding="utf-8")
+    path = tmp_path / "press.yaml"
+    path.write_text("format: stretch-tree/1\ndevices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\n" + PRESS)
+    if way == "cell":
+        reason = stretch_bt.run(path, cell=tmp_path / "cell.yaml", scene="calibration_sphere").reason
+    else:
+        with stretch_bt.open_cell(tmp_path / "cell.yaml", scene="calibration_sphere") as cell:
+            reason = REASONS[way](cell, path)
+    assert "6 mm" in reason
+    assert "5 mm" in reason
+
+
+def by_subtree(cell, path):
+    tree = stretch_bt.subtree(path, cell)
+    for _ in range(2000):
+        tree.tick_once()
+        if tree.status.name != "RUNNING":
+            return tree.feedback_message
+    raise AssertionError
+
+
+def by_do(cell, path):
+    cell.do("approach")
+    with pytest.raises(Refused) as refused:
+        cell.do("press", depth=0.006)
+    return refused.value.reason
+
+
+REASONS = {
+    "open": lambda cell, path: stretch_bt.run(path, cell=cell).reason,
+    "devices": lambda cell, path: stretch_bt.run(path, devices=cell.devices).reason,
+    "subtree": by_subtree,
+    "do": by_do,
+}
+
+
+def test_two_clocks_or_none_are_refused(cell, tree):
+    with stretch_bt.open_cell(scene="calibration_sphere") as other:
+        mixed = {**cell.devices, "arm": other.arm}
+        with pytest.raises(InvalidInput, match="of more than one cell"):
+            stretch_bt.run(tree, devices=mixed)
+
+    class OwnCamera:
+        clock = None
+
+    with pytest.raises(InvalidInput, match=r"'camera' \(OwnCamera\) has no clock that a run can go by"):
+        stretch_bt.run(tree, devices={**cell.devices, "camera": OwnCamera()})
+    own = OwnCamera()
+    own.clock = stretch_bt.clock.RealClock()
+    with pytest.raises(InvalidInput, match="go by 2 clocks"):
+        stretch_bt.run(tree, devices={**cell.devices, "camera": own})
+
+
+@pytest.mark.parametrize("more", [{"scene": "water_balloon"}, {"devices": {}}])
+def test_an_open_cell_has_its_own_scene_and_devices(cell, tree, more):
+    with pytest.raises(InvalidInput, match="open cell"):
+        stretch_bt.run(tree, cell=cell, **more)
+
+
+def test_virtual_time_ends(tmp_path):
+    path = tmp_path / "forever.yaml"
+    path.write_text("format: stretch-tree/1\ntrees: {main: {repeat: {times: 1000000, do: [wait: {duration: 1 s}]}}}\n")
+    result = stretch_bt.run(path, longest=60.0, out=tmp_path / "record")
+    assert (result.status, result.task_seconds) == ("FAILURE", pytest.approx(60.0, abs=0.1))
+    assert "no end within 1 min of virtual time; end it with a 'timeout'" in result.reason
+    from stretch_bt.runtime.replay import replay
+
+    assert replay(tmp_path / "record").same
+
+
+def test_a_record_of_calls_holds_what_they_did(tmp_path):
+    with stretch_bt.open_cell(scene="calibration_sphere", out=tmp_path / "record") as cell:
+        cell.do("set_stretch", stretch=0.01)
+        with pytest.raises(Refused):
+            cell.do("retract", clearance=0.1, timeout=0.1)
+    events = [json.loads(line) for line in (tmp_path / "record" / "events.jsonl").read_text().splitlines()]
+    statuses = [(e["path"], e["status"]) for e in events if e.get("type") == "status"]
+    assert ("do/set_stretch", "SUCCESS") in statuses
+    assert next(e["device"] for e in events if e.get("type") == "command") == "gripper"
+    ticks = [e["tick"] for e in events if "tick" in e]
+    assert ticks == sorted(ticks)
+
+
+def test_limit_errors_of_own_commands_are_refused_too(cell):
+    with pytest.raises(LimitExceeded):
+        cell.arm.move(cell.arm.pose(1.0).value.moved(z=5.0), speed=0.01, owner="by hand")

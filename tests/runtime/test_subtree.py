@@ -1,0 +1,328 @@
+"""Tasks inside somebody else's py_trees tree."""
+
+import random
+from typing import ClassVar
+
+import py_trees
+import pytest
+from py_trees.common import ParallelPolicy, Status
+
+import stretch_bt
+from stretch_bt.clock import VirtualClock
+from stretch_bt.errors import CellError, DeviceFault, InvalidInput, StretchError
+from stretch_bt.hardware.interfaces import MotionState
+from stretch_bt.tree import registry
+from stretch_bt.tree.ports import Behavior
+
+HEAD = "format: stretch-tree/1\ndevices: {arm: Arm, gripper: Gripper}\ntrees:\n"
+#: of {name}: takes a mark, moves a device for a while, and takes another mark at its end
+MOVES = {
+    "arm": "{retract: {clearance: 8 mm, speed: 20 mm/s}, name: NAME}",
+    "gripper": "{set_stretch: {stretch: 3 mm, speed: 10 mm/s}, name: NAME}",
+}
+
+
+class MarkForTest(Behavior):
+    """Count that it was ticked, by its path."""
+
+    marks: ClassVar[list[str]] = []
+
+    def update(self) -> Status:
+        self.marks.append(self.path)
+        return Status.SUCCESS
+
+
+@pytest.fixture(autouse=True)
+def _mark_node(monkeypatch):
+    monkeypatch.setattr(registry, "_nodes", {**registry.load_all()})
+    registry.node(MarkForTest)
+    MarkForTest.marks.clear()
+
+
+@pytest.fixture
+def cell():
+    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
+        yield opened
+
+
+@pytest.fixture
+def task(tmp_path):
+    """Write a task, and return its path."""
+
+    def write(body: str, name: str = "task", head: str = HEAD) -> str:
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(head + body, encoding="utf-8")
+        return str(path)
+
+    return write
+
+
+def moving(task, name: str, device: str, speed: str = "") -> str:
+    """Return a task that marks its begin as `name`, moves a device, and marks in its finally."""
+    move = MOVES[device].replace("NAME", name)
+    begin, end = f"{{mark_for_test: {{}}, name: begin_{name}}}", f"{{mark_for_test: {{}}, name: end_{name}}}"
+    return task(f"  main:\n    sequence: [{begin}, {move}]\n    finally: [{end}]\n", name)
+
+
+def current(cell, device):
+    motion = cell.devices[device]._current
+    return motion if motion is not None and motion.refresh() is MotionState.MOVING else None
+
+
+def ticked(behaviour, most: int = 4000) -> Status:
+    for _ in range(most):
+        behaviour.tick_once()
+        if behaviour.status is not Status.RUNNING:
+            return behaviour.status
+    raise AssertionError("it does not end")
+
+
+def test_a_subtree_gives_what_a_run_gives(cell, task):
+    body = "  main:\n    out: {h0: Length}\n    sequence: [set_stretch: {stretch: 30 mm}, approach: {contact_height: $h0}]\n"
+    path = task(body, head=HEAD.replace("gripper: Gripper", "gripper: Gripper, camera: DepthCamera"))
+    tree = stretch_bt.subtree(path, cell)
+    assert ticked(tree) is Status.SUCCESS, tree.feedback_message
+    result = stretch_bt.run(path, scene="calibration_sphere")
+    assert tree.outputs["h0"] * 1e3 == pytest.approx(result.outputs["h0"]["value"], rel=1e-9)
+    assert tree.outputs["h0"].sd * 1e3 == pytest.approx(result.outputs["h0"]["sd"], rel=1e-6)
+
+
+def test_it_begins_anew_each_time(cell, task):
+    tree = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    assert [ticked(tree), ticked(tree)] == [Status.SUCCESS] * 2
+    assert MarkForTest.marks == ["main/begin_a", "main/finally/end_a"] * 2
+
+
+def test_an_interrupt_returns_at_once_and_the_finally_runs_before_anything_starts_again(cell, task):
+    a, b = (stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper")))
+    for _ in range(3):
+        a.tick_once()
+    assert current(cell, "arm") is not None
+    a.stop(Status.INVALID)
+    assert current(cell, "arm") is None
+    assert MarkForTest.marks == ["main/begin_a"]
+    b.tick_once()
+    assert MarkForTest.marks == ["main/begin_a", "main/finally/end_a"]
+    assert ticked(b) is Status.SUCCESS
+
+
+def test_a_tree_that_is_attended_ticks_what_is_owed(cell, task):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    tree = py_trees.trees.BehaviourTree(py_trees.behaviours.Running("r"))
+    cell.attend(tree)
+    a.tick_once()
+    a.stop(Status.INVALID)
+    tree.tick()
+    assert MarkForTest.marks[-1] == "main/finally/end_a"
+
+
+@pytest.mark.parametrize("leave", ["close", "do", "run"])
+def test_what_is_owed_runs_before_whatever_comes_next_on_the_cell(cell, task, leave):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    a.tick_once()
+    a.stop(Status.INVALID)
+    {
+        "close": cell.close,
+        "do": lambda: cell.do("wait", duration=0.1),
+        "run": lambda: stretch_bt.run(moving(task, "b", "gripper"), cell=cell),
+    }[leave]()
+    assert MarkForTest.marks[1] == "main/finally/end_a"
+
+
+def test_a_finally_that_moves_goes_on_over_ticks_and_no_interrupt_cuts_it_short(cell, task):
+    end = "{retract: {clearance: 5 mm, speed: 20 mm/s}}, {mark_for_test: {}}"
+    a = stretch_bt.subtree(
+        task(f"  main:\n    sequence: [{MOVES['gripper'].replace('NAME', 'x')}]\n    finally: [{end}]\n"), cell
+    )
+    a.tick_once()
+    a.stop(Status.INVALID)
+    a.stop(Status.INVALID)
+    before = cell.arm.pose(1.0).value.height
+    a.tick_once()  # which waits
+    assert a.status is Status.RUNNING
+    a.stop(Status.INVALID)
+    cell.close()
+    assert MarkForTest.marks == ["main/finally/mark_for_test"]
+    assert before == pytest.approx(0.12)
+
+
+def test_two_of_them_in_parallel_go_at_the_speed_of_one(cell, task):
+    both = [stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper"))]
+    tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=both)
+    for _ in range(9):
+        tree.tick_once()
+    assert cell.clock.now() == pytest.approx(8 * 0.05)
+
+
+def test_an_interrupt_leaves_the_motion_of_another_one_alone(cell, task):
+    a, b = (stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper")))
+    guard = py_trees.decorators.EternalGuard("g", a, condition=lambda: cell.clock.now() < 0.1, blackboard_keys=[])
+    children = [py_trees.decorators.FailureIsSuccess("f", guard), b]
+    tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=children)
+    for _ in range(6):
+        tree.tick_once()
+    assert a.status is Status.INVALID
+    assert current(cell, "arm") is None
+    assert current(cell, "gripper") is not None
+    assert ticked(tree) is Status.SUCCESS
+    assert MarkForTest.marks.count("main/begin_b") == 1
+
+
+def test_a_pause_that_is_too_long_is_an_error_after_a_safe_stop(cell, task):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    a.tick_once()
+    a.tick_once()
+    cell.clock.advance(0.19)
+    a.tick_once()
+    assert current(cell, "arm") is not None
+    cell.clock.advance(0.21)
+    with pytest.raises(StretchError, match=r"0\.21 s lie between two ticks, and it may be 0\.2 s; tick the tree every"):
+        a.tick_once()
+    assert current(cell, "arm") is None
+    cell.close()
+    assert MarkForTest.marks[-1] == "main/finally/end_a"
+
+
+def test_a_fault_stops_the_cell_and_is_raised_from_the_tick(cell, task, monkeypatch):
+    both = [stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper"))]
+    tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=both)
+    tree.tick_once()
+    tree.tick_once()
+    fault = DeviceFault("arm", "protective stop")
+    monkeypatch.setattr(cell.arm._current, "_poll", lambda: (_ for _ in ()).throw(fault))
+    with pytest.raises(DeviceFault, match="protective stop"):
+        tree.tick_once()
+    assert current(cell, "gripper") is None
+
+
+def test_what_breaks_in_an_interrupt_is_raised_at_the_next_tick(cell, task, monkeypatch):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    a.tick_once()
+    a.tick_once()
+    monkeypatch.setattr(cell.arm.driver, "stop", lambda: (_ for _ in ()).throw(DeviceFault("arm", "no brake")))
+    a.stop(Status.INVALID)
+    monkeypatch.undo()
+    with pytest.raises(DeviceFault, match="no brake"):
+        a.tick_once()
+    cell.close()
+
+
+def test_a_tree_of_other_devices_and_a_library_are_refused_before_anything_moves(cell, task):
+    with pytest.raises(CellError, match="left"):
+        stretch_bt.subtree(task("  main: {retract: {arm: left}}\n", head=HEAD.replace("arm:", "left:")), cell)
+    with pytest.raises(InvalidInput, match="library for import"):
+        stretch_bt.subtree(task("  other: {in: [speed], sequence: [retract: {speed}]}\n"), cell)
+    assert cell.commands == []
+
+
+DECORATORS = {
+    "inverter": lambda child, _: py_trees.decorators.Inverter("i", child),
+    "failure": lambda child, _: py_trees.decorators.FailureIsSuccess("f", child),
+    "running": lambda child, _: py_trees.decorators.SuccessIsRunning("s", child),
+    "repeat": lambda child, r: py_trees.decorators.Repeat("r", child, r.choice([1, 2, -1])),
+    "retry": lambda child, r: py_trees.decorators.Retry("t", child, r.choice([1, 2])),
+    "one_shot": lambda child, _: py_trees.decorators.OneShot("o", child, py_trees.common.OneShotPolicy.ON_COMPLETION),
+    "guard": lambda child, r: py_trees.decorators.EternalGuard(
+        "g", child=child, condition=lambda: r.random() > 0.1, blackboard_keys=[]
+    ),
+    "timeout": lambda child, _: py_trees.decorators.Timeout("d", child, duration=1e3),
+}
+
+
+class Composer:
+    """Draws trees of py_trees around subtrees of ours."""
+
+    def __init__(self, cell, paths, generator):
+        self.cell, self.paths, self.random = cell, dict(paths), generator
+        self.subtrees = {}
+
+    def tree(self, depth: int = 3):
+        kind = self.random.choice(["leaf", "decorator", "composite", "composite"]) if depth else "leaf"
+        if kind == "decorator":
+            return DECORATORS[self.random.choice(sorted(DECORATORS))](self.tree(depth - 1), self.random)
+        if kind == "composite":
+            return self.composite([self.tree(depth - 1) for _ in range(self.random.randint(1, 3))])
+        return self.leaf()
+
+    def composite(self, children):
+        memory = self.random.random() < 0.5
+        policy = self.random.choice([ParallelPolicy.SuccessOnOne(), ParallelPolicy.SuccessOnAll(synchronise=False)])
+        return self.random.choice(
+            [
+                lambda: py_trees.composites.Sequence("seq", memory, children),
+                lambda: py_trees.composites.Selector("sel", memory, children),
+                lambda: py_trees.composites.Parallel("par", policy, children),
+            ]
+        )()
+
+    def leaf(self):
+        if self.paths and self.random.random() < 0.6:
+            name, path = self.paths.popitem()
+            self.subtrees[name] = made = stretch_bt.subtree(path, self.cell)
+            return made
+        key = py_trees.behaviours.SetBlackboardVariable("w", "left_behind", 1, overwrite=True)
+        return self.random.choice(
+            [
+                py_trees.behaviours.Success("s"),
+                py_trees.behaviours.Failure("f"),
+                py_trees.behaviours.TickCounter("c", self.random.randint(0, 4), Status.SUCCESS),
+                py_trees.timers.Timer("t", 1e3),
+                key,
+            ]
+        )
+
+
+@pytest.mark.parametrize("seed", [pytest.param(s, marks=pytest.mark.slow if s > 3 else ()) for s in range(40)])
+def test_whatever_is_around_it_no_motion_outlives_its_interrupt_and_no_other_is_stopped(task, seed):
+    generator = random.Random(seed)
+    names = {f"{device[0]}{k}": device for k in range(2) for device in MOVES}
+    paths = {name: moving(task, name, device) for name, device in names.items()}
+    with stretch_bt.open_cell(scene="calibration_sphere") as cell:
+        for _ in range(25):
+            composer = Composer(cell, paths, generator)
+            root = composer.tree()
+            tree = py_trees.trees.BehaviourTree(root)
+            if generator.random() < 0.5:
+                cell.attend(tree)
+            else:
+                cell.owed.attended = False
+            for _ in range(generator.randint(1, 25)):
+                running = {n for n, s in composer.subtrees.items() if s.status is Status.RUNNING}
+                seen, before = len(cell.commands), motions(cell)
+                tree.tick()
+                check(cell, composer, running, cell.commands[seen:], before)
+            running = {n for n, s in composer.subtrees.items() if s.status is Status.RUNNING}
+            seen, before = len(cell.commands), motions(cell)
+            tree.interrupt()
+            root.stop(Status.INVALID)
+            check(cell, composer, running, cell.commands[seen:], before)
+            assert not any(current(cell, device) for device in MOVES)
+            cell.given()
+            begun = [mark for mark in MarkForTest.marks if "/begin_" in mark]
+            ended = [mark for mark in MarkForTest.marks if "/end_" in mark]
+            assert sorted(m.rpartition("_")[2] for m in begun) == sorted(m.rpartition("_")[2] for m in ended)
+            py_trees.blackboard.Blackboard.clear()
+
+
+def motions(cell):
+    return [motion for device in MOVES if (motion := current(cell, device)) is not None]
+
+
+def check(cell, composer, running, commands, before):
+    """After a tick or an interrupt: only what runs moves, and only what stopped was stopped."""
+    now = {name for name, tree in composer.subtrees.items() if tree.status is Status.RUNNING}
+    for device in MOVES:
+        motion = current(cell, device)
+        if motion is not None:
+            assert motion.owner.removeprefix("main/") in now
+    for motion in before:
+        if motion.owner.removeprefix("main/") in now:
+            assert motion.refresh() is not MotionState.STOPPED
+    stopped = {command.owner.removeprefix("main/") for command in commands if command.name == "stop"}
+    assert stopped <= running | {c.owner.removeprefix("main/") for c in commands if c.name != "stop"}
+    restarted = {mark.rpartition("_")[2] for mark in MarkForTest.marks}
+    assert stopped <= restarted
+
+
+def test_the_clock_of_a_simulated_cell_is_virtual(cell):
+    assert isinstance(cell.clock, VirtualClock)

@@ -1,0 +1,50 @@
+"""Depth frames that are made by hand."""
+
+import doctest
+
+import numpy as np
+import pytest
+
+from stretch_bt import frames
+from stretch_bt.errors import InvalidInput
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose
+
+CAMERA = Intrinsics(100.0, 100.0, 2.0, 1.5, 5, 4)
+FLAT = np.full((4, 5), 0.1)
+
+
+def test_metres_become_counts():
+    depth = FLAT.copy()
+    depth[1, 2], depth[2, 2], depth[2, 3] = 0.05, np.nan, -1.0
+    made = DepthFrame.from_array(depth, CAMERA, unit=1e-4)
+    assert made.raw.dtype == np.uint16
+    assert (made.raw[0, 0], made.raw[1, 2], made.raw[2, 2], made.raw[2, 3]) == (1000, 500, 0, 0)
+    assert made.plane_distance == pytest.approx(0.1)
+    assert (made.pose, made.hand_height) == (Pose(), 0.0)
+
+
+def test_whole_numbers_are_counts():
+    made = DepthFrame.from_array(np.full((4, 5), 800), CAMERA, unit=1e-4, plane_distance=0.09, pose=Pose((0, 0, 0.2)))
+    assert (made.raw[0, 0], made.plane_distance, made.hand_height) == (800, 0.09, 0.2)
+
+
+#: a depth image, its unit, and what is said
+WRONG = {
+    "shape": (FLAT[0], 1e-4, r"is an array \(h, w\) of numbers, got float64 \(5,\)"),
+    "size": (FLAT[:2], 1e-4, "fits these intrinsics"),
+    "empty": (FLAT * 0, 1e-4, "no pixel of the depth image is valid"),
+    "far": (FLAT * 1e3, 1e-4, "give depths in metres, or a larger unit"),
+    "unit": (FLAT, 0.0, "unit is the depth of one count in metres"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_no_depth_image_is_refused(what):
+    depth, unit, told = WRONG[what]
+    with pytest.raises(InvalidInput, match=told):
+        DepthFrame.from_array(depth, CAMERA, unit=unit)
+
+
+def test_the_examples_run():
+    found = doctest.testmod(frames)
+    assert (found.failed, found.attempted > 0) == (0, True)

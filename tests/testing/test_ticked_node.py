@@ -1,0 +1,172 @@
+"""One node on hand-made values: what it may be given, what comes back, and what is said of wrong inputs."""
+
+import numpy as np
+import pytest
+
+from stretch_bt import Behavior, In, InOut, Out, Status, Uses, port
+from stretch_bt.behaviors.records import Touch
+from stretch_bt.errors import DeviceLost, IllConditioned, InvalidInput
+from stretch_bt.frames import Pose
+from stretch_bt.hardware.interfaces import Arm, MotionState
+from stretch_bt.perception import Sphere
+from stretch_bt.tree import registry
+from stretch_bt.units import Estimate, Force, Length, Time
+
+
+class OwnMean(Behavior):
+    """Average forces over some ticks, as a node of a stranger may."""
+
+    forces: In[list[Force]]
+    wait: In[Time] = 0.0
+    force_sd: In[Force] = 0.1
+    force: In[Force] = 0.0
+    scale: In[float] = port(1.0, min=0.1, max=10.0)
+    sphere: In[Sphere | None] = None
+    arm: Uses[Arm | None]
+    seen: InOut[Touch | None]
+    mean: Out[Force]
+    radius: Out[Length | None]
+
+    def update(self) -> Status:
+        """Wait, then average."""
+        if self.context.time < self.wait - 1e-9:
+            return Status.RUNNING
+        if not self.forces:
+            raise IllConditioned("there is no force")
+        if self.scale == 9.0:
+            raise ValueError("nine")
+        self.seen = Touch((self.seen.height if self.seen else 0.0) + 1.0, 0.0)
+        self.mean = Estimate(self.scale * sum(self.forces) / len(self.forces), self.force_sd)
+        self.radius = self.sphere.radius if self.sphere else None
+        return Status.SUCCESS
+
+
+@pytest.fixture(autouse=True)
+def own(monkeypatch):
+    monkeypatch.setattr(registry, "_nodes", dict(registry.load_all()))
+    registry.node(OwnMean)
+
+
+#: forces and more inputs -> the mean and its deviation
+GIVEN = {
+    "numbers": ({"forces": [1.0, 3.0]}, 2.0, 0.1),
+    "text": ({"forces": ["1 N", "3000 mN"], "scale": "50 %"}, 1.0, 0.1),
+    "array": ({"forces": np.array([1.0, 3.0]), "scale": np.float32(2.0)}, 4.0, 0.1),
+    "deviation": ({"forces": [1.0], "force": Estimate(1.0, 0.5)}, 1.0, 0.5),
+    "both": ({"forces": [1.0], "force": Estimate(1.0, 0.5), "force_sd": "2 N"}, 1.0, 2.0),
+}
+
+
+@pytest.mark.parametrize("form", GIVEN)
+def test_inputs_are_numbers_text_arrays_and_estimates(tick_node, form):
+    inputs, mean, sd = GIVEN[form]
+    result = tick_node("own_mean", **inputs)
+    assert (result.status, result.reason) == ("SUCCESS", "")
+    assert result.mean == Estimate(mean, sd)
+    assert result.outputs["mean"].sd == sd
+    assert result.radius is None
+
+
+@pytest.mark.parametrize("name", ["own_mean", OwnMean, f"{__name__}.own_mean"], ids=["name", "class", "module"])
+def test_a_node_is_named_in_three_ways(tick_node, name, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, __name__, object())
+    assert tick_node(name, forces=[1.0]).mean == Estimate(1.0, 0.1)
+
+
+BESIDE = '''\
+"""A node of a module beside the test."""
+from stretch_bt import Behavior, Out, Status, node
+
+
+@node
+class BesideTest(Behavior):
+    """Say one."""
+
+    one: Out[int]
+
+    def update(self):
+        self.one = 1
+        return Status.SUCCESS
+'''
+
+
+def test_a_module_beside_the_test_is_imported(tmp_path, monkeypatch):
+    from stretch_bt.testing.ticked_node import node_info, tick_node
+
+    (tmp_path / "beside_nodes.py").write_text(BESIDE, encoding="utf-8")
+    assert tick_node(node_info("beside_nodes.beside_test", tmp_path), {}).one == 1
+    with pytest.raises(
+        InvalidInput, match="module 'beside_nodes' has no node 'beside_tset'; did you mean 'beside_test'"
+    ):
+        node_info("beside_nodes.beside_tset", tmp_path)
+    with pytest.raises(InvalidInput, match="no Python module 'beside_node' is installed"):
+        node_info("beside_node.beside_test", tmp_path)
+
+
+def test_it_ticks_until_the_node_ends(tick_node):
+    result = tick_node("own_mean", forces=[1.0], wait="1 s")
+    assert (result.ticks, result.seconds) == (21, pytest.approx(1.0))
+    endless = tick_node("own_mean", forces=[1.0], wait="1 h")
+    assert (endless.status, endless.reason) == ("FAILURE", "no end after 12000 ticks")
+
+
+def test_records_go_in_and_out(tick_node):
+    sphere = Sphere(0.02, 1e-4, np.zeros(3), np.ones(3), 50.0, 1.0)
+    first = tick_node("own_mean", forces=[1.0], sphere=sphere)
+    assert (first.radius, first.seen) == (0.02, Touch(1.0, 0.0))
+    assert tick_node("own_mean", forces=[1.0], seen=first.seen).seen == Touch(2.0, 0.0)
+    assert tick_node("own_mean", forces=[1.0], sphere={"radius": "30 mm"}).radius == 0.03
+
+
+def test_a_refusal_and_a_mistake_are_told(tick_node):
+    refused = tick_node("own_mean", forces=[])
+    assert (refused.status, refused.reason) == ("FAILURE", "there is no force")
+    with pytest.raises(
+        AttributeError, match="wrote no 'mean'; it wrote nothing; it ended with FAILURE: there is no force"
+    ):
+        _ = refused.mean
+    broken = tick_node("own_mean", forces=[1.0], scale=9.0)
+    assert (broken.status, broken.reason) == ("ERROR", "ValueError: nine")
+    assert broken.broken[0]["at"].startswith("test_ticked_node.py:") or "test_ticked_node.py" in broken.broken[0]["at"]
+
+
+def test_devices_are_scripted(tick_node, scripted_device):
+    arm = scripted_device("Arm", {"pose": Pose((0.0, 0.0, 0.09))})
+    assert tick_node("measure_depth", touch=Touch(0.1, 0.0), arm=arm).depth == pytest.approx(0.01)
+    arm = scripted_device("Arm", motion=[MotionState.MOVING, MotionState.BLOCKED])
+    result = tick_node("retract", clearance="20 mm", arm=arm)
+    assert (result.status, result.ticks) == ("FAILURE", 2)
+    assert [command.name for command in arm.commands] == ["move"]
+    arm = scripted_device("Arm", {"pose": DeviceLost("arm", "the connection broke")})
+    assert tick_node("retract", clearance="20 mm", arm=arm).status == "FAULT"
+
+
+#: inputs that are wrong, and what is said of them
+WRONG = {
+    "name": ({"force": []}, r"forces is missing; it takes a list, each a Force"),
+    "nearest": ({"forcs": [1.0], "forces": [1.0]}, "no input 'forcs'; did you mean 'forces'?"),
+    "output": ({"forces": [1.0], "mean": 1.0}, "mean is an output; the result has it"),
+    "unit": ({"forces": ["1 mm"]}, r"forces\[0\] takes Force, but '1 mm' is Length; use one of N, mN, kN"),
+    "no unit": ({"forces": [1.0], "wait": "1"}, r"wait: 1 has no unit; write '1 s'"),
+    "type": ({"forces": 1.0}, "forces: it takes a list, each a Force"),
+    "record": ({"forces": [1.0], "sphere": 3.0}, "sphere: it takes a Sphere or None, not 3.0"),
+    "field": ({"forces": [1.0], "sphere": {"radis": "1 mm"}}, "no 'radis'; did you mean 'radius'?"),
+    "bounds": ({"forces": [1.0], "scale": 20.0}, "scale: 20 is outside 0.1 to 10"),
+    "device": ({"forces": [1.0], "arm": 1}, r'arm: it takes a device, Arm, not 1; give arm=scripted_device\("Arm"\)'),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_wrong_inputs_are_named_with_what_was_expected(tick_node, what):
+    inputs, told = WRONG[what]
+    with pytest.raises(InvalidInput, match=told):
+        tick_node("own_mean", **inputs)
+
+
+def test_every_wrong_input_is_named_at_once(tick_node):
+    with pytest.raises(InvalidInput) as caught:
+        tick_node("measure_depth", touhc=1)
+    for told in ("no input 'touhc'", "touch is missing; it takes a Touch", 'give arm=scripted_device("Arm")'):
+        assert told in str(caught.value)
+    with pytest.raises(InvalidInput, match=r"no node 'own_meen' is registered; did you mean 'own_mean'\?"):
+        tick_node("own_meen")
