@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import threading
 import time
+from bisect import bisect_right
+from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
+from operator import itemgetter
 from typing import Protocol
 
 __all__ = ["Clock", "EndOfRecord", "MixedClock", "PacedClock", "RealClock", "ReplayClock", "VirtualClock"]
@@ -18,6 +21,8 @@ LONGEST = 0.05
 #: by how much a sleep may end late that is caught up with, s; a machine at rest stays below a tenth of it
 JITTER = 0.01
 _ROUNDING = 1e-9
+#: marks of a mixed clock that are kept, two a tick; no reading is as old
+_MARKS = 1000
 
 
 class EndOfRecord(Exception):
@@ -71,29 +76,6 @@ class RealClock:
         """End the wait."""
         with suppress(RuntimeError):  # it was woken before
             self._asleep.release()
-
-
-class MixedClock(RealClock):
-    """The machine's clock for real devices, beside simulated ones for which it stands still while a tick is computed.
-
-    A tick may take a simulation longer than any reading may be old, and what is simulated must not go on meanwhile.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._held: float | None = None
-
-    def simulated(self) -> float:
-        """Return the time of the simulated devices, s: that of the tick which is computed, else the machine's."""
-        return self.now() if self._held is None else self._held
-
-    def hold(self) -> None:
-        """Begin a tick."""
-        self._held = self.now()
-
-    def release(self) -> None:
-        """End a tick."""
-        self._held = None
 
 
 class VirtualClock:
@@ -155,6 +137,53 @@ class PacedClock:
     def wake(self) -> None:
         """End the wait."""
         self._machine.wake()
+
+
+class MixedClock(PacedClock):
+    """The clock of simulated devices beside real ones: it stands still while a tick is computed, and lags behind the machine's from then on.
+
+    A tick may take a simulation longer than a reading may be old, and what is simulated must not go on meanwhile without being looked at.
+    Real devices go by the machine's clock, `machine`.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(VirtualClock())
+        #: (time of the machine's clock, time of this one) at the begin and the end of waits, between which both go on
+        self._marks: deque[tuple[float, float]] = deque(maxlen=_MARKS)
+        self._mark()
+
+    @property
+    def machine(self) -> RealClock:
+        """The clock of the real devices."""
+        return self._machine
+
+    def wait_until(self, deadline: float) -> None:
+        """Go to the deadline, s, once the machine's clock has gone on by as much, or return earlier when woken."""
+        self._mark()
+        super().wait_until(deadline)
+        self._mark()
+
+    def follow(self, longest: float) -> None:
+        """Go on with the machine's clock, by `longest`, s, at most; for who ticks at times of his own."""
+        now = self._machine.now()
+        elapsed = longest if self._since is None else now - self._since
+        self._marks.append((now - min(max(elapsed, 0.0), longest), self.now()))
+        self.paced.advance(min(max(elapsed, 0.0), longest))
+        self._since = now
+        self._mark()
+
+    def of_machine(self, time: float) -> float:
+        """Return what this clock showed at a time of the machine's, s."""
+        after = bisect_right(self._marks, time, key=itemgetter(0))
+        if after == len(self._marks):
+            return self.now()
+        if after == 0:
+            return self._marks[0][1] - (self._marks[0][0] - time)
+        (one, start), (other, end) = self._marks[after - 1], self._marks[after]
+        return start + (end - start) * (time - one) / (other - one) if other > one else end
+
+    def _mark(self) -> None:
+        self._marks.append((self._machine.now(), self.now()))
 
 
 class ReplayClock:

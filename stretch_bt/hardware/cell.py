@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from stretch_bt.clock import Clock, MixedClock, RealClock, VirtualClock
@@ -135,16 +136,18 @@ def open_cell(
     """
     wanted = _wanted(spec, only)
     now = now or (clock or RealClock()).now
-    simulated = clock.simulated if isinstance(clock, MixedClock) else now
+    mixed = clock if isinstance(clock, MixedClock) else None
+    real = now if mixed is None else mixed.machine.now
     hand, relay = Hand(spec.hand), Relay(*([] if journal is None else [journal]))
     classes = {name: spec.devices[name].implementation.cls for name in wanted}
     if scene is None and any(cls.simulated for cls in classes.values()):
         raise InvalidInput(f"the cell {spec.name!r} is simulated and needs a scene; name one with --scene")
     benches = {
         any_clock: Bench(time, seed, spec.path.parent, hand, spec.limits, scene)
-        for any_clock, time in ((True, simulated), (False, now))
+        for any_clock, time in ((True, now), (False, real))
     }
-    watches = {of: Watch(bench.now, spec.limits, hand, relay, clock) for of, bench in benches.items()}
+    stamps = {True: None, False: None if mixed is None else mixed.of_machine}
+    watches = {of: Watch(bench.now, spec.limits, hand, relay, clock, stamps[of]) for of, bench in benches.items()}
     devices = {
         name: MONITORED[spec.devices[name].type](
             name, spec.devices[name].driver(benches[cls.any_clock]), watches[cls.any_clock]
@@ -177,26 +180,21 @@ def _follow(cell: Cell, classes: Mapping[str, type[Driver]]) -> None:
         return
     twin = cell.twin
     for name, cls in classes.items():
-        driver, now = cell.devices[name].driver, cell.devices[name].watch.now
-        if isinstance(driver, ArmDriver) and not cls.simulated:
-            twin.follow_arm(_fresh(name, "pose", driver.pose, now))
-        elif isinstance(driver, GripperDriver) and not cls.simulated:
-            twin.follow_gripper(_fresh(name, "opening", driver.opening, now))
+        device = cell.devices[name]
+        if issubclass(cls, ArmDriver) and not cls.simulated:
+            twin.follow_arm(partial(_newest, device, "pose", device.driver.pose))
+        elif issubclass(cls, GripperDriver) and not cls.simulated:
+            twin.follow_gripper(partial(_newest, device, "opening", device.driver.opening))
 
 
-def _fresh(name: str, what: str, read: Callable[[], Reading[T]], now: Callable[[], float]) -> Callable[[], Reading[T]]:
-    """Return what reads a device for the simulation beside it; raises StaleReading."""
-
-    def fresh() -> Reading[T]:
-        reading = read()
-        age = now() - reading.host_time
-        if age > MAX_AGE:
-            raise StaleReading(
-                name, f"its latest {what} is {age:.3g} s old; the simulation beside it needs a newer one"
-            )
-        return reading
-
-    return fresh
+def _newest(device: Monitored[Any], what: str, read: Callable[[], Reading[T]]) -> Reading[T]:
+    """Read a device for the simulation beside it, past the journal: no node asked. Raises StaleReading."""
+    reading, age = device.fresh(read, MAX_AGE)
+    if age > MAX_AGE:
+        raise StaleReading(
+            device.name, f"its latest {what} is {age:.3g} s old; the simulation beside it needs a newer one"
+        )
+    return reading
 
 
 def _wanted(spec: CellSpec, only: Collection[str] | None) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from py_trees.common import Status
 
-from stretch_bt.clock import Clock, VirtualClock
+from stretch_bt.clock import Clock, MixedClock, VirtualClock
 from stretch_bt.errors import named
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import shut_down
@@ -89,6 +89,8 @@ class Owed:
         period = min(period for _, period in self._finals)
         if isinstance(self.clock, VirtualClock) and self.clock.now() <= self._ticked:
             self.clock.advance(period)
+        elif isinstance(self.clock, MixedClock):
+            self.clock.follow(period)
         self._ticked = self.clock.now()
         for entry in list(self._finals):
             finals, _ = entry

@@ -14,7 +14,7 @@ from py_trees.common import Status
 
 from stretch_bt.blame import Broken, blame
 from stretch_bt.break_off import BrokenOff, breakable
-from stretch_bt.clock import Clock, EndOfRecord, MixedClock
+from stretch_bt.clock import Clock, EndOfRecord
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, StretchError, named, writable
 from stretch_bt.forked import alone, leave_if_forked
 from stretch_bt.runtime.as_built import AsBuilt
@@ -91,7 +91,6 @@ class Runner:
         self.max_ticks = max_ticks
         self._longest = longest
         self._first = context.ticks
-        self._mixed = clock if isinstance(clock, MixedClock) else None
         #: what ended the task, where it was an error
         self.cause: BaseException | None = None
         self.outcome = Outcome()
@@ -236,8 +235,6 @@ class Runner:
             self._telling.note("interrupt", why=self._interrupts[self._limit :])
             return None
         context = self.context
-        if self._mixed is not None:
-            self._mixed.hold()
         context.ticks += 1
         context.now = self.clock.now()
         if context.ticks == 1:
@@ -249,8 +246,6 @@ class Runner:
             with breakable(lambda: self._interrupted):
                 self._telling.visit(root)
         finally:
-            if self._mixed is not None:
-                self._mixed.release()
             leave_if_forked()  # whatever broke in the child, nothing of it is told
             self._hearing.look()
             self._telling.interrupted()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.clock import VirtualClock
+from stretch_bt.clock import MixedClock, VirtualClock
 from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import set_up, shut_down
@@ -131,16 +131,21 @@ class Subtree(py_trees.behaviour.Behaviour):
     def _go_on(self) -> None:
         """Let a virtual clock go on where nothing else did since the last tick; refuse a pause that is too long."""
         clock, last = self.cell.clock, self._last
+        if isinstance(clock, MixedClock):
+            clock.follow(self.period)
+        # a mixed clock lags behind by what is too long
+        now = clock.machine.now() if isinstance(clock, MixedClock) else clock.now()
         if last is None:
             self._context.start = clock.now()
-        elif isinstance(clock, VirtualClock) and clock.now() <= last + _ROUNDING:
+        elif isinstance(clock, VirtualClock) and now <= last + _ROUNDING:
             clock.advance(self.period)
-        elif clock.now() - last > MOST_PERIODS * self.period + _ROUNDING:
+            now = clock.now()
+        elif now - last > MOST_PERIODS * self.period + _ROUNDING:
             raise StretchError(
-                f"{self.name}: {clock.now() - last:.3g} s lie between two ticks, and it may be {MOST_PERIODS * self.period:.3g} s; "
+                f"{self.name}: {now - last:.3g} s lie between two ticks, and it may be {MOST_PERIODS * self.period:.3g} s; "
                 f"tick the tree every {self.period:g} s, or give the task a longer 'tick'"
             )
-        self._last = clock.now()
+        self._last = now
 
     def _tick_body(self) -> None:
         assert self._built is not None

@@ -149,11 +149,43 @@ def test_a_gripper_that_falls_silent_is_a_fault_of_the_simulation_beside_it(mixe
             cell.camera.frame(1.0)
 
 
-def test_what_is_simulated_stands_still_within_a_tick():
+def test_what_is_simulated_waits_for_a_slow_tick_and_never_outruns_the_machine():
     clock = MixedClock()
-    clock.hold()
-    held = clock.simulated()
-    time.sleep(0.01)
-    assert clock.simulated() == held < clock.now()
-    clock.release()
-    assert clock.simulated() > held
+    began = clock.machine.now()
+    for k in range(8):
+        while not clock.reached(k * 0.02):
+            clock.wait_until(k * 0.02)
+        held = clock.now()
+        time.sleep(0.1 if k == 3 else 0.0)  # a tick that takes long
+        assert clock.now() == held
+        assert clock.now() <= clock.machine.now() - began + 0.02
+    assert clock.now() == pytest.approx(0.14)
+    assert clock.machine.now() - began > 0.2
+
+
+def test_times_of_the_machine_are_those_of_the_run():
+    clock = MixedClock()
+    seen = []
+    for k in range(6):
+        while not clock.reached(k * 0.02):
+            clock.wait_until(k * 0.02)
+        seen.append((clock.machine.now(), clock.now()))
+        time.sleep(0.03)
+    for machine, own in seen:
+        assert clock.of_machine(machine) == pytest.approx(own, abs=1e-6)
+    times = [clock.of_machine(clock.machine.now() * part / 50) for part in range(51)]
+    assert times == sorted(times)
+    assert times[-1] <= clock.now()
+
+
+def test_it_follows_who_ticks_at_times_of_his_own():
+    clock = MixedClock()
+    clock.follow(0.05)
+    before = clock.now()
+    time.sleep(0.02)
+    clock.follow(0.05)
+    assert 0.02 <= clock.now() - before < 0.05
+    time.sleep(0.2)
+    before = clock.now()
+    clock.follow(0.05)
+    assert clock.now() - before == pytest.approx(0.05)

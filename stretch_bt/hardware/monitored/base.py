@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from stretch_bt.blame import place_of
@@ -41,13 +41,17 @@ _MOMENT, _PAUSE = 0.25, 0.002
 
 @dataclass(frozen=True)
 class Watch:
-    """What watches over the devices of a cell; `clock`, where there is one, is what a tree that is run on them goes by."""
+    """What watches over the devices of a cell.
+
+    `clock`, where there is one, is what a tree that is run on them goes by, and `stamp` gives its time for one of `now`, where that is another.
+    """
 
     now: Callable[[], float]
     limits: Limits
     hand: Hand
     journal: Relay
     clock: Clock | None = None
+    stamp: Callable[[float], float] | None = None
 
 
 class Monitored(Generic[D]):
@@ -170,7 +174,7 @@ class Monitored(Generic[D]):
         """Write down a command that is about to be sent."""
         self.watch.journal.command(self.name, name, arguments, owner)
 
-    def _fresh(self, source: Callable[[], Reading[T]], max_age: float) -> tuple[Reading[T], float]:
+    def fresh(self, source: Callable[[], Reading[T]], max_age: float) -> tuple[Reading[T], float]:
         """Return the latest reading and its age, s; of a device that streams one that is not too old, where it comes within a moment."""
         end = time.monotonic() + (_MOMENT if self.driver.streams else 0.0)
         while True:
@@ -188,8 +192,10 @@ class Monitored(Generic[D]):
             raise InvalidInput(f"{self.name}: max_age must be finite and above 0 s, not {max_age}")
         self.check_open()
         with self.faults():
-            reading, age = self._fresh(source, max_age + _ROUNDING)
+            reading, age = self.fresh(source, max_age + _ROUNDING)
             if age > max_age + _ROUNDING:
                 raise StaleReading(self.name, f"the latest {name} is {age:.3g} s old, accepted are {max_age:.3g} s")
+        if self.watch.stamp is not None:
+            reading = replace(reading, host_time=self.watch.stamp(reading.host_time))
         self.watch.journal.reading(self.name, name, reading)
         return reading

@@ -77,19 +77,23 @@ class Reported(Trace[T]):
         Returns the latest reading of the device.
     between
         Returns what lies between two values, at a part from 0 to 1 of the way.
+    now
+        The time of the simulation, s, which may lag behind that of the device.
     """
 
-    def __init__(self, read: Callable[[], Reading[T]], between: Callable[[T, T, float], T]) -> None:
+    def __init__(
+        self, read: Callable[[], Reading[T]], between: Callable[[T, T, float], T], now: Callable[[], float]
+    ) -> None:
         reading = read()
         super().__init__(reading.value, between)
-        self._read = read
-        self._latest = reading.host_time
-        self.note(reading.host_time, reading.value)
+        self._read, self._now = read, now
+        self._latest = now()
+        self.note(self._latest, reading.value)
 
     def at(self, time: float) -> T:
         """Return the place at a time, s; raises DeviceFault."""
-        reading = self._read()
-        if reading.host_time > self._latest:
-            self._latest = reading.host_time
-            self.note(reading.host_time, reading.value)
+        reading, now = self._read(), self._now()
+        if now > self._latest:
+            self._latest = now
+            self.note(now, reading.value)
         return super().at(time)

@@ -58,11 +58,11 @@ class Twin:
             reading = pose()
             return Reading(Placed.at(reading.value), reading.device_time, reading.host_time, reading.sequence)
 
-        self.hand = Reported(placed, Placed.between)
+        self.hand = Reported(placed, Placed.between, self.now)
 
     def follow_gripper(self, opening: Callable[[], Reading[float]]) -> None:
         """Let the fingers be where a gripper that is not simulated says."""
-        self.fingers = Reported(opening, lambda one, other, part: one + part * (other - one))
+        self.fingers = Reported(opening, lambda one, other, part: one + part * (other - one), self.now)
 
     def move_hand(self, path: Callable[[float], Placed], profile: Profile) -> float:
         """Start a motion of the hand now, and return when it will end, s."""
