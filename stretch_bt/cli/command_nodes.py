@@ -70,9 +70,15 @@ def imported_nodes(tree: str) -> dict[str, NodeInfo]:
 
 def _meant(name: str, known: list[str]) -> str:
     from stretch_bt.tree.expression import FUNCTIONS
+    from stretch_bt.tree.program import shipped_trees
+    from stretch_bt.tree.registry import RESERVED
 
     if name in FUNCTIONS:
         return "it is a function of expressions"
+    if name in RESERVED:
+        return "it is a word that stands beside a node, as in '{press: {depth: 8 mm}, " + name + ": ...}'"
+    if name in shipped_trees():
+        return f"it is a shipped task: see `stretch-bt show {name}`"
     return did_you_mean(name, known) or "see `stretch-bt nodes`"
 
 

@@ -24,10 +24,11 @@ class Onlooker:
 
 
 class Visits(Onlooker):
-    """Notes which node came to which status, each once, in the order in which they came."""
+    """Notes which node came to which status, each once, in the order in which they came, and what was logged."""
 
     def __init__(self) -> None:
         self.statuses: dict[str, dict[str, None]] = {}
+        self.logged: list[tuple[str, str]] = []
 
     @property
     def seen(self) -> set[tuple[str, str]]:
@@ -37,3 +38,5 @@ class Visits(Onlooker):
     def status(self, path: str, status: str, reason: str = "") -> None:
         """Note it."""
         self.statuses.setdefault(path, {})[status] = None
+        if path.rpartition("/")[2].partition("[")[0].endswith(":log") and status in ("SUCCESS", "FAILURE"):
+            self.logged.append((path, reason))

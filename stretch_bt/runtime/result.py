@@ -23,7 +23,7 @@ from stretch_bt.tree.cell import MISSING
 __all__ = ["RunResult", "interrupt_result", "keys_of_main", "result_of", "told_in", "unmet_of"]
 
 
-_OF_PYTHON = ("visited", "commands", "keys")
+_OF_PYTHON = ("visited", "commands", "logged", "keys")
 
 
 @dataclass(slots=True)
@@ -36,6 +36,8 @@ class RunResult:
         By the path of each node that was ticked: the statuses that it came to, each once, in the order in which they first came.
     commands
         What nodes commanded the devices of a cell, or scripted ones, the latest 10,000.
+    logged
+        The texts of `log`, each with the path of its place, in their order.
     keys
         What the keys of `main` held at the end, records included, in SI; a number with a deviation is an Estimate.
     """
@@ -58,6 +60,7 @@ class RunResult:
     broken: list[Broken] = field(default_factory=list)
     visited: dict[str, tuple[str, ...]] = field(default_factory=dict)
     commands: list[Commanded] = field(default_factory=list)
+    logged: list[tuple[str, str]] = field(default_factory=list)
     keys: dict[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
@@ -87,6 +90,7 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         readings=seen.shown(),
         visited={path: tuple(statuses) for path, statuses in visits.statuses.items()},
         commands=list(seen.commands),
+        logged=visits.logged,
         keys=keys_of_main(task.built),
     )
 

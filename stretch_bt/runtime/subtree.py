@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.clock import MixedClock, VirtualClock
+from stretch_bt.clock import MixedClock, PacedClock, VirtualClock
 from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import set_up, shut_down
 from stretch_bt.runtime.owed import Finals
-from stretch_bt.runtime.stop import failed_at, stop_tree
+from stretch_bt.runtime.stop import failed_at, started_leaves, stop_tree
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build
@@ -64,6 +64,7 @@ class Subtree(py_trees.behaviour.Behaviour):
         self._finals: Finals | None = None
         self._ended = Status.INVALID
         self._last: float | None = None
+        self._pace: PacedClock | None = None
         self._check()
 
     def _check(self) -> None:
@@ -127,6 +128,9 @@ class Subtree(py_trees.behaviour.Behaviour):
             if isinstance(node, Behavior):
                 node.prepare()
         set_up(self._built)
+        clock = self.cell.clock
+        # its timers count the machine's time, so no task with one goes faster
+        self._pace = PacedClock(clock) if self._built.foreign and isinstance(clock, VirtualClock) else None
 
     def _go_on(self) -> None:
         """Let a virtual clock go on where nothing else did since the last tick; refuse a pause that is too long."""
@@ -138,14 +142,23 @@ class Subtree(py_trees.behaviour.Behaviour):
         if last is None:
             self._context.start = clock.now()
         elif isinstance(clock, VirtualClock) and now <= last + _ROUNDING:
-            clock.advance(self.period)
-            now = clock.now()
+            now = self._advanced(clock)
         elif now - last > MOST_PERIODS * self.period + _ROUNDING:
             raise StretchError(
                 f"{self.name}: {now - last:.3g} s lie between two ticks, and it may be {MOST_PERIODS * self.period:.3g} s; "
                 f"tick the tree every {self.period:g} s, or give the task a longer 'tick'"
             )
         self._last = now
+
+    def _advanced(self, clock: VirtualClock) -> float:
+        """Let a virtual clock go on by a period, with a behaviour of another package no faster than the machine's; return its time."""
+        if self._pace is None:
+            clock.advance(self.period)
+        else:
+            due = clock.now() + self.period
+            while not self._pace.reached(due):
+                self._pace.wait_until(due)
+        return clock.now()
 
     def _tick_body(self) -> None:
         assert self._built is not None
@@ -186,6 +199,8 @@ class Subtree(py_trees.behaviour.Behaviour):
         if finals is None:
             # what is owed is asked for before the nodes are stopped, which forget that they were entered
             finals = Finals(built, self._context)
+            begun = started_leaves(built.root)
+            self.feedback_message = f"interrupted in {begun[-1].path}" if begun else ""
             self.cell.owed.errors += stop_tree(built.root)
         self.cell.owed.add(finals, self.period)
 

@@ -43,7 +43,7 @@ class ScriptedMotion:
             return self.stopped
         state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
         if isinstance(state, DeviceFault | NoAnswer):
-            raise state
+            raise self.device.called(state)
         if state is not MotionState.MOVING:
             self.stopped = state
             if self.device.moving is self:
@@ -102,6 +102,12 @@ class ScriptedDevice:
         if self._journal is not None:
             self._journal.command(self._name, command, arguments, owner)
 
+    def called(self, error: DeviceFault | NoAnswer) -> DeviceFault | NoAnswer:
+        """Return an error of the script under the name that the tree has for the device, where the script names its kind alone."""
+        if isinstance(error, DeviceFault) and self._name and error.device == self.kind.lower():
+            return type(error)(self._name, error.reason)
+        return error
+
     def go_by(self, clock: Clock) -> None:
         """Take the time of a run."""
         self.now = clock.now
@@ -116,7 +122,7 @@ class ScriptedDevice:
             raise InvalidInput(f"the scripted {self.kind} has no {name!r}; give it in 'script'")
         value = next(self._values[name])
         if isinstance(value, DeviceFault | NoAnswer):
-            raise value
+            raise self.called(value)
         self._sequence_number += 1
         now = self.now()
         return Reading(value, now, now, self._sequence_number)

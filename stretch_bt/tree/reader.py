@@ -86,9 +86,13 @@ class Reader(NodeWiring):
         if len(kinds) != 1:
             names = ", ".join(repr(k.text) for k, _ in kinds) or "nothing"
             at = kinds[1][0].mark if kinds else value.mark
-            self.error(
-                at, "body", f"a place in a tree names one node, here {names}", "begin each node with its own '- '"
+            alone = "" if kinds or not words else next(iter(words))
+            hint = (
+                f"'{alone}' stands beside a node: {{set: {{...}}, {alone}: ...}}"
+                if alone
+                else "begin each node with its own '- '"
             )
+            self.error(at, "body", f"a place in a tree names one node, here {names}", hint)
             return None
         key, given = kinds[0]
         words.pop(key.text, None)

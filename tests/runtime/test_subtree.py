@@ -99,6 +99,8 @@ def test_an_interrupt_returns_at_once_and_the_finally_runs_before_anything_start
         a.tick_once()
     assert current(cell, "arm") is not None
     a.stop(Status.INVALID)
+    assert a.feedback_message == "interrupted in main/a"
+    assert cell.owed
     assert current(cell, "arm") is None
     assert MarkForTest.marks == ["main/begin_a"]
     b.tick_once()
@@ -181,6 +183,14 @@ def test_a_pause_that_is_too_long_is_an_error_after_a_safe_stop(cell, task):
     assert current(cell, "arm") is None
     cell.close()
     assert MarkForTest.marks[-1] == "main/finally/end_a"
+
+
+def test_a_behaviour_of_py_trees_inside_lets_the_clock_go_no_faster_than_the_machine(cell, task):
+    head = HEAD.replace("devices:", "imports: {timer: py_trees.timers.Timer}\ndevices:")
+    path = task("  main:\n    sequence: [{timer: {duration: 0.3}, timeout: 3 s}]\n", head=head)
+    tree = stretch_bt.subtree(path, cell)
+    assert ticked(tree) is Status.SUCCESS, tree.feedback_message
+    assert 0.25 <= cell.clock.now() <= 1.0
 
 
 def test_a_fault_stops_the_cell_and_is_raised_from_the_tick(cell, task, monkeypatch):
