@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.perception import noise_off_contact
+from stretch_bt.perception.noise_off_contact import left_by_ellipses
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative
 from stretch_bt.perception.surface import Cleaned
@@ -24,7 +26,7 @@ LENGTHS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.5, 9.0)  # pixels
 WIDTHS = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))  # of bins and of the Gaussian, pixels, and how often it is taken away
 LAGS = 4
 #: of what a mean leaves, that noise of each length must explain: the longest differ little from membrane, and from chance
-LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.05, 0.1, 0.15)
+LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02)
 MOST = 96  # bins along a side that are looked at
 CUT = 3.0  # standard deviations past which a residual is no noise: a rim, or a pixel that flies
 WHOLE = 0.97  # share of the kernel that must see valid pixels
@@ -96,7 +98,7 @@ def _alike(
     return np.asarray(summed.reshape(len(design), -1) @ blurred.reshape(len(design), -1).T)
 
 
-def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpectrum:
+def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskArray | None = None) -> NoiseSpectrum:
     """Return the noise of a frame.
 
     What means of three widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
@@ -116,7 +118,27 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpe
     if not rows:
         return NoiseSpectrum(np.zeros(1), np.zeros(1))
     variances = _not_negative(np.concatenate(rows), np.concatenate(found))
+    if free is not None:
+        variances = _with_ellipses(cleaned, free, rows, found, variances)
     return NoiseSpectrum(variances, np.array(LENGTHS))
+
+
+def _with_ellipses(
+    cleaned: Cleaned, free: MaskArray, rows: list[Array], found: list[Array], variances: Array
+) -> Array:
+    """Return variances (k,), m^2, that explain also what ellipses leave, of the shape which leaves least past what is explained."""
+    left = left_by_ellipses(cleaned, free)
+    if not left:
+        return variances
+    for _ in range(2):
+        ratio = min(left, key=lambda ratio: left[ratio][0] / float(_by_ellipses(ratio)[0] @ variances))
+        seen, wanted = left[ratio], _by_ellipses(ratio)
+        variances = _not_negative(np.concatenate([*rows, wanted / seen[0]]), np.concatenate([*found, seen / seen[0]]))
+    return variances
+
+
+def _by_ellipses(ratio: float) -> Array:
+    return noise_off_contact.expected(ratio, LENGTHS)
 
 
 def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArray | None) -> Array | None:
