@@ -19,7 +19,7 @@ from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.surface import Cleaned
 from stretch_bt.perception.types import MaskArray
 
-__all__ = ["Ellipses", "left_by_ellipses"]
+__all__ = ["Ellipses", "expected", "left_by_ellipses"]
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.float32]
@@ -105,10 +105,7 @@ def expected(ratio: float, lengths: tuple[float, ...]) -> Array:
     for length in lengths:
         alike = _alike(length)
         columns.append(
-            [
-                0.5 * float((own * (alike(np.hypot(v + lag, u)) + alike(np.hypot(v, u + lag)))).sum())
-                for lag in LAGS
-            ]
+            [0.5 * float((own * (alike(np.hypot(v + lag, u)) + alike(np.hypot(v, u + lag)))).sum()) for lag in LAGS]
         )
     return np.array(columns).T
 
