@@ -12,7 +12,8 @@ from stretch_bt.tree.registry import node
 class ReadFirstTouch(Behavior):
     """Add the height of a top that is barely touched to the readings; a touch too light to be seen adds nothing.
 
-    A flat top lifts the membrane by its edges; that is taken off. What was seen is kept with the height, so that `fit_deflection` can infer it again once the curvature of the top is known.
+    A flat top lifts the membrane by its edges; that is taken off. What was seen is kept with the height, so that `fit_deflection` can infer
+    it again once the curvature of the top is known.
     """
 
     kind = "perception"
