@@ -18,7 +18,7 @@ __all__ = ["Clock", "EndOfRecord", "MixedClock", "PacedClock", "RealClock", "Rep
 
 #: the longest sleep, s: a signal that arrives as a sleep begins, or that another thread catches, does not end it
 LONGEST = 0.05
-#: by how much a sleep may end late that is caught up with, s; a machine at rest stays below a tenth of it
+#: lateness of a sleep that the next wait makes up for, s; a machine at rest stays below a tenth of it
 JITTER = 0.01
 _ROUNDING = 1e-9
 #: marks of a mixed clock that are kept, two a tick; no reading is as old
@@ -54,7 +54,7 @@ class RealClock:
 
     def __init__(self) -> None:
         self._start = time.monotonic()
-        # had while nobody wakes; an Event may deadlock when a signal handler sets it
+        # held except while a wake is pending; an Event may deadlock when a signal handler sets it
         self._asleep = threading.Lock()
         self._asleep.acquire()
 
@@ -164,10 +164,10 @@ class MixedClock(PacedClock):
         self._mark()
 
     def follow(self, longest: float) -> None:
-        """Go on with the machine's clock, by `longest`, s, at most; for who ticks at times of his own."""
+        """Go on with the machine's clock, by `longest`, s, at most; for callers that tick at their own times."""
         now = self._machine.now()
         elapsed = longest if self._since is None else now - self._since
-        self._marks.append((now - min(max(elapsed, 0.0), longest), self.now()))
+        self._marks.append((max(now - min(max(elapsed, 0.0), longest), self._marks[-1][0]), self.now()))
         self.paced.advance(min(max(elapsed, 0.0), longest))
         self._since = now
         self._mark()

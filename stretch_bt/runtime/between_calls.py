@@ -1,4 +1,4 @@
-"""A Ctrl-C between two calls on an open cell: what still moves is stopped before the interrupt goes on."""
+"""A signal between two calls on an open cell: what still moves is stopped before the signal goes on to whoever had it before."""
 
 from __future__ import annotations
 
@@ -7,17 +7,27 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
+from typing import Any, Protocol
+
+from stretch_bt.runtime.signals import SIGNALS
 
 __all__ = ["BetweenCalls"]
 
-#: how long an interrupt waits for real devices to stop, s; they go on stopping after it
+#: how long a signal waits for real devices to stop, s; they go on stopping after it
 PATIENCE = 2.0
 _OWN = __name__.partition(".")[0] + "."
 
 
+class Interruptible(Protocol):
+    """A runner."""
+
+    def interrupt(self, why: str) -> None:
+        """Ask for a safe stop."""
+        ...
+
+
 class BetweenCalls:
-    """Stops the devices at a SIGINT that comes while no call is ticked, then does what would have been done without it.
+    """Stops the devices of an open cell at a signal that comes while no call of the main thread is ticked.
 
     Parameters
     ----------
@@ -27,32 +37,33 @@ class BetweenCalls:
         Whether their time stands still meanwhile, so that a stop may wait until the next call.
     """
 
-    def __init__(self, stop: Callable[[], None], *, virtual: bool) -> None:
+    def __init__(self, stop: Callable[[], object], *, virtual: bool) -> None:
         self._stop = stop
         self._virtual = virtual
         self._due = False
-        self._calls = 0
-        self._before: Any = None
+        self._runners: list[Interruptible] = []
 
-    def begin(self) -> None:
-        """Begin to listen; only the main thread hears signals."""
-        if threading.current_thread() is threading.main_thread():
-            self._before = signal.getsignal(signal.SIGINT)
-            signal.signal(signal.SIGINT, self._handle)
+    def listen(self) -> None:
+        """Listen from now on, also where somebody else took the handlers meanwhile, as a notebook does for each of its cells."""
+        if self not in _listening:
+            _listening.append(self)
+        _take()
 
     def end(self) -> None:
-        """Put back the handler that was there before, unless somebody set another one since."""
-        if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) == self._handle:
-            signal.signal(signal.SIGINT, self._before or signal.default_int_handler)
+        """Listen no more."""
+        if self in _listening:
+            _listening.remove(self)
+        if not _listening:
+            _give_back()
 
     @contextmanager
-    def calling(self) -> Iterator[None]:
-        """Leave signals to the runner of a call, which stops more than the devices."""
-        self._calls += 1
+    def calling(self, runner: Interruptible) -> Iterator[None]:
+        """Leave signals to the runner of a call; in another thread than the main one it is asked to stop by this."""
+        self._runners.append(runner)
         try:
             yield
         finally:
-            self._calls -= 1
+            self._runners.remove(runner)
 
     def settle(self) -> None:
         """Stop what an earlier signal could not stop at once."""
@@ -60,18 +71,15 @@ class BetweenCalls:
             self._due = False
             self._stop()
 
-    def _handle(self, number: int, frame: FrameType | None) -> None:
-        if not self._calls:
-            self._stop_now(frame)
-        if callable(self._before):
-            self._before(number, frame)
-        elif self._before is not signal.SIG_IGN:
-            raise KeyboardInterrupt
-
-    def _stop_now(self, frame: FrameType | None) -> None:
+    def hear(self, name: str, frame: FrameType | None) -> None:
+        """Stop what moves, because of a signal."""
+        for runner in self._runners:
+            runner.interrupt(name)
+        if self._runners:
+            return
         if not self._virtual:
             # in a thread of its own: what was interrupted may hold a lock that a stop needs
-            stopping = threading.Thread(target=self._stop, name="stop at SIGINT", daemon=True)
+            stopping = threading.Thread(target=self._stop, name=f"stop at {name}", daemon=True)
             stopping.start()
             stopping.join(PATIENCE)
         elif _within_package(frame):
@@ -79,6 +87,43 @@ class BetweenCalls:
         else:
             with suppress(Exception):
                 self._stop()
+
+
+#: the open cells of the process, and the handlers that were there before
+_listening: list[BetweenCalls] = []
+_before: dict[int, Any] = {}
+
+
+def _take() -> None:
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for number in SIGNALS:
+        present = signal.getsignal(number)
+        ignored = present is signal.SIG_IGN and number == getattr(
+            signal, "SIGHUP", None
+        )  # it is to outlive its terminal
+        own = getattr(present, "__module__", "").startswith(_OWN)  # a run has it at the moment
+        if present is not _handle and not ignored and not own:
+            _before[number] = present
+            signal.signal(number, _handle)
+
+
+def _give_back() -> None:
+    if threading.current_thread() is threading.main_thread():
+        for number, handler in list(_before.items()):
+            if signal.getsignal(number) is _handle:
+                signal.signal(number, signal.SIG_DFL if handler is None else handler)
+                del _before[number]
+
+
+def _handle(number: int, frame: FrameType | None) -> None:
+    for cell in list(_listening):
+        cell.hear(signal.Signals(number).name, frame)
+    before = _before.get(number)
+    if callable(before):
+        before(number, frame)
+    elif before is not signal.SIG_IGN:
+        raise SystemExit(128 + number)  # so that `with` and what runs at exit close the cell
 
 
 def _within_package(frame: FrameType | None) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, Refused, StretchError
 from stretch_bt.hardware.cell import Cell
+from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.one_call import MODIFIERS, OneCall, called, names
 from stretch_bt.runtime.outputs import Outputs
 from stretch_bt.runtime.runner import LONGEST, Outcome, Runner
@@ -81,7 +82,7 @@ class Do:
         return f"<do of {self._open!r}>"
 
 
-class _Quiet:
+class _StopUnlessDone:
     """What the runner of a call stops at its end: nothing where the call ended well, for its nodes have ended their own motions."""
 
     def __init__(self, cell: Cell) -> None:
@@ -110,18 +111,20 @@ class _Ticked:
         for node in self.built.nodes.values():
             if isinstance(node, Behavior):
                 node.prepare()
-        quiet = _Quiet(cell.cell)
+        quiet = _StopUnlessDone(cell.cell)
+        virtual = isinstance(given.clock, VirtualClock) and not self.built.foreign
         self.runner = Runner(
             self.built,
             context,
-            given.clock,
+            paced_for(self.built, given.clock),
             period=call.program.document.tick_period,
             cell=quiet,
             watchers=[] if cell._record is None else [cell._record],
-            longest=LONGEST if isinstance(given.clock, VirtualClock) else float("inf"),
+            longest=LONGEST if virtual else float("inf"),
         )
         quiet.outcome = self.runner.outcome
-        with cell._between.calling():
+        cell.between.listen()
+        with cell.between.calling(self.runner), kept_for(self.built):
             self.outcome = self.runner.run()
         cell._ticks = context.ticks
 

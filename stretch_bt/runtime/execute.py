@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stretch_bt.clock import Clock, PacedClock, VirtualClock
+from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, RecordError
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.runtime.context import Seen
-from stretch_bt.runtime.foreign_nodes import kept_for
+from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.prepare import Task
@@ -67,10 +68,8 @@ def _executed(
     clock = _clock(spec, given)
     if isinstance(clock, VirtualClock):
         load_first(sheet=scene is not None and scene.fidelity == "sheet")
-        if task.built.foreign:  # behaviours of other packages count the machine's time, so no run with one goes faster
-            clock = PacedClock(clock)
-        else:
-            task.longest = longest
+        task.longest = math.inf if task.built.foreign else longest
+        clock = paced_for(task.built, clock)
     else:
         load_ahead()
     with one_thread(), threads_heard() as heard:

@@ -9,9 +9,10 @@ from typing import TypeVar
 
 from py_trees.blackboard import Blackboard, KeyMetaData
 
+from stretch_bt.clock import Clock, PacedClock, VirtualClock
 from stretch_bt.tree.build import BuiltTree
 
-__all__ = ["kept_blackboard", "kept_for", "set_up", "shut_down"]
+__all__ = ["kept_blackboard", "kept_for", "paced_for", "set_up", "shut_down"]
 
 
 K = TypeVar("K")
@@ -33,6 +34,11 @@ def shut_down(tree: BuiltTree) -> list[BaseException]:
         except BaseException as error:
             errors.append(error)
     return errors
+
+
+def paced_for(tree: BuiltTree, clock: Clock) -> Clock:
+    """Return a clock that goes no faster than the machine's for a tree with such behaviours, which count that; else the clock itself."""
+    return PacedClock(clock) if tree.foreign and isinstance(clock, VirtualClock) else clock
 
 
 def kept_for(tree: BuiltTree) -> AbstractContextManager[None]:

@@ -114,17 +114,12 @@ def _subtree(tree: str, document: Document, name: str, imports: dict[str, str] |
     return Called(name, signature.doc, ins, inouts, outs, required=required, imports=imports or {})
 
 
-@lru_cache(maxsize=64)
-def _read(path: Path, _changed: float) -> Document:
-    return load_program(path).require().document
-
-
 def _library(name: str) -> Document:
     """Return a file of subtrees: beside the current folder, else a shipped one."""
     path = Path(name) if Path(name).exists() else shipped(name)
     if not path.exists():
         raise InvalidInput(f"there is no file {name!r} here, nor among the shipped trees")
-    return _read(path, path.stat().st_mtime)
+    return load_program(path).require().document
 
 
 class OneCall:
@@ -156,7 +151,9 @@ class OneCall:
             if type_.is_record and name not in given and name in held and _fits(held[name], type_):
                 self.values[name] = held[name]
         self._check_needed()
-        self.program = _program(self._text(devices), Path.cwd())
+        # files of one's own may have changed since
+        read = _program.__wrapped__ if target.imports else _program
+        self.program = read(self._text(devices), Path.cwd())
 
     def _check_needed(self) -> None:
         """Raise InvalidInput for ports that nothing gives."""

@@ -8,8 +8,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from py_trees.common import Status
+
 from stretch_bt.clock import Clock, VirtualClock
-from stretch_bt.errors import DeviceFault, InvalidInput, writable
+from stretch_bt.errors import DeviceFault, InvalidInput, StretchError, writable
 from stretch_bt.hardware.cell import Cell, clock_of
 from stretch_bt.hardware.cell import open_cell as open_devices
 from stretch_bt.hardware.cell_file import load_cell
@@ -20,7 +22,7 @@ from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
 from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
-from stretch_bt.runtime.owed import Owed
+from stretch_bt.runtime.owed import Owed, worst_of
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.threads import one_thread
 
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     import py_trees
 
     from stretch_bt.runtime.record import RunRecord
+    from stretch_bt.runtime.subtree import Subtree
 
 __all__ = ["OpenCell", "open_cell"]
 
@@ -96,25 +99,27 @@ class OpenCell:
         self.clock: Clock = clock_of(spec)
         #: the latest record of each name that a call gave
         self.records: dict[str, Any] = {}
-        self._memory: dict[Any, Any] = {}
         self._ticks = 0
         self._load(sheet=world is not None and world.fidelity == "sheet")
         self._record = self._begun(out, spec.path.name)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None
+        self.do = Do(self)
+        #: subtrees that have begun and not ended
+        self.live: list[Subtree] = []
+        #: what interrupted subtrees of this cell have still to do
+        self.owed = Owed(self.clock, self.begin_tick, self._stop_devices)
+        self.between = BetweenCalls(self._stop_devices, virtual=isinstance(self.clock, VirtualClock))
+        atexit.register(self.close)
         try:
             self._cell = open_devices(
                 spec, clock=self.clock, seed=seed, scene=world, journal=self._seen, only=only, closing=unbroken
             )
+            self.between.listen()
         except BaseException as error:
+            self.close()
             self._end_record("FAULT" if isinstance(error, DeviceFault) else "ERROR", writable(error))
             raise
-        self.do = Do(self)
-        #: what interrupted subtrees of this cell have still to do
-        self.owed = Owed(self.clock, self.begin_tick)
-        self._between = BetweenCalls(self._stop_devices, virtual=isinstance(self.clock, VirtualClock))
-        self._between.begin()
-        atexit.register(self.close)
 
     def _load(self, *, sheet: bool) -> None:
         if isinstance(self.clock, VirtualClock):
@@ -154,6 +159,7 @@ class OpenCell:
     @property
     def devices(self) -> Mapping[str, Any]:
         """The devices by their names."""
+        self.between.listen()
         return self.cell.devices
 
     @property
@@ -178,6 +184,7 @@ class OpenCell:
     def __getattr__(self, name: str) -> Any:
         cell = self.__dict__.get("_cell")
         if cell is not None and name in cell.devices:
+            self.between.listen()
             return cell.devices[name]
         known = ", ".join(cell.devices) if cell is not None else "none while it is closed"
         raise AttributeError(f"an open cell has no {name!r}; its devices: {known}")
@@ -202,47 +209,57 @@ class OpenCell:
         self.close()
 
     def close(self) -> None:
-        """Stop and close every device; may be called more than once. Raises the first DeviceFault on the way, once all are closed."""
-        cell, self._cell = self._cell, None
-        if cell is None:
-            return
-        atexit.unregister(self.close)
+        """Do what is owed, then stop and close every device; may be called more than once.
+
+        Raises what broke on the way once all is closed, a DeviceFault before anything else.
+        """
+        errors: list[BaseException] = []
         with unbroken():
-            errors = self._close(cell)
-            self._end_record("ERROR" if errors else "SUCCESS", "; ".join(map(writable, errors)))
-        self._between.end()
+            if self._cell is not None:
+                errors = self._closed(self._cell)
+            atexit.unregister(self.close)
+        self.between.end()
         if errors:
-            raise errors[0]
+            raise worst_of(errors)
+
+    def _closed(self, cell: Cell) -> list[BaseException]:
+        """Close, whatever breaks, and return what did."""
+        errors: list[BaseException] = []
+
+        def settle() -> None:
+            for subtree in list(self.live):
+                subtree.stop(Status.INVALID)
+            with one_thread():
+                self.owed.settle()
+
+        for step in (settle, lambda: errors.extend(self.owed.take_errors()), lambda: errors.extend(cell.close())):
+            try:
+                step()
+            except BaseException as error:
+                errors.append(error)
+        self._cell = None
+        try:
+            self._end_record("ERROR" if errors else "SUCCESS", "; ".join(map(writable, errors)))
+        except StretchError as error:
+            errors.append(error)
+        return errors
 
     def _end_record(self, status: str, reason: str) -> None:
         if self._record is not None:
             self._record.close({"status": status, "reason": reason, "outputs": {}})
 
-    def _close(self, cell: Cell) -> list[BaseException]:
-        """Do what is owed, then stop and close every device; return what broke."""
-        self._cell = cell
-        try:
-            with one_thread():
-                self.owed.settle()
-        finally:
-            self._cell = None
-            errors = [*self.owed.take_errors(), *cell.close()]
-        return errors
-
-    def _stop_devices(self) -> None:
-        if self._cell is not None:
-            self._cell.stop()
+    def _stop_devices(self) -> list[StretchError]:
+        return [] if self._cell is None else self._cell.stop()
 
     def attend(self, behaviour_tree: py_trees.trees.BehaviourTree) -> None:
         """Let a behaviour tree tick, before each of its own ticks, the `finally` that interrupted subtrees of this cell owe."""
-        self.owed.attended = True
-        behaviour_tree.add_pre_tick_handler(self.owed.tick)
+        behaviour_tree.add_pre_tick_handler(self.owed.attend)
+        behaviour_tree.add_post_tick_handler(self.owed.leave)
 
     def new_context(self) -> RunContext:
         """Return the context of a tree on this cell: its hand, limits and devices."""
         context = RunContext(self.hand)
         context.limits, context.devices = self.limits, self.devices
-        context.memory = self._memory
         context.folder = None if self._record is None else self._record.folder
         return context
 
@@ -254,10 +271,18 @@ class OpenCell:
             self._record.begin_tick(self._ticks, context.now)
 
     def given(self) -> Given:
-        """Return the devices as a run takes them, once nothing is owed."""
-        self._between.settle()
-        self.owed.settle()
+        """Return the devices as a call takes them, once nothing is owed."""
+        self.between.settle()
+        with one_thread():
+            self.owed.settle()
         errors = self.owed.take_errors()
         if errors:
-            raise errors[0]
+            self._stop_devices()
+            raise worst_of(errors)
         return Given(self.devices, self.cell)
+
+    def given_to_run(self) -> Given:
+        """Return the devices as a whole task takes them, which leaves no record of earlier calls true."""
+        given = self.given()
+        self.records.clear()
+        return given

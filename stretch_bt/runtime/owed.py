@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from py_trees.common import Status
 
 from stretch_bt.clock import Clock, MixedClock, VirtualClock
-from stretch_bt.errors import named
+from stretch_bt.errors import DeviceFault, StretchError
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import shut_down
 from stretch_bt.runtime.runner import FINALLY_LIMIT
 from stretch_bt.runtime.stop import stop_tree
 from stretch_bt.tree.build import BuiltTree, Node
 
-__all__ = ["Finals", "Owed", "take_finals"]
-
-
-def take_finals(built: BuiltTree) -> list[Node]:
-    """Return every `finally` that a tree owes, the innermost first."""
-    return [*built.take_pending(), *([built.finish] if built.finish is not None else [])]
+__all__ = ["Finals", "Owed", "worst_of"]
 
 
 class Finals:
-    """Ticks the `finally` of a tree and of those that it called, one after the other; each has a minute."""
+    """Ticks the `finally` of a tree and of those that it called, the innermost first and one after the other; each has a minute."""
 
     def __init__(self, built: BuiltTree, context: RunContext) -> None:
         self.built, self.context = built, context
-        self._ahead = take_finals(built)
+        self._ahead: list[Node] = [*built.take_pending(), *([built.finish] if built.finish is not None else [])]
         self._began: float | None = None
         self.errors: list[BaseException] = []
         #: why one of them failed
@@ -63,50 +58,90 @@ class Finals:
 
 
 class Owed:
-    """What the subtrees of a cell owe, and what broke where nothing may be raised."""
+    """What the subtrees of a cell owe, one after the other, and what broke where nothing may be raised.
 
-    def __init__(self, clock: Clock, tick: Callable[[RunContext], None]) -> None:
+    Parameters
+    ----------
+    clock
+        Of the cell.
+    begin_tick
+        Begins a tick of a tree with this context.
+    stop
+        Stops every device.
+    """
+
+    def __init__(
+        self, clock: Clock, begin_tick: Callable[[RunContext], None], stop: Callable[[], Sequence[Exception]]
+    ) -> None:
         self.clock = clock
-        #: whether a behaviour tree ticks them, so that subtrees need not
-        self.attended = False
         self.errors: list[BaseException] = []
-        self._tick = tick
+        self._begin_tick = begin_tick
+        self._stop = stop
         self._finals: list[tuple[Finals, float]] = []
         self._ticked = float("-inf")
+        #: the time at which a tree that is attended began its tick
+        self._attended: float | None = None
 
     def __bool__(self) -> bool:
         return bool(self._finals)
+
+    @property
+    def periods(self) -> list[float]:
+        """Tick periods of what is owed, s."""
+        return [period for _, period in self._finals]
 
     def add(self, finals: Finals, period: float) -> None:
         """Owe the `finally` of a tree that was interrupted."""
         self._finals.append((finals, period))
         self._ticked = max(self._ticked, finals.context.now)
 
-    def tick(self, _: Any = None) -> None:
-        """Tick what is owed once."""
+    def attend(self, _: Any = None) -> None:
+        """Begin a tick of a tree that is attended; raises DeviceFault once every device is stopped."""
+        self.tick()
+        self._attended = self.clock.now()
+        fault = next((error for error in self.errors if isinstance(error, DeviceFault)), None)
+        if fault is not None:
+            self.errors.remove(fault)
+            raise fault
+
+    def leave(self, _: Any = None) -> None:
+        """End a tick of a tree that is attended."""
+        self._attended = None
+
+    def tick_unattended(self) -> None:
+        """Tick for a tree that is not attended, which somebody else may be in this very tick."""
+        if self._attended is None or self._attended != self.clock.now():
+            self.tick()
+
+    def tick(self) -> None:
+        """Tick what is owed first, once; at what breaks every device is stopped."""
         if not self._finals:
             return
-        period = min(period for _, period in self._finals)
+        finals, period = self._finals[0]
         if isinstance(self.clock, VirtualClock) and self.clock.now() <= self._ticked:
             self.clock.advance(period)
         elif isinstance(self.clock, MixedClock):
             self.clock.follow(period)
         self._ticked = self.clock.now()
-        for entry in list(self._finals):
-            finals, _ = entry
-            self._tick(finals.context)
-            if finals.tick():
-                self._finals.remove(entry)
-                self.errors += [*finals.errors, *shut_down(finals.built)]
-                if finals.failed and not finals.errors:
-                    self.errors.append(RuntimeError(f"a finally failed: {finals.failed}"))
+        try:
+            self._begin_tick(finals.context)
+        except Exception as error:  # a record that cannot be written keeps no hand from being raised
+            self.errors.append(error)
+        before = len(finals.errors)
+        done = finals.tick()
+        if len(finals.errors) > before:
+            self.errors += [*finals.errors[before:], *self._stop()]
+        if done:
+            self._finals.pop(0)
+            self.errors += shut_down(finals.built)
+            if finals.failed and not finals.errors:
+                self.errors.append(StretchError(f"a finally failed: {finals.failed}"))
 
     def settle(self) -> None:
         """Tick all of it to its end."""
         while self._finals:
-            period = min(period for _, period in self._finals)
             if not isinstance(self.clock, VirtualClock):
-                self.clock.wait_until(self.clock.now() + period)
+                self.clock.wait_until(self.clock.now() + self._finals[0][1])
             self.tick()
 
     def take_errors(self) -> list[BaseException]:
@@ -115,6 +150,10 @@ class Owed:
         return errors
 
 
-def told(errors: list[BaseException]) -> str:
-    """Return what broke, in one line."""
-    return "; ".join(named(error) for error in errors)
+def worst_of(errors: Sequence[BaseException]) -> BaseException:
+    """Return the error to raise of several: a fault of a device before any other, with what else broke as its notes."""
+    worst = next((error for error in errors if isinstance(error, DeviceFault)), errors[0])
+    for error in errors:
+        if error is not worst:
+            worst.add_note(f"besides: {error}")
+    return worst

@@ -62,7 +62,7 @@ class Outcome:
 
 
 class Runner:
-    """Runs one built tree once: `run` at a stretch, or `begin`, `step` by step and `finish`, the last two within `attended`.
+    """Runs one built tree once: `run` at a stretch, or as a test does `begin`, `step` by step and `finish`, the last two within `attended`.
 
     `interrupt` may be called from a signal handler or another thread; the first call stops the task at once and safely,
     a second one also cuts `finally` short, as does the first when it comes during `finally`.
@@ -338,12 +338,17 @@ class Runner:
             errors += self._finally(finish)
         if self.tree.finish is not None:
             errors += self._finally(self.tree.finish)
+        self._worse_by(errors)  # before the last stop: what is stopped depends on how the run ended
         errors += self._stop_devices()
         errors += shut_down(self.tree)
         for error in errors:
             self.outcome.errors.append(_told(error))
             self._blame(error)
             self._telling.note("stop_error", error=type(error).__name__, reason=_told(error))
+        self._worse_by(errors)
+
+    def _worse_by(self, errors: Sequence[BaseException]) -> None:
+        """End as the worst of some errors says, where the task itself came to an end."""
         worst = next((e for e in errors if isinstance(e, DeviceFault)), errors[0] if errors else None)
         if worst is not None:
             self._worse(_kind(worst), _told(worst))

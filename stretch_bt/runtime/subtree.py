@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import py_trees
 from py_trees.common import Status
 
-from stretch_bt.clock import MixedClock, PacedClock, VirtualClock
+from stretch_bt.clock import Clock, MixedClock, VirtualClock
 from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.context import RunContext
-from stretch_bt.runtime.foreign_nodes import set_up, shut_down
-from stretch_bt.runtime.owed import Finals
+from stretch_bt.runtime.foreign_nodes import paced_for, set_up, shut_down
+from stretch_bt.runtime.owed import Finals, worst_of
+from stretch_bt.runtime.signals import unbroken
 from stretch_bt.runtime.stop import failed_at, started_leaves, stop_tree
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
@@ -58,13 +59,17 @@ class Subtree(py_trees.behaviour.Behaviour):
         self.program = load_program(tree, dict(params or {})).require()
         if "main" not in self.program.document.trees:
             raise InvalidInput(f"{self.program.document.file} has no tree 'main'; it is a library for import")
+        asked = self._asked(dict(params or {}))
+        if asked:
+            self.program = load_program(tree, {**dict(params or {}), **asked}).require()
         self.period = self.program.document.tick_period
         self.outputs: dict[str, Any] = {}
         self._built: BuiltTree | None = None
         self._finals: Finals | None = None
         self._ended = Status.INVALID
         self._last: float | None = None
-        self._pace: PacedClock | None = None
+        self._ticked_at = float("-inf")
+        self._clock: Clock = cell.clock
         self._check()
 
     def _check(self) -> None:
@@ -77,12 +82,24 @@ class Subtree(py_trees.behaviour.Behaviour):
         if missing:
             raise InvalidInput(f"{self.name} needs {', '.join(missing)}, which this cell was opened without")
 
+    def _asked(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Return the params that the scene of the cell asks for, as the force that its object bears; those that are given come first."""
+        if self.cell.scene is None:
+            return {}
+        from stretch_bt.simulation.scene import scene_params
+
+        known = self.program.document.params
+        asked = {key.text: value for key, value in scene_params(self.cell.scene).items()}
+        return {name: value for name, value in asked.items() if name in known and name not in params}
+
     # --- what py_trees calls
 
     def initialise(self) -> None:
         """Begin anew, at the next tick that owes nothing."""
         self._built = self._finals = self._last = None
         self.feedback_message = ""
+        # an interrupt that broke may have left it among them
+        self._end()
 
     def update(self) -> Status:
         """Tick once."""
@@ -92,12 +109,15 @@ class Subtree(py_trees.behaviour.Behaviour):
         except BaseException:
             self._give_up()
             raise
+        finally:
+            self._last = self._time()
 
     def terminate(self, new_status: Status) -> None:
         """Stop its own motions where it is interrupted; never raises, for the other behaviours have to be stopped, too."""
         if new_status is Status.INVALID and self._built is not None:
             try:
-                self._interrupt()
+                with unbroken():  # a signal must not lose what is owed
+                    self._interrupt()
             except BaseException as error:
                 self.cell.owed.errors.append(error)
 
@@ -106,11 +126,10 @@ class Subtree(py_trees.behaviour.Behaviour):
     def _ticked(self) -> Status:
         errors = self.cell.owed.take_errors()
         if errors:
-            raise errors[0]
+            raise worst_of(errors)
         if self._built is None:
             if self.cell.owed:
-                if not self.cell.owed.attended:
-                    self.cell.owed.tick()
+                self.cell.owed.tick_unattended()
                 self.feedback_message = "waits for the finally of what was interrupted"
                 return Status.RUNNING
             self._begin()
@@ -128,37 +147,42 @@ class Subtree(py_trees.behaviour.Behaviour):
             if isinstance(node, Behavior):
                 node.prepare()
         set_up(self._built)
-        clock = self.cell.clock
         # its timers count the machine's time, so no task with one goes faster
-        self._pace = PacedClock(clock) if self._built.foreign and isinstance(clock, VirtualClock) else None
+        self._clock = paced_for(self._built, self.cell.clock)
+        self.cell.records.clear()
+        self.cell.live.append(self)
+
+    def _end(self) -> None:
+        if self in self.cell.live:
+            self.cell.live.remove(self)
+
+    def _time(self) -> float:
+        """Return the time by which pauses are counted, s; a mixed clock lags behind by what is too long."""
+        clock = self.cell.clock
+        return clock.machine.now() if isinstance(clock, MixedClock) else clock.now()
 
     def _go_on(self) -> None:
         """Let a virtual clock go on where nothing else did since the last tick; refuse a pause that is too long."""
         clock, last = self.cell.clock, self._last
+        period = min([each.period for each in self.cell.live] + self.cell.owed.periods)
         if isinstance(clock, MixedClock):
             clock.follow(self.period)
-        # a mixed clock lags behind by what is too long
-        now = clock.machine.now() if isinstance(clock, MixedClock) else clock.now()
-        if last is None:
-            self._context.start = clock.now()
-        elif isinstance(clock, VirtualClock) and now <= last + _ROUNDING:
-            now = self._advanced(clock)
-        elif now - last > MOST_PERIODS * self.period + _ROUNDING:
+        elif isinstance(clock, VirtualClock) and clock.now() <= self._ticked_at + _ROUNDING:
+            self._advance(period)
+        elif last is not None and self._time() - last > MOST_PERIODS * self.period + _ROUNDING:
             raise StretchError(
-                f"{self.name}: {now - last:.3g} s lie between two ticks, and it may be {MOST_PERIODS * self.period:.3g} s; "
+                f"{self.name}: {self._time() - last:.3g} s lie between two ticks, and it may be {MOST_PERIODS * self.period:.3g} s; "
                 f"tick the tree every {self.period:g} s, or give the task a longer 'tick'"
             )
-        self._last = now
+        if last is None:
+            self._context.start = clock.now()
+        self._ticked_at = clock.now()
 
-    def _advanced(self, clock: VirtualClock) -> float:
-        """Let a virtual clock go on by a period, with a behaviour of another package no faster than the machine's; return its time."""
-        if self._pace is None:
-            clock.advance(self.period)
-        else:
-            due = clock.now() + self.period
-            while not self._pace.reached(due):
-                self._pace.wait_until(due)
-        return clock.now()
+    def _advance(self, period: float) -> None:
+        """Let a virtual clock go on, with a behaviour of another package no faster than the machine's."""
+        due = self.cell.clock.now() + period
+        while not self._clock.reached(due):
+            self._clock.wait_until(due)
 
     def _tick_body(self) -> None:
         assert self._built is not None
@@ -180,6 +204,7 @@ class Subtree(py_trees.behaviour.Behaviour):
             return Status.RUNNING
         finals, built = self._finals, self._built
         self._built = self._finals = None
+        self._end()
         assert built is not None
         errors = [*finals.errors, *shut_down(built)]
         if errors:
@@ -194,7 +219,6 @@ class Subtree(py_trees.behaviour.Behaviour):
 
     def _interrupt(self) -> None:
         built, finals = self._built, self._finals
-        self._built = self._finals = None
         assert built is not None
         if finals is None:
             # what is owed is asked for before the nodes are stopped, which forget that they were entered
@@ -203,11 +227,14 @@ class Subtree(py_trees.behaviour.Behaviour):
             self.feedback_message = f"interrupted in {begun[-1].path}" if begun else ""
             self.cell.owed.errors += stop_tree(built.root)
         self.cell.owed.add(finals, self.period)
+        self._built = self._finals = None
+        self._end()
 
     def _give_up(self) -> None:
         """Stop every device and owe the `finally`, because of an error that is about to be raised."""
         try:
             if self._built is not None:
-                self._interrupt()
+                with unbroken():
+                    self._interrupt()
         finally:
             self.cell.cell.stop()

@@ -117,7 +117,7 @@ def _given(
             raise InvalidInput("give an open cell or 'devices', not both: the cell has its own")
         if scene is not None:
             raise InvalidInput("an open cell has its scene already; open another cell for another scene")
-        return cell.given()
+        return cell.given_to_run()
     if devices is None:
         return None
     from stretch_bt.runtime.given import Given
