@@ -120,7 +120,6 @@ def _inferred(
         depth=top.value,
         height=reading.hand + top.value,
         sd=top.sd,
-        fixed=0.0,
         curvature=curvature.value,
         asked=by_membrane,
         by_membrane=whole,

@@ -12,7 +12,6 @@ from stretch_bt.units import Estimate, Length
 
 #: of the way from the highest reading to no force, by which it may be off: objects differ in their power
 EXTRAPOLATED = 0.2
-LEAST_SD = 1e-6  # m, of a height whose error is the other heights' as well
 
 
 @node
@@ -33,12 +32,10 @@ class ExtrapolateTop(Behavior):
         """Extrapolate."""
         readings = self.top_readings.readings
         heights = [reading.height for reading in readings]
-        depths = [reading.depth for reading in readings]
-        shared = max((reading.fixed for reading in readings), default=0.0)
-        sds = [math.sqrt(max(reading.sd**2 - reading.fixed**2, LEAST_SD**2)) for reading in readings]
+        depths, sds = [reading.depth for reading in readings], [reading.sd for reading in readings]
         found = model.undeformed_height(depths, heights, sds)
         beyond = EXTRAPOLATED * max(found.value - max(heights), 0.0)
-        sd = math.hypot(found.sd, beyond, shared, self.pattern.hang_sd if self.pattern is not None else 0.0)
+        sd = math.hypot(found.sd, beyond, self.pattern.hang_sd if self.pattern is not None else 0.0)
         self.touch, self.contact_height = Touch(found.value, sd), Estimate(found.value, sd)
         touched_at(self.context, self.touch)
         return Status.SUCCESS

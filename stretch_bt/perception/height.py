@@ -40,15 +40,10 @@ RUN = 64  # neighbours that are kept together, since they show how far noise is 
 
 
 class _Top(NamedTuple):
-    """Height of a top, m, whether it is clearly curved, and by how much, m, the surface within its disc is no quadratic's."""
+    """Height of a top, m, and whether it is clearly curved."""
 
     height: Estimate
     is_curved: bool
-    unlike: float = 0.0
-
-    def by(self, height: Estimate) -> _Top:
-        """Return it with a height that more than its disc tells, m."""
-        return _Top(Estimate(height.value, math.hypot(height.sd, self.unlike)), self.is_curved)
 
 
 def track_height(
@@ -168,13 +163,12 @@ def _tops(
     touching = _points(points.reshape(-1, 3)[places], places, valid.shape[1], noise)
     step = step_of(touching.cloud[2], others)
     if noise is None:
-        top = _best(touching, step, curvature)
-        yield top.by(top.height)
+        yield _best(touching, step, curvature)
         return
     around = surroundings(points, valid, touching, noise)
     for part in summits(touching, around, max(noise.white_sd, step / math.sqrt(12.0))):
         top = _best(part, step, curvature)
-        yield top.by(top.height if noise.area <= 1.0 else by_wide_discs(top.height, part, around))
+        yield top if noise.area <= 1.0 else _Top(by_wide_discs(top.height, part, around), top.is_curved)
 
 
 def top_of_points(points: FloatArray) -> Estimate:
@@ -184,8 +178,7 @@ def top_of_points(points: FloatArray) -> Estimate:
     """
     some = _some(np.arange(len(points)))
     seen = _points(points[some], some, 1, None)
-    top = _best(seen, step_of(seen.cloud[2], seen.cloud[2]))
-    return top.by(top.height).height
+    return _best(seen, step_of(seen.cloud[2], seen.cloud[2])).height
 
 
 def _within(height: Estimate, reach: float | None) -> Estimate:
@@ -241,27 +234,8 @@ def _best(points: Points, step: float, known: Estimate | None = None) -> _Top:
             top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
         found = top.estimate(radius)
-        unlike = _unlike_half(found, near, middle, radius, known)
-        return _Top(Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd))), True, unlike)
-    top, flat = Top(near, middle, even=True), _flat(near, step)
-    return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
-
-
-def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:
-    """Return by how much, m, the inner half of a disc tells another height than the disc, past what noise explains (Hausman, 1978).
-
-    Then the disc holds skirt, which no quadratic follows.
-    """
-    away = _away(near.cloud, middle)
-    inner = np.flatnonzero(away <= 0.5 * float(away.max()))
-    if inner.size < LEAST_POINTS:
-        return 0.0
-    half = Top(near.at(inner), middle, even=False).bent(known)
-    if not half.is_curved:
-        return 0.0
-    other = half.estimate(radius)
-    by_chance = max(other.sd**2 - found.sd**2, 0.0)
-    return math.sqrt(max((other.value - found.value) ** 2 - by_chance, 0.0))
+        return _Top(Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd))), True)
+    return _Top(_faint(Top(near, middle, even=True), _flat(near, step)), False)
 
 
 def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.noise_off_contact import Ellipses, expected, left_by_ellipses
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative
 from stretch_bt.perception.surface import Cleaned
@@ -26,12 +25,10 @@ WIDTHS = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))  # of bins and of the Gaussian,
 LAGS = 4
 #: of what a mean leaves, that noise of each length must explain: the longest differ little from membrane, and from chance
 LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.05, 0.1, 0.15)
-FREE_SHARE = (0.0, *[0.02] * 6)  # the same with what ellipses leave, which holds no membrane
 MOST = 96  # bins along a side that are looked at
 CUT = 3.0  # standard deviations past which a residual is no noise: a rim, or a pixel that flies
 WHOLE = 0.97  # share of the kernel that must see valid pixels
 LEAST = 60  # bins from which a width tells anything
-ROUNDS = 2  # of the shape of the ellipse, and the variances that follow from it
 SWEEPS, SETTLED = 100, 1e-5
 CELLS = 1.5  # cells in a length, in which its correlation is summed
 
@@ -52,12 +49,6 @@ class NoiseSpectrum:
         total = float(self.variances.sum())
         areas = np.maximum(4.0 * math.pi * self.lengths**2, 1.0)
         return float(self.variances @ areas) / total if total > 0.0 else 1.0
-
-    @property
-    def shared_area(self) -> float:
-        """How many pixels share one error of all parts but the white, at least 1."""
-        shared = self.variances * (self.lengths > 0.0)
-        return NoiseSpectrum(shared, self.lengths).area if shared.any() else 1.0
 
     @property
     def shared_sd(self) -> float:
@@ -105,19 +96,16 @@ def _alike(
     return np.asarray(summed.reshape(len(design), -1) @ blurred.reshape(len(design), -1).T)
 
 
-def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskArray | None = None) -> NoiseSpectrum:
+def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpectrum:
     """Return the noise of a frame.
 
     What means of three widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
-    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane, and without `free`
-    part of that over more than five.
+    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane.
 
     Parameters
     ----------
     apart : (h, w) bool, of the cleaned part
         Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
-    free : (h, w) bool, of the cleaned part
-        Where the membrane touches nothing: there its noise is compared with the mean over an ellipse as well, up to some 9 pixels.
     """
     rows, found = list[Array](), list[Array]()
     for step, width, times in WIDTHS:
@@ -128,24 +116,7 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskA
     if not rows:
         return NoiseSpectrum(np.zeros(1), np.zeros(1))
     variances = _not_negative(np.concatenate(rows), np.concatenate(found))
-    if free is not None:
-        variances = _with_ellipses(left_by_ellipses(cleaned, free), rows, found, variances)
     return NoiseSpectrum(variances, np.array(LENGTHS))
-
-
-def _with_ellipses(left: Ellipses, rows: list[Array], found: list[Array], variances: Array) -> Array:
-    """Return variances (k,), m^2, that explain also what ellipses leave, of the shape that leaves least beside what was explained."""
-    for _ in range(ROUNDS if left else 0):
-        explained = {ratio: max(float(_by_ellipses(ratio)[0] @ variances), 1e-18) for ratio in left}
-        ratio = min(left, key=lambda ratio: left[ratio][0] / explained[ratio])
-        seen, wanted = left[ratio], _by_ellipses(ratio)
-        design, known = np.concatenate([*rows, wanted / seen[0]]), np.concatenate([*found, seen / seen[0]])
-        variances = _not_negative(design, known, FREE_SHARE)
-    return variances
-
-
-def _by_ellipses(ratio: float) -> Array:
-    return expected(ratio, LENGTHS)
 
 
 def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArray | None) -> Array | None:
@@ -216,12 +187,12 @@ def _covariance_left(square: float, sigma: float, times: int, d: float) -> float
     return total
 
 
-def _not_negative(design: Array, wanted: Array, least: tuple[float, ...] = LEAST_SHARE) -> Array:
-    """Return least squares (k,) of design (n, k) that are not negative, of the columns that explain at least their share."""
+def _not_negative(design: Array, wanted: Array) -> Array:
+    """Return least squares (k,) of design (n, k) that are not negative, of the columns that explain at least their LEAST_SHARE."""
     size = np.sqrt((design * design).sum(axis=0))
     scaled = design / size
     normal, right = scaled.T @ scaled, scaled.T @ wanted
-    some = _descent(normal, right - np.array(least), np.ones(len(right), dtype=bool)) > 0.0
+    some = _descent(normal, right - np.array(LEAST_SHARE), np.ones(len(right), dtype=bool)) > 0.0
     found: Array = _descent(normal, right, some) / size
     return found
 

@@ -210,33 +210,6 @@ def test_a_touch_too_light_to_be_seen_adds_nothing(above, before):
     assert node.sinks["top_readings"].value == (before or TopReadings())
 
 
-def on_a_face(seed=0, width=0.009, depth=0.003):
-    """Return what a camera sees of a flat face of half a width, m, that stands so deep, m, in the membrane."""
-    heights = np.clip(depth - 0.15 * np.maximum(AWAY - width, 0.0), 0.0, None)
-    noise = np.random.default_rng(seed).normal(0, 5e-5, heights.shape)
-    raw = np.round((DISTANCE - heights + noise) / 1e-5).astype(np.uint16)
-    return DepthFrame(raw, 1e-5, CAMERA, 0.0, seed, DISTANCE, hand_height=HAND, stretch=0.0)
-
-
-def test_a_first_touch_takes_off_how_far_a_flat_top_lifts_the_membrane(above):
-    """The top of a disc was told 0.2 mm too high at a stated 0.06 mm."""
-    node = ran(above(), "read_first_touch", frame=on_a_face(), frames=24, mounting=Mounting(0.012, 3e-4, 3e-5))
-    reading = node.sinks["top_readings"].value.readings[-1]
-    assert 0.0027 < reading.depth < 0.00295
-    assert 3e-5 < reading.fixed < reading.sd
-    assert reading.hand == pytest.approx(HAND)
-
-
-def test_what_all_touches_are_off_by_is_in_the_deviation_of_the_top(above):
-    shared = TopReadings(tuple(replace(reading, sd=5e-5, fixed=4e-5) for reading in touches(0.0).readings))
-    alone = TopReadings(tuple(replace(reading, sd=3e-5) for reading in touches(0.0).readings))
-    both, own = (
-        ran(above(), "extrapolate_top", top_readings=readings).sinks["touch"].value.height_sd
-        for readings in (shared, alone)
-    )
-    assert both == pytest.approx(np.hypot(own, 4e-5), rel=1e-3)
-
-
 TOP, SOFT = 0.06, 2.0  # m, and m^-0.5, by which a top gives way over the power 1.5 of the depth of the membrane
 
 
