@@ -57,9 +57,9 @@ FAULTS = [
     Fault(
         "a jump of 5 mm at opening",
         _GRIPPER,
-        "    def stop(self)",
+        "    def halt(self",
         "    def open(self) -> None:\n        super().open()\n"
-        "        self.do(lambda wire: wire.go(wire.read().opening + 0.005, 0.05))\n\n    def stop(self)",
+        "        self.do(lambda wire: wire.go(wire.read().opening + 0.005, 0.05))\n\n    def halt(self",
         "test_opening_moves_nothing",
         "opening moves the device",
     ),
@@ -115,7 +115,7 @@ FAULTS = [
     Fault(
         "stop does nothing",
         _GRIPPER,
-        "        self.do(lambda wire: wire.hold())\n",
+        "        wire.hold()\n",
         "        pass\n",
         "test_stop_ends_a_motion",
         r"after stop\(\) the device went on to its target",
@@ -145,8 +145,8 @@ FAULTS = [
     Fault(
         "its thread goes on after close",
         _GRIPPER,
-        "    def stop(self)",
-        "    def close(self) -> None:\n        self._thread = None\n\n    def stop(self)",
+        "    def halt(self",
+        "    def close(self) -> None:\n        self._thread = None\n\n    def halt(self",
         "test_open_and_close_as_often_as_wanted",
         "leaves the thread",
     ),

@@ -125,6 +125,12 @@ class Implementations:
     def find(self, kind: str, use: str) -> Implementation | None:
         """Return the implementation of a kind of device that has this name, or None; raises Unusable for one that is broken."""
         shipped = (kind, use) in SHIPPED
+        same = [cls for cls in self.own if shipped and (_kind(cls), own_name(cls)) == (kind, use)]
+        if same:
+            hint = f"set another name, as in use = 'my_{use}' in the class"
+            raise Unusable(
+                f"{same[0].__name__} of {same[0].__module__} has the name of a shipped {kind}, {use!r}", hint
+            )
         found = [driver_class(kind, use)] if shipped else [cls for cls in self._named(use) if _kind(cls) == kind]
         if len(found) > 1:
             modules = " and ".join(sorted(cls.__module__ for cls in found))

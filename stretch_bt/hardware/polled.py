@@ -15,6 +15,7 @@ __all__ = ["PolledDriver"]
 W = TypeVar("W", bound=Wire[Any])
 S = TypeVar("S")
 R = TypeVar("R")
+_POLLS = 3.0
 
 
 class PolledDriver(Driver, ABC, Generic[W, S]):
@@ -23,7 +24,7 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
     streams: ClassVar[bool] = True
     #: of polls, Hz
     rate: float = 50.0
-    #: the longest time that a command may take, and the device may be silent, s
+    #: the longest time that a command may take, and the device may be silent, s; three polls at least
     deadline: float = 1.0
     _thread: WireThread[W, S] | None = None
 
@@ -34,10 +35,23 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
     def open(self) -> None:
         """Connect and read once; moves nothing."""
         thread = WireThread[W, S](
-            self.name, self.wire(), period=1 / self.rate, deadline=self.deadline, now=self.bench.now
+            self.name,
+            self.wire(),
+            period=1 / self.rate,
+            deadline=max(self.deadline, _POLLS / self.rate),
+            now=self.bench.now,
+            at_loss=self.halt,
         )
         thread.start()
         self._thread = thread
+
+    def halt(self, wire: W) -> None:
+        """Stop the device over its wire, also over one that gave no good answer and is about to be closed; nothing unless a driver says so."""
+
+    def stop(self) -> None:
+        """End any motion at once."""
+        if type(self).halt is not PolledDriver.halt:
+            self.do(self.halt)
 
     def close(self) -> None:
         """Disconnect."""

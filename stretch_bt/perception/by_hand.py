@@ -59,7 +59,9 @@ def _heights(heights: npt.ArrayLike) -> FloatArray:
     made = z.astype(np.float64)
     made[~np.isfinite(made)] = np.nan
     if np.isnan(made).all():
-        raise NoContact("no pixel of these heights is finite, so that nothing is seen")
+        raise NoContact(
+            "no pixel of these heights is finite, so that nothing is seen; give heights where the membrane was seen"
+        )
     return made
 
 

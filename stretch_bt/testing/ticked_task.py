@@ -15,6 +15,7 @@ from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.runtime.context import Commanded, Seen
+from stretch_bt.runtime.foreign_nodes import kept_for
 from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.onlooker import Onlooker
 from stretch_bt.runtime.result import keys_of_main, unmet_of
@@ -58,6 +59,7 @@ class TickedTask:
         self._after: dict[str, Status] | None = None
         task.context.folder = folder
         with ExitStack() as opening:  # a tree that cannot be begun leaves nothing open
+            opening.enter_context(kept_for(task.built))
             cell = self._given(devices, opening) if devices is not None else self._opened()
             if cell is not None:
                 task.context.devices = cell.devices

@@ -191,10 +191,44 @@ def test_a_signal_between_two_calls_stops_what_still_moves(cell):
     assert motion.poll() is MotionState.STOPPED
 
 
-def test_the_handler_of_signals_comes_back():
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_handlers_of_signals_come_back_in_whatever_order_cells_close(number, first):
+    before = signal.getsignal(number)
+    cells = [stretch_bt.open_cell(scene="calibration_sphere") for _ in range(2)]
+    assert before in (signal.SIG_IGN, signal.getsignal(number)) or signal.getsignal(number) != before
+    cells[first].close()
+    cells[1 - first].close()
+    assert signal.getsignal(number) == before
+
+
+def test_a_handler_that_somebody_else_set_is_taken_again_at_the_next_use(cell):
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # as a notebook does before each of its cells
+    motion = cell.gripper.move(0.08, speed=0.001, owner="by hand")
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    assert motion.poll() is MotionState.STOPPED
+
+
+def test_a_library_that_was_edited_is_read_again(cell, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for stretch in ("30 mm", "10 mm"):
+        body = f"trees: {{go: {{sequence: [set_stretch: {{stretch: {stretch}}}]}}}}\n"
+        (tmp_path / "own.yaml").write_text(f"format: stretch-tree/1\ndevices: {{gripper: Gripper}}\n{body}")
+        cell.do("own.yaml.go")
+        assert cell.gripper.opening(1.0).value - 0.055 == pytest.approx(float(stretch.split()[0]) * 1e-3)
+
+
+def test_what_does_not_open_is_closed_again(monkeypatch):
+    from stretch_bt.hardware.simulated.camera import SimulatedCamera
+
+    opened = []
+    monkeypatch.setattr(SimulatedCamera, "open", lambda self: (_ for _ in ()).throw(DeviceFault("camera", "no light")))
+    monkeypatch.setattr(SimulatedCamera, "close", lambda self: opened.append(self))
     before = signal.getsignal(signal.SIGINT)
-    with stretch_bt.open_cell(scene="calibration_sphere"):
-        assert signal.getsignal(signal.SIGINT) != before
+    with pytest.raises(DeviceFault, match="no light"):
+        stretch_bt.open_cell(scene="calibration_sphere")
+    assert len(opened) == 1
     assert signal.getsignal(signal.SIGINT) == before
 
 

@@ -49,11 +49,12 @@ def test_a_run_that_simulates_nothing_leaves_the_scene_alone(outputs, tmp_path):
 
 
 def test_devices_that_are_no_twin_leave_the_scene_alone(outputs):
+    from stretch_bt.clock import VirtualClock
     from stretch_bt.hardware.cell import open_cell
     from stretch_bt.hardware.cell_file import load_cell
     from stretch_bt.simulation.scene import load_scene
 
-    cell = open_cell(load_cell("simulated"), now=lambda: 0.0, seed=0, scene=load_scene("wooden_cube"))
+    cell = open_cell(load_cell("simulated"), clock=VirtualClock(), seed=0, scene=load_scene("wooden_cube"))
     assert outputs("params: {max_force: 0.8 N}\n", devices={"arm": cell.devices["arm"]})[0] == 5.0
 
 

@@ -217,6 +217,78 @@ def test_what_breaks_in_an_interrupt_is_raised_at_the_next_tick(cell, task, monk
     cell.close()
 
 
+def test_a_cell_that_closes_amid_a_subtree_runs_its_finally(cell, task):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    for _ in range(3):
+        a.tick_once()
+    cell.close()
+    assert MarkForTest.marks == ["main/begin_a", "main/finally/end_a"]
+    assert a.status is Status.INVALID
+
+
+def test_two_that_owe_are_done_one_after_the_other(cell, task):
+    back = "{set_stretch: {stretch: STRETCH, speed: 10 mm/s}}"
+    both = [
+        stretch_bt.subtree(
+            task(
+                f"  main:\n    sequence: [wait: {{duration: 9 s}}]\n    finally: [{back.replace('STRETCH', way)}]\n",
+                way[0],
+            ),
+            cell,
+        )
+        for way in ("5 mm", "2 mm")
+    ]
+    for tree in both:
+        tree.tick_once()
+    for tree in both:
+        tree.stop(Status.INVALID)
+    cell.do("wait", duration=0.01)
+    assert cell.gripper.opening(1.0).value == pytest.approx(0.057)
+
+
+def test_a_fault_in_what_is_owed_stops_the_cell_and_is_raised_by_the_tree_that_is_attended(cell, task, monkeypatch):
+    a = stretch_bt.subtree(task("  main:\n    sequence: [wait: {duration: 9 s}]\n    finally: [retract: {}]\n"), cell)
+    tree = py_trees.trees.BehaviourTree(py_trees.behaviours.Running("r"))
+    cell.attend(tree)
+    a.tick_once()
+    a.stop(Status.INVALID)
+    motion = cell.gripper.move(0.08, speed=0.001, owner="by hand")
+    monkeypatch.setattr(cell.arm.driver, "pose", lambda: (_ for _ in ()).throw(DeviceFault("arm", "cut off")))
+    with pytest.raises(DeviceFault, match="cut off"):
+        tree.tick()
+    assert motion.poll() is MotionState.STOPPED
+
+
+def test_the_clock_goes_on_where_a_subtree_ends_in_its_first_tick(cell, task):
+    a = stretch_bt.subtree(task("  main: {sequence: [check: arm.height > 1 m]}\n"), cell)
+    for _ in range(20):
+        a.tick_once()
+        assert a.status is Status.FAILURE
+    assert cell.clock.now() == pytest.approx(0.95)
+
+
+@pytest.mark.parametrize("slow_first", [True, False])
+def test_subtrees_of_different_ticks_go_together(cell, task, slow_first):
+    slow = stretch_bt.subtree(
+        task("  main: {sequence: [wait: {duration: 2 s}]}\n", "slow", HEAD.replace("trees:", "tick: 500 ms\ntrees:")),
+        cell,
+    )
+    fast = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    children = [slow, fast] if slow_first else [fast, slow]
+    tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=children)
+    assert ticked(tree) is Status.SUCCESS
+
+
+def test_the_params_that_a_scene_asks_for_are_taken(tmp_path):
+    path = tmp_path / "t.yaml"
+    body = "params: {max_force: {default: 5 N}}\ntrees: {main: {out: [f], sequence: [set: {f: max_force}]}}\n"
+    path.write_text(f"format: stretch-tree/1\n{body}", encoding="utf-8")
+    with stretch_bt.open_cell(scene="paper_cube") as paper:
+        tree = stretch_bt.subtree(path, paper)
+        assert ticked(tree) is Status.SUCCESS
+        assert tree.outputs["f"] < 5.0
+
+
 def test_a_tree_of_other_devices_and_a_library_are_refused_before_anything_moves(cell, task):
     with pytest.raises(CellError, match="left"):
         stretch_bt.subtree(task("  main: {retract: {arm: left}}\n", head=HEAD.replace("arm:", "left:")), cell)

@@ -102,9 +102,9 @@ class TwoJawGripper(PolledDriver[TwoJawWire, r.Status], GripperDriver):
 
         return poll
 
-    def stop(self) -> None:
+    def halt(self, wire: TwoJawWire) -> None:
         """Hold the fingers where they are."""
-        self.do(lambda wire: wire.hold())
+        wire.hold()
 
     def opening(self) -> Reading[float]:
         """Return the latest opening, m."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -20,6 +21,16 @@ class PortBoard:
         self._outputs = outputs
         self._keys = {name: f"/{behaviour.id.hex}/{name}" for name in (*inputs, *outputs)}
         self._seen: dict[str, Any] = {}
+        self._written: set[str] = set()
+        set_output: Any = getattr(behaviour, "_set_output", None)
+        if set_output is not None:
+
+            def noted(name: str, value: Any) -> None:
+                """Write an output, and note it: the same list may be written again, longer."""
+                self._written.add(name)
+                set_output(name, value)
+
+            vars(behaviour)["_set_output"] = noted
         self._reset = getattr(behaviour, "reset_port", None)
         setup_ports: Any = getattr(behaviour, "setup_ports", None)
         if setup_ports is not None:
@@ -31,6 +42,7 @@ class PortBoard:
             if self._reset is not None:
                 self._reset(name)
         self._seen = {}
+        self._written.clear()
 
     def give(self, name: str, value: Any) -> None:
         """Put the value of an input where the behaviour reads it; None takes it away."""
@@ -44,8 +56,11 @@ class PortBoard:
         found = {}
         for name in self._outputs:
             value = Blackboard.storage.get(self._keys[name], _NOTHING)
-            if value is not _NOTHING and value is not self._seen.get(name, _NOTHING):
-                found[name] = self._seen[name] = value
+            again = name in self._written or value is not self._seen.get(name, _NOTHING)
+            if value is not _NOTHING and again:
+                self._seen[name] = value
+                found[name] = copy(value)  # which the behaviour may go on to change
+        self._written.clear()
         return found
 
     def unwritten(self) -> list[str]:
