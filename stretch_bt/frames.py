@@ -15,13 +15,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.brief import BriefRepr
-from stretch_bt.errors import InvalidInput
-from stretch_bt.units import Force, Length, Time
+from stretch_bt.errors import InvalidInput, shown
+from stretch_bt.units import KINDS, Force, Length, Time
 
 __all__ = ["DepthFrame", "Intrinsics", "Pose", "Wrench"]
 
@@ -167,7 +168,7 @@ class DepthFrame(BriefRepr):
         depth: npt.ArrayLike,
         intrinsics: Intrinsics,
         *,
-        unit: Length,
+        unit: Length | str,
         plane_distance: Length | None = None,
         stretch: Length | None = None,
         pose: Pose | None = None,
@@ -205,6 +206,7 @@ class DepthFrame(BriefRepr):
         >>> DepthFrame.from_array(np.full((160, 160), 0.1), camera, unit=1e-5).plane_distance
         0.1
         """
+        unit = as_length("unit", unit)
         raw = _counts(depth, unit)
         place = pose or Pose()
         distance = _border(raw) * unit if plane_distance is None else plane_distance
@@ -216,9 +218,26 @@ class DepthFrame(BriefRepr):
         return self.raw * np.float32(self.unit)
 
 
+def as_numbers(what: str, given: npt.ArrayLike) -> npt.NDArray[Any]:
+    """Return an array as it is; raises InvalidInput, which begins with `what`, for rows of different lengths."""
+    try:
+        return np.asarray(given)
+    except ValueError as error:
+        raise InvalidInput(f"{what} an array (h, w) of numbers: {error}") from None
+
+
+def as_length(what: str, given: float | str) -> float:
+    """Return a length in m, of a number or of text with a unit; raises InvalidInput."""
+    if isinstance(given, str):
+        return KINDS["Length"].parse(given)
+    if not isinstance(given, int | float | np.number):
+        raise InvalidInput(f"{what} is a length in m, or text with a unit, not {shown(given)[:80]}")
+    return float(given)
+
+
 def _counts(depth: npt.ArrayLike, unit: float) -> npt.NDArray[np.uint16]:
     """Return a depth image in counts, 0 where it is invalid."""
-    image = np.asarray(depth)
+    image = as_numbers("a depth image is", depth)
     if image.ndim != 2 or image.dtype.kind not in "iuf":
         raise InvalidInput(f"a depth image is an array (h, w) of numbers, got {image.dtype} {image.shape}")
     if not (math.isfinite(unit) and unit > 0):

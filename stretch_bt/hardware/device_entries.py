@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.errors import Diagnostic, FileError
+from stretch_bt.blame import place_of
+from stretch_bt.errors import DeviceFault, Diagnostic, FileError, StretchError
+from stretch_bt.errors import named as named_error
 from stretch_bt.hardware.driver import Bench, Driver, Options
 from stretch_bt.hardware.implementations import Implementation, Implementations, Unusable, drivers_in, own_name
 from stretch_bt.hardware.interfaces import INTERFACES
@@ -37,8 +39,16 @@ class DeviceSpec:
         return self.implementation.use
 
     def driver(self, bench: Bench) -> Driver:
-        """Return the driver, which touches nothing until it is opened."""
-        return self.implementation.cls(self.name, self.options.given(), bench)
+        """Return the driver, which touches nothing until it is opened; raises DeviceFault where it cannot be made."""
+        try:
+            return self.implementation.cls(self.name, self.options.given(), bench)
+        except StretchError:
+            raise
+        except Exception as error:  # of a driver of one's own
+            at = place_of(error)
+            raise DeviceFault(
+                self.name, f"its driver broke as it was made ({named_error(error)}{at and f', {at}'})"
+            ) from error
 
 
 def imported(table: Value | None, path: Path, found: list[Diagnostic]) -> list[type[Driver]]:
@@ -111,10 +121,16 @@ def _nearest(kind: str, use: str, known: Implementations) -> str:
 def _read_options(named: Implementation, device: Map, root: Path, problems: list[Diagnostic]) -> Options | None:
     try:
         options = validate(named.options, device)
+        mistakes = [(option, message, hint) for option, message, hint in options.mistakes(root)]
     except FileError as error:
         problems += error.diagnostics
         return None
-    for option, message, hint in options.mistakes(root):
+    except Exception as error:  # of a driver of one's own
+        at = place_of(error)
+        message = f"the options of {named.use!r} broke: {named_error(error)}{at and f' ({at})'}"
+        problems.append(device.mark.error("device-use", message, "mend the driver, or ask who wrote it"))
+        return None
+    for option, message, hint in mistakes:
         place = device.get(option)
         mark = place.mark if place is not None else device.mark
         problems.append(mark.error("device-file", message, hint))

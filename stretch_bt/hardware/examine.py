@@ -38,8 +38,8 @@ _ENDS = "press the emergency stop where it moves; Ctrl-C ends the run that has i
 def status(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
     """Yield one finding for each device: what it says now, read only."""
     for device, driver in _drivers(spec, only):
-        if driver is None:
-            yield _simulated(device)
+        if not isinstance(driver, Driver):
+            yield driver
         else:
             yield _seen(device, driver)
 
@@ -48,15 +48,15 @@ def doctor(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
     """Yield what a look at everything finds, device by device; makes ready to move what can be, and moves nothing."""
     yield Finding("cell", True, f"{spec.path.name}: {len(spec.devices)} devices")
     for device, driver in _drivers(spec, only):
-        if driver is None:
-            yield _simulated(device)
+        if not isinstance(driver, Driver):
+            yield driver
             continue
         lacking = [name for name in driver.packages if find_spec(name) is None]
         if lacking:
             fix = f"pip install {' '.join(driver.packages[name] for name in lacking)}"
             yield Finding(f"{device.name}: packages", False, f"not installed: {', '.join(lacking)}", fix)
             continue
-        yield from driver.findings()
+        yield from _findings(device, driver)
         seen = _seen(device, driver, over=_LOOKING)
         yield seen
         if seen.ok:
@@ -66,20 +66,35 @@ def doctor(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
 def halt(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
     """Stop every device that moves, arms first and beside a run too, and yield what was found of each device."""
     for device, driver in sorted(_drivers(spec, only), key=lambda pair: pair[0].type != "Arm"):
-        if driver is None:
-            yield _simulated(device)
+        if not isinstance(driver, Driver):
+            yield driver
         elif isinstance(driver, ArmDriver | GripperDriver):
             yield device.options.halt(device.name) or _held(device, driver)
         else:
             yield Finding(device.name, True, "nothing of it moves")
 
 
-def _drivers(spec: CellSpec, only: str | None) -> Iterator[tuple[DeviceSpec, Driver | None]]:
-    """Yield each device with its driver, or None where there is no device to look at."""
+def _drivers(spec: CellSpec, only: str | None) -> Iterator[tuple[DeviceSpec, Driver | Finding]]:
+    """Yield each device with its driver, or with what is to be said where there is none to look at."""
     bench = Bench(time.monotonic, 0, spec.path.parent, Hand(spec.hand), spec.limits)
     for device in spec.devices.values():
         if only in (None, device.name):
-            yield device, device.driver(bench) if device.implementation.real else None
+            yield device, _made(device, bench) if device.implementation.real else _simulated(device)
+
+
+def _made(device: DeviceSpec, bench: Bench) -> Driver | Finding:
+    try:
+        return device.driver(bench)
+    except StretchError as error:
+        return Finding(device.name, False, str(error), "mend the driver, or ask who wrote it")
+
+
+def _findings(device: DeviceSpec, driver: Driver) -> Iterator[Finding]:
+    """Yield what a driver finds, and what broke in that."""
+    try:
+        yield from driver.findings()
+    except Exception as error:
+        yield Finding(f"{device.name}: findings", False, _said(error), "mend the driver, or ask who wrote it")
 
 
 def _simulated(device: DeviceSpec) -> Finding:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoContact
-from stretch_bt.frames import Pose
+from stretch_bt.frames import Pose, as_length, as_numbers
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, UNDEFORMED, Contact, FloatArray, LabelArray
 
 __all__ = ["contact_from_heights"]
@@ -21,9 +21,9 @@ STEEPEST = 5.0
 
 def contact_from_heights(
     heights: npt.ArrayLike,
-    pixel: float,
+    pixel: float | str,
     *,
-    noise: float,
+    noise: float | str,
     labels: npt.ArrayLike | None = None,
     stretch: float | None = None,
     pose: Pose | None = None,
@@ -31,6 +31,7 @@ def contact_from_heights(
 ) -> Contact:
     """Do what `Contact.from_heights` says."""
     z = _heights(heights)
+    pixel, noise = as_length("pixel", pixel), as_length("noise", noise)
     if not (math.isfinite(pixel) and pixel > 0 and math.isfinite(noise) and noise > 0):
         raise InvalidInput(
             f"pixel and noise are lengths above 0 m, got {pixel!r} and {noise!r}; write 0.0005 for 0.5 mm"
@@ -51,7 +52,7 @@ def contact_from_heights(
 
 
 def _heights(heights: npt.ArrayLike) -> FloatArray:
-    z = np.asarray(heights)
+    z = as_numbers("heights are", heights)
     if z.ndim != 2 or z.dtype.kind not in "iuf" or min(z.shape) < LEAST:
         raise InvalidInput(
             f"heights are an array (h, w) of numbers, m, at least {LEAST} by {LEAST}, got {z.dtype} {z.shape}"

@@ -107,9 +107,9 @@ class Contact(BriefRepr):
     def from_heights(
         cls,
         heights: npt.ArrayLike,
-        pixel: Length,
+        pixel: Length | str,
         *,
-        noise: Length,
+        noise: Length | str,
         labels: npt.ArrayLike | None = None,
         stretch: Length | None = None,
         pose: Pose | None = None,

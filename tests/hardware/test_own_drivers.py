@@ -248,3 +248,39 @@ def test_nothing_in_the_current_folder_is_executed(own, tmp_path, monkeypatch):
     with pytest.raises(CellError, match="in the current folder does not count"):
         load_cell(path)
     assert not (tmp_path / "elsewhere" / "stray.py.ran").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "def mistakes(self, root):\n",
+            "def mistakes(self, root):\n            1 / 0\n",
+            "the options of 'wall_camera' broke: ZeroDiv",
+        ),
+        ('yield "dark", "there is no such picture", "take one"', "yield 1, 2", "the options of 'wall_camera' broke: "),
+    ],
+)
+def test_options_that_break_are_told_at_their_device(own, old, new, said):
+    found = check(own("rate: 20 Hz, dark: nothing.png", DRIVER.replace(old, new)))
+    assert [d.code for d in found] == ["device-use"]
+    assert said in found[0].message
+    assert found[0].line == 4
+
+
+BROKEN = {
+    "init": "    def __init__(self, name, options, bench):\n        raise ValueError('no such port')\n",
+    "findings": "    def findings(self):\n        raise ValueError('no such port')\n        yield\n",
+}
+
+
+@pytest.mark.parametrize("how", BROKEN)
+def test_a_driver_that_breaks_before_it_opens_is_a_finding(own, how):
+    text = DRIVER.replace("    intrinsics = Intrinsics", f"{BROKEN[how]}\n    intrinsics = Intrinsics")
+    spec = load_cell(own(text=text))
+    found = [finding for finding in doctor(spec) if not finding.ok]
+    assert "broke" in found[0].detail
+    assert "no such port" in found[0].detail
+    if how == "init":
+        with pytest.raises(DeviceFault, match="its driver broke as it was made"):
+            open_cell(spec)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Contact, Pose, types
 
 PIXEL = 1e-3
@@ -67,3 +68,15 @@ def test_what_is_no_height_is_refused(what):
 def test_the_examples_run():
     found = doctest.testmod(types)
     assert (found.failed, found.attempted > 0) == (0, True)
+
+
+def test_text_with_a_unit_and_ragged_rows():
+    heights = np.zeros((40, 40))
+    heights[15:25, 15:25] = 2e-3
+    one = Contact.from_heights(heights, "0.5 mm", noise="0.1 mm", labels=np.where(heights > 0, 2, 0))
+    assert one.noise == 1e-4
+    with pytest.raises(InvalidInput, match="heights are an array"):
+        Contact.from_heights([[0.0, 0.1], [0.0]], 0.5e-3, noise=1e-4)
+    with pytest.raises(InvalidInput, match="a depth image is an array"):
+        DepthFrame.from_array([[0.1, 0.1], [0.1]], Intrinsics(60, 60, 20, 20, 40, 40), unit=1e-4)
+    assert DepthFrame.from_array(np.full((40, 40), 0.1), Intrinsics(60, 60, 20, 20, 40, 40), unit="0.1 mm").unit == 1e-4
