@@ -270,10 +270,16 @@ def _clock(spec: CellSpec | None, given: Given | None) -> Clock:
 def _scene(task: Task, spec: CellSpec | None, given: Given | None) -> Any:
     if given is not None:
         return None if given.cell is None else given.cell.scene
-    if spec is None or not spec.simulated:
+    if spec is None or not any(spec.devices[name].implementation.cls.simulated for name in _opened_names(task, spec)):
         return None
     from stretch_bt.simulation.scene import load_scene
 
     if task.scene is None:
-        raise InvalidInput("a simulated cell needs a scene; name one with --scene, or in the tree")
+        why = "name one with --scene: that of the tree counts where no cell is named"
+        raise InvalidInput(f"{spec.path.name} has simulated devices and needs a scene; {why}")
     return load_scene(task.scene)
+
+
+def _opened_names(task: Task, spec: CellSpec) -> list[str]:
+    """Return the devices that the run opens."""
+    return [name for name in spec.devices if name in task.devices()]

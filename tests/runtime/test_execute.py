@@ -166,3 +166,16 @@ def test_a_signal_in_the_last_closing_is_in_the_result(tree: Path, monkeypatch: 
 
     monkeypatch.setattr(Cell, "close", late)
     assert "SIGINT came after the task had ended with SUCCESS" in run(tree, out=tree.parent / "record").reason
+
+
+def test_a_cell_whose_simulated_devices_a_task_leaves_alone_needs_no_scene(tmp_path):
+    from stretch_bt.runtime.task import run
+
+    tree = tmp_path / "tree.yaml"
+    tree.write_text("format: stretch-tree/1\ntrees: {main: {sequence: [wait: {duration: 100 ms}]}}\n", encoding="utf-8")
+    assert run(tree, cell="simulated", out=tmp_path / "record").status == "SUCCESS"
+    moving = tmp_path / "moving.yaml"
+    body = "scene: water_balloon\ntrees: {main: {sequence: [set_stretch: {stretch: 5 mm}]}}\n"
+    moving.write_text(f"format: stretch-tree/1\ndevices: {{gripper: Gripper}}\n{body}", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="name one with --scene: that of the tree counts where no cell is named"):
+        run(moving, cell="simulated", out=tmp_path / "other")
