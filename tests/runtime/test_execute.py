@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from stretch_bt.errors import InvalidInput
 from stretch_bt.hardware import cell as cell_module
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.runtime import execute as execute_module
