@@ -91,7 +91,8 @@ def _own(stack: Iterable[FrameSummary]) -> Iterator[FrameSummary]:
     inside = False
     for frame in stack:
         path = Path(frame.filename)
-        around = any(path.is_relative_to(folder) for folder in _AROUND) or path.parent.name in _AROUND_TOO
+        of_others = {path.parent.name, path.parent.parent.name}.intersection(_AROUND_TOO)
+        around = any(path.is_relative_to(folder) for folder in _AROUND) or of_others
         inside = inside or not (around or frame.filename.startswith("<"))
         if inside:
             yield frame
