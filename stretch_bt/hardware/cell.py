@@ -15,6 +15,7 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.journal import Journal, Relay
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.measured_by import measured_by
 from stretch_bt.hardware.monitored import MONITORED, Monitored, Watch
 from stretch_bt.source import did_you_mean
 
@@ -62,6 +63,19 @@ class Cell:
             The simulated hand stands where its scene has no answer.
         """
         return {} if self._bench.scene is None else self._bench.twin.truth()
+
+    def truth_of_simulated(self) -> dict[str, float]:
+        """Return `truth` without the quantities that a real device measures: what that sees is not the scene's object.
+
+        Raises
+        ------
+        NoEquilibrium
+            As `truth` does.
+        """
+        opened = [self.spec.devices[name] for name in self.devices]
+        real = {device.type for device in opened if not device.implementation.cls.simulated}
+        kinds = {device.type for device in opened}
+        return {name: value for name, value in self.truth().items() if not measured_by(name, kinds) & real}
 
     def sketch(self) -> dict[str, list[tuple[float, float]]]:
         """Return lines, m, that show a simulated object which changes its shape for good, as it is now; else none."""
