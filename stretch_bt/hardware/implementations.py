@@ -122,8 +122,8 @@ class Implementations:
                 yield from _of_package(entry)
             except Unusable as error:
                 broken.setdefault(_package(entry), error)
-        for error in broken.values():
-            sys.stderr.write(f"warning: {error}; {error.hint}\n")
+        for one in broken.values():
+            sys.stderr.write(f"warning: {one}; {one.hint}\n")
 
     def find(self, kind: str, use: str) -> Implementation | None:
         """Return the implementation of a kind of device that has this name, or None; raises Unusable for one that is broken."""
