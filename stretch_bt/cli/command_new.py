@@ -78,7 +78,9 @@ def _check_names(name: str, modules: Mapping[Path, str]) -> None:
         if installed_module(path.stem) is not None:
             raise InvalidInput(f"{path} would have the name of an installed Python module; {another}")
         if _bound(text).count(_title(name)) > 1:
-            raise InvalidInput(f"the class {_title(name)} would hide another {_title(name)} that {path} needs; {another}")
+            raise InvalidInput(
+                f"the class {_title(name)} would hide another {_title(name)} that {path} needs; {another}"
+            )
 
 
 def _bound(text: str) -> list[str]:

@@ -233,7 +233,9 @@ def _of_package(entry: EntryPoint) -> list[Implementation]:
     except Unusable as error:
         raise Unusable(f"the device {entry.name!r} of the package {_package(entry)}: {error}", error.hint) from error
     except Exception as error:  # pydantic has no schema for what an option is
-        message = f"the options of the device {entry.name!r} of the package {_package(entry)} have no schema: {_line(error)}"
+        message = (
+            f"the options of the device {entry.name!r} of the package {_package(entry)} have no schema: {_line(error)}"
+        )
         raise Unusable(message, "give each a plain type") from error
     return made
 

@@ -207,7 +207,10 @@ def test_a_new_device_checks_clean_and_writes_all_of_its_files_or_none(cli, tmp_
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["device", "wrench", "--kind", "ForceSensor"], "the class Wrench would hide another Wrench that wrench.py needs"),
+        (
+            ["device", "wrench", "--kind", "ForceSensor"],
+            "the class Wrench would hide another Wrench that wrench.py needs",
+        ),
         (["device", "link", "--kind", "Gripper"], "the class Link would hide another Link"),
         (["device", "motion_state", "--kind", "Arm"], "the class MotionState would hide"),
         (["node", "status"], "the class Status would hide another Status that status.py needs"),

@@ -212,7 +212,10 @@ class Broken(DepthCameraDriver):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("raise RuntimeError('no licence\\nfound')", r"RuntimeError: no licence found \(.*broken_walls\.py:1 in <module>\)"),
+        (
+            "raise RuntimeError('no licence\\nfound')",
+            r"RuntimeError: no licence found \(.*broken_walls\.py:1 in <module>\)",
+        ),
         ("raise SystemExit(3)", r"SystemExit: 3 \(.*broken_walls\.py:1 in <module>\)"),
         (UNREADABLE.format(options=":\n        rate: int = 1"), "Options is no dataclass"),
         (UNREADABLE.format(options="(Options):\n        act: Callable[[int], int]"), "have no schema: .*plain type"),
@@ -230,9 +233,7 @@ def test_a_broken_package_is_one_warning_and_the_schema_has_the_others(installed
     sys.modules.pop("broken_walls", None)
 
 
-@pytest.mark.parametrize(
-    ("use", "hint"), [("wal", "did you mean 'wall'?"), ("simulatd", "did you mean 'simulated'?")]
-)
+@pytest.mark.parametrize(("use", "hint"), [("wal", "did you mean 'wall'?"), ("simulatd", "did you mean 'simulated'?")])
 def test_a_misspelt_name_imports_no_package(installed, tmp_path, use, hint):
     installed("open(__file__ + '.ran', 'w').close()\n" + DRIVER, wall="walls:WallCamera", walls="walls")
     [(code, _, told)] = found(packaged(tmp_path, use=use))
@@ -255,7 +256,9 @@ BASES = {
 
 @pytest.mark.parametrize("how", BASES)
 def test_an_abstract_base_in_a_module_is_no_driver(own, how):
-    text = DRIVER.replace("\n\nclass WallCamera", f"\nfrom abc import ABC\n\n{BASES[how]}\n    pass\n\n\nclass WallCamera")
+    text = DRIVER.replace(
+        "\n\nclass WallCamera", f"\nfrom abc import ABC\n\n{BASES[how]}\n    pass\n\n\nclass WallCamera"
+    )
     if "derives" in how:
         text = text.replace("class WallCamera(DepthCameraDriver)", "class WallCamera(Wall)")
     assert check(own(text=text)) == []
