@@ -43,7 +43,7 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
             wire,
             period=1 / self.rate,
             deadline=max(self.deadline, _POLLS / self.rate),
-            now=self.bench.now,
+            now=self.cell.now,
             at_loss=self.halt,
         )
         thread.start()

@@ -90,7 +90,7 @@ def recorded():
 
 def press(sensor):
     """Press the simulated hand onto the object of the scene."""
-    twin = sensor.driver.bench.twin
+    twin = sensor.driver.cell.twin
     twin.place(Pose((0.0, 0.0, twin.truth()["contact_height"] - 0.005)))
 
 

@@ -52,14 +52,14 @@ class GripperOfTest(GripperDriver):
     silent = False
 
     def move(self, opening, speed):
-        self.path = (self.bench.now(), self.opening().value, opening, speed)
+        self.path = (self.cell.now(), self.opening().value, opening, speed)
         return lambda: MotionState.DONE if self.opening().value == opening else MotionState.MOVING
 
     def stop(self):
         self.path = (0.0, self.opening().value, self.opening().value, 1.0)
 
     def opening(self):
-        now = self.bench.now()
+        now = self.cell.now()
         start, before, after, speed = self.path
         way = min((now - start) * speed, abs(after - before))
         value = before + (way if after > before else -way)
@@ -82,11 +82,11 @@ class ArmOfTest(ArmDriver):
         return lambda: MotionState.DONE
 
     def pose(self):
-        now = self.bench.now()
+        now = self.cell.now()
         return Reading(self.at or Pose((0.0, 0.0, 0.15)), now, now, int(now * 1e3))
 
     def wrench(self):
-        now = self.bench.now()
+        now = self.cell.now()
         return Reading(Wrench((0.0, 0.0, 0.0)), now, now, int(now * 1e3))
 
 
@@ -98,7 +98,7 @@ class ForceSensorOfTest(ForceSensorDriver):
         use: Literal["of_test"]
 
     def wrench(self):
-        now = self.bench.now()
+        now = self.cell.now()
         return Reading(Wrench((0.0, 0.0, 4.0 + 1e-3 * math.sin(1e3 * now))), now, now, int(now * 1e3))
 
     def zero(self):
@@ -115,7 +115,7 @@ class CameraOfTest(DepthCameraDriver):
     intrinsics = Intrinsics(60, 60, 32, 24, 64, 48)
 
     def frame(self):
-        now, number = self.bench.now(), int(self.bench.now() * 30)
+        now, number = self.cell.now(), int(self.cell.now() * 30)
         picture = np.full((48, 64), 2000, np.uint16)
         return Reading(DepthFrame(picture, 1e-4, self.intrinsics, now, number), now, now, number)
 

@@ -357,7 +357,7 @@ def test_options_that_break_are_told_at_their_device(own, old, new, said):
 
 
 BROKEN = {
-    "init": "    def __init__(self, name, options, bench):\n        raise ValueError('no such port')\n",
+    "init": "    def __init__(self, name, options, cell):\n        raise ValueError('no such port')\n",
     "findings": "    def findings(self):\n        raise ValueError('no such port')\n        yield\n",
 }
 

@@ -7,7 +7,7 @@ import pytest
 
 from stretch_bt.devices import DeviceFault, DeviceLost, GripperDriver, MotionState, Options, PolledDriver
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.hand import Hand
 
 
@@ -60,8 +60,8 @@ def made(tmp_path):
 
     def make(cls=Polled):
         spec = load_cell("simulated")
-        bench = Bench(time.monotonic, 0, tmp_path, Hand(spec.hand), spec.limits)
-        drivers.append(cls("gripper", Options(), bench))
+        cell = CellContext(time.monotonic, 0, tmp_path, Hand(spec.hand), spec.limits)
+        drivers.append(cls("gripper", Options(), cell))
         return drivers[-1]
 
     yield make

@@ -19,7 +19,7 @@ from stretch_bt.errors import DeviceFault, InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import Cell, open_cell
 from stretch_bt.hardware.cell_file import CellSpec, load_cell
-from stretch_bt.hardware.driver import Bench, Driver
+from stretch_bt.hardware.driver import CellContext, Driver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
 from stretch_bt.simulation.scene import load_scene
@@ -111,7 +111,7 @@ class Trial:
         """Return a driver that nothing opened."""
         spec = self.spec
         return spec.devices[self.contract.device].driver(
-            Bench(self.now, 0, spec.path.parent, Hand(spec.hand), spec.limits, self._scene)
+            CellContext(self.now, 0, spec.path.parent, Hand(spec.hand), spec.limits, self._scene)
         )
 
     def open(self) -> Any:
