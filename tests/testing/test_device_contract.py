@@ -1,9 +1,12 @@
 """The contract of devices finds what is wrong with a driver, and says what it could not see: faults planted in the drivers of `new device`."""
 
 import itertools
+import multiprocessing
+import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -299,6 +302,23 @@ def test_a_process_as_simulator_is_ended(contract, monkeypatch, ends):
     found, why = verdict(contract("ForceSensor", start=start), "test_open_and_close_as_often_as_wanted")
     assert found == "passed", why
     assert [process.returncode for process in begun] == [-signal.SIGTERM if ends else -signal.SIGKILL]
+
+
+def test_a_process_of_python_as_simulator_is_ended(contract):
+    begun = []
+
+    def start():
+        process = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(600,))
+        process.start()
+        begun.append(process.pid)
+        return process
+
+    found, why = verdict(contract("ForceSensor", start=start), "test_open_and_close_as_often_as_wanted")
+    assert found == "passed", why
+    assert multiprocessing.active_children() == []
+    for pid in begun:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
 
 
 def test_one_simulator_is_up_at_a_time(contract):
