@@ -81,7 +81,7 @@ class CutMotionClauses(CutClauses, MotionClauses):
         device, home = self._at_home()
         left = 2 / 3 * distance(home, self._target)
         motion = self._begin(device, min(self.trial.speed, left / _CUTTING))
-        self._underway(device, home)
+        self._underway(device, home, motion)
         trial.break_connection()
         state = MotionState.MOVING
         for passed in trial.ticks(_NOTICED + self.contract.latency):

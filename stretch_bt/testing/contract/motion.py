@@ -156,7 +156,7 @@ class MotionClauses(ReadingClauses):
         lasting = _BEGINNING + _BRAKING + self.contract.latency
         speed = self._seen(home, lasting)
         old = self._begin(device, speed)
-        self._underway(device, home)
+        self._underway(device, home, old)
         turned = self.trial.place(device)
         new = self.trial.move(device, home, speed, owner="second")
         course = self._follow(device, new, speed)
@@ -218,10 +218,14 @@ class MotionClauses(ReadingClauses):
             before = here
         return before
 
-    def _underway(self, device: Any, home: Any) -> None:
-        """Wait until a third of the way is gone."""
+    def _underway(self, device: Any, home: Any, motion: Motion) -> None:
+        """Wait until a third of the way is gone, and look at the motion meanwhile, as a node does."""
         way = distance(home, self._target)
         for _ in self.trial.ticks(self.trial.patience(device, self._target)):
+            if (state := motion.poll()) is not MotionState.MOVING:
+                fault(
+                    f"a motion to {shown(self._target)} ended as {state} before the readings showed a third of its way"
+                )
             if distance(self.trial.place(device), home) > way / 3:
                 return
         fault(f"the readings do not move after a command to {shown(self._target)}")
@@ -247,7 +251,7 @@ class MotionClauses(ReadingClauses):
         speed = self._seen(home, _BRAKING + self.contract.latency)
         for left in reversed(range(_TRIES)):  # a machine that is busy may be late once
             motion = self._begin(device, speed)
-            self._underway(device, home)
+            self._underway(device, home, motion)
             before, begun = self.trial.place(device), time.monotonic()
             end(device, motion)
             took = 0.0 if self.trial.virtual is not None else time.monotonic() - begun
