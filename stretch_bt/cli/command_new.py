@@ -29,7 +29,11 @@ _POSES = "from stretch_bt.frames import Pose\n"
 DEVICES = {
     "Arm": (
         "arm",
-        {"POSES": _POSES, "MOVES": "moves=(Pose((0, 0, 0.2)), Pose((0, 0, 0.23), (0, 0, 0.2))), ", "TOLERANCE": "0.0005"},
+        {
+            "POSES": _POSES,
+            "MOVES": "moves=(Pose((0, 0, 0.2)), Pose((0, 0, 0.23), (0, 0, 0.2))), ",
+            "TOLERANCE": "0.0005",
+        },
     ),
     "Gripper": ("gripper", {"POSES": "", "MOVES": "moves=(0.060, 0.080), ", "TOLERANCE": "0.0005"}),
     "DepthCamera": ("camera", {"POSES": "", "MOVES": "", "TOLERANCE": "0.001"}),
