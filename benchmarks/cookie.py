@@ -92,7 +92,7 @@ class Watch(Onlooker):
 
     def follow(self, runner: Runner) -> None:
         """Watch a run."""
-        self.twin: Any = runner.cell._bench.twin  # type: ignore[union-attr]
+        self.twin: Any = runner.cell._context.twin  # type: ignore[union-attr]
         runner.watchers.append(self)
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:

@@ -173,7 +173,7 @@ class _Run:
     def drive(self, cell: Cell | Given | None) -> RunResult:
         """Tick to the end, close the devices, and write down what came of it."""
         built = self.task.built
-        truths, visits = Truths(built, cell.truth if cell is not None else dict), Visits()
+        truths, visits = Truths(built, cell.truth_of_simulated if cell is not None else dict), Visits()
         watchers: list[Watcher] = [self.record, truths, visits]
         sketches = None
         if truths.own and cell is not None:

@@ -80,9 +80,9 @@ class Given:
                     device.tell(name, journal)
             yield
 
-    def truth(self) -> dict[str, float]:
-        """Return what the scene of the cell knows; nothing of single devices."""
-        return self.cell.truth() if self.cell is not None else {}
+    def truth_of_simulated(self) -> dict[str, float]:
+        """Return what the scene knows of what simulated devices of the cell measure; nothing of single devices."""
+        return self.cell.truth_of_simulated() if self.cell is not None else {}
 
     def sketch(self) -> dict[str, list[tuple[float, float]]]:
         """Return lines that show the simulated object of the cell; none of single devices."""

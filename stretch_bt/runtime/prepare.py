@@ -131,6 +131,7 @@ class Task:
             "cell": self.cell,
             "cell_text": spec.path.read_text("utf-8") if spec is not None else None,
             "modules": own_modules(self.program),
+            "simulated": _simulated(spec),
             "longest": None if math.isinf(self.longest) else self.longest,
             "driver_modules": driver_modules(spec),
             "hand": asdict(spec.hand) if spec is not None else None,
@@ -143,6 +144,12 @@ class Task:
             "versions": versions(*VERSIONS),
             "machine": machine(compiled=spec is not None),
         }
+
+
+def _simulated(spec: CellSpec | None) -> list[str]:
+    """Return the kinds of the devices that act on the scene alone."""
+    devices = [] if spec is None else spec.devices.values()
+    return sorted(device.type for device in devices if device.implementation.cls.simulated)
 
 
 def _scene_text(scene: str) -> str:

@@ -171,7 +171,7 @@ def check_record(trouble: Trouble, result: RunResult) -> None:
 
 
 def check_at_rest(cell: Any) -> None:
-    twin, now = cell._bench.twin, cell._bench.now()
+    twin, now = cell._context.twin, cell._context.now()
     for name, device in cell.devices.items():
         assert (name, device.state) == (name, DeviceState.DISCONNECTED)
         assert getattr(device, "_current", None) is None
