@@ -147,7 +147,9 @@ def open_cell(
         for any_clock, time in ((True, now), (False, real))
     }
     stamps = {True: None, False: None if mixed is None else mixed.of_machine}
-    watches = {of: Watch(bench.now, spec.limits, hand, relay, clock, stamps[of]) for of, bench in benches.items()}
+    watches = {
+        of: Watch(bench.now, spec.limits, hand, relay, clock, stamps[of], scene) for of, bench in benches.items()
+    }
     devices = {
         name: MONITORED[spec.devices[name].type](
             name, spec.devices[name].driver(benches[cls.any_clock]), watches[cls.any_clock]

@@ -99,7 +99,7 @@ class _Ticked:
 
     def __init__(self, cell: OpenCell, call: OneCall) -> None:
         self.cell, self.call = cell, call
-        given = cell.given()
+        cell.settle()
         context = cell.new_context()
         context.ticks = cell._ticks
         self.built: BuiltTree = build(call.program, context)
@@ -112,11 +112,11 @@ class _Ticked:
             if isinstance(node, Behavior):
                 node.prepare()
         quiet = _StopUnlessDone(cell.cell)
-        virtual = isinstance(given.clock, VirtualClock) and not self.built.foreign
+        virtual = isinstance(cell.clock, VirtualClock) and not self.built.foreign
         self.runner = Runner(
             self.built,
             context,
-            paced_for(self.built, given.clock),
+            paced_for(self.built, cell.clock),
             period=call.program.document.tick_period,
             cell=quiet,
             watchers=[] if cell._record is None else [cell._record],

@@ -16,11 +16,13 @@ from stretch_bt.hardware.cell import Cell, clock_of
 from stretch_bt.hardware.cell import open_cell as open_devices
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import Device
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.monitored import Monitored
 from stretch_bt.runtime.between_calls import BetweenCalls
+from stretch_bt.runtime.borrowed_devices import BorrowedDevices, lenders
 from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
-from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.owed import Owed, worst_of
 from stretch_bt.runtime.signals import unbroken
@@ -116,6 +118,7 @@ class OpenCell:
                 spec, clock=self.clock, seed=seed, scene=world, journal=self._seen, only=only, closing=unbroken
             )
             self.between.listen()
+            lenders.add(self)
         except BaseException as error:
             self.close()
             self._end_record("FAULT" if isinstance(error, DeviceFault) else "ERROR", writable(error))
@@ -155,6 +158,11 @@ class OpenCell:
         if self._cell is None:
             raise InvalidInput("this cell is closed; open it again with stretch_bt.open_cell")
         return self._cell
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it has devices."""
+        return self._cell is not None
 
     @property
     def devices(self) -> Mapping[str, Any]:
@@ -270,8 +278,8 @@ class OpenCell:
         if self._record is not None:
             self._record.begin_tick(self._ticks, context.now)
 
-    def given(self) -> Given:
-        """Return the devices as a call takes them, once nothing is owed."""
+    def settle(self) -> None:
+        """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises what broke in that."""
         self.between.settle()
         with one_thread():
             self.owed.settle()
@@ -279,10 +287,11 @@ class OpenCell:
         if errors:
             self._stop_devices()
             raise worst_of(errors)
-        return Given(self.devices, self.cell)
 
-    def given_to_run(self) -> Given:
-        """Return the devices as a whole task takes them, which leaves no record of earlier calls true."""
-        given = self.given()
+    def lend(self, devices: Mapping[str, Device] | None = None) -> BorrowedDevices:
+        """Return the devices, or some of them and others, for a whole task, which leaves no record of earlier calls true."""
+        self.settle()
         self.records.clear()
-        return given
+        given = self.devices if devices is None else devices
+        own = all(isinstance(device, Monitored) for device in given.values())
+        return BorrowedDevices(given, self.cell if own else None, scene=self.scene, seed=self.seed)

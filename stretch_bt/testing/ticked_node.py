@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from stretch_bt.blame import Broken, own_code
+from stretch_bt.runtime.borrowed_devices import borrow
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
-from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.testing.node_inputs import read_inputs
 from stretch_bt.threads import one_thread
@@ -68,7 +68,7 @@ class NodeResult:
 def tick_node(info: NodeInfo, inputs: Mapping[str, Any], folder: Path | None = None) -> NodeResult:
     """Tick a node on inputs, by port, until it ends; raises InvalidInput with every input that is wrong."""
     values, devices = read_inputs(info, inputs)
-    given = Given(devices)
+    given = borrow(devices)
     context = RunContext(given.hand)
     context.folder, context.devices, context.limits = folder, devices, given.limits
     node = _wired(info, values, context)

@@ -379,7 +379,7 @@ def test_whatever_is_around_it_no_motion_outlives_its_interrupt_and_no_other_is_
             root.stop(Status.INVALID)
             check(cell, composer, running, cell.commands[seen:], before)
             assert not any(current(cell, device) for device in MOVES)
-            cell.given()
+            cell.settle()
             begun = [mark for mark in MarkForTest.marks if "/begin_" in mark]
             ended = [mark for mark in MarkForTest.marks if "/end_" in mark]
             assert sorted(m.rpartition("_")[2] for m in begun) == sorted(m.rpartition("_")[2] for m in ended)
