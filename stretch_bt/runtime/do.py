@@ -12,8 +12,9 @@ from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, Refused, Str
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.one_call import MODIFIERS, OneCall, called, names
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.outputs import Outputs
-from stretch_bt.runtime.runner import LONGEST, Outcome, Runner
+from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build

@@ -15,15 +15,17 @@ from stretch_bt.runtime.context import Seen
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.onlooker import Visits
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.report import write_report
 from stretch_bt.runtime.result import RunResult, interrupt_result, result_of, told_in
-from stretch_bt.runtime.runner import LONGEST, Outcome, Runner, Watcher
+from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.signals import signals, unbroken
 from stretch_bt.runtime.sketches import Sketches
 from stretch_bt.runtime.truth import Truths
 from stretch_bt.runtime.view import Shown, View
+from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.threads import one_thread
 from stretch_bt.threads_heard import Heard, threads_heard
 

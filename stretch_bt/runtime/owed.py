@@ -11,7 +11,7 @@ from stretch_bt.clock import Clock, MixedClock, VirtualClock
 from stretch_bt.errors import DeviceFault, StretchError
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import shut_down
-from stretch_bt.runtime.runner import FINALLY_LIMIT
+from stretch_bt.runtime.safe_end import FINALLY_LIMIT
 from stretch_bt.runtime.stop import stop_tree
 from stretch_bt.tree.build import BuiltTree, Node
 

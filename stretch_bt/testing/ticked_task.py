@@ -18,8 +18,9 @@ from stretch_bt.runtime.borrowed_devices import BorrowedDevices, borrow
 from stretch_bt.runtime.context import Commanded, Seen
 from stretch_bt.runtime.foreign_nodes import kept_for
 from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.result import keys_of_main, unmet_of
-from stretch_bt.runtime.runner import Outcome, Runner
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import task_of
 from stretch_bt.source import did_you_mean
 from stretch_bt.threads import one_thread

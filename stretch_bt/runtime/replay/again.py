@@ -17,6 +17,7 @@ from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime.mock_arrays import ARRAYS, MockArrays
 from stretch_bt.runtime.mocks_file import read_mocks
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
 from stretch_bt.runtime.record import RecordReader, RunRecord
@@ -25,7 +26,7 @@ from stretch_bt.runtime.replay.behaviours import repeat_behaviours
 from stretch_bt.runtime.replay.compare import compare
 from stretch_bt.runtime.replay.devices import ReplayedCell
 from stretch_bt.runtime.replay.log import Log
-from stretch_bt.runtime.runner import Outcome, Runner
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import Task
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.program import load_program
