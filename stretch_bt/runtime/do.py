@@ -102,7 +102,6 @@ class _Ticked:
         self.cell, self.call = cell, call
         cell.settle()
         context = cell.new_context()
-        context.ticks = cell._ticks
         self.built: BuiltTree = build(call.program, context)
         self._check_devices()
         for slot in self._slots():
@@ -118,16 +117,16 @@ class _Ticked:
             self.built,
             context,
             paced_for(self.built, cell.clock),
-            period=call.program.document.tick_period,
+            period=cell.grid.period,
             cell=quiet,
             watchers=[] if cell._record is None else [cell._record],
             longest=LONGEST if virtual else float("inf"),
+            grid=cell.grid,
         )
         quiet.outcome = self.runner.outcome
         cell.between.listen()
         with cell.between.calling(self.runner), kept_for(self.built):
             self.outcome = self.runner.run()
-        cell._ticks = context.ticks
 
     def _check_devices(self) -> None:
         missing = sorted(self.built.needed() - self.cell.devices.keys())

@@ -26,7 +26,9 @@ from stretch_bt.runtime.do import Do
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.owed import Owed, worst_of
 from stretch_bt.runtime.signals import unbroken
+from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.threads import one_thread
+from stretch_bt.tree.document import TICK
 
 if TYPE_CHECKING:
     import py_trees
@@ -101,7 +103,8 @@ class OpenCell:
         self.clock: Clock = clock_of(spec)
         #: the latest record of each name that a call gave
         self.records: dict[str, Any] = {}
-        self._ticks = 0
+        #: of the ticks of all calls
+        self.grid = TickGrid(TICK)
         self._load(sheet=world is not None and world.fidelity == "sheet")
         self._record = self._begun(out, spec.path.name)
         self._seen = Seen(self._record, self.clock.now)
@@ -179,6 +182,11 @@ class OpenCell:
     def limits(self) -> Limits:
         """The limits of the cell, which hold for every call."""
         return self.cell.limits
+
+    @property
+    def ticks(self) -> int:
+        """How many ticks there were: as many as of a task with these calls one after the other."""
+        return self.grid.ticks
 
     @property
     def commands(self) -> list[Any]:
@@ -273,10 +281,10 @@ class OpenCell:
 
     def begin_tick(self, context: RunContext) -> None:
         """Begin a tick of a tree that somebody else ticks."""
-        self._ticks += 1
+        self.grid.ticks += 1
         context.ticks, context.now = context.ticks + 1, self.clock.now()
         if self._record is not None:
-            self._record.begin_tick(self._ticks, context.now)
+            self._record.begin_tick(self.grid.ticks, context.now)
 
     def settle(self) -> None:
         """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises what broke in that."""

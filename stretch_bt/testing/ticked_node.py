@@ -18,6 +18,7 @@ from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING
+from stretch_bt.tree.document import TICK
 from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.made import made
 from stretch_bt.tree.port import Role
@@ -25,7 +26,6 @@ from stretch_bt.tree.registry import NodeInfo
 
 __all__ = ["NodeResult", "tick_node"]
 
-PERIOD = 0.05  # s, as of a tree that does not say
 #: ticks after which a node that goes on is ended; ten minutes of virtual time
 MOST_TICKS = 12_000
 
@@ -77,7 +77,7 @@ def tick_node(info: NodeInfo, inputs: Mapping[str, Any], folder: Path | None = N
         with own_code(info.name, "prepare()"):
             node.prepare()
         clock = paced_for(tree, given.clock)
-        runner = Runner(tree, context, clock, period=PERIOD, cell=given, max_ticks=MOST_TICKS)
+        runner = Runner(tree, context, clock, period=TICK, cell=given, max_ticks=MOST_TICKS)
         outcome = runner.run()
     reason = outcome.reason.removeprefix(f"{info.name}: ")
     return NodeResult(outcome.status, reason, dict(_written(node)), outcome.ticks, outcome.task_seconds, outcome.broken)

@@ -62,19 +62,29 @@ def stands(cell):
 
 
 def motions(commands):
-    return [(c.device, c.name, c.arguments) for c in commands]
+    return [(c.time, c.device, c.name, c.arguments) for c in commands]
 
 
 def test_calls_give_what_the_same_task_in_yaml_gives(cell, tree):
     result = stretch_bt.run(tree, scene="calibration_sphere")
     top, sphere = script(cell)
-    assert top * 1e3 == pytest.approx(result.outputs["h0"]["value"], rel=1e-6)
-    assert top.sd * 1e3 == pytest.approx(result.outputs["h0"]["sd"], rel=1e-3)
-    assert sphere.radius * 1e3 == pytest.approx(
-        result.outputs["radius"]["value"], abs=3 * result.outputs["radius"]["sd"]
-    )
-    assert [m[:2] for m in motions(cell.commands)] == [m[:2] for m in motions(result.commands)]
-    assert cell.clock.now() == pytest.approx(result.task_seconds, abs=0.5)
+    assert (top, top.sd) == (result.keys["h0"], result.keys["h0"].sd)
+    assert (sphere.radius, sphere.radius_sd) == (result.keys["sphere"].radius, result.keys["sphere"].radius_sd)
+    assert motions(cell.commands) == motions(result.commands)
+    assert (cell.ticks, cell.clock.now()) == (result.ticks, result.task_seconds)
+
+
+def test_ticks_of_calls_count_on_in_the_record(tmp_path):
+    with stretch_bt.open_cell(scene="calibration_sphere", out=tmp_path / "record") as cell:
+        for _ in range(3):
+            cell.do("wait", duration="100 ms")  # three ticks, of which the last is the first of what follows
+        assert cell.ticks == 7
+        cell.clock.advance(1.0)
+        cell.do("wait", duration="100 ms")
+        assert (cell.ticks, cell.clock.now()) == (10, pytest.approx(1.4))
+    events = [json.loads(line) for line in (tmp_path / "record" / "events.jsonl").read_text().splitlines()]
+    ends = [(e["tick"], e["time"]) for e in events if e.get("path") == "do/wait" and e["status"] == "SUCCESS"]
+    assert ends == [(3, 0.1), (5, 0.2), (7, pytest.approx(0.3)), (10, pytest.approx(1.4))]
 
 
 def test_a_record_that_is_left_out_is_the_latest_and_a_failure_unsets_its_own(cell):
