@@ -24,7 +24,7 @@ from stretch_bt.runtime.borrowed_devices import BorrowedDevices, lenders
 from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
-from stretch_bt.runtime.owed import Owed, worst_of
+from stretch_bt.runtime.pending_finally import PendingFinally, worst_of
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.threads import one_thread
@@ -113,7 +113,7 @@ class OpenCell:
         #: subtrees that have begun and not ended
         self.live: list[Subtree] = []
         #: what interrupted subtrees of this cell have still to do
-        self.owed = Owed(self.clock, self.begin_tick, self._stop_devices)
+        self.pending_finally = PendingFinally(self.clock, self.begin_tick, self._stop_devices)
         self.between = BetweenCalls(self._stop_devices, virtual=isinstance(self.clock, VirtualClock))
         atexit.register(self.close)
         try:
@@ -246,9 +246,13 @@ class OpenCell:
             for subtree in list(self.live):
                 subtree.stop(Status.INVALID)
             with one_thread():
-                self.owed.settle()
+                self.pending_finally.settle()
 
-        for step in (settle, lambda: errors.extend(self.owed.take_errors()), lambda: errors.extend(cell.close())):
+        for step in (
+            settle,
+            lambda: errors.extend(self.pending_finally.take_errors()),
+            lambda: errors.extend(cell.close()),
+        ):
             try:
                 step()
             except BaseException as error:
@@ -269,8 +273,8 @@ class OpenCell:
 
     def attend(self, behaviour_tree: py_trees.trees.BehaviourTree) -> None:
         """Let a behaviour tree tick, before each of its own ticks, the `finally` that interrupted subtrees of this cell owe."""
-        behaviour_tree.add_pre_tick_handler(self.owed.attend)
-        behaviour_tree.add_post_tick_handler(self.owed.leave)
+        behaviour_tree.add_pre_tick_handler(self.pending_finally.attend)
+        behaviour_tree.add_post_tick_handler(self.pending_finally.leave)
 
     def new_context(self) -> RunContext:
         """Return the context of a tree on this cell: its hand, limits and devices."""
@@ -290,8 +294,8 @@ class OpenCell:
         """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises what broke in that."""
         self.between.settle()
         with one_thread():
-            self.owed.settle()
-        errors = self.owed.take_errors()
+            self.pending_finally.settle()
+        errors = self.pending_finally.take_errors()
         if errors:
             self._stop_devices()
             raise worst_of(errors)

@@ -169,14 +169,14 @@ def test_what_the_cell_owes_is_done_before_a_task_on_its_devices(cell, tmp_path,
     owing = stretch_bt.subtree(tmp_path / "owing.yaml", cell)
     owing.tick_once()
     owing.stop(owing.status.INVALID)
-    assert cell.owed
+    assert cell.pending_finally
     if way == "run":
         begins_at = stretch_bt.run(raised, devices={"left": cell.arm}).outputs["height_before"]["value"] * 1e-3
     else:
         task = tick_task(raised, devices={"left": cell.arm})
         task.tick()
         begins_at = task.keys["height_before"]
-    assert not cell.owed
+    assert not cell.pending_finally
     assert begins_at == pytest.approx(before + 0.020, abs=1e-4)
 
 
