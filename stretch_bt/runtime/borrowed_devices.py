@@ -9,14 +9,14 @@ from weakref import WeakSet
 
 from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
-from stretch_bt.hardware.cell import Cell
-from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Device, MotionState, Reading
 from stretch_bt.hardware.journal import Journal
-from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored import Monitored, Watch
 
 if TYPE_CHECKING:
+    from stretch_bt.hardware.cell import Cell
+    from stretch_bt.hardware.hand import Hand
+    from stretch_bt.hardware.limits import Limits
     from stretch_bt.source import Scalar
 
 __all__ = ["BorrowedDevices", "Lender", "borrow", "lenders"]

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from py_trees.common import Status
 
 from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import InvalidInput
-from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Device
 from stretch_bt.runtime.borrowed_devices import BorrowedDevices, borrow
@@ -25,6 +24,9 @@ from stretch_bt.runtime.task import task_of
 from stretch_bt.source import did_you_mean
 from stretch_bt.threads import one_thread
 from stretch_bt.units import KINDS
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.cell import Cell
 
 __all__ = ["TickedTask"]
 

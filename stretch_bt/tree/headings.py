@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +82,9 @@ class _Headings(HeadingReader):
         self.format(root)
         imports = Imports(self.doc, self.overrides, self.stack, self.count, self.modules, self.other_file)
         imports.read(root.get("imports"))
-        self.declarations = Declarations(registry.object_types(self.doc.classes.values()), self.doc.diagnostics)
+        self.declarations = Declarations(
+            partial(registry.object_types, self.doc.classes.values()), self.doc.diagnostics
+        )
         self.doc.doc = self.declarations.text(root.get("doc"))
         self.devices(root.get("devices"))
         self.scene(root.get("scene"))
