@@ -15,6 +15,7 @@ from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.keys import settle_types
+from stretch_bt.tree.lost_errors import lost_errors
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.shared import SHARED, shipped
@@ -215,6 +216,7 @@ class _Checker:
         for body in self.program.bodies.values():
             extras = [body.finish] if body.finish else []
             self.found += check_flow(body.signature, body.part, extras, body.writers)
+            self.found += lost_errors(body)
 
     def check_params(self) -> None:
         """Warn of each param that nothing reads, where all was understood."""
