@@ -42,7 +42,10 @@ SETS = {
     ),
     "for a port whose error is given": (
         "k",
-        ["set: {d: top - deep}", "estimate_stiffness: {force: 1 N, deflection: $d, deflection_sd: 0 mm, stiffness: $k}"],
+        [
+            "set: {d: top - deep}",
+            "estimate_stiffness: {force: 1 N, deflection: $d, deflection_sd: 0 mm, stiffness: $k}",
+        ],
         [],
     ),
 }
