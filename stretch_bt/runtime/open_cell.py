@@ -21,6 +21,7 @@ from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.monitored import Monitored
 from stretch_bt.runtime.between_calls import BetweenCalls
 from stretch_bt.runtime.borrowed_devices import BorrowedDevices, lenders
+from stretch_bt.runtime.calls_record import record_of_calls
 from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
@@ -33,7 +34,6 @@ from stretch_bt.tree.document import TICK
 if TYPE_CHECKING:
     import py_trees
 
-    from stretch_bt.runtime.record import RunRecord
     from stretch_bt.runtime.subtree import Subtree
 
 __all__ = ["OpenCell", "open_cell"]
@@ -106,7 +106,7 @@ class OpenCell:
         #: of the ticks of all calls
         self.grid = TickGrid(TICK)
         self._load(sheet=world is not None and world.fidelity == "sheet")
-        self._record = self._begun(out, spec.path.name)
+        self._record = None if out is None else record_of_calls(Path(out), spec.path.name, scene=self.scene, seed=seed)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None
         self.do = Do(self)
@@ -132,26 +132,6 @@ class OpenCell:
             load_first(sheet=sheet)
         else:
             load_ahead()
-
-    def _begun(self, out: str | Path | None, cell: str) -> RunRecord | None:
-        """Return the record of the calls, begun, where one is asked for."""
-        if out is None:
-            return None
-        from stretch_bt.runtime.prepare import versions
-        from stretch_bt.runtime.record import RunRecord
-
-        record = RunRecord(Path(out))
-        scene = Path(self.scene).name if self.scene else None
-        header: dict[str, Any] = {
-            "tree": None,
-            "calls": True,
-            "seed": self.seed,
-            "scene": scene,
-            "cell": cell,
-            "keys": {},
-        }
-        record.start({**header, "versions": versions("stretch-bt", "py_trees", "numpy")}, {"tree": None, **header})
-        return record
 
     # --- what it is
 

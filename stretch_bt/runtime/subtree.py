@@ -84,12 +84,8 @@ class Subtree(py_trees.behaviour.Behaviour):
 
     def _asked(self, params: dict[str, Any]) -> dict[str, Any]:
         """Return the params that the scene of the cell asks for, as the force that its object bears; those that are given come first."""
-        if self.cell.scene is None:
-            return {}
-        from stretch_bt.simulation.scene import scene_params
-
-        known = self.program.document.params
-        asked = {key.text: value for key, value in scene_params(self.cell.scene).items()}
+        scene, known = self.cell.cell.scene, self.program.document.params
+        asked = {} if scene is None else {key.text: value for key, value in scene.placed_params.items()}
         return {name: value for name, value in asked.items() if name in known and name not in params}
 
     # --- what py_trees calls
