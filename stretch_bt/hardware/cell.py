@@ -161,7 +161,9 @@ def open_cell(
         for any_clock, time in ((True, now), (False, real))
     }
     stamps = {True: None, False: None if mixed is None else mixed.of_machine}
-    watches = {of: Watch(context.now, spec.limits, hand, relay, clock, stamps[of]) for of, context in contexts.items()}
+    watches = {
+        of: Watch(context.now, spec.limits, hand, relay, clock, stamps[of], scene) for of, context in contexts.items()
+    }
     devices = {
         name: MONITORED[spec.devices[name].type](
             name, spec.devices[name].driver(contexts[cls.any_clock]), watches[cls.any_clock]

@@ -6,9 +6,10 @@ import math
 import os
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -117,9 +118,9 @@ class Task:
             "versions": versions("stretch-bt", "py_trees", "numpy"),
         }
 
-    def run_info(self, spec: CellSpec | None, scene: Scene | None = None) -> dict[str, Any]:
-        """Return what a replay needs and what a person may want to know."""
-        document = self.program.document
+    def run_info(self, spec: CellSpec | None, scene: Scene | None = None, silent: Sequence[str] = ()) -> dict[str, Any]:
+        """Return what a replay needs and what a person may want to know; `silent` are devices that tell no journal what they say."""
+        document, limits = self.program.document, self.context.limits
         return {
             "tree": str(document.path.resolve()) if document.path else document.file,
             "sources": sources(self.program),
@@ -134,8 +135,9 @@ class Task:
             "simulated": _simulated(spec),
             "longest": None if math.isinf(self.longest) else self.longest,
             "driver_modules": driver_modules(spec),
-            "hand": asdict(spec.hand) if spec is not None else None,
-            "limits": spec.limits.model_dump() if spec is not None else None,
+            "hand": asdict(self.context.hand.geometry) if limits is not None else None,
+            "limits": limits.model_dump() if limits is not None else None,
+            "silent_devices": list(silent),
             "mocks": self.mocks.text if self.mocks else None,
             "started": datetime.now().astimezone().isoformat(timespec="seconds"),
             "host": platform.node(),
@@ -173,13 +175,15 @@ def _without_folder(value: Any) -> Any:
 
 def versions(*names: str) -> dict[str, str]:
     """Return the installed versions of packages."""
-    found = {}
-    for name in names:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    return {name: _version(name) for name in names}
+
+
+@cache
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def sources(program: Program) -> dict[str, str]:

@@ -47,11 +47,14 @@ def driver_modules(spec: CellSpec | None) -> dict[str, dict[str, str | None]]:
 
 def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | None]]:
     """Return what is known of the imported modules of some packages, and of those in a folder."""
+    if not tops and home is None:
+        return {}
     found = {}
     for name, module in sorted(sys.modules.items()):
-        file = Path(getattr(module, "__file__", None) or "")
-        if file.suffix == ".py" and (name.partition(".")[0] in tops or file.parent == home):
-            found[name] = _about(file)
+        file = str(getattr(module, "__file__", None) or "")
+        beside = home is not None and Path(file).parent == home
+        if file.endswith(".py") and (beside or name.partition(".")[0] in tops):
+            found[name] = _about(Path(file))
     return found
 
 

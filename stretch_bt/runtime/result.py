@@ -12,10 +12,10 @@ from stretch_bt.errors import RecordError, named
 from stretch_bt.runtime.context import Commanded, Seen
 from stretch_bt.runtime.expectation import Expectation
 from stretch_bt.runtime.onlooker import Visits
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.record.plain import plain
-from stretch_bt.runtime.runner import Outcome
 from stretch_bt.runtime.truth import Truths, output_values
 from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING

@@ -16,9 +16,9 @@ from stretch_bt.runtime.check import check_file
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.source import Map, Scalar, Seq, Value, parse
 from stretch_bt.tree.build import build
-from stretch_bt.tree.headings import shipped
 from stretch_bt.tree.program import load_program, shipped_trees
 from stretch_bt.tree.registry import lookup
+from stretch_bt.tree.shared import shipped
 from stretch_bt.units import KINDS, parse_quantity, parse_unit
 
 T = TypeVar("T")

@@ -8,7 +8,7 @@ import pytest
 from stretch_bt import clock as clock_module
 from stretch_bt.clock import RealClock, ReplayClock, VirtualClock
 from stretch_bt.errors import DeviceFault
-from stretch_bt.runtime.runner import FINALLY_LIMIT
+from stretch_bt.runtime.safe_end import FINALLY_LIMIT
 
 ENDING = "{{name: a, probe: {{script: {0}}}, finally: [{{name: end, probe: {{script: {1}, stop_script: '{2}'}}}}]}}"
 CALLED = {

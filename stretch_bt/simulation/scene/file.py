@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -58,11 +58,17 @@ class Scene(BaseModel):
     )
     seed: int | None = Field(default=None, ge=0, description="seed of the noise; that of the run unless given")
     _name: str = PrivateAttr("")
+    _placed_params: Mapping[Scalar, Scalar] = PrivateAttr(default_factory=dict)
 
     @property
     def name(self) -> str:
         """The name of its file, without the suffix."""
         return self._name
+
+    @property
+    def placed_params(self) -> Mapping[Scalar, Scalar]:
+        """The params that it asks for, at their places in its file."""
+        return self._placed_params
 
     def choice(self, effect: str) -> Choice:
         """Return what the scene says of an effect: `auto`, `on`, `off`, or its parameters."""
@@ -91,7 +97,7 @@ class Scene(BaseModel):
     def with_(self, **changes: Any) -> Scene:
         """Return the same scene with other fields."""
         made = self.model_copy(update=changes)
-        made._name = self._name
+        made._name, made._placed_params = self._name, self._placed_params
         return made
 
 
@@ -158,6 +164,10 @@ def scene_params(scene: str | Path) -> dict[Scalar, Scalar]:
         source = load(path, str(path))
     except FileError:
         return {}
+    return _placed(source)
+
+
+def _placed(source: Map) -> dict[Scalar, Scalar]:
     given = source.get("params")
     pairs = given if isinstance(given, Map) else ()
     return {key: value for key, value in pairs if isinstance(value, Scalar)}
@@ -202,7 +212,7 @@ def _made(source: Map, path: Path) -> Scene:
     found = list(_impossible(made, source))
     if found:
         raise SceneError(found)
-    made._name = path.stem
+    made._name, made._placed_params = path.stem, _placed(source)
     return made
 
 

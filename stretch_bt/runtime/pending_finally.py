@@ -11,14 +11,14 @@ from stretch_bt.clock import Clock, MixedClock, VirtualClock
 from stretch_bt.errors import DeviceFault, StretchError
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import shut_down
-from stretch_bt.runtime.runner import FINALLY_LIMIT
+from stretch_bt.runtime.safe_end import FINALLY_LIMIT
 from stretch_bt.runtime.stop import stop_tree
 from stretch_bt.tree.build import BuiltTree, Node
 
-__all__ = ["Finals", "Owed", "worst_of"]
+__all__ = ["FinallyTicker", "PendingFinally", "worst_of"]
 
 
-class Finals:
+class FinallyTicker:
     """Ticks the `finally` of a tree and of those that it called, the innermost first and one after the other; each has a minute."""
 
     def __init__(self, built: BuiltTree, context: RunContext) -> None:
@@ -57,7 +57,7 @@ class Finals:
         return False
 
 
-class Owed:
+class PendingFinally:
     """What the subtrees of a cell owe, one after the other, and what broke where nothing may be raised.
 
     Parameters
@@ -77,23 +77,23 @@ class Owed:
         self.errors: list[BaseException] = []
         self._begin_tick = begin_tick
         self._stop = stop
-        self._finals: list[tuple[Finals, float]] = []
+        self._pending: list[tuple[FinallyTicker, float]] = []
         self._ticked = float("-inf")
         #: the time at which a tree that is attended began its tick
         self._attended: float | None = None
 
     def __bool__(self) -> bool:
-        return bool(self._finals)
+        return bool(self._pending)
 
     @property
     def periods(self) -> list[float]:
         """Tick periods of what is owed, s."""
-        return [period for _, period in self._finals]
+        return [period for _, period in self._pending]
 
-    def add(self, finals: Finals, period: float) -> None:
+    def add(self, ticker: FinallyTicker, period: float) -> None:
         """Owe the `finally` of a tree that was interrupted."""
-        self._finals.append((finals, period))
-        self._ticked = max(self._ticked, finals.context.now)
+        self._pending.append((ticker, period))
+        self._ticked = max(self._ticked, ticker.context.now)
 
     def attend(self, _: Any = None) -> None:
         """Begin a tick of a tree that is attended; raises DeviceFault once every device is stopped."""
@@ -115,33 +115,33 @@ class Owed:
 
     def tick(self) -> None:
         """Tick what is owed first, once; at what breaks every device is stopped."""
-        if not self._finals:
+        if not self._pending:
             return
-        finals, period = self._finals[0]
+        ticker, period = self._pending[0]
         if isinstance(self.clock, VirtualClock) and self.clock.now() <= self._ticked:
             self.clock.advance(period)
         elif isinstance(self.clock, MixedClock):
             self.clock.follow(period)
         self._ticked = self.clock.now()
         try:
-            self._begin_tick(finals.context)
+            self._begin_tick(ticker.context)
         except Exception as error:  # a record that cannot be written keeps no hand from being raised
             self.errors.append(error)
-        before = len(finals.errors)
-        done = finals.tick()
-        if len(finals.errors) > before:
-            self.errors += [*finals.errors[before:], *self._stop()]
+        before = len(ticker.errors)
+        done = ticker.tick()
+        if len(ticker.errors) > before:
+            self.errors += [*ticker.errors[before:], *self._stop()]
         if done:
-            self._finals.pop(0)
-            self.errors += shut_down(finals.built)
-            if finals.failed and not finals.errors:
-                self.errors.append(StretchError(f"a finally failed: {finals.failed}"))
+            self._pending.pop(0)
+            self.errors += shut_down(ticker.built)
+            if ticker.failed and not ticker.errors:
+                self.errors.append(StretchError(f"a finally failed: {ticker.failed}"))
 
     def settle(self) -> None:
         """Tick all of it to its end."""
-        while self._finals:
+        while self._pending:
             if not isinstance(self.clock, VirtualClock):
-                self.clock.wait_until(self.clock.now() + self._finals[0][1])
+                self.clock.wait_until(self.clock.now() + self._pending[0][1])
             self.tick()
 
     def take_errors(self) -> list[BaseException]:
