@@ -20,7 +20,7 @@ from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
 from stretch_bt.runtime.record import RecordReader, RunRecord
-from stretch_bt.runtime.record.folder import RUN, damaged, readable
+from stretch_bt.runtime.record.folder import RUN, damaged, readable, refuse
 from stretch_bt.runtime.replay.behaviours import repeat_behaviours
 from stretch_bt.runtime.replay.compare import compare
 from stretch_bt.runtime.replay.devices import ReplayedCell
@@ -88,6 +88,9 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
         The folder holds no record that can be replayed.
     """
     reader = RecordReader(Path(record), changed_log=True)
+    if not reader.has_readings:
+        what = "it holds the events alone, and a replay needs what the devices read"
+        raise refuse(reader.folder, "record-readings", what, "record the run again with --record full")
     if not reader.run_info.get("sources"):
         raise damaged(reader.folder / RUN, "it holds no text of a tree")
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
