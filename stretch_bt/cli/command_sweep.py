@@ -15,7 +15,7 @@ from stretch_bt.cli.output import EXIT_FAILURE, emit_json
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from stretch_bt.sweep import Conducted
+    from stretch_bt.sweep import Swept
 
 __all__ = ["command"]
 
@@ -43,13 +43,13 @@ def command(
     json_: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
     """Run a tree for many scenes, seeds and params, here or on other machines."""
-    from stretch_bt.sweep import conduct
+    from stretch_bt.sweep import sweep
     from stretch_bt.sweep.engines import engine_of
 
     shown = _Progress()
     with redirect_stdout(sys.stderr):  # what nodes print must not get among the summary
         chosen = engine_of(engine, workers, scheduler, shown.say)
-        found = conduct(file, chosen, out=out, resume=resume, progress=shown)
+        found = sweep(file, chosen, out=out, resume=resume, progress=shown)
     shown.end()
     if json_:
         emit_json(found.to_json())
@@ -91,7 +91,7 @@ def _minutes(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
-def _show(found: Conducted) -> None:
+def _show(found: Swept) -> None:
     """Print a summary for a person."""
     from rich.console import Console
 

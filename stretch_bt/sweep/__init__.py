@@ -4,8 +4,8 @@ An item goes through these modules in this order: `items` makes its `Spec` from 
 `run_item` in some process, and `rows` writes what comes back.
 """
 
-from stretch_bt.sweep.conduct import Conducted, conduct
 from stretch_bt.sweep.run_item import run_item
 from stretch_bt.sweep.spec import Ran, Spec
+from stretch_bt.sweep.sweeping import Swept, sweep
 
-__all__ = ["Conducted", "Ran", "Spec", "conduct", "run_item"]
+__all__ = ["Ran", "Spec", "Swept", "run_item", "sweep"]

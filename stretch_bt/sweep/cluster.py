@@ -10,10 +10,15 @@ from itertools import islice
 from typing import Any
 
 from stretch_bt.errors import InvalidInput, MissingExtra, StretchError, named
+from stretch_bt.sweep import dask_worker
 from stretch_bt.sweep.run_item import run_item
 from stretch_bt.sweep.spec import Ran, Spec
 
 __all__ = ["cluster"]
+
+#: after which a worker of this machine that died and did not come back is given up; by default one that dies again while
+#: it begins would be, and in the end all of them
+LOST = "365 days"
 
 
 def cluster(
@@ -47,9 +52,17 @@ def cluster(
                 done.add(future)
             if not running:
                 return
-            future = next(done)
-            _, spec = running.pop(future.key)
-            yield _ran(future, spec)
+            yield _next(done, running)
+
+
+def _next(done: Iterator[Any], running: dict[str, tuple[Any, Spec]]) -> Ran:
+    """Return what comes of the item that ends next; Dask forgets it, or it would run it again if its worker died."""
+    future = next(done)
+    _, spec = running.pop(future.key)
+    try:
+        return _ran(future, spec)
+    finally:
+        future.release()
 
 
 def _free(client: Any, running: int, say: Callable[[str], None]) -> int:
@@ -122,8 +135,11 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         with client:
             yield client
         return
-    quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": None}
+    import dask
+
+    quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": None, "preload": [dask_worker.__name__]}
     with (
+        dask.config.set({"distributed.deploy.lost-worker-timeout": LOST}),
         LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **quiet) as here,
         Client(here) as client,
     ):

@@ -21,7 +21,7 @@ from stretch_bt.sweep.serial import serial
 from stretch_bt.sweep.spec import AGAIN, Ran, Spec
 from stretch_bt.sweep.summary import Summary, write_summary
 
-__all__ = ["Conducted", "Progress", "conduct"]
+__all__ = ["Progress", "Swept", "sweep"]
 
 #: copy of the sweep file in its folder, and where records of its items are
 SWEEP, RECORDS = "sweep.yaml", "records"
@@ -31,7 +31,7 @@ Progress = Callable[[dict[str, Any], int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Conducted:
+class Swept:
     """What came of a sweep: its folder, how many items had their row before, and of how many items a signal ended the process."""
 
     folder: Path
@@ -59,14 +59,14 @@ class Conducted:
         return not left and not any(self.summary.statuses.get(status) for status in AGAIN)
 
 
-def conduct(
+def sweep(
     file: str | Path,
     engine: Engine = serial,
     *,
     out: str | Path | None = None,
     resume: bool = False,
     progress: Progress = lambda row, done, of: None,
-) -> Conducted:
+) -> Swept:
     """Run the items of a sweep file, and write rows, summary and pictures into a folder.
 
     Parameters
@@ -101,7 +101,7 @@ def conduct(
         stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
         summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
     pictures = write_pictures(folder, summary)
-    return Conducted(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
+    return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
 
 
 def _run(engine: Engine, specs: Iterator[Spec], rows: RowFile, left: int, progress: Progress) -> int:
