@@ -55,9 +55,14 @@ class Bundle:
         """Return the path of a file relative to the folder of the sweep file."""
         return Path(os.path.relpath(self.folder / path, self.folder)).as_posix()
 
+    @property
+    def above(self) -> Path:
+        """The folder of this machine that all files lie below."""
+        return Path(os.path.commonpath([self.folder, *(path.parent for path in self._content)]))
+
     def layout(self) -> tuple[dict[str, bytes], str]:
         """Return the content of all files by their paths below one folder, and the folder of the sweep file among them."""
-        above = Path(os.path.commonpath([self.folder, *(path.parent for path in self._content)]))
+        above = self.above
         found = {path.relative_to(above).as_posix(): content for path, content in self._content.items()}
         return found, self.folder.relative_to(above).as_posix()
 

@@ -102,6 +102,8 @@ def _ran(future: Any, spec: Spec) -> Ran:
     except StretchError:
         raise
     except Exception as error:
+        if future.cancelled() or future.status == "lost":
+            raise _gone(error) from error
         raise StretchError(
             f"the workers cannot run an item ({named(error)}); see that each has stretch-bt installed"
         ) from error
@@ -114,9 +116,11 @@ def _told() -> Iterator[None]:
     try:
         yield
     except (OSError, TimeoutError) as error:
-        raise StretchError(
-            f"the scheduler is gone ({named(error)}); start it again, and go on with --resume"
-        ) from error
+        raise _gone(error) from error
+
+
+def _gone(error: Exception) -> StretchError:
+    return StretchError(f"the scheduler is gone ({named(error)}); start it again, and go on with --resume")
 
 
 @contextmanager

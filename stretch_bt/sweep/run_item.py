@@ -29,7 +29,8 @@ def run_item(spec: Spec) -> Ran:
     Raises
     ------
     InvalidInput
-        This process has another `stretch_bt` than the one that the key was made with.
+        This process has another `stretch_bt` than the one that the key was made with, or imported another module of
+        the same name.
     KeyboardInterrupt
         A signal came while the run was prepared.
     """
