@@ -34,18 +34,18 @@ class RowFile:
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / ROWS
-        try:
-            self._file: BinaryIO = self.path.open("a+b", buffering=0)
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InvalidInput(
-                f"{self.path}: another sweep writes to this file; wait for it, or name another folder"
-            ) from None
-        except OSError as error:
-            raise InvalidInput(f"{self.path}: cannot write the rows: {error.strerror}; name another folder") from None
         self.statuses: dict[str, str] = {}
         self._places: dict[str, int] = {}
-        self._index()
+        try:
+            self._file: BinaryIO = self.path.open("a+b", buffering=0)
+        except OSError as error:
+            raise InvalidInput(f"{self.path}: cannot write the rows: {error.strerror}; name another folder") from None
+        try:
+            self._lock()
+            self._index()
+        except BaseException:
+            self.close()
+            raise
 
     def write(self, row: Mapping[str, Any]) -> None:
         """Append a row; the operating system has it when this returns.
@@ -76,6 +76,13 @@ class RowFile:
     def close(self) -> None:
         """Give the file free."""
         self._file.close()
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            what = "another sweep writes to this file"
+            raise InvalidInput(f"{self.path}: {what}; wait for it, or name another folder") from None
 
     def _line(self) -> bytes:
         """Return the line that begins where the file stands."""

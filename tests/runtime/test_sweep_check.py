@@ -42,7 +42,13 @@ def sweep(tmp_path):
         (tmp_path / name).write_text(text)
 
     def write(line=""):
-        lines = ["format: stretch-sweep/1", "tree: own.yaml", "scene: water_balloon", "cell: simulated", "set: {times: 2}"]
+        lines = [
+            "format: stretch-sweep/1",
+            "tree: own.yaml",
+            "scene: water_balloon",
+            "cell: simulated",
+            "set: {times: 2}",
+        ]
         lines = [line if line and old.startswith(f"{line.partition(':')[0]}:") else old for old in lines]
         (tmp_path / "sweep.yaml").write_text("\n".join(lines) + "\n")
         return tmp_path / "sweep.yaml"
@@ -50,7 +56,9 @@ def sweep(tmp_path):
     return write
 
 
-@pytest.mark.parametrize("line", ["", "set: {height: [1 mm, 2cm], word: [two, '3'], lib.rest: 2 s}", "tree: [own.yaml]"])
+@pytest.mark.parametrize(
+    "line", ["", "set: {height: [1 mm, 2cm], word: [two, '3'], lib.rest: 2 s}", "tree: [own.yaml]"]
+)
 def test_what_is_right_is_not_complained_about(sweep, line):
     assert check(sweep(line)) == []
 
