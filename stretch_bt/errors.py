@@ -8,6 +8,7 @@
     │   ├── SceneError
     │   ├── CellError
     │   ├── MocksError
+    │   ├── SweepError
     │   └── RecordError
     ├── InvalidInput             an argument has the wrong shape, type, unit or range
     ├── NoAnswer                 the numbers carry no answer; `.reason` says why
@@ -58,6 +59,7 @@ __all__ = [
     "SceneError",
     "StaleReading",
     "StretchError",
+    "SweepError",
     "TreeError",
     "UnsetKey",
 ]
@@ -149,6 +151,10 @@ class CellError(FileError):
 
 class MocksError(FileError):
     """A mocks file is wrong, or does not fit its tree."""
+
+
+class SweepError(FileError):
+    """A sweep file is wrong, or does not fit its trees."""
 
 
 class RecordError(FileError):

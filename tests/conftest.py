@@ -74,6 +74,14 @@ _FOLDER = Path(__file__).parent
 lateness = Lateness()
 
 
+@pytest.fixture
+def own_nodes(monkeypatch):
+    """Forget at the end of the test what it registered."""
+    from stretch_bt.tree import registry
+
+    monkeypatch.setattr(registry, "_nodes", registry.load_all())
+
+
 def pytest_xdist_auto_num_workers():
     """One process more than cores: tests that wait for a wire leave half of one free."""
     return (os.cpu_count() or 1) + 1

@@ -147,7 +147,9 @@ def check_table(context: Context, name: str, protocol: str, conditioned: Conditi
 
 
 def _open(context: Context, name: str, kind: _Kind, provenance: Mapping[str, Any]) -> TableFile:
-    folder = context.folder or Path()
+    folder = context.folder
+    if folder is None:
+        return _without_record(kind, name, provenance)
     own = folder / kind.name
     files = [own] if context.repeated is not None or not name else [Path(name), own]
     source = files[0]
@@ -155,15 +157,34 @@ def _open(context: Context, name: str, kind: _Kind, provenance: Mapping[str, Any
         before = context.repeated / kind.before
         if before.exists():
             shutil.copyfile(before, own)
-    _mend(kind, source)
-    if not source.exists() or source.stat().st_size == 0:
-        _write(source, kind.first_lines(provenance), "w")
-    elif context.repeated is None and source != own and context.folder is not None:
+    if not _begun(kind, source, provenance) and context.repeated is None and source != own:
         shutil.copyfile(source, folder / kind.before)
     if source != own:
         shutil.copyfile(source, own)
-    table = kind.read(source)
-    _check_alike(source, table.provenance, provenance)
+    return _read(kind, files, provenance)
+
+
+def _without_record(kind: _Kind, name: str, provenance: Mapping[str, Any]) -> TableFile:
+    """Return the table of a run that keeps no record: the file that is named, or rows that no file has."""
+    if not name:
+        return TableFile(kind, [], kind.parse(kind.first_lines(provenance), kind.name).provenance, ())
+    _begun(kind, Path(name), provenance)
+    return _read(kind, [Path(name)], provenance)
+
+
+def _begun(kind: _Kind, path: Path, provenance: Mapping[str, Any]) -> bool:
+    """Mend the file of a table, or begin it where there are no rows yet; return whether it was begun."""
+    _mend(kind, path)
+    if path.exists() and path.stat().st_size > 0:
+        return False
+    _write(path, kind.first_lines(provenance), "w")
+    return True
+
+
+def _read(kind: _Kind, files: Sequence[Path], provenance: Mapping[str, Any]) -> TableFile:
+    """Return the table that the first of some files holds, if it is of this run's hand, scene, cell and protocol."""
+    table = kind.read(files[0])
+    _check_alike(files[0], table.provenance, provenance)
     return TableFile(kind, files, table.provenance, tuple(table.presses()))
 
 

@@ -15,7 +15,7 @@ __all__ = ["command"]
 
 def command(
     files: Annotated[
-        list[str], typer.Argument(help="Tree, scene, cell, hand or mocks files, or names of shipped trees.")
+        list[str], typer.Argument(help="Tree, scene, cell, hand, mocks or sweep files, or names of shipped trees.")
     ],
     cell: Annotated[
         str | None, typer.Option(help="Cell file or shipped cell, against whose devices and limits the trees are held.")

@@ -43,6 +43,9 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
+    record: Annotated[
+        str, typer.Option(help="What is kept of the run: full, events (no readings, no report) or none.")
+    ] = "full",
     longest: Annotated[
         str, typer.Option(help="Virtual time after which a simulated or mocked run is ended, as in '10 h'.")
     ] = "2 h",
@@ -57,7 +60,7 @@ def command(
 ) -> None:
     """Run a tree on a scene, on a cell, or on mocks."""
     try:
-        options = {"scene": scene, "cell": cell, "seed": seed, "mocks": mocks, "out": out}
+        options = {"scene": scene, "cell": cell, "seed": seed, "mocks": mocks, "out": out, "record": record}
         result = _ran(tree, not quiet, set_ or [], longest=longest, **options)
     except StretchError as error:
         stops.way = "note"
@@ -132,8 +135,8 @@ def refused(error: StretchError) -> dict[str, Any]:
 
     status = "FAULT" if exit_code(error) == EXIT_FAULT else "ERROR"
     found = [d.to_json() for d in error.diagnostics] if isinstance(error, FileError) else []
-    result = RunResult(status, writable(error), {}, {}, 0, 0.0, 0.0, 0.0, "")
-    return {**printed(result), "record": None, "diagnostics": found}
+    result = RunResult(status, writable(error), {}, {}, 0, 0.0, 0.0, 0.0, None)
+    return {**printed(result), "diagnostics": found}
 
 
 def printed(result: RunResult, *, stats: bool = False) -> dict[str, Any]:
@@ -164,7 +167,8 @@ def show(result: RunResult, console: Console, traceback: bool = False) -> None:
     times = f"{result.ticks} ticks, {result.task_seconds:.1f} s of the task in {result.cpu_seconds:.1f} s of CPU"
     overruns = f", {result.overruns} ticks late" if result.overruns else ""
     console.print(times + overruns, style="dim")
-    console.print(f"record: {result.record}", style="dim", markup=False, soft_wrap=True)
+    if result.record is not None:
+        console.print(f"record: {result.record}", style="dim", markup=False, soft_wrap=True)
 
 
 def in_words(value: Any, name: str = "") -> str:

@@ -12,7 +12,7 @@ __all__ = ["command"]
 
 
 def command(
-    kind: Annotated[str, typer.Argument(help="tree, scene, cell or mocks")],
+    kind: Annotated[str, typer.Argument(help="tree, scene, cell, mocks or sweep")],
     tree: Annotated[str | None, typer.Option(help="With the nodes that this tree file imports.")] = None,
     json_: Annotated[bool, typer.Option("--json", help="The output is JSON with or without it.")] = False,
 ) -> None:

@@ -11,10 +11,10 @@ from stretch_bt.blame import own_code
 from stretch_bt.errors import Diagnostic, FileError, StretchError
 from stretch_bt.hardware.hand_file import FORMAT as HAND
 from stretch_bt.hardware.hand_file import HandFile
-from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime import mocks_file
 from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.mocks import check_mocks, tree_of
+from stretch_bt.runtime.sweep_check import check_sweep, modules_below, tree_wrong
 from stretch_bt.source import Map, Scalar, did_you_mean, few_suggestions, load, parse, read_text, validate
 from stretch_bt.tree.document import Document
 from stretch_bt.tree.flow import Leaf
@@ -22,6 +22,7 @@ from stretch_bt.tree.foreign.node import ForeignNode
 from stretch_bt.tree.headings import FORMAT as TREE
 from stretch_bt.tree.made import made
 from stretch_bt.tree.program import Program, find_tree, load_program
+from stretch_bt.tree.sweep_file import FORMAT as SWEEP
 
 __all__ = ["check", "check_file"]
 
@@ -78,22 +79,16 @@ def _scene_of(document: Document) -> list[Diagnostic]:
 def _mocks(path: Path) -> list[Diagnostic]:
     found = mocks_file.read_mocks(path)
     tree = tree_of(found)
-    program = load_program(tree, None, _modules_of_mocks(path, tree))
+    program = load_program(tree, None, modules_below(path, tree, "mocks file"))
     if program.errors:
         assert found.tree is not None
-        if (first := program.errors[0]).code == "import":
-            return [found.tree.mark.error("tree-wrong", f"in its tree, {first.message}", first.hint)]
-        what = f"the tree {found.tree.text!r} has {len(program.errors)} errors, so these mocks cannot be checked"
-        return [found.tree.mark.error("tree-wrong", what, f"see `stretch-bt check {tree}`")]
+        return [tree_wrong(found.tree, str(tree), program, "these mocks cannot be checked")]
     check_mocks(found, program)
     return []
 
 
-def _modules_of_mocks(path: Path, tree: str | Path) -> Modules:
-    """Return where the modules of a tree may stand that a mocks file names, not the user."""
-    folder = path.parent.resolve()
-    below = Path(tree).resolve().is_relative_to(folder)
-    return Modules(folder, folder if below else None, "put the mocks file beside the tree, so that you name its folder")
+def _sweep(path: Path) -> list[Diagnostic]:
+    return check_sweep(path).diagnostics
 
 
 def _scene(path: Path) -> list[Diagnostic]:
@@ -121,6 +116,7 @@ _CHECKS: dict[str, Callable[[Path], list[Diagnostic]]] = {
     "stretch-cell/1": _cell,
     HAND: _hand,
     mocks_file.FORMAT: _mocks,
+    SWEEP: _sweep,
 }
 
 

@@ -18,8 +18,9 @@ from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
+from stretch_bt.runtime.record.folder import Kept
 from stretch_bt.runtime.report import write_report
-from stretch_bt.runtime.result import RunResult, interrupt_result, result_of, told_in
+from stretch_bt.runtime.result import RunResult, interrupt_result, place_of, result_of, told_in
 from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.signals import signals, unbroken
 from stretch_bt.runtime.sketches import Sketches
@@ -44,13 +45,14 @@ def execute(
     watch: Callable[[Runner], None] | None = None,
     given: BorrowedDevices | None = None,
     longest: float = LONGEST,
+    record: Kept = "full",
 ) -> RunResult:
     """Open what the task needs, run it, and close everything, whatever happens; what is given is used instead of a cell, and stays open.
 
-    A run in virtual time ends after the `longest` of it, s.
+    A run in virtual time ends after the `longest` of it, s. `record` says what is kept of it.
     """
     with kept_for(task.built):
-        return _executed(task, out, view, watch, given, longest)
+        return _executed(task, out, view, watch, given, longest, record)
 
 
 def _executed(
@@ -60,6 +62,7 @@ def _executed(
     watch: Callable[[Runner], None] | None,
     given: BorrowedDevices | None,
     longest: float,
+    kept: Kept,
 ) -> RunResult:
     spec = _spec(task, given)
     if given is not None:
@@ -77,7 +80,8 @@ def _executed(
     with one_thread(), threads_heard() as heard:
         run = _Run(task, clock, view, watch, heard)
         with signals(run.interrupted):
-            run.record = RunRecord(Path(out) if out is not None else None)
+            run.record = RunRecord(Path(out) if out is not None else None, kept)
+            run.reported = kept == "full"
             result = run.whole(spec, scene, given)
     return run.told_of_signals(result)  # also of those that came while the record was closed
 
@@ -86,6 +90,8 @@ class _Run:
     """One run, from its record to closing: a signal at any instant of it ends it safely and is in its result."""
 
     record: RunRecord
+    #: whether the record gets its page
+    reported: bool
 
     def __init__(
         self, task: Task, clock: Clock, view: View | None, watch: Callable[[Runner], None] | None, heard: Heard
@@ -117,7 +123,7 @@ class _Run:
         try:
             silent = [] if given is None else given.silent(self.task.devices())
             self.record.start(self.task.context.about, self.task.run_info(spec, scene, silent))
-            if self.task.mocks is not None:
+            if self.task.mocks is not None and self.record.folder is not None:
                 self.task.mocks.arrays.save(self.record.folder)
             if given is not None:
                 listening.enter_context(given.heard_by(self.seen))
@@ -169,7 +175,7 @@ class _Run:
     def unbegun(self) -> RunResult:
         """Return the result of a run that a signal ended before its first tick."""
         reason = f"stopped by {self.came[0]} before the first tick"
-        result = RunResult("INTERRUPTED", reason, {}, {}, 0, 0.0, 0.0, 0.0, str(self.record.folder))
+        result = RunResult("INTERRUPTED", reason, {}, {}, 0, 0.0, 0.0, 0.0, place_of(self.record))
         self.write_down(result)
         return result
 
@@ -179,7 +185,7 @@ class _Run:
         truths, visits = Truths(built, cell.truth_of_simulated if cell is not None else dict), Visits()
         watchers: list[Watcher] = [self.record, truths, visits]
         sketches = None
-        if truths.own and cell is not None:
+        if truths.own and cell is not None and self.record.folder is not None:
             sketches = Sketches(truths.names, cell.sketch)
             watchers.append(sketches)
         outcome = self.ticked(cell, watchers)
@@ -189,7 +195,7 @@ class _Run:
         with told_in(result, "no figures of the twin"):
             result.stats = cell.stats() if cell is not None else []
         with told_in(result, "no sketch of the object"):
-            if sketches is not None:
+            if sketches is not None and self.record.folder is not None:
                 sketches.save(self.record.folder)
         self.write_down(result)
         return result
@@ -231,7 +237,8 @@ class _Run:
         with told_in(result):
             self.record.close(result.to_json())
         with told_in(result, "no report"):
-            write_report(self.record.folder)
+            if self.reported and self.record.folder is not None:
+                write_report(self.record.folder)
 
     def told_of_signals(self, result: RunResult) -> RunResult:
         """Return a result that says which signal came after the task had ended, if one did."""

@@ -20,7 +20,7 @@ from stretch_bt.runtime.truth import Truths, output_values
 from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING
 
-__all__ = ["RunResult", "interrupt_result", "keys_of_main", "result_of", "told_in", "unmet_of"]
+__all__ = ["RunResult", "interrupt_result", "keys_of_main", "place_of", "result_of", "told_in", "unmet_of"]
 
 
 _OF_PYTHON = ("visited", "commands", "logged", "keys")
@@ -50,7 +50,7 @@ class RunResult:
     task_seconds: float
     wall_seconds: float
     cpu_seconds: float
-    record: str
+    record: str | None
     overruns: int = 0
     errors: list[str] = field(default_factory=list)
     unmet: list[str] = field(default_factory=list)
@@ -68,6 +68,11 @@ class RunResult:
         return {f.name: plain(getattr(self, f.name)) for f in fields(self) if f.name not in _OF_PYTHON}
 
 
+def place_of(record: RunRecord) -> str | None:
+    """Return the path of a record; None of a run that keeps none."""
+    return None if record.folder is None else str(record.folder)
+
+
 def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen: Seen, record: RunRecord) -> RunResult:
     """Return the result of a task that ended."""
     good = outcome.status == "SUCCESS"
@@ -81,7 +86,7 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         task_seconds=outcome.task_seconds,
         wall_seconds=outcome.wall_seconds,
         cpu_seconds=outcome.cpu_seconds,
-        record=str(record.folder),
+        record=place_of(record),
         overruns=outcome.overruns,
         errors=outcome.errors,
         broken=outcome.broken,

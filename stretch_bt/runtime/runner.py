@@ -85,6 +85,11 @@ class Runner:
         return self.ticker.telling.watchers
 
     @property
+    def interrupted_by(self) -> tuple[str, ...]:
+        """What asked for a safe stop so far, the first one first."""
+        return tuple(self.ticker.interrupts)
+
+    @property
     def unheard(self) -> list[str]:
         """Signals that came too late to end the task: in its last tick, or while the devices were stopped."""
         return [] if self.outcome.status == "INTERRUPTED" else list(self.ticker.interrupts)

@@ -13,6 +13,7 @@ from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime.execute import execute
 from stretch_bt.runtime.mocks_file import read_mocks
 from stretch_bt.runtime.prepare import Task
+from stretch_bt.runtime.record.folder import KEPT, Kept
 from stretch_bt.runtime.result import RunResult
 from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.view import View
@@ -46,6 +47,7 @@ def run(
     devices: Mapping[str, Device] | None = None,
     modules: str | Path | None = None,
     longest: float | str = LONGEST,
+    record: Kept = "full",
 ) -> RunResult:
     """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
@@ -76,6 +78,8 @@ def run(
         Folder in which the Python modules of the tree may stand; by default that of the tree.
     longest
         Virtual time, s or text with a unit, after which a run that nobody waits for ends with FAILURE; two hours by default.
+    record
+        What is kept of the run: `full`, `events` without what the devices read and without a report, or `none`.
 
     Raises
     ------
@@ -85,13 +89,23 @@ def run(
         A device could not be opened; nothing has moved.
     """
     longest = parse_time("longest", longest)
+    _check_kept(record, out)
     given = _given(cell, devices, scene)
     if given is not None:
         scene = given.scene or scene
         seed = seed if given.seed is None else given.seed
     named = cell if isinstance(cell, str | Path) else None
     task = task_of(tree, scene, named, dict(params or {}), seed, mocks, modules, given)
-    return execute(task, out, view, watch, given, longest)
+    return execute(task, out, view, watch, given, longest, record)
+
+
+def _check_kept(record: str, out: str | Path | None) -> None:
+    if record not in KEPT:
+        raise InvalidInput(
+            f"record: {record!r} is none of {', '.join(KEPT)}; {did_you_mean(record, KEPT) or 'write full'}"
+        )
+    if record == "none" and out is not None:
+        raise InvalidInput(f"{out}: no record is kept with record none; leave out the folder, or write record events")
 
 
 def _given(

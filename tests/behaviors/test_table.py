@@ -29,6 +29,23 @@ def test_an_interrupted_table_is_gone_on_with(tmp_path, rows, torn, bench):
     assert table_of(table) == table_of(whole.context.folder / NAME) == table_of(second.context.folder / NAME)
 
 
+def test_without_a_record_the_rows_are_in_memory_or_in_the_file_that_is_named(bench, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    made = bench()
+    made.context.folder = None
+    made.measure()
+    rows = [(p.geometry, p.size, p.stretch, p.depth, p.trial) for p in made.keys["measured"].value.content.presses]
+    rows = [(geometry, *(pytest.approx(n) for n in numbers)) for geometry, *numbers in rows]  # a file rounds them
+    assert list(tmp_path.iterdir()) == []
+    named = bench()
+    named.context.folder = None
+    named.measure(rows=3, table="table.csv")
+    _, left = named.measure(table="table.csv")
+    assert len(left) == 5
+    assert table_of(tmp_path / "table.csv") == rows
+    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
+
+
 @pytest.mark.parametrize("kept", [0, 1, 30, 200])
 def test_a_table_that_was_cut_in_its_head_begins_anew(bench, tmp_path, kept):
     whole = bench()

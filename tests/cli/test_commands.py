@@ -39,6 +39,15 @@ def test_run_prints_one_document(cli, tmp_path, tree, mocks, code, status):
         assert output.keys() == {"value", "unit", "sd"}
 
 
+def test_a_run_without_a_record_says_null(cli, tmp_path):
+    mocks = MOCKS / "watch_contact_success.yaml"
+    code, out, _ = cli("run", "watch_contact", "--mocks", mocks, "--json", "--record", "none", "--quiet")
+    assert (code, json.loads(out)["record"]) == (0, None)
+    code, out, _ = cli("run", "watch_contact", "--mocks", mocks, "--record", "none", "--quiet")
+    assert "record:" not in out
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_run_for_a_person_names_the_failed_node_and_why(cli):
     code, out, err = cli("run", "palpate_stiffness", "--mocks", MOCKS / "palpate_stiffness_failure.yaml")
     assert code == 1

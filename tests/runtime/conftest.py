@@ -169,13 +169,6 @@ class Bench:
 
 
 @pytest.fixture
-def own_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Forget at the end of the test what it registered."""
-    registry.load_all()
-    monkeypatch.setattr(registry, "_nodes", registry.load_all())
-
-
-@pytest.fixture
 def bench(tmp_path: Path, own_nodes: None) -> Iterator[Bench]:
     """Trees of `probe` and `ask`, and what was done to them in `bench.trace`."""
     registry.node(Probe)

@@ -17,16 +17,22 @@ __all__ = ["EventLog"]
 class EventLog:
     """Writes a header, plain already, and events; lines reach the disk at `commit`.
 
+    Parameters
+    ----------
+    beside
+        Whether record.mcap is written beside it, which marks how far this file reaches.
+
     Attributes
     ----------
     size, crc32 : int
         Bytes of all lines so far and their CRC-32, committed or not.
     """
 
-    def __init__(self, path: Path, header: Mapping[str, Any]) -> None:
+    def __init__(self, path: Path, header: Mapping[str, Any], *, beside: bool) -> None:
         self._spool = Spool(path)
         self.size = self.crc32 = 0
-        self.event({**header, "type": "header", "format": FORMAT, "marks": True})
+        own = {"marks": True} if beside else {"readings": False}
+        self.event({**header, "type": "header", "format": FORMAT, **own})
 
     def event(self, fields: Mapping[str, Any]) -> None:
         """Append an event; its fields are plain already."""

@@ -7,16 +7,19 @@ from contextlib import contextmanager
 from datetime import datetime
 from itertools import count
 from pathlib import Path
+from typing import Literal
 
 from stretch_bt.errors import Diagnostic, RecordError, StretchError
 
 __all__ = [
     "EVENTS",
     "FORMAT",
+    "KEPT",
     "MCAP",
     "REPORT",
     "RESULT",
     "RUN",
+    "Kept",
     "claim",
     "damaged",
     "readable",
@@ -24,6 +27,9 @@ __all__ = [
 ]
 
 FORMAT = "stretch-record/1"
+#: what is kept of a run: everything, what happened without what the devices read, or no record
+Kept = Literal["full", "events", "none"]
+KEPT: tuple[Kept, ...] = ("full", "events", "none")
 RUN, EVENTS, MCAP, RESULT, REPORT = "run.json", "events.jsonl", "record.mcap", "result.json", "report.html"
 
 

@@ -70,6 +70,8 @@ class RecordReader:
         The lines of events.jsonl after the header.
     ticks : list of (int, float)
         Number and time, s, of each tick.
+    has_readings : bool
+        Whether the record holds what the devices read, or the events alone.
     complete : bool
         Whether the record was closed.
     damage : RecordError or None
@@ -95,12 +97,20 @@ class RecordReader:
         self._chunks = ChunkFile(self.folder / MCAP)
         self._marks: list[Mark] = []
         self._files: dict[str, str] = {}
-        self._index(written)
-        self.complete = RESULT in self._files if written.marked else self._chunks.whole
-        if self.complete and not self._chunks.whole:  # a recorder writes both at once
+        self.has_readings = written.header.get("readings") is not False
+        if self.has_readings:
+            self._index(written)
+            self.complete = RESULT in self._files if written.marked else self._chunks.whole
+        else:
+            self.complete = _read_json(self.folder / RESULT) is not None
+        if self.has_readings and self.complete and not self._chunks.whole:  # a recorder writes both at once
             what = "a closed record ends with its whole index"
             raise self._damaged(f"it is cut off at byte {self._chunks.end}, or goes on there: {what}")
         self.events, self.damage = self._events(written)
+        if not self.has_readings:
+            self.ticks = list(
+                {e["tick"]: (e["tick"], float(e["time"])) for e in self.events if e["tick"] >= 0}.values()
+            )
         self.run_info: dict[str, Any] = self._other(RUN) or {}
         self.result = self._other(RESULT)
         if self.damage is not None and not changed_log:

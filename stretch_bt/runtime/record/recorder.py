@@ -14,7 +14,7 @@ from stretch_bt.frames import DepthFrame
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.runtime.record.channels import FAULT, MOTION, TICK, UNANSWERED, WRITE, Channels, nanoseconds
 from stretch_bt.runtime.record.events import EventLog
-from stretch_bt.runtime.record.folder import EVENTS, MCAP, RESULT, RUN, claim, refuse
+from stretch_bt.runtime.record.folder import EVENTS, MCAP, RESULT, RUN, Kept, claim, refuse
 from stretch_bt.runtime.record.images import Images
 from stretch_bt.runtime.record.messages import log_line, point_cloud
 from stretch_bt.runtime.record.plain import plain
@@ -26,30 +26,34 @@ _LEVELS = {"fault": "ERROR", "error": "ERROR", "stop_error": "ERROR", "finally":
 
 
 class _Streams:
-    """The two files that grow during a run."""
+    """The files that grow during a run: the events, and what the devices read where that is kept."""
 
-    def __init__(self, folder: Path, header: Any, run_info: bytes) -> None:
-        self.events = EventLog(folder / EVENTS, header)
-        self.channels = Channels(folder / MCAP, header)
-        self.images = Images(self.channels)
-        self.channels.file(RUN, run_info)
+    def __init__(self, folder: Path, header: Any, run_info: bytes, *, readings: bool) -> None:
+        self.events = EventLog(folder / EVENTS, header, beside=readings)
+        self.channels = Channels(folder / MCAP, header) if readings else None
+        self.images = None if self.channels is None else Images(self.channels)
+        if self.channels is not None:
+            self.channels.file(RUN, run_info)
         self.commit()
 
     def commit(self) -> None:
         # events come last: no event may be on the disk whose readings are not
-        self.channels.commit(self.events.size, self.events.crc32)
+        if self.channels is not None:
+            self.channels.commit(self.events.size, self.events.crc32)
         self.events.commit()
 
     def close(self, result: bytes) -> None:
         """End both; that the result is noted says that the record was closed, so the index goes to the disk with it."""
-        self.channels.file(RESULT, result)
-        self.channels.mark(self.events.size, self.events.crc32)
-        self.channels.close()
+        if self.channels is not None:
+            self.channels.file(RESULT, result)
+            self.channels.mark(self.events.size, self.events.crc32)
+            self.channels.close()
         self.events.close()
 
     def abandon(self) -> None:
         _try(self.events.abandon)
-        _try(self.channels.abandon)
+        if self.channels is not None:
+            _try(self.channels.abandon)
 
 
 class RunRecord:
@@ -58,10 +62,18 @@ class RunRecord:
     What a tick writes reaches the operating system when the next one begins, so a killed process loses one tick at
     most. A disk that fails raises RecordError once, from `begin_tick` or `close`; from then on the record takes nothing
     more, and what was written before stays readable. All calls come from the thread that ticks.
+
+    Parameters
+    ----------
+    folder
+        Where it is kept: an empty folder, or one that is made; by default a new one under ./runs.
+    kept
+        `full`, `events` without what the devices read, or `none`: then there is no folder, and every call does nothing.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
-        self.folder = claim(folder)
+    def __init__(self, folder: Path | None = None, kept: Kept = "full") -> None:
+        self.folder = None if kept == "none" else claim(folder)
+        self._readings = kept == "full"
         self._streams: _Streams | None = None
         self._moment: dict[str, Any] = {"tick": -1, "time": 0.0}
         self._motions: dict[tuple[str, str], MotionState] = {}
@@ -73,9 +85,11 @@ class RunRecord:
 
         The header's `keys` (name to type name), where it has them, give the plots of the report their units.
         """
+        if self.folder is None:
+            return
         try:
-            content = self._json_file(RUN, run_info)
-            self._streams = _Streams(self.folder, plain(header), content)
+            content = _write_json(self.folder / RUN, run_info)
+            self._streams = _Streams(self.folder, plain(header), content, readings=self._readings)
         except OSError as error:
             raise self._break(error) from error
 
@@ -88,8 +102,9 @@ class RunRecord:
             self._streams.commit()
         except OSError as error:
             raise self._break(error) from error
-        self._streams.channels.now = nanoseconds(time)
-        self._streams.channels.json("/ticks", TICK, self._moment)
+        if self._streams.channels is not None:
+            self._streams.channels.now = nanoseconds(time)
+            self._streams.channels.json("/ticks", TICK, self._moment)
 
     def status(self, path: str, status: str, reason: str = "") -> None:
         """Take note that a node came to another status."""
@@ -110,15 +125,17 @@ class RunRecord:
         if sd is not None:
             fields["sd"] = plain(sd)
         self._streams.events.event({**fields, "key": key, **self._moment, "type": "write"})
-        self._streams.channels.json(f"/keys/{key}", WRITE, fields)
+        channels = self._streams.channels
+        if channels is None:
+            return
+        channels.json(f"/keys/{key}", WRITE, fields)
         points = getattr(value, "points", None)
         if isinstance(points, np.ndarray) and points.ndim == 2 and points.shape[1] == 3:
-            cloud = point_cloud(points, "membrane", self._streams.channels.now)
-            self._streams.channels.proto(f"/keys/{key}", cloud)
+            channels.proto(f"/keys/{key}", point_cloud(points, "membrane", channels.now))
 
     def reading(self, device: str, name: str, reading: Reading[Any]) -> None:
         """Take note that a node was given this reading."""
-        if self._streams is None:
+        if self._streams is None or self._streams.channels is None or self._streams.images is None:
             return
         if isinstance(reading.value, DepthFrame):
             schema, fields = FRAME, frame_fields(reading, **self._streams.images.store(device, reading.value))
@@ -137,7 +154,7 @@ class RunRecord:
         if self._streams is None:
             return
         fields = {"device": device, "owner": owner, "state": state.value}
-        self._streams.channels.json(f"/{device}/motion", MOTION, fields)
+        self._message(f"/{device}/motion", MOTION, fields)
         if self._motions.get((device, owner)) is not state:
             self._motions[device, owner] = state
             self._event("motion", fields, owner, f"{device} {state.value}")
@@ -147,7 +164,7 @@ class RunRecord:
         if self._streams is None:
             return
         fields = {"device": device, "kind": type(fault).__name__, "reason": fault.reason}
-        self._streams.channels.json(f"/{device}/fault", FAULT, {**fault.fields(), **fields})
+        self._message(f"/{device}/fault", FAULT, {**fault.fields(), **fields})
         self._event("fault", fields, device, f"{fields['kind']}: {fault.reason}")
 
     def unanswered(self, device: str, none: NoAnswer) -> None:
@@ -155,7 +172,7 @@ class RunRecord:
         if self._streams is None:
             return
         fields = {"device": device, "kind": type(none).__name__, "reason": none.reason}
-        self._streams.channels.json(f"/{device}/unanswered", UNANSWERED, fields)
+        self._message(f"/{device}/unanswered", UNANSWERED, fields)
         self._event("unanswered", fields, device, none.reason, "WARNING")
 
     def note(self, kind: str, **fields: Any) -> None:
@@ -165,25 +182,30 @@ class RunRecord:
         content = plain(fields)
         self._event(kind, content, kind, " ".join(f"{name}={value}" for name, value in content.items()))
 
+    def _message(self, topic: str, schema: str, fields: Mapping[str, Any]) -> None:
+        if self._streams is not None and self._streams.channels is not None:
+            self._streams.channels.json(topic, schema, fields)
+
     def _event(self, kind: str, fields: dict[str, Any], source: str, text: str, level: str = "INFO") -> None:
         if self._streams is None:
             return
         self._streams.events.event({**fields, **self._moment, "type": kind})
-        line = log_line(_LEVELS.get(kind, level), source, text, self._streams.channels.now)
-        self._streams.channels.proto("/log", line)
+        channels = self._streams.channels
+        if channels is not None:
+            channels.proto("/log", log_line(_LEVELS.get(kind, level), source, text, channels.now))
 
     def close(self, result: Mapping[str, Any]) -> None:
         """Write the result and close every file; a second call does nothing.
 
         The result is written also where the other files cannot be.
         """
-        if self._closed:
+        if self._closed or self.folder is None:
             return
         self._closed = True
         streams, self._streams = self._streams, None
         error = _try(streams.commit) if streams is not None else None
         try:
-            content = self._json_file(RESULT, result)
+            content = _write_json(self.folder / RESULT, result)
             if streams is not None and error is None:
                 streams.close(content)
         except OSError as refused:
@@ -193,15 +215,13 @@ class RunRecord:
         if error is not None and not self._broken:
             raise self._break(error) from error
 
-    def _json_file(self, name: str, content: Mapping[str, Any]) -> bytes:
-        return _write_json(self.folder / name, content)
-
     def _break(self, error: OSError) -> RecordError:
         """Leave the files as they are, take nothing more, and say why."""
         self._broken = True
         if self._streams is not None:
             self._streams.abandon()
         self._streams = None
+        assert self.folder is not None
         return refuse(self.folder, "record-write", f"cannot write the record: {error.strerror or error}")
 
 

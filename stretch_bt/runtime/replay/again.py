@@ -89,6 +89,9 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
         The folder holds no record that can be replayed.
     """
     reader = RecordReader(Path(record), changed_log=True)
+    if not reader.has_readings:
+        what = "it holds the events alone, and a replay needs what the devices read"
+        raise refuse(reader.folder, "record-readings", what, "record the run again with --record full")
     if not reader.run_info.get("sources"):
         raise damaged(reader.folder / RUN, "it holds no text of a tree")
     _check_heard(reader)

@@ -19,7 +19,7 @@ _NONE: Mapping[str, NodeInfo] = MappingProxyType({})
 
 
 def schema(kind: str, own: Mapping[str, NodeInfo] = _NONE) -> Schema:
-    """Return the JSON Schema of files of this kind: `tree`, `mocks`, `scene` or `cell`.
+    """Return the JSON Schema of files of this kind: `tree`, `mocks`, `scene`, `cell` or `sweep`.
 
     Trees and mocks are in draft-07, the newest that every release of the YAML language server understands; they hold all
     nodes that are registered now, those of installed packages included; that of trees has `own` nodes too, classes that a file imports.
@@ -59,4 +59,16 @@ def _cell() -> Schema:
     return cell_schema()
 
 
-_SCHEMAS: dict[str, Callable[[], Schema]] = {"tree": _tree, "mocks": _mocks, "scene": _scene, "cell": _cell}
+def _sweep() -> Schema:
+    from stretch_bt.tree.sweep_file import sweep_schema
+
+    return sweep_schema()
+
+
+_SCHEMAS: dict[str, Callable[[], Schema]] = {
+    "tree": _tree,
+    "mocks": _mocks,
+    "scene": _scene,
+    "cell": _cell,
+    "sweep": _sweep,
+}

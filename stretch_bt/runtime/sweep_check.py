@@ -1,0 +1,165 @@
+"""A sweep file held against what it names: its trees, their params, its scenes and its cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from stretch_bt.errors import CellError, Diagnostic, FileError, SceneError, StretchError, SweepError, TreeError
+from stretch_bt.hardware.own_modules import Modules
+from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.reach import check_devices
+from stretch_bt.source import Scalar, did_you_mean
+from stretch_bt.tree.build import build
+from stretch_bt.tree.document import Document, Param
+from stretch_bt.tree.program import Program, load_program
+from stretch_bt.tree.renamed import renamed
+from stretch_bt.tree.sweep_file import SweepFile, load_sweep
+from stretch_bt.tree.values import Refused, check_bounds, literal
+
+__all__ = ["CheckedSweep", "check_sweep", "modules_below", "tree_wrong"]
+
+#: what is wrong with the name of a file rather than with what is in it
+_NO_FILE = ("file-missing", "file-folder", "scene-unknown", "cell-unknown")
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedSweep:
+    """A sweep file and the trees that it runs, by what it calls them; `diagnostics` holds every mistake."""
+
+    file: SweepFile
+    programs: dict[str, Program]
+    diagnostics: list[Diagnostic]
+
+    def require(self) -> CheckedSweep:
+        """Return self, or raise SweepError with every error."""
+        errors = [d for d in self.diagnostics if d.severity == "error"]
+        if errors:
+            raise SweepError(errors)
+        return self
+
+
+def check_sweep(path: str | Path) -> CheckedSweep:
+    """Read a sweep file and all that it names; opens no device.
+
+    Raises
+    ------
+    SweepError
+        The sweep file itself cannot be read; what is wrong with what it names is in `diagnostics`.
+    """
+    found = CheckedSweep(load_sweep(path), {}, [])
+    for name in found.file.trees:
+        found.diagnostics.extend(_tree(found, name))
+    for name in found.file.scenes:
+        found.diagnostics.extend(_scene(found.file, name))
+    found.diagnostics.extend(_cell(found))
+    return found
+
+
+def modules_below(file: Path, tree: str | Path, what: str) -> Modules:
+    """Return where the modules of a tree may stand that a file names, not the user: in the folder of that file, or below it."""
+    folder = file.parent.resolve()
+    below = Path(tree).resolve().is_relative_to(folder)
+    return Modules(folder, folder if below else None, f"put the {what} beside the tree, so that you name its folder")
+
+
+def tree_wrong(name: Scalar, tree: str, program: Program, what: str) -> Diagnostic:
+    """Return the error at the name of a tree that has errors, so that nothing that rests on it can be checked."""
+    if (first := program.errors[0]).code == "import":
+        return name.mark.error("tree-wrong", f"in its tree, {first.message}", first.hint)
+    message = f"the tree {name.text!r} has {len(program.errors)} errors, so {what}"
+    return name.mark.error("tree-wrong", message, f"see `stretch-bt check {tree}`")
+
+
+def _tree(found: CheckedSweep, name: Scalar) -> Iterator[Diagnostic]:
+    file = found.file
+    tree = file.place(name)
+    try:
+        program = load_program(tree, None, modules_below(file.path, tree, "sweep file"))
+    except TreeError as error:
+        first = error.diagnostics[0]
+        yield name.mark.error(first.code, first.message, first.hint)
+        return
+    if program.errors:
+        yield tree_wrong(name, tree, program, "this sweep cannot be checked")
+        return
+    document = program.document
+    if "main" not in document.trees:
+        yield name.mark.error("main-missing", f"{name.text!r} has no tree 'main'", "name a tree that can be run")
+        return
+    found.programs[name.text] = program
+    own = document.scene is not None and file.cell is None  # as for a run, a cell that is named takes no tree's scene
+    if document.devices and not file.scenes and not own:
+        yield name.mark.error("key-missing", f"no scene is named for {name.text!r}", "add 'scene: water_balloon'")
+    for param in file.choices:
+        yield from _values(file, document, param)
+
+
+def _values(file: SweepFile, document: Document, name: str) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the values of a param for one tree."""
+    param = _param(document, name)
+    if param is None:
+        known = [*document.params, *(f"{p}.{n}" for p, d in document.imports.items() for n in d.params)]
+        now = renamed(Path(document.file).stem, name)
+        hint = f"it is called {now!r} now" if now else did_you_mean(name, known)
+        message = f"the tree {Path(document.file).stem!r} has no parameter {name!r}"
+        yield file.marks[name].error("param-unknown", message, hint)
+        return
+    for value in file.choices[name]:
+        try:
+            check_bounds(literal(value, param.type, name), param.type, param.min, param.max, value.mark, name)
+        except Refused as refused:
+            yield refused.diagnostic
+
+
+def _param(document: Document, name: str) -> Param | None:
+    """Return a param of a file, `lib.k` of one that it imports as `lib`."""
+    prefix, _, rest = name.partition(".")
+    if rest and prefix in document.imports:
+        return _param(document.imports[prefix], rest)
+    return document.params.get(name)
+
+
+def _scene(file: SweepFile, name: Scalar) -> Iterator[Diagnostic]:
+    from stretch_bt.simulation.scene import load_scene
+
+    try:
+        load_scene(file.place(name))
+    except SceneError as error:
+        yield from _at_name(name, error)
+
+
+def _cell(found: CheckedSweep) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the cell: one that is not simulated through and through would move."""
+    name = found.file.cell
+    if name is None:
+        return
+    from stretch_bt.hardware.cell_file import load_cell
+
+    try:
+        spec = load_cell(found.file.place(name))
+    except CellError as error:
+        yield from _at_name(name, error)
+        return
+    real = [device for device, one in spec.devices.items() if not one.implementation.cls.simulated]
+    if real:
+        message = f"{', '.join(map(repr, real))} of this cell are not simulated; a sweep runs simulated cells alone"
+        yield name.mark.error("value", message, "name a cell whose devices all have 'use: simulated'")
+    for tree, program in found.programs.items():
+        try:
+            check_devices(program, spec, build(program, RunContext()).needed())
+        except StretchError as error:
+            yield name.mark.error(
+                "device-missing", f"{tree}: {_first(error)}", "name a cell with the devices of the tree"
+            )
+
+
+def _first(error: StretchError) -> str:
+    return error.diagnostics[0].message if isinstance(error, FileError) else str(error)
+
+
+def _at_name(name: Scalar, error: FileError) -> list[Diagnostic]:
+    """Return what is wrong with a file: at its name where there is none, else at its own places."""
+    first = error.diagnostics[0]
+    return [name.mark.error(first.code, first.message, first.hint)] if first.code in _NO_FILE else error.diagnostics

@@ -1,0 +1,150 @@
+"""The engine that runs items on the workers of a Dask scheduler: processes of this machine, or of any others."""
+
+from __future__ import annotations
+
+import logging
+import uuid
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from typing import Any
+
+from stretch_bt.errors import InvalidInput, MissingExtra, StretchError, named
+from stretch_bt.sweep import dask_worker
+from stretch_bt.sweep.run_item import run_item
+from stretch_bt.sweep.spec import Ran, Spec
+
+__all__ = ["cluster"]
+
+#: after which a worker of this machine that died and did not come back is given up; by default one that dies again while
+#: it begins would be, and in the end all of them
+LOST = "365 days"
+
+
+def cluster(
+    specs: Iterable[Spec], workers: int, scheduler: str | None = None, say: Callable[[str], None] = lambda _: None
+) -> Generator[Ran, None, None]:
+    """Yield what comes of each item, in the order in which they end.
+
+    Without the address of a scheduler, that many worker processes are started on this machine. No more items are
+    handed out than there are workers: Dask holds all that a worker has against it when it dies, not only what it runs.
+    Dask runs an item whose worker died on another one; one that three more die of is `killed`.
+
+    Raises
+    ------
+    MissingExtra
+        dask.distributed is not installed.
+    InvalidInput
+        A worker has more than one thread, or another `stretch_bt`; or there is no scheduler at the address.
+    StretchError
+        The scheduler is gone.
+    """
+    ahead = iter(specs)
+    with _client(workers, scheduler) as client:
+        from distributed import as_completed
+
+        running: dict[str, tuple[Any, Spec]] = {}
+        done = as_completed(loop=client.loop)
+        while True:
+            for spec in islice(ahead, _free(client, len(running), say)):
+                future = client.submit(run_item, spec, key=f"{spec.key}-{uuid.uuid4().hex}")
+                running[future.key] = future, spec
+                done.add(future)
+            if not running:
+                return
+            yield _next(done, running)
+
+
+def _next(done: Iterator[Any], running: dict[str, tuple[Any, Spec]]) -> Ran:
+    """Return what comes of the item that ends next; Dask forgets it, or it would run it again if its worker died."""
+    future = next(done)
+    _, spec = running.pop(future.key)
+    try:
+        return _ran(future, spec)
+    finally:
+        future.release()
+
+
+def _free(client: Any, running: int, say: Callable[[str], None]) -> int:
+    """Return how many items may be handed out, once there is any worker."""
+    threads = _threads(client)
+    if not threads and not running:
+        say("waiting for a worker")
+        with _told():
+            client.wait_for_workers(1)
+        threads = _threads(client)
+    for address, count in threads.items():
+        if count != 1:
+            what = f"the worker {address} has {count} threads, and a run takes its process for itself"
+            raise InvalidInput(f"{what}; start it with --nthreads 1, and more of them with --nworkers")
+    return max(len(threads) - running, 0)
+
+
+def _threads(client: Any) -> dict[str, int]:
+    with _told():
+        return dict(client.nthreads())
+
+
+def _ran(future: Any, spec: Spec) -> Ran:
+    """Return what a future holds.
+
+    Raises
+    ------
+    StretchError
+        The item did not come to a row: its worker cannot run any, or the scheduler is gone.
+    """
+    from distributed import KilledWorker
+
+    try:
+        ran: Ran = future.result()
+    except KilledWorker:
+        return spec.killed()
+    except StretchError:
+        raise
+    except Exception as error:
+        if future.cancelled() or future.status == "lost":
+            raise _gone(error) from error
+        raise StretchError(
+            f"the workers cannot run an item ({named(error)}); see that each has stretch-bt installed"
+        ) from error
+    return ran
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Turn what breaks between us and the scheduler into an error that says what to do."""
+    try:
+        yield
+    except (OSError, TimeoutError) as error:
+        raise _gone(error) from error
+
+
+def _gone(error: Exception) -> StretchError:
+    return StretchError(f"the scheduler is gone ({named(error)}); start it again, and go on with --resume")
+
+
+@contextmanager
+def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise MissingExtra("the engine 'dask' needs dask.distributed: pip install 'stretch-bt[dask]'") from None
+    if scheduler is not None:
+        try:
+            client = Client(scheduler, timeout="10 s")
+        except (OSError, TimeoutError, ValueError) as error:
+            raise InvalidInput(
+                f"there is no Dask scheduler at {scheduler!r} ({named(error)}); start one with 'dask scheduler'"
+            ) from None
+        with client:
+            yield client
+        return
+    import dask
+
+    quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": None, "preload": [dask_worker.__name__]}
+    with (
+        dask.config.set({"distributed.deploy.lost-worker-timeout": LOST}),
+        LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **quiet) as here,
+        Client(here) as client,
+    ):
+        yield client

@@ -1,0 +1,98 @@
+"""Running one item of a sweep: a `Spec` in, its row out, and nothing else of the process changed."""
+
+from __future__ import annotations
+
+import gc
+import os
+import platform
+import sys
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError, named, writable
+from stretch_bt.runtime.task import RunResult, run
+from stretch_bt.sweep.laid_out import fresh_folder, laid_out
+from stretch_bt.sweep.package_digest import package_digest
+from stretch_bt.sweep.spec import TIMED_OUT, Ran, Spec
+from stretch_bt.sweep.wall_limit import WallLimit
+
+__all__ = ["run_item"]
+
+#: what a row takes over from the result of a run
+_FIELDS = ("outputs", "truth", "ticks", "task_seconds", "wall_seconds", "cpu_seconds")
+
+
+def run_item(spec: Spec) -> Ran:
+    """Run an item, and return its row: that of whatever it came to, errors and faults included.
+
+    Raises
+    ------
+    InvalidInput
+        This process has another `stretch_bt` than the one that the key was made with, or imported another module of
+        the same name.
+    KeyboardInterrupt
+        A signal came while the run was prepared.
+    """
+    if spec.source != package_digest():
+        who = f"{platform.node()} has another stretch_bt than the sweep"
+        raise InvalidInput(f"{who}; install the same version, with the same changes, on all machines")
+    try:
+        return _ran(spec)
+    finally:
+        gc.collect()  # worlds hold each other in cycles, and a worker would grow by half between two collections
+
+
+def _ran(spec: Spec) -> Ran:
+    base = laid_out(spec.files)
+    home = base / spec.home
+    limit = WallLimit(spec.limit)
+    worker = f"{platform.node()}:{os.getpid()}"
+    with fresh_folder(spec.files, spec.home) as folder, redirect_stdout(sys.stderr):
+        try:
+            result = run(
+                _at(spec.tree, home),
+                scene=_at(spec.scene, home),
+                cell=_at(spec.cell, home),
+                params=spec.params,
+                seed=spec.seed,
+                record=spec.record,
+                out=None if spec.record == "none" else folder / "record",
+                watch=limit.watch,
+            )
+        except Exception as error:  # one item that breaks must not end a sweep
+            status, reason = _refused(error)
+            return Ran(spec.row(status, _without(base, home, reason), worker=worker))
+        row = _row(spec, result, limit)
+        row |= {"reason": _without(base, home, row["reason"]), "worker": worker}
+        stopped = result.status == "INTERRUPTED" and not limit.passed and limit.signalled
+        return Ran(row, None if result.record is None else _files(Path(result.record)), stopped)
+
+
+def _at(name: str | None, home: Path) -> Any:
+    """Return the file of a name where it is one of the item's, else the name of a shipped one."""
+    return name if name is None or not (home / name).is_file() else home / name
+
+
+def _row(spec: Spec, result: RunResult, limit: WallLimit) -> dict[str, Any]:
+    plain = result.to_json()
+    if limit.passed:
+        return spec.row(TIMED_OUT, f"no end within {spec.limit:g} s of wall time", **{n: plain[n] for n in _FIELDS})
+    return spec.row(result.status, result.reason, **{name: plain[name] for name in _FIELDS})
+
+
+def _refused(error: Exception) -> tuple[str, str]:
+    """Return the status and the reason of a run that did not begin, as `run` would print them."""
+    if not isinstance(error, StretchError):
+        return "ERROR", writable(named(error))
+    fault = isinstance(error, DeviceFault) and not isinstance(error, NoAnswer)
+    return "FAULT" if fault else "ERROR", writable(error)
+
+
+def _without(base: Path, home: Path, text: str) -> str:
+    """Return a text without the folders of this worker, which differ from one to the next."""
+    return text.replace(f"{home}{os.sep}", "").replace(f"{base}{os.sep}", "")
+
+
+def _files(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

@@ -1,0 +1,84 @@
+"""One item of a sweep as it is handed to a worker, and what comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stretch_bt.runtime.record.folder import Kept
+
+__all__ = ["AGAIN", "KILLED", "TIMED_OUT", "Ran", "Spec"]
+
+#: statuses of a row that are no status of a run: its process died, or its limit of wall time passed
+KILLED, TIMED_OUT = "killed", "timed_out"
+#: rows that say nothing of the item itself, so that it is run again
+AGAIN = (KILLED, TIMED_OUT)
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """An item, whole: names and the content of files, no path of a disk, so that a process anywhere can run it.
+
+    Parameters
+    ----------
+    key
+        Digest of everything that the row depends on.
+    tree, scene, cell
+        Shipped names, or files among `files`, relative to `home`.
+    scene_name
+        What the row calls the scene: as the sweep file or the tree names it.
+    params
+        Text by name, as `--set` takes it.
+    limit
+        Wall time, s, after which the run is stopped at its next tick.
+    files
+        Content by path, all below one folder.
+    home
+        The folder among them that names are relative to.
+    source
+        Digest of the package that the key was made with.
+    """
+
+    key: str
+    tree: str
+    scene: str | None
+    scene_name: str | None
+    cell: str | None
+    seed: int
+    params: Mapping[str, str]
+    tolerance: Mapping[str, str]
+    limit: float | None
+    record: Kept
+    files: Mapping[str, bytes]
+    home: str
+    source: str
+
+    def row(self, status: str, reason: str, **more: Any) -> dict[str, Any]:
+        """Return a row of this item."""
+        nothing = {"outputs": {}, "truth": {}, "ticks": 0, "task_seconds": 0.0, "wall_seconds": 0.0, "cpu_seconds": 0.0}
+        return {
+            "key": self.key,
+            "tree": self.tree,
+            "scene": self.scene_name,
+            "seed": self.seed,
+            "set": dict(self.params),
+            "status": status,
+            "reason": reason,
+            **nothing,
+            "worker": None,
+            **more,
+        }
+
+    def killed(self) -> Ran:
+        """Return what is known of an item whose process died of it."""
+        return Ran(self.row(KILLED, "its process died while it ran"))
+
+
+@dataclass(frozen=True, slots=True)
+class Ran:
+    """What came of an item: its row, the files of its record where one is kept, and whether a signal to its process ended it."""
+
+    row: dict[str, Any]
+    record: Mapping[str, bytes] | None = None
+    stopped: bool = False

@@ -1,0 +1,148 @@
+"""Carrying out a sweep: its items through an engine, each row to the disk as it comes, and what came of all of them."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.runtime.record.folder import claim
+from stretch_bt.runtime.sweep_check import check_sweep
+from stretch_bt.sweep.engines import Engine
+from stretch_bt.sweep.items import items_of
+from stretch_bt.sweep.picture import write_pictures
+from stretch_bt.sweep.rows import ROWS, RowFile
+from stretch_bt.sweep.serial import serial
+from stretch_bt.sweep.spec import AGAIN, Ran, Spec
+from stretch_bt.sweep.summary import Summary, write_summary
+
+__all__ = ["Progress", "Swept", "sweep"]
+
+#: copy of the sweep file in its folder, and where records of its items are
+SWEEP, RECORDS = "sweep.yaml", "records"
+
+#: told of each row: how many items were run, and how many there are to run
+Progress = Callable[[dict[str, Any], int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Swept:
+    """What came of a sweep: its folder, how many items had their row before, and of how many items a signal ended the process."""
+
+    folder: Path
+    before: int
+    stopped: int
+    wall_seconds: float
+    summary: Summary
+    pictures: list[str] = field(default_factory=list)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `sweep --json` prints."""
+        return {
+            "folder": str(self.folder),
+            "before": self.before,
+            "stopped": self.stopped,
+            "wall_seconds": self.wall_seconds,
+            **self.summary.to_json(),
+            "pictures": self.pictures,
+        }
+
+    @property
+    def whole(self) -> bool:
+        """Whether each item has a row of its own end."""
+        left = self.summary.items - sum(self.summary.statuses.values())
+        return not left and not any(self.summary.statuses.get(status) for status in AGAIN)
+
+
+def sweep(
+    file: str | Path,
+    engine: Engine = serial,
+    *,
+    out: str | Path | None = None,
+    resume: bool = False,
+    progress: Progress = lambda row, done, of: None,
+) -> Swept:
+    """Run the items of a sweep file, and write rows, summary and pictures into a folder.
+
+    Parameters
+    ----------
+    file
+        A sweep file.
+    engine
+        Where the items are run; by default one after the other in this process.
+    out
+        The folder, empty or absent; by default a new one under ./runs.
+    resume
+        Go on in the folder `out`: items that have a row there are not run again, unless it is `killed` or `timed_out`.
+    progress
+        Told of each row.
+
+    Raises
+    ------
+    SweepError
+        The file is wrong, or what it names; nothing was run.
+    InvalidInput
+        The folder cannot be used.
+    """
+    began = time.perf_counter()
+    checked = check_sweep(file).require()
+    _check_tolerance(checked.file.tolerance)
+    items = items_of(checked)
+    folder = _folder(out, resume)
+    with closing(RowFile(folder)) as rows:
+        shutil.copyfile(checked.file.path, folder / SWEEP)
+        done = {key for key, status in rows.statuses.items() if status not in AGAIN}
+        left = sum(spec.key not in done for spec in items)
+        stopped = _run(engine, (spec for spec in items if spec.key not in done), rows, left, progress)
+        summary = write_summary(folder, len(items), rows.rows(spec.key for spec in items))
+    pictures = write_pictures(folder, summary)
+    return Swept(folder, len(items) - left, stopped, time.perf_counter() - began, summary, pictures)
+
+
+def _run(engine: Engine, specs: Iterator[Spec], rows: RowFile, left: int, progress: Progress) -> int:
+    """Run items and write their rows; return of how many a signal ended the process, which have none."""
+    stopped = 0
+    with closing(engine(specs)) as rans:
+        for done, ran in enumerate(rans, 1):
+            if ran.stopped:
+                stopped += 1
+            else:
+                _keep(rows, ran)
+            progress(ran.row, done, left)
+    return stopped
+
+
+def _keep(rows: RowFile, ran: Ran) -> None:
+    """Write the record of an item and then its row, so that no row is without its record."""
+    folder = rows.path.parent / RECORDS / ran.row["key"]
+    if ran.record is not None:
+        shutil.rmtree(folder, ignore_errors=True)  # of a sweep that was killed between the two
+        for name, content in ran.record.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    rows.write(ran.row)
+
+
+def _folder(out: str | Path | None, resume: bool) -> Path:
+    if not resume:
+        return claim(None if out is None else Path(out))
+    if out is None:
+        raise InvalidInput("--resume goes on in a folder; name it with --out")
+    folder = Path(out).absolute()
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / ROWS).is_file():
+        raise InvalidInput(f"{folder}: it holds no {ROWS} of a sweep; name the folder of one, or a new folder")
+    if folder.is_dir():
+        return folder
+    return claim(folder)
+
+
+def _check_tolerance(tolerance: dict[str, str]) -> None:
+    if tolerance:
+        what = "tolerance: a run takes none yet, so each item goes by that of its scene"
+        raise InvalidInput(f"{what}; leave it out, and write it in the scene file")

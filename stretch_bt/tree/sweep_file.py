@@ -1,0 +1,199 @@
+"""Sweep files: one tree or several, run once for each scene, seed and combination of params."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+
+from stretch_bt.errors import Diagnostic, FileError, InvalidInput, SweepError
+from stretch_bt.simulation.scene.sections import Tolerance
+from stretch_bt.source import Map, Mark, Scalar, Seq, Value, load, validate
+from stretch_bt.tree.values import written
+from stretch_bt.units import Time, Within
+
+__all__ = ["FORMAT", "SweepFile", "load_sweep", "sweep_schema"]
+
+FORMAT = "stretch-sweep/1"
+#: items of a sweep; more is a slip of the pen, and their keys alone would fill the memory
+MOST = 10_000_000
+
+_NAMES = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}]}
+_PLAIN: dict[str, Any] = {"type": ["string", "number", "boolean"]}
+_VALUES = {"anyOf": [_PLAIN, {"type": "array", "items": {"anyOf": [_PLAIN, {"type": "array"}]}, "minItems": 1}]}
+_SEEDS = {
+    "anyOf": [
+        {"type": "integer", "minimum": 1},
+        {
+            "type": "object",
+            "properties": {"from": {"type": "integer", "minimum": 0}, "count": {"type": "integer", "minimum": 1}},
+            "required": ["count"],
+            "additionalProperties": False,
+        },
+    ]
+}
+
+
+def _listed(given: Any) -> Any:
+    return given if isinstance(given, list) else [given]
+
+
+def _counted(given: Any) -> Any:
+    """Return a count of seeds as its mapping."""
+    if isinstance(given, int) and not isinstance(given, bool):
+        return {"from": 0, "count": given}
+    if not isinstance(given, dict):
+        raise InvalidInput(f"{given!r} is no number of seeds; write 6 for 0 to 5, or {{from: 10, count: 50}}")
+    return given
+
+
+_Names = Annotated[list[str], Field(min_length=1), BeforeValidator(_listed), WithJsonSchema(_NAMES)]
+_Choices = Annotated[list[Any], Field(min_length=1), BeforeValidator(_listed), WithJsonSchema(_VALUES)]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class _Seeds(_Model):
+    """Seeds from the first on."""
+
+    first: int = Field(default=0, ge=0, alias="from")
+    count: int = Field(ge=1)
+
+
+class _SweepFile(_Model):
+    """A sweep file."""
+
+    format: Literal["stretch-sweep/1"]
+    doc: str = Field(default="", description="what the sweep is to show")
+    tree: _Names = Field(description="a tree file relative to this one, the name of a shipped tree, or a list of them")
+    scene: _Names | None = Field(
+        default=None,
+        description="a scene file relative to this one, a shipped scene, or a list; by default each tree's own",
+    )
+    cell: str | None = Field(default=None, description="a cell file relative to this one, or a shipped cell: simulated")
+    seeds: Annotated[_Seeds, BeforeValidator(_counted), WithJsonSchema(_SEEDS)] = Field(
+        default=_Seeds(count=1),
+        description="how many seeds from 0 on, or `{from: 10, count: 50}`",
+        validate_default=False,
+    )
+    set: dict[str, _Choices] = Field(
+        default={}, description="params of the trees: one value, or a list; each combination is run"
+    )
+    tolerance: Tolerance | None = Field(
+        default=None, description="what `effects: auto` goes by, instead of the scene's"
+    )
+    limit: Annotated[Time, Within(0.001, 1e7, "Time")] | None = Field(
+        default=None, description="wall time of an item, after which it is stopped at its next tick and is `timed_out`"
+    )
+    record: Literal["full", "events", "none"] = Field(default="none", description="what is kept of each run")
+
+
+@dataclass(frozen=True, slots=True)
+class SweepFile:
+    """A sweep file as it was written, each name and value at its place; `limit` in s."""
+
+    file: str
+    path: Path
+    doc: str
+    trees: tuple[Scalar, ...]
+    scenes: tuple[Scalar, ...]
+    cell: Scalar | None
+    seeds: range
+    choices: dict[str, tuple[Value, ...]]
+    marks: dict[str, Mark]
+    tolerance: dict[str, str]
+    tolerance_mark: Mark | None
+    limit: float | None
+    record: Literal["full", "events", "none"]
+
+    @property
+    def folder(self) -> Path:
+        """The folder that names in it are relative to."""
+        return self.path.parent
+
+    def place(self, name: Scalar) -> str:
+        """Return the path of a file that is named, or the name of a shipped one, which no file beside hides."""
+        beside = self.folder / name.text
+        return str(beside) if name.text.endswith((".yaml", ".yml")) or beside.is_file() else name.text
+
+    def __len__(self) -> int:
+        """Return how many items there are."""
+        scenes = max(len(self.scenes), 1)
+        return len(self.trees) * scenes * len(self.seeds) * prod(len(values) for values in self.choices.values())
+
+
+def load_sweep(path: str | Path) -> SweepFile:
+    """Read a sweep file; the files that it names are not read.
+
+    Raises
+    ------
+    SweepError
+        With every mistake at its line and column.
+    """
+    file = str(path)
+    try:
+        source = load(Path(path), file)
+        made = validate(_SweepFile, source)
+    except FileError as error:
+        raise SweepError(error.diagnostics) from None
+    choices, given = source.get("set"), source.get("tolerance")
+    table = choices.pairs if isinstance(choices, Map) else ()
+    found = SweepFile(
+        file=file,
+        path=Path(path),
+        doc=made.doc,
+        trees=_scalars(source.get("tree")),
+        scenes=_scalars(source.get("scene")),
+        cell=next(iter(_scalars(source.get("cell"))), None),
+        seeds=range(made.seeds.first, made.seeds.first + made.seeds.count),
+        choices={key.text: _choices(value) for key, value in table},
+        marks={key.text: key.mark for key, _ in table},
+        tolerance={key.text: written(value) for key, value in given} if isinstance(given, Map) else {},
+        tolerance_mark=None if given is None else given.mark,
+        limit=made.limit,
+        record=made.record,
+    )
+    wrong = [*_twice(found), *_too_many(found, source)]
+    if wrong:
+        raise SweepError(wrong)
+    return found
+
+
+def sweep_schema() -> dict[str, Any]:
+    """Return the JSON Schema of sweep files."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_SweepFile.model_json_schema()}
+
+
+def _scalars(value: Value | None) -> tuple[Scalar, ...]:
+    items = value.items if isinstance(value, Seq) else (value,)
+    return tuple(item for item in items if isinstance(item, Scalar))
+
+
+def _choices(value: Value) -> tuple[Value, ...]:
+    return value.items if isinstance(value, Seq) else (value,)
+
+
+def _twice(found: SweepFile) -> list[Diagnostic]:
+    """Return each value that a list has twice: its items would be the same."""
+    lists: dict[str, tuple[Value, ...]] = {"tree": found.trees, "scene": found.scenes, **found.choices}
+    wrong = []
+    for name, values in lists.items():
+        seen: set[str] = set()
+        for value in values:
+            if (text := written(value)) in seen:
+                wrong.append(value.mark.error("value", f"{name} has {text!r} twice", "write each value once"))
+            seen.add(text)
+    return wrong
+
+
+def _too_many(found: SweepFile, source: Map) -> list[Diagnostic]:
+    count = len(found)
+    if count <= MOST:
+        return []
+    message = f"the sweep has {count:,} items, and {MOST:,} are run at most"
+    return [source.mark.error("value", message, "take fewer seeds or values, or write several sweeps")]
