@@ -1,10 +1,10 @@
 """One item: whatever it comes to is a row, and it changes nothing of the process and sees nothing of another item."""
 
-import os
 import signal
 import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
