@@ -19,6 +19,8 @@ __all__ = ["cluster"]
 #: after which a worker of this machine that died and did not come back is given up; by default one that dies again while
 #: it begins would be, and in the end all of them
 LOST = "365 days"
+#: for what processes of this machine say to each other, on one that is busy
+PATIENCE = "5 minutes"
 
 
 def cluster(
@@ -141,9 +143,11 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         return
     import dask
 
-    quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": None, "preload": [dask_worker.__name__]}
+    quiet = {"silence_logs": logging.CRITICAL, "dashboard_address": "127.0.0.1:0", "preload": [dask_worker.__name__]}
     with (
-        dask.config.set({"distributed.deploy.lost-worker-timeout": LOST}),
+        dask.config.set(
+            {"distributed.deploy.lost-worker-timeout": LOST, "distributed.comm.timeouts.connect": PATIENCE}
+        ),
         LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, **quiet) as here,
         Client(here) as client,
     ):

@@ -25,7 +25,6 @@ SWEEP = """\
 format: stretch-sweep/1
 tree: count.yaml
 set: {number: [1, 2, 3, 4]}
-seeds: 2
 """
 
 

@@ -1,0 +1,57 @@
+"""Engines: the same rows from each, on real processes; and what is refused."""
+
+import pytest
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.sweep import sweep
+from stretch_bt.sweep.cluster import cluster
+from stretch_bt.sweep.engines import engine_of
+from stretch_bt.sweep.serial import serial
+
+TWENTY = "tree: count.yaml\nset: {number: [1, 2, 3, 4]}\nseeds: 5"
+
+
+def test_twenty_items_on_two_dask_workers_are_those_of_this_process(lab, tmp_path, rows):
+    lab.sweep(TWENTY)
+    here = sweep(lab.file, out=tmp_path / "here")
+    there = sweep(lab.file, engine_of("dask", 2, None), out=tmp_path / "there")
+    assert there.whole
+    assert rows(there.folder) == rows(here.folder)
+    lines = (there.folder / "rows.jsonl").read_text()
+    assert len({line.rpartition('"worker": ')[2] for line in lines.splitlines()}) == 2
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("dusk", None, None), "did you mean 'dask'"),
+        (("serial", None, "tcp://lab:8786"), "--scheduler is for the engine dask"),
+        (("local", None, "tcp://lab:8786"), "--scheduler is for the engine dask"),
+        (("serial", 2, None), "runs in this process"),
+        (("dask", 2, "tcp://lab:8786"), "has the workers of its scheduler"),
+        ((None, 2, "tcp://lab:8786"), "has the workers of its scheduler"),
+        (("local", 0, None), "write 1 or more"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(given, said):
+    with pytest.raises(InvalidInput, match=said):
+        engine_of(*given)
+
+
+def test_without_a_name_the_scheduler_says_which_engine():
+    assert engine_of(None, None, None) is serial
+
+
+def test_a_worker_with_threads_is_refused(lab):
+    from distributed import LocalCluster
+
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address="127.0.0.1:0") as two,
+        pytest.raises(InvalidInput, match=r"has 2 threads, .* start it with --nthreads 1"),
+    ):
+        next(cluster(lab.specs(), 1, two.scheduler_address))
+
+
+def test_where_no_scheduler_is_nothing_runs(lab, monkeypatch):
+    with pytest.raises(InvalidInput, match="there is no Dask scheduler at 'nowhere:1'"):
+        next(cluster(lab.specs(), 1, "nowhere:1"))

@@ -1,0 +1,149 @@
+"""A sweep from its file to rows, summary and pictures; what is run again, and what is refused."""
+
+import json
+import math
+from xml.etree import ElementTree
+
+import pytest
+
+from stretch_bt.errors import InvalidInput, RecordError, SweepError
+from stretch_bt.sweep import Ran, sweep
+from stretch_bt.sweep.summary import Summary
+
+
+def noted(statuses, taken):
+    """Return an engine that runs nothing: it notes what it is given, and says that it came to SUCCESS or as is told."""
+
+    def engine(specs):
+        for spec in specs:
+            taken.append((spec.params["number"], spec.seed))
+            status = statuses.get(taken[-1], "SUCCESS")
+            yield Ran(spec.row(status, ""), stopped=status == "stopped")
+
+    return engine
+
+
+def test_each_item_has_a_row_and_rows_are_summed_up(lab, tmp_path, rows):
+    told = []
+    found = sweep(lab.file, out=tmp_path / "out", progress=lambda row, done, of: told.append((row["status"], done, of)))
+    assert found.whole
+    assert (found.before, found.stopped, found.summary.statuses) == (0, 0, {"SUCCESS": 3, "FAILURE": 1})
+    assert [(done, of) for _, done, of in told] == [(k, 4) for k in range(1, 5)]
+    assert len(rows(found.folder)) == 4
+    assert (found.folder / "sweep.yaml").read_text() == lab.file.read_text()
+    summary = json.loads((found.folder / "summary.json").read_text())
+    assert [group["items"] for group in summary["groups"]] == [1] * 4
+    assert summary["groups"][1]["outputs"]["reached"]["mean"] == 4.0
+    assert summary["groups"][3]["reasons"] == {"main/check: 4 is too much": 1}
+    assert summary.items() <= found.to_json().items()
+    assert found.pictures == ["reached.svg"]
+    picture = ElementTree.parse(found.folder / "reached.svg").getroot()
+    assert len(picture.findall(".//{*}circle")) == 3
+
+
+@pytest.fixture
+def eight(lab):
+    """The sweep with two seeds."""
+    lab.file.write_text(f"{lab.file.read_text()}seeds: 2\n")
+    return lab
+
+
+def test_only_what_has_no_row_was_killed_or_timed_out_is_run_again(eight, tmp_path):
+    ends = {("1", 0): "killed", ("2", 1): "timed_out", ("3", 0): "stopped", ("4", 1): "ERROR"}
+    taken = []
+    first = sweep(eight.file, noted(ends, taken), out=tmp_path / "out")
+    assert (len(taken), first.stopped, first.whole) == (8, 1, False)
+    taken.clear()
+    again = sweep(eight.file, noted({}, taken), out=tmp_path / "out", resume=True)
+    assert taken == [("1", 0), ("2", 1), ("3", 0)]
+    assert (again.before, again.whole, again.summary.statuses) == (5, True, {"SUCCESS": 7, "ERROR": 1})
+
+
+def test_a_sweep_that_was_killed_within_a_row_goes_on(lab, tmp_path, rows):
+    whole = sweep(lab.file, out=tmp_path / "whole")
+    torn = sweep(lab.file, out=tmp_path / "torn")
+    path = torn.folder / "rows.jsonl"
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    again = sweep(lab.file, out=torn.folder, resume=True)
+    assert 1 <= again.before <= 2
+    assert rows(again.folder) == rows(whole.folder)
+
+
+def test_rows_of_another_tree_do_not_count(eight, tmp_path):
+    taken = []
+    sweep(eight.file, noted({}, taken), out=tmp_path / "out")
+    (eight.folder / "count.yaml").write_text((eight.folder / "count.yaml").read_text() + "# changed\n")
+    again = sweep(eight.file, noted({}, taken), out=tmp_path / "out", resume=True)
+    assert (len(taken), again.before, again.summary.items) == (16, 0, 8)
+
+
+def test_more_items_are_gone_on_with(eight, tmp_path):
+    taken = []
+    sweep(eight.file, noted({}, taken), out=tmp_path / "out")
+    eight.file.write_text(eight.file.read_text().replace("seeds: 2", "seeds: 3"))
+    again = sweep(eight.file, noted({}, taken), out=tmp_path / "out", resume=True)
+    assert (again.before, {seed for _, seed in taken[8:]}) == (8, {2})
+
+
+def test_a_row_is_never_without_its_record(lab, tmp_path):
+    lab.file.write_text("format: stretch-sweep/1\ntree: count.yaml\nrecord: events\n")
+    found = sweep(lab.file, out=tmp_path / "out")
+    folders = {path.name for path in (found.folder / "records").iterdir()}
+    assert folders == {json.loads(line)["key"] for line in (found.folder / "rows.jsonl").read_text().splitlines()}
+    result = json.loads((found.folder / "records" / folders.pop() / "result.json").read_text())
+    assert result["status"] in ("SUCCESS", "FAILURE")
+
+
+def test_folders_that_cannot_be_used_are_refused_before_anything_runs(lab, tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "file").touch()
+    with pytest.raises(RecordError, match="not empty"):
+        sweep(lab.file, out=tmp_path / "full")
+    with pytest.raises(InvalidInput, match=r"it holds no rows\.jsonl of a sweep"):
+        sweep(lab.file, out=tmp_path / "full", resume=True)
+    with pytest.raises(InvalidInput, match="name it with --out"):
+        sweep(lab.file, resume=True)
+    assert [path.name for path in (tmp_path / "full").iterdir()] == ["file"]
+
+
+def test_a_wrong_file_is_refused_before_a_folder_is_made(lab, tmp_path):
+    lab.sweep("tree: count.yaml\nset: {nothing: 1}")
+    with pytest.raises(SweepError, match="param-unknown"):
+        sweep(lab.file, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_summary_is_that_of_the_numbers():
+    summary = Summary(3)
+    for value, sd, truth in ((1.1, 0.1, 1.0), (0.7, 0.2, 1.0), (1.0, None, None)):
+        summary.take(
+            {
+                "tree": "t",
+                "scene": None,
+                "set": {},
+                "status": "SUCCESS",
+                "reason": "",
+                "outputs": {
+                    "x": {"value": value, "unit": "N", "sd": sd},
+                    "word": {"value": "a", "unit": "", "sd": None},
+                },
+                "truth": {} if truth is None else {"x": {"value": truth}},
+                **dict.fromkeys(("cpu_seconds", "wall_seconds", "task_seconds"), 2.0),
+            }
+        )
+    (group,) = summary.to_json()["groups"]
+    assert group["outputs"].keys() == {"x"}
+    assert group["outputs"]["x"] == pytest.approx(
+        {
+            "unit": "N",
+            "count": 3,
+            "mean": 2.8 / 3,
+            "spread": math.sqrt(((1.1 - 2.8 / 3) ** 2 + (0.7 - 2.8 / 3) ** 2 + (1 - 2.8 / 3) ** 2) / 2),
+            "stated_sd": math.sqrt((0.1**2 + 0.2**2) / 2),
+            "truth": 1.0,
+            "bias": -0.1,
+            "rms_error": math.sqrt((0.1**2 + 0.3**2) / 2),
+            "error_over_sd": math.sqrt((1.0**2 + 1.5**2) / 2),
+        }
+    )
+    assert summary.to_json()["cpu_seconds"] == {"sum": 6.0, "median": 2.0, "p95": 2.0, "largest": 2.0}
