@@ -234,8 +234,27 @@ def _best(points: Points, step: float, known: Estimate | None = None) -> _Top:
             top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
         found = top.estimate(radius)
-        return _Top(Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd))), True)
-    return _Top(_faint(Top(near, middle, even=True), _flat(near, step)), False)
+        unlike = _unlike_half(found, near, middle, radius, known)
+        return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(step, top.sd))), True)
+    top, flat = Top(near, middle, even=True), _flat(near, step)
+    return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
+
+
+def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:
+    """Return by how much, m, the inner half of a disc tells another height than the disc, past what noise explains (Hausman, 1978).
+
+    Then the disc holds skirt, which no quadratic follows.
+    """
+    away = _away(near.cloud, middle)
+    inner = np.flatnonzero(away <= 0.5 * float(away.max()))
+    if inner.size < LEAST_POINTS:
+        return 0.0
+    half = Top(near.at(inner), middle, even=False).bent(known)
+    if not half.is_curved:
+        return 0.0
+    other = half.estimate(radius)
+    by_chance = max(other.sd**2 - found.sd**2, 0.0)
+    return math.sqrt(max((other.value - found.value) ** 2 - by_chance, 0.0))
 
 
 def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
