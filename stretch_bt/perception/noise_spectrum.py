@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from stretch_bt.perception.noise_off_contact import LeftByEllipse, left_by_ellipse
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative
-from stretch_bt.perception.surface import Cleaned
+from stretch_bt.perception.surface import Cleaned, Surface
 from stretch_bt.perception.types import MaskArray
 
 __all__ = ["NoiseSpectrum", "noise_spectrum"]
@@ -70,6 +70,12 @@ class NoiseSpectrum:
     def white_sd(self) -> float:
         """Standard deviation, m, of the white part."""
         return math.sqrt(float(self.variances @ (self.lengths == 0.0)))
+
+    def after(self, surface: Surface, *orders: tuple[int, int, float]) -> float:
+        """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin of a smoothed surface."""
+        parts = zip(np.sqrt(self.variances), self.lengths, strict=True)
+        each = (replace(surface, noise=float(sd), length=float(length)).noise_after(*(orders or ((0, 0, 1.0),))) for sd, length in parts if sd)
+        return math.hypot(*each)
 
     def of_mean(self, pixels: float) -> float:
         """Return the variance, m^2, of the mean of a block of so many pixels, of all parts but the white."""
