@@ -95,7 +95,9 @@ def _misfit(x: Array, y: Array, left: Array, sd: float, points: Points) -> float
     means = np.bincount(block, left)[count > 0] / count[count > 0]
     count = count[count > 0]
     pixels = float(np.mean(count)) * points.every**2
-    by_chance = sd * sd / count + (points.noise.of_mean(pixels) if points.noise is not None else 0.0)
+    noise = points.noise
+    white = max(sd, noise.white_sd) if noise is not None else sd  # all of a face may lie in one count
+    by_chance = white * white / count + (noise.of_mean(pixels) if noise is not None else 0.0)
     return math.sqrt(max(float(np.average(means**2 - by_chance, weights=count)), 0.0))
 
 
