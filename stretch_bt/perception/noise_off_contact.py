@@ -38,14 +38,11 @@ BENT = 2.0  # bins; of the Gaussian with which curvatures are seen
 SEEN = 0.8  # share of a bin's pixels that must be valid
 WHOLE = 0.95  # share of the ellipse that must be
 LEAST = 60  # bins from which a residual tells anything
-CUT, ROUNDS, GROWN = (
-    3.5,
-    3,
-    5,
-)  # standard deviations past which a residual is no noise, how often, and bins along a side around it
+CUT, ROUNDS = 3.5, 3  # standard deviations past which a residual is no noise, and how often they are taken
+AROUND = np.ones((5, 5), dtype=np.uint8)  # bins around it that are not either
 LEAST_KEPT = 0.3  # of the bins
 # Variance that the curvature brings at its median, over that of noise; and the logarithm of a likelihood that makes it believed
-BY_CURVATURE: Array = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0])
+BY_CURVATURE: Image = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0], dtype=np.float32)
 GAIN = 1.0
 PATCH = 400.0  # pixels that count as one independent value: as of noise alike over 5.6 pixels
 
@@ -84,14 +81,13 @@ def left_by_ellipse(cleaned: Cleaned, free: MaskArray, lengths: tuple[float, ...
     lengths : pixels
         Of noise; what is left is compared with what is left of the last.
     """
-    bins, found = _bins(cleaned, free), dict[float, Array]()
-    best = RATIOS[0]
-    for some in (RATIOS[::2], RATIOS):
-        near = [ratio for ratio in some if len(some) < len(RATIOS) or abs(RATIOS.index(ratio) - RATIOS.index(best)) < 2]
-        found |= {ratio: _left(bins, ratio) for ratio in near if ratio not in found}
-        best = min(found, key=lambda ratio: float(found[ratio][-1] / _expected(ratio, lengths)[-1, -1]))
-    left = found[best]
-    return LeftByEllipse(left, best) if np.isfinite(left).all() and left.all() else None
+    bins = _bins(cleaned, free)
+    found = {n: _View(bins, RATIOS[n]) for n in range(0, len(RATIOS), 2)}
+    best = min(found, key=lambda n: found[n].size(lengths))
+    found |= {n: _View(bins, RATIOS[n]) for n in (best - 1, best + 1) if 0 <= n < len(RATIOS)}
+    view = min(found.values(), key=lambda view: view.size(lengths))
+    left = np.array([view.variance(k) for k in range(len(MEANS))])
+    return LeftByEllipse(left, view.ratio) if np.isfinite(left).all() and left.all() else None
 
 
 def _bins(cleaned: Cleaned, free: MaskArray) -> _Free:
@@ -115,17 +111,25 @@ def _means(image: Image, valid: MaskArray) -> Image:
     return mean
 
 
-def _left(bins: _Free, ratio: float) -> Array:
-    """Return the variances (k,), m^2, of what an ellipse leaves; infinite where too little is free."""
-    rest, whole = _rest(bins, ratio)
-    bent = _bent(bins, ratio)
-    found = []
-    for mean in MEANS:
-        total, cover = covered(rest, whole.astype(np.float32), mean)
-        there = whole & (cover > SEEN)
-        enough = np.count_nonzero(there) >= LEAST
-        found.append(_unbent(total / np.maximum(cover, np.float32(1e-3)), there, bent) if enough else math.inf)
-    return np.array(found)
+class _View:
+    """What an ellipse leaves of bins (h, w), m, and where that is seen."""
+
+    def __init__(self, bins: _Free, ratio: float) -> None:
+        self.ratio, self._bent = ratio, _bent(bins, ratio)
+        self._rest, self._whole = _rest(bins, ratio)
+        self._last = self.variance(-1)
+
+    def size(self, lengths: tuple[float, ...]) -> float:
+        """Return the variance after the last of MEANS, over that of noise of variance 1 of the last of the lengths, pixels."""
+        return self._last / float(_expected(self.ratio, lengths)[-1, -1])
+
+    def variance(self, number: int) -> float:
+        """Return the variance, m^2, after one of MEANS; infinite where too little is free."""
+        total, cover = covered(self._rest, self._whole.astype(np.float32), MEANS[number])
+        there = self._whole & (cover > SEEN)
+        if np.count_nonzero(there) < LEAST:
+            return math.inf
+        return _unbent(total / np.maximum(cover, np.float32(1e-3)), there, self._bent)
 
 
 def _rest(bins: _Free, ratio: float) -> tuple[Image, MaskArray]:
@@ -164,9 +168,9 @@ def _bent(bins: _Free, ratio: float) -> Image:
 def _unbent(rest: Image, there: MaskArray, bent: Image) -> float:
     """Return the variance, m^2, that a residual (h, w) has where it is seen and nothing is bent: the likeliest s^2 (1 + a c) of a curvature c."""
     kept = _kept(rest, there)
-    square, c = rest[kept].astype(np.float64) ** 2, bent[kept].astype(np.float64)
-    grows = 1.0 + BY_CURVATURE[:, None] * (c / max(float(np.median(c)), 1e-30))
-    variance = np.maximum((square / grows).mean(axis=1), 1e-24)
+    square, c = rest[kept] ** 2, bent[kept]
+    grows = 1.0 + BY_CURVATURE[:, None] * (c / np.float32(max(quantile(c), 1e-30)))
+    variance = np.maximum((1.0 / grows) @ square / square.size, 1e-24)
     count = square.size * STEP**2 / PATCH
     likely = -0.5 * count * (np.log(variance) + np.log(grows).mean(axis=1))
     best = int(likely[1:].argmax()) + 1
@@ -177,13 +181,15 @@ def _kept(rest: Image, there: MaskArray) -> MaskArray:
     """Return where a residual is noise: what stands out, and what is around that, is a rim or a clamp."""
     import cv2
 
-    kept, sd = there, MAD_TO_SD * quantile(np.abs(rest[there]))
+    size = np.abs(rest)
+    kept, sd = there, MAD_TO_SD * quantile(size[there])
+    least = max(LEAST_KEPT * np.count_nonzero(there), LEAST)
     for _ in range(ROUNDS):
-        out = (there & (np.abs(rest) > CUT * sd)).astype(np.uint8)
-        less = there & (cv2.dilate(out, np.ones((GROWN, GROWN), dtype=np.uint8)) == 0)
-        if np.count_nonzero(less) < max(LEAST_KEPT * np.count_nonzero(there), LEAST):
+        out = (there & (size > CUT * sd)).view(np.uint8)
+        less = there & (cv2.dilate(out, AROUND) == 0)
+        if np.count_nonzero(less) < least:
             break
-        kept, sd = less, float(np.sqrt(np.mean(rest[less] ** 2)))
+        kept, sd = less, math.sqrt(float(np.mean(rest[less] ** 2)))
     return np.asarray(kept)
 
 

@@ -74,7 +74,11 @@ class NoiseSpectrum:
     def after(self, surface: Surface, *orders: tuple[int, int, float]) -> float:
         """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin of a smoothed surface."""
         parts = zip(np.sqrt(self.variances), self.lengths, strict=True)
-        each = (replace(surface, noise=float(sd), length=float(length)).noise_after(*(orders or ((0, 0, 1.0),))) for sd, length in parts if sd)
+        each = (
+            replace(surface, noise=float(sd), length=float(length)).noise_after(*(orders or ((0, 0, 1.0),)))
+            for sd, length in parts
+            if sd
+        )
         return math.hypot(*each)
 
     def of_mean(self, pixels: float) -> float:

@@ -2,17 +2,14 @@
 
 import numpy as np
 import pytest
-from height_noise import NOISES, Surface, height, seen, surface_of
+from height_noise import NOISES, height, seen, surface_of
 
-from stretch_bt.accuracy.perception.view import Press
-from stretch_bt.accuracy.perception.view import seen as view_of
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, track_height
 from stretch_bt.perception.noise_spectrum import noise_spectrum
 from stretch_bt.perception.surface import clean
-from stretch_bt.perception.tops import noise_around, window_of
+from stretch_bt.perception.tops import window_of
 from stretch_bt.perception.types import CONTACT, DEFORMED
-from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 
 
 def found(shape, noise, draws):
@@ -104,45 +101,3 @@ def test_the_noise_of_a_frame_is_found_with_the_length_over_which_pixels_share_i
     total = np.hypot(made.white, np.hypot(sum(sd for sd, _ in made.shared), made.unit / np.sqrt(12)))
     assert np.sqrt(spectrum.variances.sum()) == pytest.approx(total, rel=0.2)
     assert spectrum.area == pytest.approx(area, rel=0.5)
-
-
-def sheet_over_cylinder():
-    """Return what the camera sees of the finite-strain sheet, which is not the linear membrane of the benchmark."""
-    view = view_of(Press(Cylinder(20e-3), 30e-3, 8e-3, (2e-3, -3e-3)))
-    return Surface(view.depth.astype(float), 8e-3)
-
-
-@pytest.mark.parametrize("surface", [lambda: surface_of("sphere", 3), sheet_over_cylinder], ids=["linear", "sheet"])
-@pytest.mark.parametrize(
-    ("noise", "shared"), [("white 0.3 and 0.15, 8 px", 0.15e-3), ("shared 0.3, 8 px", 0.3e-3), ("white 0.3", 0.0)]
-)
-def test_noise_of_a_length_of_8_pixels_is_measured_where_the_membrane_is_free(noise, shared, surface):
-    """The mean over 700 pixels was stated 0.2 and 0.6 times as uncertain as noise of 8 pixels makes it."""
-    found = []
-    for number in range(5):
-        try:
-            contact = find_contact(seen(surface(), NOISES[noise], np.random.default_rng((number, 7))))
-        except NoAnswer:
-            continue
-        valid = np.isfinite(contact.surface[..., 2])
-        spectrum = noise_around(contact.surface, valid, np.flatnonzero(contact.labels == CONTACT))
-        found.append(spectrum.of_mean(700.0) + spectrum.white_sd**2 / 700.0)
-    made = shared**2 + (NOISES[noise].white ** 2 + NOISES[noise].unit ** 2 / 12.0) / 700.0
-    assert len(found) > 2
-    assert 0.7 < np.sqrt(np.mean(found) / made) < (1.3 if shared else 1.8)
-
-
-@pytest.mark.parametrize(
-    ("noise", "shape", "number"),
-    [
-        ("shared 0.3, 5 px", "sphere", 57),
-        ("white 0.3 and 0.15, 8 px", "cylinder", 53),
-        ("white 0.05", "box", 21),
-        ("white 0.3 and 0.15, 8 px", "sphere", 5),
-    ],
-)
-def test_a_disc_that_holds_more_than_the_top_says_how_far_that_sets_the_height_off(noise, shape, number):
-    """Heights were off by 5 to 7 stated deviations: skirt within the disc is no quadratic, and a face that ends within it not level."""
-    surface = surface_of(shape, number % 12)
-    top = height(seen(surface, NOISES[noise], np.random.default_rng((number, 7))))
-    assert abs(top.value - surface.top) < 3.5 * top.sd
