@@ -35,6 +35,7 @@ ROUNDS = 4  # of variances, and the errors of sums of squares that follow from t
 SHORT = 3  # lengths that narrow means tell from membrane
 LEAST_SIZE = 0.3  # of a sum of squares, that its error follows from at least
 SWEEPS, SETTLED = 100, 1e-5
+MOSTLY_COUNTS = 1.3  # of the variance of counts, below which there is hardly other noise
 CELLS = 1.5  # cells in a length, in which its correlation is summed
 
 
@@ -70,6 +71,16 @@ class NoiseSpectrum:
     def white_sd(self) -> float:
         """Standard deviation, m, of the white part."""
         return math.sqrt(float(self.variances @ (self.lengths == 0.0)))
+
+    def sd_beside_counts(self, step: float) -> float:
+        """Return the standard deviation, m, of what is not due to heights that come in steps, m."""
+        return math.sqrt(max(float(self.variances.sum()) - step**2 / 12.0, 0.0))
+
+    def beside_counts(self, step: float) -> NoiseSpectrum:
+        """Return it as white where it is that of steps, m, alone: they follow the surface, and only seem to be shared."""
+        total = float(self.variances.sum())
+        alone = total < MOSTLY_COUNTS * step**2 / 12.0
+        return NoiseSpectrum(np.array([total]), np.zeros(1)) if alone else self
 
     def after(self, surface: Surface, *orders: tuple[int, int, float]) -> float:
         """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin of a smoothed surface."""

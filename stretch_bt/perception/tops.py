@@ -187,4 +187,4 @@ def surroundings(points: FloatArray, valid: MaskArray, touching: Points, noise: 
     places = places[valid.reshape(-1)[places]]
     cloud = np.asarray(points.reshape(-1, 3)[places].T, dtype=np.float64)
     finite = np.isfinite(cloud).all(axis=0)
-    return Points(np.ascontiguousarray(cloud[:, finite]), places[finite], valid.shape[1], noise, step)
+    return Points(np.ascontiguousarray(cloud[:, finite]), places[finite], valid.shape[1], noise, step, touching.step)
