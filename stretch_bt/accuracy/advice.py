@@ -61,10 +61,9 @@ class Found:
 def spread(errors: Spread, kind: Kind) -> str:
     """Return median and end of some errors, with their unit."""
     unit = "" if kind.unit == "1" else f" {kind.unit}"
-    if errors.count == 1:
-        return f"{number(errors.median * kind.scale)}{unit} off"
     middle, end = number(errors.median * kind.scale), number(errors.end * kind.scale)
-    return f"{middle}{unit} off in the median, {end}{unit} {errors.end_name}"
+    first = f"{middle}{unit}{kind.word}"
+    return first if errors.count == 1 else f"{first} in the median, {end}{unit} {errors.end_name}"
 
 
 def _errors(summary: Summary, kind: str) -> Spread:

@@ -36,10 +36,10 @@ def take(found: Found) -> str:
 
 
 def warm() -> None:
-    """Palpate once, with the least averaging."""
-    from stretch_bt.accuracy.palpation import settings
+    """Load what is compiled of perception and of the twin at hertz fidelity."""
+    from stretch_bt.accuracy.kernels import load_kernels
 
-    settings.warm()
+    load_kernels("perception", "simulation.camera")
 
 
 def jobs(quick: bool) -> Iterator[Job]:

@@ -31,12 +31,12 @@ KINDS = {
     "curvature": Kind("1/m", 1.0, "1/m"),
 }
 TITLES = {
-    "height": "height of the top",
-    "radius": "curvature of a sphere",
-    "diameter": "diameter of a flat contact",
-    "circularity": "circularity of an outline",
-    "overlap": "pixels called contact",
-    "normal": "normals",
+    "height": "error of the height of the top",
+    "radius": "error of the curvature of a sphere",
+    "diameter": "error of the diameter of a flat contact",
+    "circularity": "error of the circularity of an outline",
+    "overlap": "part of the pixels in contact that is missed or made up",
+    "normal": "error of the normals",
 }
 OMITTED = {
     "the curvature map": "it follows the normals, whose diagram ranks the same kernels; the rows have it",

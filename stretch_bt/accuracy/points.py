@@ -28,11 +28,12 @@ _DIGITS = 6
 
 
 class Kind(NamedTuple):
-    """A kind of error: the unit in which it is shown, how many of these make 1 of the rows, and the unit of the rows."""
+    """A kind of error: the unit in which it is shown, how many of these make 1 of the rows, the unit of the rows, and what such a number is."""
 
     unit: str
     scale: float
     si: str = "1"
+    word: str = " off"
 
 
 class Setting(NamedTuple):

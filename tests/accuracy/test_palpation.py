@@ -24,7 +24,6 @@ def rows():
         patch.setattr(settings, "SERIES", FEW)
         patch.setattr(settings, "BALLOONS", ("seeds",))
         patch.setattr(settings, "SEEDS", (0,))
-        patch.setattr(settings, "warm", lambda: None)
         return list(measure(["palpation"]))
 
 

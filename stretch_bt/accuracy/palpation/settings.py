@@ -13,7 +13,7 @@ from stretch_bt.accuracy.palpation.palpated import palpated
 from stretch_bt.accuracy.palpation.protocols import AVERAGING
 from stretch_bt.accuracy.points import FAILED, Answer, Setting
 
-__all__ = ["SERIES", "Series", "jobs", "warm"]
+__all__ = ["SERIES", "Series", "jobs"]
 
 SHALLOW = 0.012  # m, the depth limit at which stretch steps are compared: within that of the tree these balloons need no stretch
 SHIPPED = AVERAGING.index("as shipped")
@@ -47,11 +47,6 @@ SERIES = (
 FIDELITY = "hertz"
 BALLOONS, SEEDS = ("seeds", "water", "pudding"), (0, 1, 2, 3)
 _SECONDS = {"shipped": 2.0, "active": 3.0, "from zero": 3.0}  # CPU time of a run
-
-
-def warm() -> None:
-    """Palpate once, with the least averaging."""
-    palpated("shipped", 0, BALLOONS[0], FIDELITY, 0, {})
 
 
 def jobs() -> Iterator[Job]:

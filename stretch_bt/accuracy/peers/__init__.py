@@ -46,6 +46,8 @@ def guarded(peer: str, job: Job) -> Job:
             return [*job.run()]
         except NoAnswer:
             raise
+        except ImportError as error:  # of a library of the system, say
+            return [Answer(job.error_kind, None, None, status=SKIPPED, reason=f"it cannot be imported: {error}")]
         except Exception as error:  # of another version, say; it must not cost the rows before it
             return [Answer(job.error_kind, None, None, status=FAILED, reason=f"{type(error).__name__}: {error}")]
 

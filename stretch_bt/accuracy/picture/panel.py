@@ -58,7 +58,8 @@ def panel(which: Panel, kind: Kind, found: Sequence[Summary], colors: Mapping[st
     up = Scale(marks([e for e in errors if e > 0] or [1.0]), _ROOM.bottom, _ROOM.top)
     frame = _Frame(across.place, up.place)
     floor, taken = _floors(frame, lines)
-    series = {name: [dot for dot in dots if dot.series == name] for name in colors}
+    by_cost = sorted(dots, key=lambda dot: dot.cost)
+    series = {name: [dot for dot in by_cost if dot.series == name] for name in colors}
     drawn = "".join(_series(frame, group, colors[name], name in peers) for name, group in series.items() if group)
     return (
         _axes(which, kind, across, up)
@@ -107,9 +108,9 @@ def _unanswered(which: Panel, summary: Summary) -> list[Row]:
 def _axes(which: Panel, kind: Kind, across: Scale, up: Scale) -> str:
     middle = (_ROOM.left + _ROOM.right) / 2
     unit = "" if kind.unit == "1" else f", {kind.unit}"
-    title = html.escape(which.title or which.kind.replace("_", " "))
+    title = html.escape(which.title or f"error of the {which.kind.replace('_', ' ')}")
     parts = [
-        f'<text class="t" x="14" y="20">{title}: error{html.escape(unit)}</text>',
+        f'<text class="t" x="14" y="20">{title}{html.escape(unit)}</text>',
         f'<text class="m" x="{middle:.1f}" y="{_ROOM.bottom + 36:.1f}">{html.escape(which.axis.name)}</text>',
     ]
     for mark in across.marks:
@@ -160,7 +161,8 @@ def _labels(
     for dot in dots:
         x, y, end = frame.x(dot.cost), frame.y(dot.errors.median), frame.y(dot.errors.end)
         setting = dot.summary.setting
-        words = str(setting) if dot.series in peers else setting.variant or dot.series
+        alone = dot.series in peers and sum(other.series == dot.series for other in dots) == 1
+        words = str(setting) if alone else setting.variant or dot.series
         labels.append(Label(x, y, f"default: {words}" if dot.summary.default else words, dot.summary.default))
         boxes += [Box(x - 6, y - 6, x + 6, y + 6), Box(x - 4, end, x + 4, y)]
     for summary, cost in failed:
