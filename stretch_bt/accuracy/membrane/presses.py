@@ -64,7 +64,7 @@ def _of_case(case: Case, scale: float) -> Iterator[Job]:
             solve = partial(_stood_in, case, name)
             yield Job(case.name, Setting(name, ""), "force", 0.5 * scale, solve, group=case.name)
     for way in (way for way in variants() if way.takes(case)):
-        default = way.settings == DEFAULT and not way.warm
+        default = way.settings == DEFAULT
         seconds = slack * (0.3 if way.warm else 0.15) * (10.0 if way.settings.mesh == 1e-3 else 1.0)
         yield Job(case.name, way.name, "force", seconds, partial(_sheet, case, way), default=default, group=case.name)
 

@@ -26,7 +26,7 @@ _STYLE = (
 def draw(name: str, domain: Domain, rows: Iterable[Row]) -> str:
     """Return the picture of a domain: its panels, a line for each series of settings, and what each mark means."""
     found = summarise(rows)
-    drawn = [s for p in domain.panels for s in _shown(p, found) if not s.is_reference]
+    drawn = [s for p in domain.panels for s in _shown(p, found) if not s.is_reference and _costs(p, s)]
     shown = list(dict.fromkeys(s.setting.series for s in drawn))
     colors = {series: _COLORS[k % len(_COLORS)] for k, series in enumerate(shown)}
     across = max(min(len(domain.panels), _ACROSS), 1)
@@ -45,6 +45,11 @@ def draw(name: str, domain: Domain, rows: Iterable[Row]) -> str:
     title = f"<title>{html.escape(name)}</title><style>{_STYLE}</style>"
     ground = f'<rect width="{width}" height="{height}" fill="#fff"/>'
     return f"{head}{title}{ground}{''.join(panels)}{''.join(entries)}</svg>\n"
+
+
+def _costs(which: Panel, summary: Summary) -> bool:
+    """Whether a panel has a place for a setting."""
+    return any(which.axis.of(row) for row in (*summary.answers, *summary.unanswered))
 
 
 def _shown(which: Panel, found: Sequence[Summary]) -> list[Summary]:

@@ -38,6 +38,7 @@ class Label(NamedTuple):
     x: float
     y: float
     text: str
+    color: str
     bold: bool = False
 
 
@@ -74,4 +75,4 @@ def _drawn(label: Label, x: float, y: float, end: str) -> str:
     classes = " ".join(filter(None, ("l", "d" if label.bold else "", end)))
     far = abs(x - label.x) > _NEAR + 1 or abs(y - 4 - label.y) > _NEAR + 1
     leader = f'<path class="k" d="M{label.x:.1f} {label.y:.1f}L{x:.1f} {y - 4:.1f}"/>' if far else ""
-    return f'{leader}<text class="{classes}" x="{x:.1f}" y="{y:.1f}">{html.escape(label.text)}</text>'
+    return f'{leader}<text class="{classes}" x="{x:.1f}" y="{y:.1f}" style="fill:{label.color}">{html.escape(label.text)}</text>'

@@ -46,8 +46,8 @@ def _key(mark: str, words: str) -> str:
 #: what the marks mean, as entries of the legend
 KEY = (
     _key(point(12, 0, "#777", peer=False, default=True), "median; the ring is the default"),
-    _key(bar(12, 8, -6, "#777", many=True), f"to the 95th percentile, of {MANY} cases and more"),
-    _key(bar(12, 8, -6, "#777", many=False), "to the largest, of fewer"),
-    _key(open_mark(12, 0, "#777"), "cases without an answer, at their cost"),
+    _key(bar(12, 8, -6, "#777", many=True), f"95th percentile, of {MANY} cases or more"),
+    _key(bar(12, 8, -6, "#777", many=False), "largest, of fewer cases"),
+    _key(open_mark(12, 0, "#777"), "cases without an answer"),
     _key('<path class="f" d="M0 0h24"/>', "the reference's own error, median"),
 )

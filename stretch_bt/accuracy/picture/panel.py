@@ -18,7 +18,7 @@ from stretch_bt.accuracy.summary import MANY, Spread, Summary
 __all__ = ["HEIGHT", "WIDTH", "panel"]
 
 WIDTH, HEIGHT = 660, 470
-_ROOM = Box(62.0, 58.0, WIDTH - 16.0, HEIGHT - 48.0)
+_ROOM = Box(62.0, 58.0, WIDTH - 28.0, HEIGHT - 48.0)
 _FAILED = 44.0  # y of what has no answer
 
 
@@ -66,7 +66,7 @@ def panel(which: Panel, kind: Kind, found: Sequence[Summary], colors: Mapping[st
         + floor
         + drawn
         + "".join(open_mark(frame.x(cost), _FAILED, colors[s.setting.series]) for s, cost in failed)
-        + _labels(frame, peers, dots, failed, taken)
+        + _labels(frame, peers, colors, dots, failed, taken)
     )
 
 
@@ -153,6 +153,7 @@ def _series(frame: _Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
 def _labels(
     frame: _Frame,
     peers: frozenset[str],
+    colors: Mapping[str, str],
     dots: Sequence[_Dot],
     failed: Sequence[tuple[Summary, float]],
     taken: Sequence[Box],
@@ -163,11 +164,12 @@ def _labels(
         setting = dot.summary.setting
         alone = dot.series in peers and sum(other.series == dot.series for other in dots) == 1
         words = str(setting) if alone else setting.variant or dot.series
-        labels.append(Label(x, y, f"default: {words}" if dot.summary.default else words, dot.summary.default))
+        words = f"default: {words}" if dot.summary.default else words
+        labels.append(Label(x, y, words, colors[dot.series], dot.summary.default))
         boxes += [Box(x - 6, y - 6, x + 6, y + 6), Box(x - 4, end, x + 4, y)]
     for summary, cost in failed:
         x, count = frame.x(cost), len({(r.case, r.seed) for r in summary.unanswered})
         words = f"{count} of {count + summary.answered}"
-        labels.append(Label(x, _FAILED, words))
+        labels.append(Label(x, _FAILED, words, colors[summary.setting.series]))
         boxes.append(Box(x - 6, _FAILED - 6, x + 6, _FAILED + 6))
     return placed(labels, boxes, Box(_ROOM.left - 50, 26.0, _ROOM.right + 12, _ROOM.bottom + 2))
