@@ -12,7 +12,7 @@ __all__ = ["DOMAIN"]
 
 ABOUT = """\
 Twenty drawn cubes of dough, 20 to 30 mm, yield stress 2 to 10 kPa, in the twin with the noise of camera and arm, shaped by the paper's tree
-`form_cookie` and by `form_cookie_fast`, each as shipped and with a stop rule that ends sooner and one that ends later. The error is what
+`form_cookie` and by `form_cookie_fast`, as shipped and with stop rules that end sooner or later. The error is what
 the circularity of the true outline, 4 pi area over perimeter squared, lacks of 1; the scene knows it. Minutes are those of the task. A
 lump that is given up has no answer."""
 
@@ -21,6 +21,7 @@ OMITTED = {
     "the sensed circularity": "it is off the true one by some 0.01, which it states; the rows have it",
     "other paths of rolling": "tried on the body alone; [figures](../figures.md#the-cookie)",
     "material points in place of the reduced body": "they rank the trees alike, and ask for lighter forces; `python benchmarks/dough_mpm.py`",
+    "a stricter rule of the paper's tree": "within 0.5 mm in place of 1 mm, ten heights of the lump of seed 0 never came in two minutes",
     "CPU time": "it goes as the minutes; the rows have it",
 }
 

@@ -30,17 +30,16 @@ class Rule(NamedTuple):
 
 SHIPPED = "as shipped"
 RULES = (
-    Rule("form_cookie", SHIPPED, {}, 8.0),
-    Rule("form_cookie", "after ten heights", {"settled_spread": 0.05}, 6.0),
-    Rule("form_cookie", "heights within 0.5 mm", {"settled_spread": 0.0005}, 12.0),
-    Rule("form_cookie_fast", SHIPPED, {}, 8.0),
+    Rule("form_cookie", SHIPPED, {}, 12.0),
+    Rule("form_cookie", "after ten heights", {"settled_spread": 0.05}, 8.0),
+    Rule("form_cookie_fast", SHIPPED, {}, 12.0),
     Rule(
         "form_cookie_fast",
         "first look after 0.4 m, twice the spread",
         {"blind": 0.4, "max_spread": 0.1, "max_residual": 0.04},
-        7.0,
+        9.0,
     ),
-    Rule("form_cookie_fast", "first look after 1.8 m", {"blind": 1.8}, 12.0),
+    Rule("form_cookie_fast", "first look after 1.8 m", {"blind": 1.8}, 16.0),
 )
 
 
