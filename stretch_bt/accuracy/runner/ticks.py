@@ -20,7 +20,8 @@ from stretch_bt.accuracy.runner.leaf import Bare, BenchmarkLeaf, Ported
 from stretch_bt.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.record import RunRecord
-from stretch_bt.runtime.runner import Runner, Watcher
+from stretch_bt.runtime.runner import Runner
+from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.tree.build import build
 from stretch_bt.tree.program import load_program
 from stretch_bt.tree.registry import node
@@ -67,7 +68,8 @@ def ours(leaves: int, close: ExitStack, leaf: str = "benchmark_leaf", record: Ru
     tree = build(load_program(path).require(), context)
     watchers: list[Watcher] = [record] if record is not None else []
     runner = Runner(tree, context, VirtualClock(), period=0.02, watchers=watchers)
-    return lambda: runner._tick(tree.root)
+    runner.begin()
+    return lambda: runner.ticker.tick(tree.root)
 
 
 def recorded(leaves: int, close: ExitStack) -> Tick:
