@@ -27,7 +27,7 @@ SURER = 1.15
 # the skirt within the disc is not that of the shapes from which OFF is
 HALFWAY = 0.5
 # standard deviations of shared noise by which the height is off where it holds less than PATCHES in what it made pass for contact
-CHOSEN = 0.5
+CHOSEN = 0.7
 CLEAR = 0.03  # of the depth, below whose error no wider disc can tell the height better
 SMALL = 3.0  # times noise that is alike, which if it is below CLEAR does not choose what is taken for contact
 LEAST_POINTS = 30
