@@ -27,10 +27,10 @@ OMITTED = {
 
 def take(found: Found) -> str:
     """Say which pitch to take."""
-    ten = found.cheapest("depth", CPU_MS, 10e-6, ("renderer",))
+    one = found.cheapest("depth", CPU_MS, 1e-6, ("renderer",))
     return (
         f"So take the default pitch, {found.default('depth', CPU_MS)}, whose error is far below any camera's noise; "
-        f"where 10 um must hold, {ten}."
+        f"for 1 um take {one}."
     )
 
 

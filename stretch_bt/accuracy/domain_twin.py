@@ -36,10 +36,12 @@ def take(found: Found) -> str:
 
 
 def warm() -> None:
-    """Load what is compiled."""
+    """Load what is compiled, and run one press."""
     from stretch_bt.accuracy.kernels import load_kernels
+    from stretch_bt.accuracy.twin.outcome import outcome, with_effects
 
     load_kernels("perception", "simulation.camera", "simulation.membrane")
+    outcome(with_effects("calibration_sphere", {}), 0)
 
 
 def jobs(quick: bool) -> Iterator[Job]:
