@@ -67,7 +67,7 @@ def _executed(
     scene = _scene(task, spec, given)
     clock = _clock(spec, given)
     if isinstance(clock, VirtualClock):
-        load_first(sheet=scene is not None and scene.fidelity == "sheet")
+        load_first(sheet=scene is not None and scene.is_sheet)
         task.longest = math.inf if task.built.foreign else longest
         clock = paced_for(task.built, clock)
     else:

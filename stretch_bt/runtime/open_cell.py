@@ -100,7 +100,7 @@ class OpenCell:
         #: the latest record of each name that a call gave
         self.records: dict[str, Any] = {}
         self._ticks = 0
-        self._load(sheet=world is not None and world.fidelity == "sheet")
+        self._load(sheet=world is not None and world.is_sheet)
         self._record = self._begun(out, spec.path.name)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None
