@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.frames import Pose
-from stretch_bt.simulation.advisor.advise import advise
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.advisor.choose import NOISE, judge
 from stretch_bt.simulation.camera.skin import Grid
 from stretch_bt.simulation.effects import registry
 from stretch_bt.simulation.scene import Scene, parse_scene
 from stretch_bt.simulation.world import World
 
 TOP, HIGH = 2e-3, 0.8  # m round the middle that counts as top, and share of the depth at which a length is taken
-NOISE = ("camera", "robot")
 
 Item, Result = TypeVar("Item"), TypeVar("Result")
 
@@ -59,6 +59,10 @@ OBJECTS: dict[str, Callable[[np.random.Generator], str]] = {
         f"type: half_cylinder, diameter: {r.uniform(15, 60):.1f} mm, length: {r.uniform(15, 60):.1f} mm, "
         f"heading: {r.uniform(-90, 90):.0f} deg, rigid: true"
     ),
+    "pyramid": lambda r: (
+        f"type: pyramid, width: {r.uniform(30, 60):.1f} mm, height: {r.uniform(15, 40):.1f} mm, edge: {r.uniform(0.5, 2):.2f} mm, "
+        f"heading: {r.uniform(-90, 90):.0f} deg, rigid: true"
+    ),
     "wire_circle": lambda r: f"type: wire_circle, diameter: {r.uniform(30, 60):.1f} mm, thickness: {r.uniform(1.5, 4):.1f} mm, base: 20 mm",
 }
 
@@ -75,17 +79,23 @@ def drawn(random: np.random.Generator, kind: str, *, depth: tuple[float, float] 
 
 
 def possible(text: str) -> list[str]:
-    """Return the effects of membrane and object that a scene can have and that change something in it."""
+    """Return the effects of membrane and object that a scene can have."""
     scene = parse_scene(text)
-    return [v.name for v in advise(scene) if v.possible and registry()[v.name].group not in NOISE]
+    judged = judge(scene, Case(scene, scene.object.rough()))
+    return [name for name, found in judged.items() if found.effect.group not in NOISE]
 
 
-def scene_with(text: str, on: Collection[str], given: str = "") -> Scene:
-    """Return a scene with these effects on, all others off, and without noise; `given` are further choices, as in a scene file."""
+def with_effects(text: str, on: Collection[str], given: str = "") -> str:
+    """Return the text of a scene with these effects on, all others off, and without noise; `given` are further choices, as in a scene file."""
     able = set(possible(text))
     words = {name: "on" if name in on else "off" for name, e in registry().items() if name in able or e.group in NOISE}
     listed = ", ".join([given] * bool(given) + [f"{n}: {w}" for n, w in words.items() if f"{n}:" not in given])
-    return parse_scene(f"{text}effects: {{{listed}}}\n")
+    return f"{text}effects: {{{listed}}}\n"
+
+
+def scene_with(text: str, on: Collection[str], given: str = "") -> Scene:
+    """Return the scene of `with_effects`."""
+    return parse_scene(with_effects(text, on, given))
 
 
 def pressed(scene: Scene, **how: Any) -> Press:

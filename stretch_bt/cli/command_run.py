@@ -43,6 +43,10 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of everything random in a simulation.")] = 0,
     mocks: Annotated[str | None, typer.Option(help="A mocks file.")] = None,
     out: Annotated[Path | None, typer.Option(help="The record's folder; by default a new one under runs/.")] = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(help="How far the twin may be off, as in stiffness=2%; may be repeated."),
+    ] = None,
     longest: Annotated[
         str, typer.Option(help="Virtual time after which a simulated or mocked run is ended, as in '10 h'.")
     ] = "2 h",
@@ -57,7 +61,7 @@ def command(
 ) -> None:
     """Run a tree on a scene, on a cell, or on mocks."""
     try:
-        options = {"scene": scene, "cell": cell, "seed": seed, "mocks": mocks, "out": out}
+        options = {"scene": scene, "cell": cell, "seed": seed, "mocks": mocks, "out": out, "tolerance": tolerance}
         result = _ran(tree, not quiet, set_ or [], longest=longest, **options)
     except StretchError as error:
         stops.way = "note"
@@ -73,6 +77,7 @@ def _ran(tree: str, shown: bool, set_: list[str], longest: str, **options: Any) 
     from stretch_bt.units import parse_time
 
     options["longest"] = parse_time("--longest", longest)
+    options["tolerance"] = _asked(options["tolerance"])
     view = _view() if shown else None
     # what nodes print must not get among the result, and no tick waits for whoever reads it
     with pictures():
@@ -81,6 +86,14 @@ def _ran(tree: str, shown: bool, set_: list[str], longest: str, **options: Any) 
     if stops.names:
         interrupt_result(result, stops.names[0])
     return result
+
+
+def _asked(given: list[str] | None) -> dict[str, str] | None:
+    if not given:
+        return None
+    from stretch_bt.simulation.scene.asked import asked_pairs
+
+    return asked_pairs(given)
 
 
 def _say_refused(error: StretchError, *, traceback: bool, json_: bool) -> int:
@@ -161,6 +174,10 @@ def show(result: RunResult, console: Console, traceback: bool = False) -> None:
         console.print(text, style="yellow", markup=False, highlight=False, soft_wrap=True)
     for text in [*result.errors, *result.unmet]:
         console.print(f"  {text}", style="red", markup=False, highlight=False)
+    if result.choice is not None and result.choice["asked"]:
+        console.print(result.choice["line"], markup=False, highlight=False, soft_wrap=True)
+        if result.choice["narrow"]:
+            console.print(result.choice["narrow"], style="yellow", markup=False, highlight=False, soft_wrap=True)
     times = f"{result.ticks} ticks, {result.task_seconds:.1f} s of the task in {result.cpu_seconds:.1f} s of CPU"
     overruns = f", {result.overruns} ticks late" if result.overruns else ""
     console.print(times + overruns, style="dim")

@@ -24,6 +24,7 @@ from stretch_bt.units import parse_time
 if TYPE_CHECKING:
     from stretch_bt.runtime.given import Given
     from stretch_bt.runtime.open_cell import OpenCell
+    from stretch_bt.simulation.scene.sections import Tolerance
 
 __all__ = ["RunResult", "Task", "View", "execute", "run", "task_of"]
 
@@ -46,6 +47,7 @@ def run(
     devices: Mapping[str, Device] | None = None,
     modules: str | Path | None = None,
     longest: float | str = LONGEST,
+    tolerance: Mapping[str, Any] | None = None,
 ) -> RunResult:
     """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
@@ -76,6 +78,10 @@ def run(
         Folder in which the Python modules of the tree may stand; by default that of the tree.
     longest
         Virtual time, s or text with a unit, after which a run that nobody waits for ends with FAILURE; two hours by default.
+    tolerance
+        How far results of the twin may be from those with everything possible on, in the place of what the scene says of them: by name
+        (`height`, `size`, `force`, `stiffness`, `roundness`) text such as `0.3 mm` or `2 %`, or an SI number. Of a run in which nothing
+        is simulated, on mocks, or on an open cell, which has its scene already, it is refused.
 
     Raises
     ------
@@ -85,6 +91,7 @@ def run(
         A device could not be opened; nothing has moved.
     """
     longest = parse_time("longest", longest)
+    asked = _asked_for(tolerance, mocks, cell, devices)
     given = _given(cell, devices, scene)
     if given is not None and given.cell is not None:
         assert cell is not None
@@ -93,7 +100,9 @@ def run(
     named = cell if isinstance(cell, str | Path) else None
 
     def prepared(params: dict[str, Any]) -> Task:
-        return task_of(tree, scene, named, params, seed, mocks, modules, given)
+        made = task_of(tree, scene, named, params, seed, mocks, modules, given)
+        made.tolerance = asked
+        return made
 
     task = prepared(dict(params or {}))
     if task.scene and (given is None or given.cell is not None) and (task.cell or task.devices()):
@@ -106,6 +115,21 @@ def run(
 
         load_scene(scene)
     return execute(task, out, view, watch, given, longest)
+
+
+def _asked_for(tolerance: Mapping[str, Any] | None, mocks: object, cell: object, devices: object) -> Tolerance | None:
+    """Return the tolerance that a run asks for; raises InvalidInput for one that it cannot have."""
+    if not tolerance:
+        return None
+    from stretch_bt.simulation.scene.asked import read_asked
+
+    asked = read_asked(tolerance)
+    why = "a tolerance bounds the twin, and"
+    if mocks is not None:
+        raise InvalidInput(f"{why} a run on mocks is none; leave out --tolerance, or --mocks")
+    if devices is not None or not (cell is None or isinstance(cell, str | Path)):
+        raise InvalidInput(f"{why} devices that are open already have theirs; leave out 'tolerance', or name a cell")
+    return asked
 
 
 def _given(

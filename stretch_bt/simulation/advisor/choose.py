@@ -137,8 +137,8 @@ class _Choice:
         choices = np.tile(called, (len(bits), 1))
         choices[:, places] = bits.astype(np.bool_)
         choices = choices[self._possible(names, choices)]
-        factors = np.log([self.table.factor(name) for name in names])
-        choices = choices[np.lexsort((choices.sum(axis=1), choices @ factors))]  # the cheapest first, and of those the fewest
+        times = [self.table.times(list(compress(names, choice))) for choice in choices]
+        choices = choices[np.lexsort((choices.sum(axis=1), times))]  # the cheapest first, and of those the fewest
         for rung in self.rungs:
             within = self._reaching(choices, self._solver(rung))
             if within.any():

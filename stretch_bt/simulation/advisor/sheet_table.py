@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["SheetTable", "read_sheet_table"]
 
+#: with either of these each reading is a solve of its own: together they take as long as the longer one
+_REMEMBER = ("friction", "mullins")
 _ROUNDNESS = 0.1  # of a part of the force: how much rolling rounds a lump goes as the logarithm of the force
 
 
@@ -52,7 +54,12 @@ class SheetTable:
     def cost(self, rung: str, on: Collection[str], case: Case) -> float:
         """Return about how long a press takes with some effects on, ms of CPU; 0 for what is no sheet."""
         base = self.press_ms.get(rung)
-        return 0.0 if base is None else base[self._range(case)] * prod(self.factor(name) for name in on)
+        return 0.0 if base is None else base[self._range(case)] * self.times(on)
+
+    def times(self, on: Collection[str]) -> float:
+        """Return how many times as long a press takes with some effects on."""
+        remembering = max((self.factor(name) for name in _REMEMBER if name in on), default=1.0)
+        return remembering * prod(self.factor(name) for name in on if name not in _REMEMBER)
 
     def factor(self, effect: str) -> float:
         """Return how many times as long a press takes with an effect, at least once."""

@@ -16,5 +16,4 @@ RUNGS: Mapping[str, Settings] = {
     "medium": Settings(coarsen=1.0, growth=1.8, corrected=False),
     USUAL_RUNG: Settings(),
     "fine": Settings(coarsen=0.8, growth=1.4),
-    "finest": Settings(coarsen=0.5, growth=1.3),
 }
