@@ -23,7 +23,16 @@ from typing import Any
 import numpy as np
 
 import stretch_bt
-from benchmarks.press_tasks import OBJECTS, apart, drawn, possible, pressed, scene_with, shared, with_effects
+from stretch_bt.accuracy.twin.press_tasks import (
+    OBJECTS,
+    apart,
+    drawn,
+    possible,
+    pressed,
+    scene_with,
+    shared,
+    with_effects,
+)
 from stretch_bt.errors import NoAnswer, SceneError
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.advisor.choose import judge
@@ -32,7 +41,9 @@ from stretch_bt.simulation.scene import parse_scene
 USUAL = {"force": 0.03, "height": 0.3e-3, "size": 1e-3, "stiffness": 0.05}
 KINDS = ("sphere", "cone", "box", "cylinder", "balloon", "prism", "half_cylinder", "wire_circle")
 WITHIN = 0.01  # of the force, that the sheet is solved to
-PALPATED = "tolerance: {stiffness: 5 %, height: 0.3 mm}\nconditions: {stretch: 0 mm, depth: 15 mm, hold: 0.5 s, presses: 10}\n"
+PALPATED = (
+    "tolerance: {stiffness: 5 %, height: 0.3 mm}\nconditions: {stretch: 0 mm, depth: 15 mm, hold: 0.5 s, presses: 10}\n"
+)
 REMEMBERING = ("friction", "mullins")
 
 
@@ -44,7 +55,9 @@ def of_press(seed: int) -> dict[str, Any]:
     try:
         every = set(possible(text))
         known = pressed(scene_with(text, every), within=WITHIN)
-        changes = {name: apart(known, pressed(scene_with(text, every - {name}), within=WITHIN)) for name in sorted(every)}
+        changes = {
+            name: apart(known, pressed(scene_with(text, every - {name}), within=WITHIN)) for name in sorted(every)
+        }
     except (NoAnswer, SceneError) as error:
         return {"seed": seed, "kind": kind, "text": text, "reason": str(error)[:200]}
     return {"seed": seed, "kind": kind, "text": text, "changes": changes}
@@ -57,7 +70,8 @@ def of_palpation(seed: int) -> dict[str, Any]:
         every = set(possible(text)) - set(REMEMBERING)
         known = _stiffness(text, every, seed)
         changes = {
-            name: {"stiffness": known / _stiffness(text, every - {name}, seed) - 1} for name in sorted(every - {"compliance"})
+            name: {"stiffness": known / _stiffness(text, every - {name}, seed) - 1}
+            for name in sorted(every - {"compliance"})
         }
         changes["friction"] = {"stiffness": _stiffness(text, {*every, "friction"}, seed) / known - 1}
     except (NoAnswer, SceneError) as error:

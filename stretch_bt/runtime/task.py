@@ -91,7 +91,7 @@ def run(
         A device could not be opened; nothing has moved.
     """
     longest = parse_time("longest", longest)
-    asked = _asked_for(tolerance, mocks, cell, devices)
+    bound = _asked_for(tolerance, mocks, cell, devices)
     given = _given(cell, devices, scene)
     if given is not None and given.cell is not None:
         assert cell is not None
@@ -101,7 +101,7 @@ def run(
 
     def prepared(params: dict[str, Any]) -> Task:
         made = task_of(tree, scene, named, params, seed, mocks, modules, given)
-        made.tolerance = asked
+        made.tolerance = bound
         return made
 
     task = prepared(dict(params or {}))

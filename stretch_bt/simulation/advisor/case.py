@@ -111,9 +111,7 @@ class Case:
         if math.isfinite(self.rough.stiffness):
             yield Size("stiffness", error * (1 / DROP + 1.5 / self.depth), f"{why}; over a drop of 1.5 mm")
 
-    def from_force(
-        self, part: float, why: str, way: int = 0, stiffness: float | None = None
-    ) -> Iterator[Size]:
+    def from_force(self, part: float, why: str, way: int = 0, stiffness: float | None = None) -> Iterator[Size]:
         """Yield what a change of the membrane's force by a part of it does to each observable; of `stiffness` it is another part.
 
         A soft object gives way to a stronger membrane, so that the force in series changes by less.

@@ -48,7 +48,10 @@ class Judged:
         Of a tolerance that a run asks for that is all of it; noise goes by what the scene says.
         """
         noise = self.effect.group in NOISE
-        own = {name: value * self.effect.worth for name, value in (scene.tolerance.named() if noise else scene.kept).items()}
+        own = {
+            name: value * self.effect.worth
+            for name, value in (scene.tolerance.named() if noise else scene.kept).items()
+        }
         return own if noise else {**own, **scene.asked}
 
     def calls(self, scene: Scene) -> bool:
@@ -124,13 +127,25 @@ class _Choice:
         least = [(rung, called) for rung in self.rungs]
         within = [found for found in (self._at(*one) for one in least) if found.reached]
         if len(within) < len(self.rungs):
-            within += self._added(names, called, ~fixed & ~called)
+            within += self._added(names, called, self._helping() & ~fixed & ~called)
         if within:
             return min(within, key=lambda found: (found.cost_ms, self._worst(found)))
-        everything = self._with_needs(called | ~fixed)
+        everything = self._with_needs(called | (self._helping() & ~fixed))
         return min((self._at(rung, everything, called) for rung in self.rungs), key=self._worst)
 
-    def _added(self, names: Sequence[str], called: npt.NDArray[np.bool_], free: npt.NDArray[np.bool_]) -> Iterator[Chosen]:
+    def _helping(self) -> npt.NDArray[np.bool_]:
+        """Return which effects change a result that has a tolerance, or are needed by one that does."""
+        changing = [
+            any(size.value > 0 for n, size in j.sizes.items() if n in self.tolerances) for j in self.bias.values()
+        ]
+        helping = np.array(changing, dtype=np.bool_)
+        for place, needed in self._needs(list(self.bias)):
+            helping[needed] |= helping[place]
+        return helping
+
+    def _added(
+        self, names: Sequence[str], called: npt.NDArray[np.bool_], free: npt.NDArray[np.bool_]
+    ) -> Iterator[Chosen]:
         """Yield, for each setting, the cheapest choice within the tolerance that switches further effects on."""
         places = np.flatnonzero(free)
         bits = (np.arange(2 ** len(places))[:, None] >> np.arange(len(places))) & 1
@@ -180,9 +195,7 @@ class _Choice:
             return None
         return self.table.error(rung or self.scene.fidelity, self.case)
 
-    def _at(
-        self, rung: str | None, on: npt.NDArray[np.bool_], called: npt.NDArray[np.bool_] | None = None
-    ) -> Chosen:
+    def _at(self, rung: str | None, on: npt.NDArray[np.bool_], called: npt.NDArray[np.bool_] | None = None) -> Chosen:
         solver = self._solver(rung)
         off = {name: self.bias[name].sizes for name in compress(self.bias, ~on)}
         found = predicted(self.tolerances, off, solver)

@@ -33,4 +33,4 @@ class PowerLaw:
             (friction / 0.5, self.friction),
             (bend / 2e-3, self.bend),
         )
-        return self.there * math.prod(value**power for value, power in parts if power)
+        return self.there * math.exp(sum(power * math.log(value) for value, power in parts if power))

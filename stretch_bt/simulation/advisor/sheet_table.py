@@ -30,8 +30,8 @@ class SheetTable:
     stretches
         Where each range of stretch but the first begins, m.
     errors
-        By rung and by what holds the membrane up, for each range of stretch: the 95th percentile of the error of the force, a part of it,
-        and of a height and a length, m.
+        By rung and by what holds the membrane up, for each range of stretch: the 95th percentile of the error of the `force`, a part of it,
+        and of `height` and `size`, m, of `n` presses.
     press_ms
         By rung, for each range of stretch: CPU time of a press without effects, ms.
     factors
@@ -73,9 +73,6 @@ class SheetTable:
 def read_sheet_table() -> SheetTable:
     """Return the committed table."""
     read = json.loads((files("stretch_bt.simulation.advisor") / "data" / "sheet.json").read_text("utf-8"))
-    errors = {
-        rung: {holds: tuple({k: v for k, v in row.items() if k != "n"} for row in rows) for holds, rows in shapes.items()}
-        for rung, shapes in read["errors"].items()
-    }
+    errors = {rung: {holds: tuple(rows) for holds, rows in shapes.items()} for rung, shapes in read["errors"].items()}
     press_ms = {rung: tuple(times) for rung, times in read["press_ms"].items()}
     return SheetTable(tuple(read["stretches"]), errors, press_ms, read["factors"])

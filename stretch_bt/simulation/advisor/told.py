@@ -57,7 +57,10 @@ def narrow(scene: Scene, chosen: Chosen) -> str | None:
     near = [v for v in counted if v.near and v.observable and v.estimate is not None]
     if not near:
         return None
-    told = ", ".join(f"{v.name} {'on' if v.on else 'off'} ({v.observable} {_size(v, v.estimate)} of {_size(v, v.threshold)})" for v in near)
+    told = ", ".join(
+        f"{v.name} {'on' if v.on else 'off'} ({v.observable} {_size(v, v.estimate)} of {_size(v, v.threshold)})"
+        for v in near
+    )
     name = near[0].name
     return (
         f"narrow: {told}; where you know better, write 'effects: {{{name}: {'off' if near[0].on else 'on'}}}' in the scene, "
@@ -78,7 +81,9 @@ def refusal(scene: Scene, chosen: Chosen) -> str:
             f"--tolerance: nothing is known of the error of {' and '.join(unknown)} at {scene.fidelity} fidelity under a "
             f"{scene.object.type}; write 'fidelity: auto' or 'fidelity: sheet' in the scene"
         )
-    best = ", ".join(f"{p.observable} {quantity(p.observable, p.value)} of {quantity(p.observable, p.tolerance)}" for p in missed)
+    best = ", ".join(
+        f"{p.observable} {quantity(p.observable, p.value)} of {quantity(p.observable, p.tolerance)}" for p in missed
+    )
     return (
         f"--tolerance: no choice of effects stays within it; the best that can be had is {best}, by {_solved(scene, chosen)}"
         f"{_in_the_way(scene, chosen, missed)}; {_remedy(scene, missed)}"

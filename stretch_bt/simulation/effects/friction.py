@@ -15,8 +15,8 @@ from stretch_bt.simulation.effects.base import MembraneEffect, Size
 from stretch_bt.units import Within
 
 if TYPE_CHECKING:
-    from stretch_bt.simulation.objects.base import Holds
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
+    from stretch_bt.simulation.objects.base import Holds
 
 __all__ = ["Friction"]
 
@@ -43,6 +43,7 @@ _SIZE: Mapping[Holds, PowerLaw] = {
     "dome": PowerLaw(0.70e-3, depth=1.1, strain=0.8, friction=0.8),
     "point": PowerLaw(0.45e-3, depth=1.2, strain=0.5, friction=0.8),
 }
+
 
 class Parameters(base.Parameters):
     """Coulomb's coefficient."""

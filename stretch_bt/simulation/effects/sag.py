@@ -11,8 +11,8 @@ from stretch_bt.simulation.advisor.power_law import PowerLaw
 from stretch_bt.simulation.effects.base import MembraneEffect, Size
 
 if TYPE_CHECKING:
-    from stretch_bt.simulation.objects.base import Holds
     from stretch_bt.simulation.membrane.sheet.effects import Effects as SheetEffects
+    from stretch_bt.simulation.objects.base import Holds
 
 __all__ = ["Sag"]
 

@@ -10,17 +10,39 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import MissingExtra
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.advisor.choose import NOISE, judge
 from stretch_bt.simulation.camera.skin import Grid
 from stretch_bt.simulation.effects import registry
+from stretch_bt.simulation.fidelity.base import Place
+from stretch_bt.simulation.fidelity.sheet import SheetFidelity
+from stretch_bt.simulation.membrane.indenters.turned import turn
+from stretch_bt.simulation.membrane.sheet.result import Load
+from stretch_bt.simulation.membrane.sheet.settings import Settings
+from stretch_bt.simulation.membrane.sheet.solver import solve
 from stretch_bt.simulation.scene import Scene, parse_scene
 from stretch_bt.simulation.world import World
 
-TOP, HIGH = 2e-3, 0.8  # m round the middle that counts as top, and share of the depth at which a length is taken
+__all__ = [
+    "OBJECTS",
+    "Press",
+    "apart",
+    "drawn",
+    "possible",
+    "pressed",
+    "scene_with",
+    "shared",
+    "solved",
+    "with_effects",
+]
 
-Item, Result = TypeVar("Item"), TypeVar("Result")
+TOP, HIGH = 2e-3, 0.8  # m round the middle that counts as top, and share of the depth at which a length is taken
+POINTS = 181  # along each side of a sheet
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 class Press(NamedTuple):
@@ -39,7 +61,9 @@ def _log(random: np.random.Generator, low: float, high: float) -> float:
 #: an object of each kind, drawn at random
 OBJECTS: dict[str, Callable[[np.random.Generator], str]] = {
     "sphere": lambda r: f"type: sphere, diameter: {r.uniform(12, 70):.1f} mm, rigid: true",
-    "cone": lambda r: f"type: cone, angle: {r.uniform(15, 55):.1f} deg, height: 60 mm, tip: {_log(r, 0.5, 8):.2f} mm, rigid: true",
+    "cone": lambda r: (
+        f"type: cone, angle: {r.uniform(15, 55):.1f} deg, height: 60 mm, tip: {_log(r, 0.5, 8):.2f} mm, rigid: true"
+    ),
     "box": lambda r: (
         f"type: box, length: {r.uniform(12, 60):.1f} mm, width: {r.uniform(12, 50):.1f} mm, height: 60 mm, "
         f"edge: {r.uniform(0.4, 2.5):.2f} mm, heading: {r.uniform(-90, 90):.0f} deg, rigid: true"
@@ -63,7 +87,9 @@ OBJECTS: dict[str, Callable[[np.random.Generator], str]] = {
         f"type: pyramid, width: {r.uniform(30, 60):.1f} mm, height: {r.uniform(15, 40):.1f} mm, edge: {r.uniform(0.5, 2):.2f} mm, "
         f"heading: {r.uniform(-90, 90):.0f} deg, rigid: true"
     ),
-    "wire_circle": lambda r: f"type: wire_circle, diameter: {r.uniform(30, 60):.1f} mm, thickness: {r.uniform(1.5, 4):.1f} mm, base: 20 mm",
+    "wire_circle": lambda r: (
+        f"type: wire_circle, diameter: {r.uniform(30, 60):.1f} mm, thickness: {r.uniform(1.5, 4):.1f} mm, base: 20 mm"
+    ),
 }
 
 
@@ -79,23 +105,23 @@ def drawn(random: np.random.Generator, kind: str, *, depth: tuple[float, float] 
 
 
 def possible(text: str) -> list[str]:
-    """Return the effects of membrane and object that a scene can have."""
+    """Return the effects of membrane and object that a scene can have and that may change something in it."""
     scene = parse_scene(text)
     judged = judge(scene, Case(scene, scene.object.rough()))
-    return [name for name, found in judged.items() if found.effect.group not in NOISE]
+    return [name for name, found in judged.items() if found.effect.group not in NOISE and found.sizes]
 
 
-def with_effects(text: str, on: Collection[str], given: str = "") -> str:
-    """Return the text of a scene with these effects on, all others off, and without noise; `given` are further choices, as in a scene file."""
+def with_effects(text: str, on: Collection[str]) -> str:
+    """Return the text of a scene with these effects on, all others off, and without noise."""
     able = set(possible(text))
-    words = {name: "on" if name in on else "off" for name, e in registry().items() if name in able or e.group in NOISE}
-    listed = ", ".join([given] * bool(given) + [f"{n}: {w}" for n, w in words.items() if f"{n}:" not in given])
-    return f"{text}effects: {{{listed}}}\n"
+    noise = [name for name, effect in registry().items() if effect.group in NOISE]
+    words = {name: "on" if name in on else "off" for name in registry() if name in able or name in noise}
+    return f"{text}effects: {{{', '.join(f'{name}: {word}' for name, word in words.items())}}}\n"
 
 
-def scene_with(text: str, on: Collection[str], given: str = "") -> Scene:
+def scene_with(text: str, on: Collection[str]) -> Scene:
     """Return the scene of `with_effects`."""
-    return parse_scene(with_effects(text, on, given))
+    return parse_scene(with_effects(text, on))
 
 
 def pressed(scene: Scene, **how: Any) -> Press:
@@ -107,9 +133,27 @@ def pressed(scene: Scene, **how: Any) -> Press:
     skin = world.skin(contact, use.stretch)
     spent = time.process_time() - began
     assert isinstance(skin, Grid)
-    points = skin.points.reshape(-1, 3)
+    return seen(math.hypot(*contact.force), skin.points, use.depth - contact.drop, spent)
+
+
+def solved(scene: Scene, settings: Settings) -> Press:
+    """Return the same of a rigid body by one solve of the sheet alone, without the presses beside it that the world draws its curve by."""
+    began, use, world = time.process_time(), scene.conditions, World(scene)
+    assert isinstance(world.fidelity, SheetFidelity)
+    body, place = scene.object.body(), scene.object.position
+    stands = Place(body, None, (place.x, place.y), -scene.object.heading, (0.0, 0.0), scene.object.reach, use.stretch)
+    assert body is not None
+    load = Load(turn(body, stands.heading), use.stretch, use.depth, stands.at, stands.tilt, world.fidelity.lift(stands))
+    found = solve(world.fidelity.sheet, load, settings)
+    spent = time.process_time() - began
+    return seen(float(found.force[2]), found.shape.points(POINTS, POINTS), use.depth, spent)
+
+
+def seen(force: float, grid: npt.NDArray[np.float64], depth: float, spent: float) -> Press:
+    """Return a press by the points (rows, columns, 3), m, of its membrane over an object that stands so deep in it, m."""
+    points = grid.reshape(-1, 3)
     top = float(points[np.hypot(points[:, 0], points[:, 1]) < TOP, 2].mean())
-    return Press(math.hypot(*contact.force), top, _length(skin.points, HIGH * (use.depth - contact.drop)), spent)
+    return Press(force, top, _length(grid, HIGH * depth), spent)
 
 
 def _length(grid: npt.NDArray[np.float64], level: float) -> float:
@@ -132,9 +176,14 @@ def apart(one: Press, other: Press) -> dict[str, float]:
 
 def shared(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterable[Result]:
     """Yield what some work makes of each item, in their order, on several processes of one thread each."""
+    pressed(
+        scene_with(drawn(np.random.default_rng(0), "sphere"), ("sag", "bending", "wrinkling", "friction"))
+    )  # compiles
     if jobs == 1:
         yield from map(work, items)
         return
-    from joblib import Parallel, delayed
-
+    try:
+        from joblib import Parallel, delayed  # type: ignore[import-untyped]
+    except ImportError:
+        raise MissingExtra("several processes need joblib: pip install joblib") from None
     yield from Parallel(n_jobs=jobs, return_as="generator", batch_size=1)(delayed(work)(item) for item in items)
