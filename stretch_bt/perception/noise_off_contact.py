@@ -129,7 +129,8 @@ class _View:
         there = self._whole & (cover > SEEN)
         if np.count_nonzero(there) < LEAST:
             return math.inf
-        return _unbent(total / np.maximum(cover, np.float32(1e-3)), there, self._bent)
+        mean: Image = np.asarray(total / np.maximum(cover, np.float32(1e-3)), np.float32)
+        return _unbent(mean, there, self._bent)
 
 
 def _rest(bins: _Free, ratio: float) -> tuple[Image, MaskArray]:
@@ -223,7 +224,7 @@ def _expected(ratio: float, lengths: tuple[float, ...]) -> Array:
 def _alike(away: Array, length: float) -> Array:
     """Return the covariance of bins so many bins apart, of noise of variance 1 of a length, pixels."""
     if length == 0.0:
-        return (away == 0.0) / STEP**2
+        return np.asarray((away == 0.0) / STEP**2)
     square = length**2 / STEP**2
     wider = square + (1.0 - 1.0 / STEP**2) / 12.0  # the bins blur as a Gaussian of their own variance does
     return np.asarray(square / wider * np.exp(-(away**2) / (4.0 * wider)))

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 __all__ = ["execute"]
 
+_WITHOUT = "leave out --tolerance, or run on a simulated cell"
+
 
 def execute(
     task: Task,
@@ -72,7 +74,7 @@ def _executed(
     scene = _scene(task, spec, given)
     clock = _clock(spec, given)
     if isinstance(clock, VirtualClock):
-        load_first(sheet=scene is not None and scene.fidelity == "sheet")
+        load_first(sheet=scene is not None and scene.is_sheet)
         task.longest = math.inf if task.built.foreign else longest
         clock = paced_for(task.built, clock)
     else:
@@ -105,6 +107,7 @@ class _Run:
         self.runner: Runner | None = None
         self.came: list[str] = []
         self.opening = False
+        self.choice: dict[str, Any] | None = None
 
     def interrupted(self, why: str) -> None:
         """Take note of a signal: it breaks off the opening of devices, and stops the task from its first tick on."""
@@ -122,7 +125,9 @@ class _Run:
         self.task.context.folder = self.record.folder
         try:
             silent = [] if given is None else given.silent(self.task.devices())
-            self.record.start(self.task.context.about, self.task.run_info(spec, scene, silent))
+            info = self.task.run_info(spec, scene, silent)
+            self.choice = info["choice"]
+            self.record.start(self.task.context.about, info)
             if self.task.mocks is not None and self.record.folder is not None:
                 self.task.mocks.arrays.save(self.record.folder)
             if given is not None:
@@ -192,6 +197,7 @@ class _Run:
         errors = cell.close() if cell is not None else []
         outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
         result = result_of(self.task, outcome, truths, visits, self.seen, self.record)
+        result.choice = self.choice
         with told_in(result, "no figures of the twin"):
             result.stats = cell.stats() if cell is not None else []
         with told_in(result, "no sketch of the object"):
@@ -281,13 +287,16 @@ def _scene(task: Task, spec: CellSpec | None, given: BorrowedDevices | None) -> 
     if given is not None:
         return None if given.cell is None else given.cell.scene
     if spec is None or not any(spec.devices[name].implementation.cls.simulated for name in _opened_names(task, spec)):
+        if task.tolerance is not None:
+            raise InvalidInput(f"a tolerance bounds the twin, and nothing is simulated in this run; {_WITHOUT}")
         return None
+    from stretch_bt.simulation.advisor.demand import demand
     from stretch_bt.simulation.scene import load_scene
 
     if task.scene is None:
         why = "name one with --scene: that of the tree counts where no cell is named"
         raise InvalidInput(f"{spec.path.name} has simulated devices and needs a scene; {why}")
-    return load_scene(task.scene)
+    return demand(load_scene(task.scene), task.tolerance)
 
 
 def _opened_names(task: Task, spec: CellSpec) -> list[str]:

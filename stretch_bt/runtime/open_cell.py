@@ -105,7 +105,7 @@ class OpenCell:
         self.records: dict[str, Any] = {}
         #: of the ticks of all calls
         self.grid = TickGrid(TICK)
-        self._load(sheet=world is not None and world.fidelity == "sheet")
+        self._load(sheet=world is not None and world.is_sheet)
         self._record = None if out is None else record_of_calls(Path(out), spec.path.name, scene=self.scene, seed=seed)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None

@@ -20,7 +20,7 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.mocks import Mocks
-from stretch_bt.runtime.provenance import driver_modules, effects_on, machine, own_modules
+from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build
@@ -31,6 +31,7 @@ from stretch_bt.units import plain_number
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.simulation.scene import Scene
+    from stretch_bt.simulation.scene.sections import Tolerance
 
 __all__ = ["VERSIONS", "Task", "versions"]
 
@@ -51,6 +52,8 @@ class Task:
     scene: str | None = None
     cell: str | None = None
     mocks: Mocks | None = None
+    #: what the twin's results may be off by, where the run asks for that
+    tolerance: Tolerance | None = None
     notes: list[str] = field(default_factory=list)
     #: virtual time, s, after which the run is ended
     longest: float = math.inf
@@ -113,6 +116,7 @@ class Task:
             "scene": Path(self.scene).name if self.scene else None,
             "cell": Path(self.cell).name if self.cell else None,
             "mocks": Path(self.mocks.file).name if self.mocks else None,
+            **({"tolerance": self.tolerance.named()} if self.tolerance is not None else {}),
             "tick": document.tick_period,
             "keys": outs,
             "versions": versions("stretch-bt", "py_trees", "numpy"),
@@ -129,6 +133,8 @@ class Task:
             "scene": self.scene,
             "scene_text": _scene_text(self.scene) if scene is not None and self.scene else None,
             "effects": effects_on(scene),
+            "tolerance": None if self.tolerance is None else self.tolerance.named(),
+            "choice": choice_of(scene),
             "cell": self.cell,
             "cell_text": spec.path.read_text("utf-8") if spec is not None else None,
             "modules": own_modules(self.program),

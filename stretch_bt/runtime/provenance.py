@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.simulation.scene import Scene
 
-__all__ = ["driver_modules", "effects_on", "machine", "others", "own_modules", "processor"]
+__all__ = ["choice_of", "driver_modules", "effects_on", "machine", "others", "own_modules", "processor"]
 
 
 def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[str, str | None]]:
@@ -118,6 +118,16 @@ def effects_on(scene: Scene | None) -> list[str]:
     from stretch_bt.simulation.advisor.advise import advise
 
     return [verdict.name for verdict in advise(scene) if verdict.on]
+
+
+def choice_of(scene: Scene | None) -> dict[str, Any] | None:
+    """Return what the advisor chose for a scene, with its prediction and cost; None without a scene."""
+    if scene is None:
+        return None
+    from stretch_bt.simulation.advisor.choose import choose
+    from stretch_bt.simulation.advisor.told import to_json
+
+    return to_json(scene, choose(scene))
 
 
 def machine(compiled: bool) -> dict[str, Any]:

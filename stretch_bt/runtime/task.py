@@ -25,6 +25,7 @@ from stretch_bt.units import parse_time
 if TYPE_CHECKING:
     from stretch_bt.runtime.borrowed_devices import BorrowedDevices
     from stretch_bt.runtime.open_cell import OpenCell
+    from stretch_bt.simulation.scene.sections import Tolerance
 
 __all__ = ["RunResult", "Task", "View", "execute", "run", "task_of"]
 
@@ -48,6 +49,7 @@ def run(
     modules: str | Path | None = None,
     longest: float | str = LONGEST,
     record: Kept = "full",
+    tolerance: Mapping[str, Any] | None = None,
 ) -> RunResult:
     """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
@@ -80,6 +82,10 @@ def run(
         Virtual time, s or text with a unit, after which a run that nobody waits for ends with FAILURE; two hours by default.
     record
         What is kept of the run: `full`, `events` without what the devices read and without a report, or `none`.
+    tolerance
+        How far results of the twin may be from those with everything possible on, in the place of what the scene says of them: by name
+        (`height`, `size`, `force`, `stiffness`, `roundness`) text such as `0.3 mm` or `2 %`, or an SI number. Of a run in which nothing
+        is simulated, on mocks, or on an open cell, which has its scene already, it is refused.
 
     Raises
     ------
@@ -90,12 +96,14 @@ def run(
     """
     longest = parse_time("longest", longest)
     _check_kept(record, out)
+    bound = _asked_for(tolerance, mocks, cell, devices)
     given = _given(cell, devices, scene)
     if given is not None:
         scene = given.scene or scene
         seed = seed if given.seed is None else given.seed
     named = cell if isinstance(cell, str | Path) else None
     task = task_of(tree, scene, named, dict(params or {}), seed, mocks, modules, given)
+    task.tolerance = bound
     return execute(task, out, view, watch, given, longest, record)
 
 
@@ -106,6 +114,21 @@ def _check_kept(record: str, out: str | Path | None) -> None:
         )
     if record == "none" and out is not None:
         raise InvalidInput(f"{out}: no record is kept with record none; leave out the folder, or write record events")
+
+
+def _asked_for(tolerance: Mapping[str, Any] | None, mocks: object, cell: object, devices: object) -> Tolerance | None:
+    """Return the tolerance that a run asks for; raises InvalidInput for one that it cannot have."""
+    if not tolerance:
+        return None
+    from stretch_bt.simulation.scene.asked import read_asked
+
+    asked = read_asked(tolerance)
+    why = "a tolerance bounds the twin, and"
+    if mocks is not None:
+        raise InvalidInput(f"{why} a run on mocks is none; leave out --tolerance, or --mocks")
+    if devices is not None or not (cell is None or isinstance(cell, str | Path)):
+        raise InvalidInput(f"{why} devices that are open already have theirs; leave out 'tolerance', or name a cell")
+    return asked
 
 
 def _given(
