@@ -1,0 +1,19 @@
+"""Images, contacts, heights, outlines, clouds and sizes that perception must answer or refuse."""
+
+from stretch_bt.hardcases.domains.perception import (
+    clouds,
+    contacts,
+    frames,
+    heights,
+    inputs,
+    outlines,
+    rectangle,
+    relief,
+    size,
+)
+
+__all__ = ["CASES"]
+
+_PARTS = (frames, contacts, heights, inputs, outlines, size, rectangle, clouds, relief)
+
+CASES = tuple(hard for part in _PARTS for hard in part.CASES)

@@ -1,0 +1,48 @@
+"""Which hard cases there are."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+
+from stretch_bt.errors import InvalidInput
+from stretch_bt.hardcases import domains
+from stretch_bt.hardcases.hard import Hard
+from stretch_bt.source import closest
+
+__all__ = ["DOMAINS", "case", "cases"]
+
+DOMAINS = ("perception", "fits")
+
+
+@cache
+def cases(domain: str) -> dict[str, Hard]:
+    """Return the cases of a domain by their names.
+
+    Raises
+    ------
+    InvalidInput
+        There is no such domain; the text lists those that are.
+    """
+    if domain not in DOMAINS:
+        near = closest(domain, DOMAINS)
+        hint = f"; did you mean {near!r}?" if near else ""
+        raise InvalidInput(f"there is no domain {domain!r} of hard cases; the domains are {', '.join(DOMAINS)}{hint}")
+    found: tuple[Hard, ...] = import_module(f"{domains.__name__}.{domain}").CASES
+    return {hard.name: hard for hard in found}
+
+
+def case(domain: str, name: str) -> Hard:
+    """Return the case at an address.
+
+    Raises
+    ------
+    InvalidInput
+        There is no such domain or name.
+    """
+    known = cases(domain)
+    if name not in known:
+        raise InvalidInput(
+            f"there is no hard case {name!r} in {domain}; `stretch-bt hardcases --domain {domain}` lists them"
+        )
+    return known[name]
