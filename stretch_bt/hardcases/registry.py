@@ -10,7 +10,7 @@ from stretch_bt.hardcases import domains
 from stretch_bt.hardcases.hard import Hard
 from stretch_bt.source import closest
 
-__all__ = ["DOMAINS", "case", "cases"]
+__all__ = ["DOMAINS", "case", "cases", "load"]
 
 DOMAINS = ("perception", "fits")
 
@@ -28,8 +28,13 @@ def cases(domain: str) -> dict[str, Hard]:
         near = closest(domain, DOMAINS)
         hint = f"; did you mean {near!r}?" if near else ""
         raise InvalidInput(f"there is no domain {domain!r} of hard cases; the domains are {', '.join(DOMAINS)}{hint}")
+    return {hard.name: hard for hard in load(domain)}
+
+
+def load(domain: str) -> tuple[Hard, ...]:
+    """Return the cases of a domain in the order of its file."""
     found: tuple[Hard, ...] = import_module(f"{domains.__name__}.{domain}").CASES
-    return {hard.name: hard for hard in found}
+    return found
 
 
 def case(domain: str, name: str) -> Hard:
