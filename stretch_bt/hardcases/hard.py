@@ -8,7 +8,11 @@ from typing import Any
 
 from stretch_bt.hardcases.expect import Expectation
 
-__all__ = ["Hard", "group"]
+__all__ = ["Hard", "Rows", "group"]
+
+
+#: calls with what must come of them, by name
+Rows = Mapping[str, tuple[Callable[[], Any], Expectation]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +32,7 @@ class Hard:
 
 def group(
     why: str,
-    rows: Mapping[str, tuple[Callable[[], Any], Expectation]],
+    rows: Rows,
     *,
     prefix: str = "",
     costly: tuple[str, ...] = (),

@@ -12,7 +12,7 @@ from stretch_bt.source import closest
 
 __all__ = ["DOMAINS", "case", "cases", "load"]
 
-DOMAINS = ("perception", "fits")
+DOMAINS = ("membrane", "perception", "fits")
 
 
 @cache

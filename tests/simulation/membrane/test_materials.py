@@ -3,7 +3,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stretch_bt.errors import InvalidInput
 from stretch_bt.simulation.membrane.materials import Material, MooneyRivlin, NeoHookean, rubber
 from stretch_bt.simulation.membrane.materials.base import energy, tensions
 from stretch_bt.simulation.membrane.sheet.energy_kernel import strain_energy
@@ -62,14 +61,6 @@ def test_a_tension_field_carries_no_compression():
     narrow = [strain_energy(1.5**2 + w**2, (1.5 * w) ** 2, 0.0, law)[0] for w in (0.5, 0.7, 1.5**-0.5)]
     assert narrow == pytest.approx([narrow[2]] * 3)
     assert narrow[2] == pytest.approx(0.5 * (1.5**2 + 2 / 1.5 - 3))
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf")])
-def test_bad_moduli(bad):
-    with pytest.raises(InvalidInput):
-        NeoHookean(bad)
-    with pytest.raises(InvalidInput):
-        MooneyRivlin(1.0, bad if bad else -0.1)
 
 
 def test_a_rubber_without_the_second_invariant_is_neo_hookean():
