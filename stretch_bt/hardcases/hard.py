@@ -30,13 +30,8 @@ class Hard:
     costly: bool = False
 
 
-def group(
-    why: str,
-    rows: Rows,
-    *,
-    prefix: str = "",
-    costly: tuple[str, ...] = (),
-) -> Iterator[Hard]:
+def group(why: str, *rows: Rows, prefix: str = "", costly: tuple[str, ...] = ()) -> Iterator[Hard]:
     """Yield a case for each (call, expectation) by name; `costly` names those that are, without the prefix."""
-    for name, (call, expect) in rows.items():
-        yield Hard(f"{prefix}{name}", why, call, expect, name in costly)
+    for some in rows:
+        for name, (call, expect) in some.items():
+            yield Hard(f"{prefix}{name}", why, call, expect, name in costly)

@@ -164,8 +164,8 @@ CASES = (
         {
             f"coefficient {mu:g}": (partial(Effects, friction=mu), Refusal(InvalidInput, "friction"))
             for mu in (-0.1, math.nan, math.inf)
-        }
-        | {"the usual coefficient": (lambda: Effects.named(["friction"]).friction, Value(0.5))},
+        },
+        {"the usual coefficient": (lambda: Effects.named(["friction"]).friction, Value(0.5))},
     ),
     *group(
         "with hardly any friction the springs of the contact slide at once; with much they never do",

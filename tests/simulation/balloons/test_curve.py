@@ -19,15 +19,3 @@ def test_it_rises_where_the_points_rise_and_tells_its_slope(steps, at):
     assert low <= value * (1 + 1e-12)
     assert slope >= 0
     assert (high - low) / (2 * step) == pytest.approx(slope, rel=1e-3, abs=1e-6 * value / at)
-
-
-def test_a_power_law_stays_one():
-    x = np.geomspace(0.1, 1.0, 5)
-    curve = PowerCurve(x, 3 * x**1.6)
-    for at in (1e-3, 0.23, 0.5, 40.0):
-        assert curve(at) == pytest.approx((3 * at**1.6, 4.8 * at**0.6), rel=1e-9)
-
-
-@pytest.mark.parametrize("at", [0.0, -1.0])
-def test_it_is_0_at_0(at):
-    assert PowerCurve(np.array([1.0, 2.0]), np.array([1.0, 4.0]))(at) == (0.0, 0.0)

@@ -177,8 +177,8 @@ CASES: tuple[Hard, ...] = (
         {
             f"top, {name}": (partial(field, surface, 69, 0.25e-3), _top_is(tip, feature, flat))
             for name, (surface, tip, feature, flat) in TOPS.items()
-        }
-        | {"top between nodes": (_between_nodes, Value((0.005, 1e-3), abs=1e-9))},
+        },
+        {"top between nodes": (_between_nodes, Value((0.005, 1e-3), abs=1e-9))},
     ),
     *group(
         "beside its grid there is nothing that a sheet could rest on",

@@ -215,8 +215,8 @@ CASES = (
                 Value(0.0, abs=1e-5),
             )
             for y in (0.0, 0.020, 0.035)
-        }
-        | {
+        },
+        {
             f"hanging, {1e3 * y:g} mm off the middle, light forces": (
                 partial(_light_forces, y),
                 Check("forces rise from above 0 N", _rising),
@@ -232,12 +232,12 @@ CASES = (
                 Refusal(NoEquilibrium, "limit point"),
             )
             for name, form in FORMS.items()
-        }
-        | {
+        },
+        {
             f"closed shape, {name}, down to 1e-19 m": (partial(_worst_shape, FORMS[name]), Range(0.0, 1e-6))
             for name in ("large sphere", "sphere", "cylinder")
-        }
-        | {
+        },
+        {
             "closed shape, depth 0": (
                 lambda: pressed_surface(FORMS["sphere"], 0.0, SPAN).height(np.array([0.0, 0.01, 0.1])),
                 Value(np.zeros(3)),
