@@ -11,6 +11,9 @@ from typing import Any, Protocol
 from stretch_bt.brief import brief
 from stretch_bt.errors import named
 
+#: of an object whose class has no text of its own: another one in each process
+_ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+
 __all__ = ["Check", "Ended", "Expectation", "Range", "Refusal", "Value", "Warned"]
 
 
@@ -25,7 +28,8 @@ class Ended:
     def __str__(self) -> str:
         if self.error is not None:
             return named(self.error)
-        return "; ".join([brief(self.answer), *(f"warned: {named(w)}" for w in self.warnings)])
+        answer = _ADDRESS.sub("", brief(self.answer))
+        return "; ".join([answer, *(f"warned: {named(w)}" for w in self.warnings)])
 
 
 class Expectation(Protocol):
