@@ -12,7 +12,7 @@ from stretch_bt.source import closest
 
 __all__ = ["DOMAINS", "case", "cases", "load"]
 
-DOMAINS = ("membrane", "friction", "indenters", "balloons", "dough", "coupling", "perception", "fits")
+DOMAINS = ("membrane", "friction", "indenters", "balloons", "dough", "coupling", "camera", "perception", "fits")
 
 
 @cache
