@@ -12,7 +12,18 @@ from stretch_bt.source import closest
 
 __all__ = ["DOMAINS", "case", "cases", "load"]
 
-DOMAINS = ("membrane", "friction", "indenters", "balloons", "dough", "coupling", "camera", "perception", "fits")
+DOMAINS = (
+    "membrane",
+    "friction",
+    "indenters",
+    "balloons",
+    "dough",
+    "coupling",
+    "camera",
+    "scenes",
+    "perception",
+    "fits",
+)
 
 
 @cache

@@ -207,7 +207,7 @@ def _flown() -> list[Any]:
 
 def _as_flown(found: list[Any]) -> bool:
     rows, share, towards, least, largest = found
-    return bool(()
+    return bool(
         rows == [199, 200] and abs(share - 0.2) < 0.01 and towards and least >= 2e-3 - 1e-7 and largest <= 7e-3 + 1e-7
     )
 
