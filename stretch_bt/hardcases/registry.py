@@ -23,6 +23,7 @@ DOMAINS = (
     "scenes",
     "perception",
     "fits",
+    "model",
 )
 
 

@@ -79,37 +79,6 @@ def test_the_columns_are_those_of_a_tidy_table():
     } == {""}
 
 
-def test_a_number_that_is_none_is_never_written():
-    with pytest.raises(InvalidInput, match="finite"):
-        sensed_lines(press(i=float("nan")))
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda t: t.replace("stretch-sensitivity/1", "stretch-other/1"), r"x\.csv:1: a table begins with"),
-        (lambda t: t.replace('{"seed": 3}', '{"seed"'), r"x\.csv:1: .* no JSON"),
-        (lambda t: t.replace("diameter_mm,", "diameter,", 1), r"x\.csv:2: the header"),
-        (lambda t: t[:-5], "the last press is not whole; remove its lines, or run contact_sensitivity"),
-        (lambda t: "\n".join(t.split("\n")[:-2]) + "\n", "the last press is not whole"),
-        (lambda t: t.replace("20,10,5,1,fit", "20,10,1,fit"), r"x\.csv:3: a row has 15 columns"),
-        (lambda t: t.replace(",fit,", ",fitt,"), r"x\.csv:3: method: there is no 'fitt'"),
-        (lambda t: t.replace(",paper_fit,", ",paper_width,"), r"x\.csv:3: a press has a line for each of"),
-        (lambda t: t.replace("20,10,5,1,paper_fit", "20,10,6,1,paper_fit"), "a press has a line for each of"),
-        (lambda t: t.replace("20,10,5,1,fit", "20,10,deep,1,fit"), "depth_mm: 'deep' is no finite number"),
-        (lambda t: t.replace("20,10,5,1,fit", "20,10,5,1.5,fit"), "trial: '1.5' is no whole number"),
-        (lambda t: t.replace("20,10,5,1,fit", "20,-10,5,1,fit"), "stretch_mm: -10 is below -1"),
-    ],
-)
-def test_a_wrong_table_is_refused_with_its_line(change, said, tmp_path):
-    text = change(text_of(press()))
-    assert text != text_of(press())
-    path = tmp_path / "x.csv"
-    path.write_text(text, newline="")
-    with pytest.raises(InvalidInput, match=said):
-        read_sensitivity(path)
-
-
 def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
     with pytest.raises(InvalidInput, match="cannot be read"):
         read_sensitivity(tmp_path / "none.csv")
