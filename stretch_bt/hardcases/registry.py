@@ -24,6 +24,7 @@ DOMAINS = (
     "perception",
     "fits",
     "model",
+    "runner",
 )
 
 
