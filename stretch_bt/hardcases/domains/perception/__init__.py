@@ -1,11 +1,13 @@
 """Images, contacts, heights, outlines, clouds and sizes that perception must answer or refuse."""
 
 from stretch_bt.hardcases.domains.perception import (
+    cameras,
     clouds,
     contacts,
     frames,
     heights,
     inputs,
+    limits,
     outlines,
     rectangle,
     relief,
@@ -14,6 +16,6 @@ from stretch_bt.hardcases.domains.perception import (
 
 __all__ = ["CASES"]
 
-_PARTS = (frames, contacts, heights, inputs, outlines, size, rectangle, clouds, relief)
+_PARTS = (frames, cameras, contacts, heights, inputs, outlines, size, rectangle, clouds, relief, limits)
 
 CASES = tuple(hard for part in _PARTS for hard in part.CASES)

@@ -1,4 +1,4 @@
-"""Fits of shapes to points: too few, all in one place, on a line, not numbers, far away, or of another shape."""
+"""Fits of planes, spheres, cylinders and cones to points: too few, on a line, not numbers, far away, of another shape."""
 
 from __future__ import annotations
 
