@@ -1,4 +1,4 @@
-"""Palpation of what never gives way, gives way at once, is read twice at one force, or past every limit."""
+"""Palpation of what never gives way, gives way at once, or is read twice at one force: the fit of a series of readings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.hardcases.expect import Check, Range, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
-from stretch_bt.model import Costs, ForceModel, Limits, Looks, TopReading, fit_series, next_look, next_press
+from stretch_bt.model import ForceModel, TopReading, fit_series
 from stretch_bt.model.force.local import local_forces
 from stretch_bt.model.palpation.balance import FLATTEST, SAME, STEEPEST, Balance, presses_of
 from stretch_bt.model.palpation.law import ObjectLaw
@@ -25,10 +25,6 @@ RADIUS = Estimate(0.03, 0.0)
 TOP, DROP = 0.06, 1.5e-3
 #: stretch and depth of the hand past first contact, m: a touch, then presses
 POSES = ((0.0, 0.002), (0.0, 0.003), (0.0, 0.004), (0.0, 0.010), (0.02, 0.012))
-TOUCHES = ((0.0, 0.002), (0.0, 0.004), (0.0, 0.010))
-LIMITS = Limits(lowest=TOP - 0.018, force=8.0, stretch=0.08, stretch_step=0.01)
-STIFF = Limits(lowest=TOP - 0.010, force=8.0, stretch=0.0, stretch_step=0.01)
-LOOKS = Looks(frame=3e-4, fixed=3e-5, robot=5e-5)
 Law = Callable[[float], float]
 Poses = Sequence[tuple[float, float]]
 
@@ -69,7 +65,8 @@ def seen(
     return found
 
 
-def _fit(readings: Sequence[TopReading], **options: Any) -> Any:
+def fit(readings: Sequence[TopReading], **options: Any) -> Any:
+    """Return the fit of readings by the default model, but for some options."""
     given: dict[str, Any] = {"model": MODEL, "radius": RADIUS, **options}
     return fit_series(given.pop("model"), given.pop("radius"), readings, **given)
 
@@ -78,7 +75,7 @@ def _exact(stiffness: float, power: float) -> list[float]:
     """Return power, drop and stiffness of exact readings, each over what it is, or less it."""
     law = spring(stiffness, power)
     readings = seen(law, 1e-9)
-    found = _fit(readings, power=Estimate(power + 0.1, 10.0), stiffening=Estimate(0.0, 1e-3), robot_sd=0.0)
+    found = fit(readings, power=Estimate(power + 0.1, 10.0), stiffening=Estimate(0.0, 1e-3), robot_sd=0.0)
     true = TOP - readings[-1].height
     return [found.power.value - power, found.drop.value / true - 1, found.secant.value / (law(true) / true) - 1]
 
@@ -86,40 +83,40 @@ def _exact(stiffness: float, power: float) -> list[float]:
 def _wrong_factor() -> list[float]:
     """Return drop and stiffness by a model that is off by a factor of 0.8, over those by the right one."""
     readings = seen(spring(600.0), 1e-8)
-    right, wrong = (_fit(readings, model=_Factored(f), robot_sd=0.0) for f in (1.0, 0.8))
+    right, wrong = (fit(readings, model=_Factored(f), robot_sd=0.0) for f in (1.0, 0.8))
     return [wrong.drop.value / right.drop.value, wrong.secant.value / right.secant.value]
 
 
 def _scattered() -> list[float]:
     """Return chi2 of readings that scatter ten times as much as stated, and their deviation over that of honest ones."""
     readings = seen(spring(600.0), 2e-4, np.random.default_rng(3), poses=[*POSES, *POSES])
-    found = _fit([replace(r, sd=2e-5) for r in readings])
-    return [found.chi2, found.drop.sd / _fit(readings).drop.sd]
+    found = fit([replace(r, sd=2e-5) for r in readings])
+    return [found.chi2, found.drop.sd / fit(readings).drop.sd]
 
 
 def _known_top() -> float:
     law = spring(600.0)
-    found = _fit(seen(law, poses=[(0.0, 0.012)]), top=Estimate(TOP, 1e-6))
+    found = fit(seen(law, poses=[(0.0, 0.012)]), top=Estimate(TOP, 1e-6))
     return float(found.drop.value / (TOP - height(law, 0.0, TOP - 0.012)))
 
 
 def _shared() -> list[float]:
     """Return deviations with an error that all heights share over those without: of force, drop and stiffness."""
     readings = seen(spring(600.0), 2e-5)
-    alone, shared = (_fit(readings, common_sd=sd) for sd in (0.0, 3e-4))
+    alone, shared = (fit(readings, common_sd=sd) for sd in (0.0, 3e-4))
     return [getattr(shared, n).sd / getattr(alone, n).sd for n in ("force", "drop", "secant")]
 
 
 def _soft() -> float:
     """Return by how many deviations the stiffness of an object a thousand times softer than the membrane is off."""
     law = spring(0.3)
-    found, true = _fit(seen(law, 2e-5)), TOP - height(law, POSES[-1][0], TOP - POSES[-1][1])
+    found, true = fit(seen(law, 2e-5)), TOP - height(law, POSES[-1][0], TOP - POSES[-1][1])
     return float(abs(found.stiffness().value - law(true) / true) / found.secant.sd)
 
 
 def _changed(**options: Any) -> Any:
     readings = options.pop("readings", GOOD)
-    return _fit(readings, **options)
+    return fit(readings, **options)
 
 
 GOOD = seen(spring(600.0), 5e-5)
@@ -154,7 +151,7 @@ WRONG: dict[str, tuple[dict[str, Any], Refusal]] = {
 
 
 def _above(heights: Sequence[tuple[float, float]], top: Estimate | None) -> Any:
-    return _fit([TopReading(0.0, hand, h, 3e-5) for h, hand in heights], top=top)
+    return fit([TopReading(0.0, hand, h, 3e-5) for h, hand in heights], top=top)
 
 
 def _hardly_off(robot: float) -> list[float]:
@@ -164,7 +161,7 @@ def _hardly_off(robot: float) -> list[float]:
     readings = [
         replace(r, height=r.height + e, sd=3e-5) for r, e in zip(seen(spring(600.0), poses=depths), errors, strict=True)
     ]
-    found, exact = (_fit(readings, robot_sd=sd) for sd in (robot, 0.0))
+    found, exact = (fit(readings, robot_sd=sd) for sd in (robot, 0.0))
     return [found.secant.value / exact.secant.value, found.secant.sd / exact.secant.sd]
 
 
@@ -183,39 +180,12 @@ def _at_bound(power: float, bound: float) -> list[float]:
 
 
 def _at(drop: float) -> Estimate:
-    told: Estimate = _fit(GOOD).stiffness_at(drop)
+    told: Estimate = fit(GOOD).stiffness_at(drop)
     return told
 
 
 def _presses(poses: Poses) -> Any:
     return presses_of([TopReading(x, hand, hand + 0.01, 1e-4) for x, hand in poses]).tolist()
-
-
-def _planned(stiffness: float, limits: Limits = LIMITS, sd: float = 2e-5, poses: Poses = TOUCHES) -> Any:
-    readings = seen(spring(stiffness), sd, poses=poses)
-    fit = _fit(readings)
-    return fit, next_press(MODEL, RADIUS.value, fit, readings[-1], DROP, limits)
-
-
-def _looked(stiffness: float, *, sd: float = 3e-5, poses: Poses = TOUCHES, limits: Limits = LIMITS, **more: Any) -> Any:
-    readings = seen(spring(stiffness), sd, poses=poses)
-    looks, costs = more.pop("looks", LOOKS), more.pop("costs", Costs())
-    return next_look(MODEL, RADIUS.value, _fit(readings), readings[-1], DROP, limits, looks, costs, **more)
-
-
-def _hardest() -> list[float]:
-    """Return stretch, how far the hand is above its lowest height, m, and drop over the wanted one of the last press there is."""
-    limits = Limits(lowest=TOP - 0.012, force=8.0, stretch=0.02, stretch_step=0.01)
-    fit, plan = _planned(4000.0, limits)
-    assert plan.force > fit.force.value
-    return [plan.stretch, plan.hand - limits.lowest, plan.drop / DROP]
-
-
-def _past_it(stiffness: float) -> list[float]:
-    """Return how far a planned press drops an object, over what was wanted, and over what was planned."""
-    _, plan = _planned(stiffness, sd=5e-6)
-    dropped = TOP - height(spring(stiffness), plan.stretch, plan.hand)
-    return [dropped / DROP, plan.drop / dropped]
 
 
 def _deflected(compliance: float, power: float, stiffening: float) -> list[float]:
@@ -225,21 +195,6 @@ def _deflected(compliance: float, power: float, stiffening: float) -> list[float
     drops, _, _ = law.deflection(shares)
     return [law.log_force(float(d))[0] - s for d, s in zip(drops, shares, strict=True)]
 
-
-SLACK = replace(LIMITS, lowest=TOP - 0.0101)
-LONG = replace(LOOKS, taken=1e4)
-NO_HARDER = Refusal(IllConditioned, "no press within the limits of depth, force and stretch is harder")
-NO_LOOK: dict[str, Callable[[], Any]] = {
-    "no speed": lambda: Costs(speed=0.0),
-    "a change that gives time": lambda: Costs(change=-1.0),
-    "a frame NaN": lambda: Costs(frame=math.nan),
-    "no noise": lambda: Looks(0.0, 3e-5, 5e-5),
-    "a fixed error below 0": lambda: Looks(3e-4, -1.0, 5e-5),
-    "looked at for ever": lambda: Looks(3e-4, 3e-5, 5e-5, math.inf),
-    "no counts": lambda: _looked(600.0, counts=[]),
-    "a look of no frames": lambda: _looked(600.0, counts=[0, 8]),
-    "a gain below 0": lambda: _looked(600.0, least=-1.0),
-}
 
 CASES: tuple[Hard, ...] = (
     *group(
@@ -269,15 +224,15 @@ CASES: tuple[Hard, ...] = (
         {
             "a thousand times softer": (_soft, Range(0.0, 3.0)),
             "a thousand times stiffer": (
-                lambda: _fit(seen(spring(3e5), 2e-5)).stiffness(),
+                lambda: fit(seen(spring(3e5), 2e-5)).stiffness(),
                 Refusal(IllConditioned, "too little to tell; its stiffness is above"),
             ),
             "a thousand times stiffer, at a drop": (
-                lambda: _fit(seen(spring(3e5), 2e-5)).stiffness_at(DROP),
+                lambda: fit(seen(spring(3e5), 2e-5)).stiffness_at(DROP),
                 Refusal(IllConditioned, "too little to tell"),
             ),
             "two readings": (
-                lambda: _fit(seen(spring(600.0), 5e-5, poses=[(0.0, 0.003), (0.0, 0.012)])),
+                lambda: fit(seen(spring(600.0), 5e-5, poses=[(0.0, 0.003), (0.0, 0.012)])),
                 Range(0.02, 0.4, of=lambda found: found.drop.sd / found.drop.value),
             ),
             "a power below all": (partial(_at_bound, 0.3, FLATTEST), Value([FLATTEST, 0.0, 0.0], abs=1e-7)),
@@ -316,7 +271,7 @@ CASES: tuple[Hard, ...] = (
                 Check("only force and stiffness", lambda f: f[0] > 2 and f[1] == 1 and f[2] > 1),
             ),
             "errors go against each other": (
-                lambda: _fit(seen(spring(300.0), 5e-5)).together,
+                lambda: fit(seen(spring(300.0), 5e-5)).together,
                 Range(-1.0, -1e-3),
             ),
         },
@@ -335,93 +290,5 @@ CASES: tuple[Hard, ...] = (
             )
         },
         prefix="series, ",
-    ),
-    *group(
-        "no press within the limits is harder, or reaches the drop that is wanted",
-        {
-            "the hardest there is": (
-                _hardest,
-                Check(
-                    "all stretched, at the lowest height, short of it",
-                    lambda f: f[0] == 0.02 and abs(f[1]) < 3e-4 and f[2] < 1,
-                ),
-            ),
-            "none is harder": (
-                lambda: _planned(
-                    4000.0,
-                    Limits(lowest=TOP - 0.012, force=8.0, stretch=0.02, stretch_step=0.01),
-                    poses=[*TOUCHES, (0.02, 0.012)],
-                ),
-                NO_HARDER,
-            ),
-            "never gives way": (
-                partial(_planned, 1e7, STIFF),
-                Refusal(IllConditioned, r"gave way by .* too little to tell; its stiffness is above about"),
-            ),
-            "never gives way, look": (
-                partial(_looked, 1e7, limits=STIFF),
-                Refusal(IllConditioned, "too little to tell"),
-            ),
-            "too slack for the depth": (
-                lambda: _planned(1100.0, replace(LIMITS, lowest=TOP - 0.011), 5e-6)[1],
-                Check("stretched by 20 mm or more", lambda plan: plan.stretch >= 0.02 and plan.hand >= TOP - 0.011),
-            ),
-            "felt badly": (
-                lambda: _planned(2500.0, sd=1.5e-4)[1].force / _planned(2500.0, sd=5e-6)[1].force,
-                Range(0.1, 0.999),
-            ),
-            "a limit of stretch below the present one": (
-                lambda: (
-                    _looked(
-                        600.0,
-                        poses=[(0.02, 0.003), (0.02, 0.005), (0.02, 0.008)],
-                        limits=replace(LIMITS, stretch=0.01),
-                        least=0.0,
-                    ).press
-                ),
-                Value(None),
-            ),
-            "nothing takes off enough": (partial(_looked, 600.0, least=100.0), Value(None)),
-            "something takes off enough": (
-                partial(_looked, 600.0, least=0.01),
-                Check("a look", lambda choice: choice is not None),
-            ),
-            "a stretch is not worth its time": (
-                partial(_looked, 1100.0, looks=LONG, at_press=True, limits=SLACK, costs=Costs(change=3000.0)),
-                Value(None),
-            ),
-            "a stretch is worth its time": (
-                lambda: _looked(1100.0, looks=LONG, at_press=True, limits=SLACK).press.stretch,
-                Range(1e-3),
-            ),
-            "the depth is worth its time": (
-                lambda: _looked(1100.0, looks=LONG, at_press=True).press.stretch,
-                Value(0.0),
-            ),
-        },
-        {
-            f"one press past the drop, {stiffness:g} N/m": (
-                partial(_past_it, stiffness),
-                Check(
-                    "past it by less than a quarter, as planned", lambda f: 1 <= f[0] < 1.27 and abs(f[1] - 1) < 0.05
-                ),
-            )
-            for stiffness in (700.0, 1000.0, 1300.0)
-        },
-        prefix="next press, ",
-    ),
-    *group(
-        "limits, costs and looks that are none",
-        {
-            f"limits {wrong}": (partial(Limits, *wrong), Refusal(InvalidInput, "limits"))
-            for wrong in (
-                (math.nan, 8.0, 0.08, 0.01),
-                (0.04, 0.0, 0.08, 0.01),
-                (0.04, 8.0, -0.01, 0.01),
-                (0.04, 8.0, 0.08, 0.0),
-            )
-        },
-        {name: (make, Refusal(InvalidInput, "must be|need")) for name, make in NO_LOOK.items()},
-        prefix="next press, ",
     ),
 )
