@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from types import ModuleType
 
 from stretch_bt.errors import InvalidInput
 from stretch_bt.hardcases import domains
 from stretch_bt.hardcases.hard import Hard
 from stretch_bt.source import closest
 
-__all__ = ["DOMAINS", "case", "cases", "load"]
+__all__ = ["DOMAINS", "about", "case", "cases", "load"]
 
 DOMAINS = (
     "membrane",
@@ -46,8 +47,17 @@ def cases(domain: str) -> dict[str, Hard]:
 
 def load(domain: str) -> tuple[Hard, ...]:
     """Return the cases of a domain in the order of its file."""
-    found: tuple[Hard, ...] = import_module(f"{domains.__name__}.{domain}").CASES
+    found: tuple[Hard, ...] = _module(domain).CASES
     return found
+
+
+def about(domain: str) -> str:
+    """Return what a domain is about, one sentence."""
+    return " ".join((_module(domain).__doc__ or "").split("\n\n")[0].split())
+
+
+def _module(domain: str) -> ModuleType:
+    return import_module(f"{domains.__name__}.{domain}")
 
 
 def case(domain: str, name: str) -> Hard:

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
 from scipy.ndimage import gaussian_filter
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
+from stretch_bt.hardcases.strategies.perception import IMAGES, RULES
 from stretch_bt.perception import (
     classify,
     deproject,
@@ -126,14 +126,7 @@ def test_a_flat_membrane_has_no_contact(surfaces, frame, noise):
 
 
 @settings(max_examples=40)
-@given(
-    depth=arrays.arrays(
-        np.float32,
-        st.tuples(st.integers(0, 14), st.integers(0, 14)),
-        elements=st.sampled_from([0.0, 0.18, 0.19, 0.2, 0.2, 0.2, 0.201]),
-    ),
-    rule=st.sampled_from(["mean", "either"]),
-)
+@given(depth=IMAGES, rule=RULES)
 def test_any_frame_is_sorted_into_the_four_labels(surfaces, depth, rule):
     points, valid = deproject(depth, surfaces.camera(*depth.shape))
     labels = segment(points, valid, rule=rule)

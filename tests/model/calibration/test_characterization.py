@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardcases.strategies.model import PRESSES, PROVENANCES
 from stretch_bt.model.calibration.characterization import (
     NAME,
-    Press,
     first_lines,
     parse_table,
     read_table,
@@ -18,25 +18,8 @@ from stretch_bt.model.calibration.characterization import (
 
 TOP = first_lines({"scene": "calibration_sphere", "seed": 3})
 
-lengths = st.floats(0.0, 0.3)
-sizes = st.floats(0.001, 1.5)
-numbers = st.floats(-1e3, 1e3)
-presses = st.builds(
-    Press,
-    st.sampled_from(["sphere", "cylinder", "cone"]),
-    sizes,
-    lengths,
-    st.floats(-0.005, 0.03),
-    st.integers(1, 50),
-    numbers,
-    st.floats(0.0, 10.0),
-    lengths,
-    st.floats(0.0, 1e6),
-)
-provenances = st.dictionaries(st.text(), st.none() | st.booleans() | st.integers() | st.text(), max_size=4)
 
-
-@given(provenances, st.lists(presses, max_size=8))
+@given(PROVENANCES, st.lists(PRESSES, max_size=8))
 def test_what_is_written_is_read(provenance, rows):
     table = parse_table(first_lines(provenance) + "".join(map(table_line, rows)))
     assert table.provenance == provenance
@@ -47,14 +30,14 @@ def test_what_is_written_is_read(provenance, rows):
             assert getattr(read, name) == pytest.approx(getattr(row, name), rel=1e-8, abs=1e-12)
 
 
-@given(presses)
+@given(PRESSES)
 def test_a_line_that_was_read_is_written_alike(press):
     once = next(parse_table(TOP + table_line(press)).presses())
     twice = next(parse_table(TOP + table_line(once)).presses())
     assert table_line(once) == table_line(twice)
 
 
-@given(st.lists(presses, min_size=1, max_size=4), st.data())
+@given(st.lists(PRESSES, min_size=1, max_size=4), st.data())
 def test_a_table_that_was_cut_anywhere_is_refused_or_lacks_whole_rows(rows, data):
     text = TOP + "".join(map(table_line, rows))
     cut = text[: data.draw(st.integers(0, len(text) - 1))]

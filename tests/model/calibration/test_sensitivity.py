@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardcases.strategies.model import SENSED
 from stretch_bt.model.calibration.sensitivity import (
     COLUMNS,
     METHODS,
@@ -16,35 +17,12 @@ from stretch_bt.model.calibration.sensitivity import (
     sensed_lines,
 )
 
-WIDTH = st.floats(1e-4, 0.2)
-REASONS = st.sampled_from(["", "no contact, nothing", 'it is "round", not flat', "one\nline\r\nor two"])
-
-
-@st.composite
-def found_by(draw, method):
-    reason = draw(REASONS)
-    if reason:
-        return Found(method, refused=" ".join(reason.split()))
-    return Found(method, draw(WIDTH), draw(WIDTH), draw(WIDTH), draw(WIDTH), draw(st.sampled_from(["", "circle"])))
-
-
-PRESSES = st.builds(
-    Sensed,
-    st.just("cylinder"),
-    st.floats(5e-3, 8e-2),
-    st.floats(0, 0.08),
-    st.floats(-1e-3, 0.03),
-    st.integers(1, 9),
-    st.tuples(*(found_by(method) for method in METHODS)),
-    st.floats(0, 1e5),
-)
-
 
 def text_of(*presses):
     return first_lines({"seed": 3}) + "".join(map(sensed_lines, presses))
 
 
-@given(st.lists(PRESSES, max_size=4))
+@given(st.lists(SENSED, max_size=4))
 def test_what_is_written_is_what_is_read(presses):
     table = parse_sensitivity(text_of(*presses))
     assert table.provenance == {"seed": 3}

@@ -3,12 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.model import HERTZ_DEPTHS, HERTZ_RADII, STRETCHES
 from stretch_bt.model import ForceModel, next_indentation
 
 MODEL = ForceModel.default()
-RADIUS = st.floats(0.0025, 0.040)
-STRETCH = st.floats(0.0, 0.080)
-DEPTH = st.floats(1e-4, 0.030)
 
 
 def test_default_spans_the_papers_figures():
@@ -20,7 +18,7 @@ def test_default_spans_the_papers_figures():
     assert 0.70 <= fall <= 0.75
 
 
-@given(radius=RADIUS, stretch=STRETCH, depth=DEPTH)
+@given(radius=HERTZ_RADII, stretch=STRETCHES, depth=HERTZ_DEPTHS)
 def test_both_inverses_are_exact(radius, stretch, depth):
     force, sd = MODEL.predict(radius, stretch, depth)
     assert 0 < sd < 0.1 * force
@@ -28,7 +26,7 @@ def test_both_inverses_are_exact(radius, stretch, depth):
     assert MODEL.stretch_for(radius, depth, force) == pytest.approx(stretch, rel=1e-9, abs=1e-12)
 
 
-@given(radius=RADIUS, stretch=STRETCH, depth=DEPTH, more=st.floats(0, 0.08))
+@given(radius=HERTZ_RADII, stretch=STRETCHES, depth=HERTZ_DEPTHS, more=st.floats(0, 0.08))
 def test_next_indentation_keeps_the_force(radius, stretch, depth, more):
     force, _ = MODEL.predict(radius, stretch, depth)
     following = min(stretch + more, 0.080)

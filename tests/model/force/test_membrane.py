@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardcases.strategies.model import MEMBRANE_DEPTHS, MEMBRANE_RADII, STRETCHES
 from stretch_bt.model import ForceModel, MembraneModel
 from stretch_bt.model.force.force_model import Range
 from stretch_bt.model.force.membrane import Hand
@@ -15,12 +16,9 @@ from stretch_bt.simulation.membrane.sheet.hanging import hang
 LIMITS = Range((0.004, 0.06), (0.0, 0.08), (0.0, 0.025))
 COVARIANCE = tuple(map(tuple, np.diag(np.array([2e3, 5e-5, 5e-4, 0.03, 0.1, 0.01]) ** 2).tolist()))
 MODEL = MembraneModel(Hand(68.4e3, 0.002, 0.0119, 0.1, 0.7, 0.08), COVARIANCE, 0.01, LIMITS, {"source": "test"})
-RADIUS = st.floats(0.005, 0.045)
-STRETCH = st.floats(0.0, 0.08)
-DEPTH = st.floats(1e-4, 0.015)
 
 
-@given(radius=RADIUS, stretch=STRETCH, depth=DEPTH)
+@given(radius=MEMBRANE_RADII, stretch=STRETCHES, depth=MEMBRANE_DEPTHS)
 def test_both_inverses_are_exact(radius, stretch, depth):
     force, sd = MODEL.predict(radius, stretch, depth)
     assert 0.01 * force <= sd < 0.5 * force
@@ -29,7 +27,7 @@ def test_both_inverses_are_exact(radius, stretch, depth):
         assert MODEL.stretch_for(radius, depth, force) == pytest.approx(stretch, rel=1e-9, abs=1e-10)
 
 
-@given(radius=RADIUS, stretch=STRETCH, depth=DEPTH, more=st.floats(0.001, 0.01))
+@given(radius=MEMBRANE_RADII, stretch=STRETCHES, depth=MEMBRANE_DEPTHS, more=st.floats(0.001, 0.01))
 def test_force_rises_with_depth_and_goes_to_nothing(radius, stretch, depth, more):
     force, _ = MODEL.predict(radius, stretch, depth)
     assert MODEL.predict(radius, stretch, min(depth + more, MODEL.deepest(radius, stretch)))[0] >= force

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.model import COMPLIANCES, POWERS, STIFFENINGS
 from stretch_bt.model.palpation.law import MM, ObjectLaw
 
-LAWS = {"compliance": st.floats(1e-4, 6e-3), "power": st.floats(0.6, 3.0), "stiffening": st.floats(-0.02, 0.4)}
+LAWS = {"compliance": COMPLIANCES, "power": POWERS, "stiffening": STIFFENINGS}
 
 
 @settings(max_examples=60, deadline=None)

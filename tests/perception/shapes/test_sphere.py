@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned
+from stretch_bt.hardcases.strategies.fits import POINTS
 from stretch_bt.perception import fit_sphere
 from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception.shapes.sphere import SphereSurface
@@ -121,7 +121,7 @@ def test_known_noise_bounds_the_deviation_from_below(surfaces):
 
 
 @settings(max_examples=100)
-@given(arrays.arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(-1e3, 1e3)))
+@given(POINTS)
 def test_any_points_give_finite_numbers_or_a_refusal(points):
     try:
         fit = fit_sphere(points)

@@ -4,12 +4,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from stretch_bt.hardcases.strategies.balloons import STEPS
 from stretch_bt.simulation.balloons.curve import PowerCurve
 
-steps = st.lists(st.tuples(st.floats(1.05, 3.0), st.floats(1.0, 8.0)), min_size=2, max_size=10)
 
-
-@given(steps=steps, at=st.floats(1e-6, 1e4))
+@given(steps=STEPS, at=st.floats(1e-6, 1e4))
 def test_it_rises_where_the_points_rise_and_tells_its_slope(steps, at):
     x, y = np.cumprod([s[0] for s in steps]), np.cumprod([s[1] for s in steps])
     curve = PowerCurve(x, y)

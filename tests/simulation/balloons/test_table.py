@@ -1,11 +1,12 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.balloons import HANDS, SOFTNESS
 from stretch_bt.simulation.balloons.table import read_table
 
 
 @settings(max_examples=60)
-@given(kappa=st.floats(0.7, 300.0), drop=st.floats(1e-4, 0.95), beta=st.floats(0.0, 0.2))
+@given(kappa=HANDS, drop=st.floats(1e-4, 0.95), beta=SOFTNESS)
 def test_force_rises_with_the_drop_and_with_the_hand_that_spreads_it(kappa, drop, beta):
     cap = read_table().at(kappa)
     force, slope = cap.force(drop)

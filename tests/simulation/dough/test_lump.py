@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.dough import CUTS, HEADINGS
 from stretch_bt.simulation.dough.lump import cube
 from stretch_bt.simulation.dough.material import Dough
 
@@ -22,9 +23,9 @@ def tumbled(lump, seed):
 
 @settings(max_examples=15, deadline=None)
 @given(
-    cuts=st.lists(st.floats(0.01, 0.99), min_size=1, max_size=12),
+    cuts=CUTS,
     seed=st.integers(0, 5),
-    heading=st.floats(-3.0, 3.0),
+    heading=HEADINGS,
 )
 def test_the_pieces_of_a_path_do_not_matter(cuts, seed, heading):
     start = tumbled(cube(EDGE, 100), seed)

@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.dough import DOUGHS
 from stretch_bt.simulation.dough.lump import cube
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.dough.resistance import Resistance
@@ -13,14 +14,11 @@ EDGE = 0.025
 
 @settings(max_examples=30, deadline=None)
 @given(
-    stress=st.floats(0, 9),
-    ratio=st.floats(1, 1e3),
+    dough=DOUGHS,
     travel=st.floats(0, 0.3),
-    thickening=st.sampled_from([0.0, 1.0, 1e6]),
     step=st.floats(-3, 3),
 )
-def test_the_force_rises_with_the_drop(stress, ratio, travel, thickening, step):
-    dough = Dough(10**stress, ratio * 10**stress, thickening)
+def test_the_force_rises_with_the_drop(dough, travel, step):
     lump, _ = cube(EDGE).rolled((travel, 0.0), 1.0, Dough(5e3, 1e5))
     felt = Resistance(lump, dough, 0.19)
     forces = np.array([felt.force(drop, 10**step)[0] for drop in np.linspace(0, 1.2 * lump.height, 200)])

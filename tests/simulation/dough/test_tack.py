@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stretch_bt.frames import Pose
+from stretch_bt.hardcases.strategies.dough import BONDS
 from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.hanging import Grip, between, pulled_by
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
@@ -64,13 +65,12 @@ def spring(way):
 
 
 @given(
-    pull=st.floats(0.0, 2.0),
-    weight=st.floats(0.0, 1.0),
-    hold=st.floats(0.0, 1.0),
+    bond=BONDS,
     above=st.floats(0.0, 1.0),
     raised=st.sampled_from([0.0, 0.01]),
 )
-def test_no_bond_bears_more_than_it_can(pull, weight, hold, above, raised):
+def test_no_bond_bears_more_than_it_can(bond, above, raised):
+    pull, weight, hold = bond
     grip = Grip(pull, weight, hold, Cylinder(0.015), raised if pull > weight + hold else 0.0)
     found = pulled_by(spring, grip, above)
     if found is None:

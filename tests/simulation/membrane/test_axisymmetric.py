@@ -36,6 +36,7 @@ def test_force_scales_with_modulus_thickness_and_size():
     assert small.force == pytest.approx(0.54221102 * 40e3 * 0.002 * 0.05, rel=1e-7)
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("rates", [50_000, pytest.param(axisymmetric._MOST_RATES, marks=pytest.mark.slow)])
 def test_a_press_that_cannot_be_shot_is_given_up(monkeypatch, rates):
     monkeypatch.setattr(axisymmetric, "_MOST_RATES", rates)

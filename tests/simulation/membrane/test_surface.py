@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.membrane import DEPTHS
 from stretch_bt.simulation.membrane.surface import pressed_surface
 from stretch_bt.simulation.objects.base import HertzForm
 
@@ -17,7 +17,7 @@ SOLIDS = {
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-@given(depth=st.floats(1e-6, 0.012))
+@given(depth=DEPTHS)
 def test_the_surface_meets_the_object_and_the_border(name, depth):
     surface = pressed_surface(SOLIDS[name], depth, SPAN)
     assert surface.height(0.0) == pytest.approx(depth, rel=1e-12)

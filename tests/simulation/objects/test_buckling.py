@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.coupling import FORCES
 from stretch_bt.simulation.objects.buckling import BucklingResponse, plate_buckling_force
 from stretch_bt.simulation.objects.paper_box import PaperBox
 from stretch_bt.simulation.objects.roof import RoofOnWalls, RoofResponse
@@ -66,7 +67,7 @@ def test_the_sag_carries_the_force(force, linear, cubic):
     assert roof.force(roof.sag(force))[0] == pytest.approx(force, rel=1e-6, abs=1e-12)
 
 
-@given(force=st.floats(1e-6, 20))
+@given(force=FORCES)
 def test_a_roof_and_its_walls_carry_the_same_force_and_add_up(force):
     roof, walls = box().roof(0.25), box().compliance()
     both = RoofOnWalls(roof, walls)

@@ -131,6 +131,11 @@ def _idle(name: str) -> bool:
     return np.array_equal(_seen(EDGED, effect, number=500), EDGED)
 
 
+def _hardly(name: str, share: float) -> bool:
+    """Whether an effect on so small a share of the pixels leaves a frame as it was."""
+    return np.array_equal(_seen(EDGED, _made(EFFECTS[name], share=share), number=3), EDGED)
+
+
 def _repeated(name: str) -> bool:
     """Whether a frame is that of its number and seed, whatever was asked before, and another one of another seed."""
     effect = EFFECTS[name]
@@ -246,6 +251,14 @@ CASES: tuple[Hard, ...] = (
     *group(
         "an effect of size 0 must leave every digit",
         {f"{name} of nothing": (partial(_idle, name), Value(True)) for name in IDLE},
+    ),
+    *group(
+        "gaps between pixels that are hardly ever drawn are longer than any number tells",
+        {
+            f"{name} of a share of {share:g}": (partial(_hardly, name, share), Value(True))
+            for name in ("dropout", "flying_pixels")
+            for share in (1e-300, 1e-18, 1e-12)
+        },
     ),
     *group(
         "deviations and correlations from none to all, kernels of no pixel, memories of nearly 1",
