@@ -20,6 +20,8 @@ from stretch_bt.runtime.replay import replay
 from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.tree.flow import FlowNode
 
+pytestmark = pytest.mark.hard
+
 TREE = "palpate_stiffness"
 WAYS = ("SIGINT", "SIGTERM", "update", "terminate")
 MOCKS = """\
