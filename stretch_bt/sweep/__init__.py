@@ -4,8 +4,9 @@ An item goes through these modules in this order: `items` makes its `Spec` from 
 `run_item` in some process, and `rows` writes what comes back.
 """
 
+from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.run_item import run_item
-from stretch_bt.sweep.spec import Ran, Spec
+from stretch_bt.sweep.spec import Spec
 from stretch_bt.sweep.sweeping import Swept, sweep
 
 __all__ = ["Ran", "Spec", "Swept", "run_item", "sweep"]

@@ -11,8 +11,7 @@ from typing import Any
 
 from stretch_bt.errors import InvalidInput, MissingExtra, StretchError, named
 from stretch_bt.sweep import dask_worker
-from stretch_bt.sweep.run_item import run_item
-from stretch_bt.sweep.spec import Ran, Spec
+from stretch_bt.sweep.job import Job, Ran
 
 __all__ = ["cluster"]
 
@@ -24,7 +23,7 @@ PATIENCE = "5 minutes"
 
 
 def cluster(
-    specs: Iterable[Spec], workers: int, scheduler: str | None = None, say: Callable[[str], None] = lambda _: None
+    jobs: Iterable[Job], workers: int, scheduler: str | None = None, say: Callable[[str], None] = lambda _: None
 ) -> Generator[Ran, None, None]:
     """Yield what comes of each item, in the order in which they end.
 
@@ -41,28 +40,32 @@ def cluster(
     StretchError
         The scheduler is gone.
     """
-    ahead = iter(specs)
+    ahead = iter(jobs)
     with _client(workers, scheduler) as client:
         from distributed import as_completed
 
-        running: dict[str, tuple[Any, Spec]] = {}
+        running: dict[str, tuple[Any, Job]] = {}
         done = as_completed(loop=client.loop)
         while True:
-            for spec in islice(ahead, _free(client, len(running), say)):
-                future = client.submit(run_item, spec, key=f"{spec.key}-{uuid.uuid4().hex}")
-                running[future.key] = future, spec
+            for job in islice(ahead, _free(client, len(running), say)):
+                future = client.submit(_run, job, key=f"{job.key}-{uuid.uuid4().hex}")
+                running[future.key] = future, job
                 done.add(future)
             if not running:
                 return
             yield _next(done, running)
 
 
-def _next(done: Iterator[Any], running: dict[str, tuple[Any, Spec]]) -> Ran:
+def _run(job: Job) -> Ran:
+    return job.run()
+
+
+def _next(done: Iterator[Any], running: dict[str, tuple[Any, Job]]) -> Ran:
     """Return what comes of the item that ends next; Dask forgets it, or it would run it again if its worker died."""
     future = next(done)
-    _, spec = running.pop(future.key)
+    _, job = running.pop(future.key)
     try:
-        return _ran(future, spec)
+        return _ran(future, job)
     finally:
         future.release()
 
@@ -87,7 +90,7 @@ def _threads(client: Any) -> dict[str, int]:
         return dict(client.nthreads())
 
 
-def _ran(future: Any, spec: Spec) -> Ran:
+def _ran(future: Any, job: Job) -> Ran:
     """Return what a future holds.
 
     Raises
@@ -100,7 +103,7 @@ def _ran(future: Any, spec: Spec) -> Ran:
     try:
         ran: Ran = future.result()
     except KilledWorker:
-        return spec.killed()
+        return job.killed()
     except StretchError:
         raise
     except Exception as error:

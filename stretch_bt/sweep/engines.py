@@ -8,13 +8,13 @@ from collections.abc import Callable, Generator, Iterable
 from stretch_bt.errors import InvalidInput
 from stretch_bt.source import did_you_mean
 from stretch_bt.sweep.cluster import cluster
+from stretch_bt.sweep.job import Job, Ran
 from stretch_bt.sweep.local import local
 from stretch_bt.sweep.serial import serial
-from stretch_bt.sweep.spec import Ran, Spec
 
 __all__ = ["ENGINES", "Engine", "engine_of"]
 
-Engine = Callable[[Iterable[Spec]], Generator[Ran, None, None]]
+Engine = Callable[[Iterable[Job]], Generator[Ran, None, None]]
 
 ENGINES = {
     "serial": "one item after the other in this process",
@@ -47,5 +47,5 @@ def engine_of(
     if name == "serial":
         return serial
     if name == "local":
-        return lambda specs: local(specs, count)
-    return lambda specs: cluster(specs, count, scheduler, say)
+        return lambda jobs: local(jobs, count)
+    return lambda jobs: cluster(jobs, count, scheduler, say)

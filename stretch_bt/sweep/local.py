@@ -12,8 +12,7 @@ from itertools import chain
 from pathlib import Path
 
 from stretch_bt.errors import MissingExtra, StretchError
-from stretch_bt.sweep.run_item import run_item
-from stretch_bt.sweep.spec import Ran, Spec
+from stretch_bt.sweep.job import Job, Ran
 
 __all__ = ["local"]
 
@@ -23,7 +22,7 @@ MOST_UNBEGUN = 3
 LEAST = 2
 
 
-def local(specs: Iterable[Spec], workers: int) -> Generator[Ran, None, None]:
+def local(jobs: Iterable[Job], workers: int) -> Generator[Ran, None, None]:
     """Yield what comes of each item, in the order in which they end.
 
     joblib ends the whole pool when one of its processes dies, and does not say whose item that was. Then all items
@@ -37,7 +36,7 @@ def local(specs: Iterable[Spec], workers: int) -> Generator[Ran, None, None]:
         The processes die before they begin any item.
     """
     _check_installed()
-    ahead, unbegun = iter(specs), 0
+    ahead, unbegun = iter(jobs), 0
     with tempfile.TemporaryDirectory(prefix="stretch-begun-") as name:
         begun = Path(name)
         try:
@@ -53,8 +52,8 @@ def local(specs: Iterable[Spec], workers: int) -> Generator[Ran, None, None]:
                     raise StretchError(
                         "the worker processes die before they begin an item; run with --engine serial to see why"
                     )
-                for spec in suspects:
-                    yield _alone(spec, begun)
+                for job in suspects:
+                    yield _alone(job, begun)
                 ahead = chain(others, ahead)
         except BaseException:
             _end_workers(kill=True)
@@ -64,9 +63,9 @@ def local(specs: Iterable[Spec], workers: int) -> Generator[Ran, None, None]:
 class _Pool:
     """One pool, which goes through items until it breaks."""
 
-    def __init__(self, specs: Iterator[Spec], workers: int, begun: Path) -> None:
-        self._specs, self._workers, self._begun = specs, workers, begun
-        self._handed: dict[str, Spec] = {}
+    def __init__(self, jobs: Iterator[Job], workers: int, begun: Path) -> None:
+        self._jobs, self._workers, self._begun = jobs, workers, begun
+        self._handed: dict[str, Job] = {}
         #: items that came to a row
         self.ended = 0
         self.broken = False
@@ -81,14 +80,14 @@ class _Pool:
                 parallel = Parallel(
                     return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs", max_nbytes=None
                 )
-                for ran in parallel(call(spec, str(self._begun), os.getpid()) for spec in self._taken()):
+                for ran in parallel(call(job, str(self._begun), os.getpid()) for job in self._taken()):
                     self.ended += 1
                     del self._handed[ran.row["key"]]
                     yield ran
         except BrokenProcessPool:
             self.broken = True
 
-    def left(self) -> tuple[list[Spec], list[Spec]]:
+    def left(self) -> tuple[list[Job], list[Job]]:
         """Return the items that had begun when the pool broke, and those that had only been handed to it."""
         marks = {path.name for path in self._begun.iterdir()}
         for mark in marks:
@@ -96,27 +95,27 @@ class _Pool:
         handed = self._handed.values()
         return [s for s in handed if s.key in marks], [s for s in handed if s.key not in marks]
 
-    def _taken(self) -> Iterator[Spec]:
-        for spec in self._specs:
-            self._handed[spec.key] = spec
-            yield spec
+    def _taken(self) -> Iterator[Job]:
+        for job in self._jobs:
+            self._handed[job.key] = job
+            yield job
 
 
-def _alone(spec: Spec, begun: Path) -> Ran:
+def _alone(job: Job, begun: Path) -> Ran:
     """Return what comes of an item that has a pool to itself."""
-    pool = _Pool(iter([spec]), LEAST, begun)
+    pool = _Pool(iter([job]), LEAST, begun)
     found = list(pool.rans())
     pool.left()
-    return found[0] if found else spec.killed()
+    return found[0] if found else job.killed()
 
 
-def _marked(spec: Spec, begun: str, parent: int) -> Ran:
+def _marked(job: Job, begun: str, parent: int) -> Ran:
     """Run an item in a worker; while it runs, a file of its key says so."""
     _follow(parent)
-    mark = Path(begun, spec.key)
+    mark = Path(begun, job.key)
     mark.touch()
     try:
-        return run_item(spec)
+        return job.run()
     finally:
         mark.unlink(missing_ok=True)
 

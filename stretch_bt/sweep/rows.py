@@ -17,7 +17,7 @@ ROWS = "rows.jsonl"
 
 
 class RowFile:
-    """The rows of a sweep in a folder, open for one process at a time; a last line that is torn is dropped.
+    """A file of rows, open for one process at a time; a last line that is torn is dropped.
 
     Attributes
     ----------
@@ -32,8 +32,8 @@ class RowFile:
         A line of it is no row.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / ROWS
+    def __init__(self, path: Path) -> None:
+        self.path = path
         self.statuses: dict[str, str] = {}
         self._places: dict[str, int] = {}
         try:

@@ -12,9 +12,10 @@ from typing import Any
 
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, StretchError, named, writable
 from stretch_bt.runtime.task import RunResult, run
+from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.laid_out import fresh_folder, laid_out
 from stretch_bt.sweep.package_digest import package_digest
-from stretch_bt.sweep.spec import TIMED_OUT, Ran, Spec
+from stretch_bt.sweep.spec import TIMED_OUT, Spec
 from stretch_bt.sweep.wall_limit import WallLimit
 
 __all__ = ["run_item"]

@@ -1,4 +1,4 @@
-"""One item of a sweep as it is handed to a worker, and what comes back."""
+"""One item of a sweep as it is handed to a worker, and the rows that it may come to."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from stretch_bt.runtime.record.folder import Kept
+from stretch_bt.sweep.job import Ran
 
-__all__ = ["AGAIN", "KILLED", "TIMED_OUT", "Ran", "Spec"]
+__all__ = ["AGAIN", "KILLED", "TIMED_OUT", "Spec"]
 
 #: statuses of a row that are no status of a run: its process died, or its limit of wall time passed
 KILLED, TIMED_OUT = "killed", "timed_out"
@@ -70,15 +71,12 @@ class Spec:
             **more,
         }
 
+    def run(self) -> Ran:
+        """Return what comes of it, as `run_item` does."""
+        from stretch_bt.sweep.run_item import run_item
+
+        return run_item(self)
+
     def killed(self) -> Ran:
         """Return what is known of an item whose process died of it."""
         return Ran(self.row(KILLED, "its process died while it ran"))
-
-
-@dataclass(frozen=True, slots=True)
-class Ran:
-    """What came of an item: its row, the files of its record where one is kept, and whether a signal to its process ended it."""
-
-    row: dict[str, Any]
-    record: Mapping[str, bytes] | None = None
-    stopped: bool = False

@@ -15,10 +15,11 @@ from stretch_bt.runtime.record.folder import claim
 from stretch_bt.runtime.sweep_check import check_sweep
 from stretch_bt.sweep.engines import Engine
 from stretch_bt.sweep.items import items_of
+from stretch_bt.sweep.job import Ran
 from stretch_bt.sweep.picture import write_pictures
 from stretch_bt.sweep.rows import ROWS, RowFile
 from stretch_bt.sweep.serial import serial
-from stretch_bt.sweep.spec import AGAIN, Ran, Spec
+from stretch_bt.sweep.spec import AGAIN, Spec
 from stretch_bt.sweep.summary import Summary, write_summary
 
 __all__ = ["Progress", "Swept", "sweep"]
@@ -93,7 +94,7 @@ def sweep(
     checked = check_sweep(file).require()
     items = items_of(checked)
     folder = _folder(out, resume)
-    with closing(RowFile(folder)) as rows:
+    with closing(RowFile(folder / ROWS)) as rows:
         shutil.copyfile(checked.file.path, folder / SWEEP)
         done = {key for key, status in rows.statuses.items() if status not in AGAIN}
         left = sum(spec.key not in done for spec in items)

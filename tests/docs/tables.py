@@ -27,7 +27,7 @@ PAGES = ROOT / "docs"
 PACKAGE = Path(stretch_bt.__file__).parent
 MARKED = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 OPTION = ["option", "default", "meaning"]
-FORMATS = ("tree", "scene", "cell", "mocks")
+FORMATS = ("tree", "scene", "cell", "mocks", "sweep")
 
 
 def rows(headings: list[str], content: list[list[str]]) -> str:
@@ -434,11 +434,13 @@ def findings(mistake: dict[str, Any]) -> list[Diagnostic]:
     from stretch_bt.runtime.replay import replay
     from stretch_bt.runtime.report import write_report
     from stretch_bt.runtime.task import run
+    from stretch_bt.sweep import sweep
 
     commands: dict[str, Callable[[], Any]] = {
         "check": lambda: check("given.yaml", cell=mistake.get("against")),
         "run": lambda: run("given.yaml", params=mistake.get("set"), **mistake.get("arguments", {})),
         "replay": lambda: replay("given"),
+        "sweep": lambda: sweep("given.yaml", out="given", resume=True),
         "report": lambda: write_report(run("given.yaml").record, Path("no/folder/report.html")),
     }
     before = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -22,7 +22,7 @@ def rows(tmp_path):
     opened = []
 
     def make():
-        opened.append(RowFile(tmp_path))
+        opened.append(RowFile(tmp_path / ROWS))
         return opened[-1]
 
     yield make
