@@ -61,9 +61,10 @@ def run(part: Part, folder: Path, commit: str) -> None:
 
 def one(name: str, share: str, path: str, commit: str) -> None:
     number, _, count = share.partition("/")
-    rows = list(measure([name], part=(int(number), int(count)), commit=commit or None))
-    unfinished = Path(f"{path}.part")
-    write(unfinished, rows)
+    unfinished, rows = Path(f"{path}.part"), []
+    for row in measure([name], part=(int(number), int(count)), commit=commit or None):
+        rows.append(row)
+        write(unfinished, rows)
     unfinished.replace(path)
 
 

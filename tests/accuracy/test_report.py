@@ -107,9 +107,14 @@ def words_of(picture):
 def test_the_picture_names_the_default_the_points_the_failures_and_the_reference():
     picture = ET.fromstring(draw("membrane", DOMAIN, ROWS))
     words = words_of(picture)
-    assert {"force: error, %", "surface: error, um", "CPU ms", "default: coarse", "fine", "peer: as it comes"} <= set(
-        words
-    )
+    assert {
+        "error of the force, %",
+        "error of the surface, um",
+        "CPU ms",
+        "default: coarse",
+        "fine",
+        "peer: as it comes",
+    } <= set(words)
     assert "1 of 12" in words
     assert "the reference's own error" in words
     assert "absent peer" not in words

@@ -39,7 +39,7 @@ RULES = (
         {"blind": 0.4, "max_spread": 0.1, "max_residual": 0.04},
         9.0,
     ),
-    Rule("form_cookie_fast", "first look after 1.8 m", {"blind": 1.8}, 16.0),
+    Rule("form_cookie_fast", "first look after 1.3 m", {"blind": 1.3}, 14.0),
 )
 
 
