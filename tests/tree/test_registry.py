@@ -310,6 +310,13 @@ def test_code_that_would_not_run_when_called_is_refused(method: str, fresh: None
             node(behavior(**members))
 
 
+@pytest.mark.parametrize(
+    "name", [name for name, info in NODES.items() if info.cls.__module__.startswith("stretch_bt.")]
+)
+def test_a_shipped_node_stands_in_a_file_of_its_name(name: str) -> None:
+    assert NODES[name].cls.__module__ == f"stretch_bt.behaviors.{name}"
+
+
 ALONE = """
 import sys
 from stretch_bt import Behavior, node
