@@ -31,7 +31,7 @@ fuzz: $(VENV)/ready
 
 # changes one place of the code at a time, and says which changes no hard case notices
 mutants: $(VENV)/ready
-	$(BIN)/python -m benchmarks.mutants
+	$(BIN)/python benchmarks/mutants.py
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .

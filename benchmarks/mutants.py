@@ -1,4 +1,4 @@
-"""Ask whether the hard cases alone notice changes of the code: `python -m benchmarks.mutants [--jobs 16] [--seed 0]`.
+"""Ask whether the hard cases alone notice changes of the code: `python benchmarks/mutants.py [--jobs 16] [--seed 0]`.
 
 Four mutants are drawn in each of ten domains. Each is imported in the place of its file, in a process of its own, with a cache of
 compiled kernels of its own; first the cases of its domain are run, then all others, up to the first that does not end as it must.
@@ -19,9 +19,10 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.mutation.caches import seed as seed_cache
-from benchmarks.mutation.draw import Mutant, draw
-from benchmarks.mutation.sources import DOMAINS, module_of
+from mutation.caches import seed as seed_cache
+from mutation.draw import Mutant, draw
+from mutation.sources import DOMAINS, module_of
+
 from stretch_bt.hardcases import DOMAINS as CATALOGUE
 from stretch_bt.threads import ONE_THREAD
 

@@ -6,7 +6,7 @@ import ast
 import os
 from pathlib import Path
 
-from benchmarks.mutation.sources import PACKAGE, module_of
+from mutation.sources import PACKAGE, module_of
 from stretch_bt.compiled import cache_folder
 
 __all__ = ["seed"]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.mutation.sources import PACKAGE, files
+from mutation.sources import PACKAGE, files
 
 __all__ = ["KINDS", "Mutant", "draw", "mutants_of"]
 
