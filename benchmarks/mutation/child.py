@@ -14,6 +14,10 @@ from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer as Buffer
 
 __all__ = ["main"]
 
@@ -31,7 +35,7 @@ class _Changed(SourceFileLoader):
     def path_stats(self, path: str) -> dict[str, float]:
         raise OSError("no bytecode")
 
-    def set_data(self, path: str, data: bytes, *, _mode: int = 0o666) -> None:
+    def set_data(self, path: str, data: Buffer, *, _mode: int = 0o666) -> None:
         pass
 
 

@@ -61,8 +61,8 @@ def _flip(node: ast.AST) -> ast.expr | None:
 
 
 def _change(node: ast.AST) -> ast.expr | None:
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        value = node.value
+    value = node.value if isinstance(node, ast.Constant) else None
+    if isinstance(value, int | float) and not isinstance(value, bool):
         return ast.Constant(value + 1 if isinstance(value, int) else 2 * value if value else 1.0)
     return None
 
