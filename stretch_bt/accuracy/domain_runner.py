@@ -30,7 +30,7 @@ def take(found: Found) -> str:
     plain = found.setting(Setting("stretch-bt, no record", "100 nodes"), "latency", NODES)
     bare = found.setting(Setting("py_trees, no ports", "100 nodes"), "latency", NODES)
     return (
-        f"So take the record along, {found.default('latency', NODES)}: it fits into the 20 ms between ticks; "
+        f"So take the record along, {found.default('latency', NODES)} where all of them write on every tick, which no task does; "
         f"without it {plain}, bare py_trees {bare}."
     )
 
