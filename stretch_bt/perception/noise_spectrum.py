@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from stretch_bt.perception.noise_off_contact import LeftByEllipse, left_by_ellipse
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative
-from stretch_bt.perception.surface import Cleaned, Surface
+from stretch_bt.perception.surface import Cleaned
 from stretch_bt.perception.types import MaskArray
 
 __all__ = ["NoiseSpectrum", "noise_spectrum"]
@@ -26,16 +25,11 @@ WIDTHS = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))  # of bins and of the Gaussian,
 LAGS = 4
 #: of what a mean leaves, that noise of each length must explain: the longest differ little from membrane, and from chance
 LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.05, 0.1, 0.15)
-FREE_SHARE = (0.0, *[0.02] * 6)  # the same with what ellipses leave, which holds no membrane
 MOST = 96  # bins along a side that are looked at
 CUT = 3.0  # standard deviations past which a residual is no noise: a rim, or a pixel that flies
 WHOLE = 0.97  # share of the kernel that must see valid pixels
 LEAST = 60  # bins from which a width tells anything
-ROUNDS = 4  # of variances, and the errors of sums of squares that follow from them
-SHORT = 3  # lengths that narrow means tell from membrane
-LEAST_SIZE = 0.3  # of a sum of squares, that its error follows from at least
 SWEEPS, SETTLED = 100, 1e-5
-MOSTLY_COUNTS = 1.3  # of the variance of counts, below which there is hardly other noise
 CELLS = 1.5  # cells in a length, in which its correlation is summed
 
 
@@ -57,12 +51,6 @@ class NoiseSpectrum:
         return float(self.variances @ areas) / total if total > 0.0 else 1.0
 
     @property
-    def shared_area(self) -> float:
-        """How many pixels share one error of all parts but the white, at least 1."""
-        shared = self.variances * (self.lengths > 0.0)
-        return NoiseSpectrum(shared, self.lengths).area if shared.any() else 1.0
-
-    @property
     def shared_sd(self) -> float:
         """Standard deviation, m, of all parts but the white."""
         return math.sqrt(float(self.variances @ (self.lengths > 0.0)))
@@ -71,26 +59,6 @@ class NoiseSpectrum:
     def white_sd(self) -> float:
         """Standard deviation, m, of the white part."""
         return math.sqrt(float(self.variances @ (self.lengths == 0.0)))
-
-    def sd_beside_counts(self, step: float) -> float:
-        """Return the standard deviation, m, of what is not due to heights that come in steps, m."""
-        return math.sqrt(max(float(self.variances.sum()) - step**2 / 12.0, 0.0))
-
-    def beside_counts(self, step: float) -> NoiseSpectrum:
-        """Return it as white where it is that of steps, m, alone: they follow the surface, and only seem to be shared."""
-        total = float(self.variances.sum())
-        alone = total < MOSTLY_COUNTS * step**2 / 12.0
-        return NoiseSpectrum(np.array([total]), np.zeros(1)) if alone else self
-
-    def after(self, surface: Surface, *orders: tuple[int, int, float]) -> float:
-        """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin of a smoothed surface."""
-        parts = zip(np.sqrt(self.variances), self.lengths, strict=True)
-        each = (
-            replace(surface, noise=float(sd), length=float(length)).noise_after(*(orders or ((0, 0, 1.0),)))
-            for sd, length in parts
-            if sd
-        )
-        return math.hypot(*each)
 
     def of_mean(self, pixels: float) -> float:
         """Return the variance, m^2, of the mean of a block of so many pixels, of all parts but the white."""
@@ -128,23 +96,19 @@ def _alike(
     return np.asarray(summed.reshape(len(design), -1) @ blurred.reshape(len(design), -1).T)
 
 
-def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskArray | None = None) -> NoiseSpectrum:
+def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpectrum:
     """Return the noise of a frame.
 
-    What means of some widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
-    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane, and without `free`
-    part of that over more than five.
+    What means of three widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
+    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane.
 
     Parameters
     ----------
     apart : (h, w) bool, of the cleaned part
         Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
-    free : (h, w) bool, of the cleaned part
-        Where the membrane touches nothing: there an ellipse stands for the widest mean, and tells noise up to some 9 pixels from membrane.
     """
-    left = left_by_ellipse(cleaned, free, LENGTHS) if free is not None else None
     rows, found = list[Array](), list[Array]()
-    for step, width, times in WIDTHS[: len(WIDTHS) - (left is not None)]:
+    for step, width, times in WIDTHS:
         seen = _left(cleaned, step, width, times, apart if step == WIDTHS[-1][0] else None)
         if seen is not None and seen[0] > 0.0:
             rows.append(_expected(step, width, times) / seen[0])
@@ -152,22 +116,7 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskA
     if not rows:
         return NoiseSpectrum(np.zeros(1), np.zeros(1))
     variances = _not_negative(np.concatenate(rows), np.concatenate(found))
-    if left is not None:
-        variances = _with_ellipse(left, np.concatenate(rows), np.concatenate(found), variances)
     return NoiseSpectrum(variances, np.array(LENGTHS))
-
-
-def _with_ellipse(left: LeftByEllipse, rows: Array, found: Array, variances: Array) -> Array:
-    """Return variances (k,), m^2, that explain what narrow means and an ellipse leave; each sum of squares has an error in proportion to itself."""
-    wanted = left.expected(LENGTHS)
-    seen = np.maximum(
-        left.variances, wanted[:, :SHORT] @ variances[:SHORT]
-    )  # membrane hides no noise of a short length
-    for _ in range(ROUNDS):
-        size = np.maximum(wanted @ variances, LEAST_SIZE * seen)
-        design = np.concatenate([rows, wanted / size[:, None]])
-        variances = _not_negative(design, np.concatenate([found, seen / size]), FREE_SHARE)
-    return variances
 
 
 def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArray | None) -> Array | None:
@@ -238,12 +187,12 @@ def _covariance_left(square: float, sigma: float, times: int, d: float) -> float
     return total
 
 
-def _not_negative(design: Array, wanted: Array, least: tuple[float, ...] = LEAST_SHARE) -> Array:
-    """Return least squares (k,) of design (n, k) that are not negative, of the columns that explain at least their share."""
+def _not_negative(design: Array, wanted: Array) -> Array:
+    """Return least squares (k,) of design (n, k) that are not negative, of the columns that explain at least their LEAST_SHARE."""
     size = np.sqrt((design * design).sum(axis=0))
     scaled = design / size
     normal, right = scaled.T @ scaled, scaled.T @ wanted
-    some = _descent(normal, right - np.array(least), np.ones(len(right), dtype=bool)) > 0.0
+    some = _descent(normal, right - np.array(LEAST_SHARE), np.ones(len(right), dtype=bool)) > 0.0
     found: Array = _descent(normal, right, some) / size
     return found
 
