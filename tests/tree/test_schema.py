@@ -174,7 +174,7 @@ def test_each_schema_is_a_schema_and_json(kind: str) -> None:
 
 
 def test_an_unknown_kind_names_the_known_ones() -> None:
-    with pytest.raises(InvalidInput, match=r"'teapot'; known here: cell, mocks, scene, tree"):
+    with pytest.raises(InvalidInput, match=r"'teapot'; known here: cell, mocks, scene, sweep, tree"):
         schema("teapot")
     with pytest.raises(InvalidInput, match=r"did you mean 'scene'"):
         schema("scenes")
