@@ -169,10 +169,11 @@ class _Choice:
         return within
 
     def _possible(self, names: Sequence[str], choices: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return which choices have no effect on without the one that it needs."""
+        """Return which choices have no effect on without the one that it needs, those aside that the scene names."""
         fits = np.ones(len(choices), dtype=np.bool_)
         for place, needed in self._needs(names):
-            fits &= ~choices[:, place] | choices[:, needed]
+            if not self.bias[names[place]].named:
+                fits &= ~choices[:, place] | choices[:, needed]
         return fits
 
     def _with_needs(self, on: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
