@@ -19,12 +19,6 @@ trees:
 
 
 @pytest.fixture
-def cell():
-    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
-        yield opened
-
-
-@pytest.fixture
 def tree(tmp_path):
     path = tmp_path / "task.yaml"
     path.write_text(TREE, encoding="utf-8")

@@ -40,12 +40,6 @@ def _mark_node(monkeypatch):
 
 
 @pytest.fixture
-def cell():
-    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
-        yield opened
-
-
-@pytest.fixture
 def task(tmp_path):
     """Write a task, and return its path."""
 
