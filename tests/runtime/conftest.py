@@ -181,7 +181,7 @@ def bench(tmp_path: Path, own_nodes: None) -> Iterator[Bench]:
 
 
 @pytest.fixture
-def cell() -> Iterator[OpenCell]:
+def opened() -> Iterator[OpenCell]:
     """An open cell, simulated over a sphere."""
-    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
-        yield opened
+    with stretch_bt.open_cell(scene="calibration_sphere") as cell:
+        yield cell
