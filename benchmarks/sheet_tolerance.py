@@ -26,7 +26,7 @@ import numpy as np
 import stretch_bt
 from stretch_bt.accuracy.twin.press import press_once
 from stretch_bt.accuracy.twin.press_tasks import OBJECTS, Press, apart, pressed, scene_with, shared, solved, warm
-from stretch_bt.errors import NoAnswer, NoEquilibrium, SceneError
+from stretch_bt.errors import InvalidInput, NoAnswer, NoEquilibrium, SceneError
 from stretch_bt.frames import Pose
 from stretch_bt.runtime.provenance import processor
 from stretch_bt.simulation.fidelity.rungs import RUNGS
@@ -90,7 +90,7 @@ def body(kind: str, item: Item, attempt: int = 0) -> str:
 
 
 def errors(item: Item) -> dict[str, Any]:
-    """Return the errors of each setting in one press; a body that has none is drawn again."""
+    """Return the errors of each setting in one press; a body without a press, or with too many elements, is drawn again."""
     kinds = HOLDS[item.of]
     for attempt in range(_TRIES):
         text = body(kinds[item.seed % len(kinds)], item, attempt)
@@ -98,7 +98,7 @@ def errors(item: Item) -> dict[str, Any]:
         try:
             each = {rung: solved(scene, settings) for rung, settings in RUNGS.items()}
             known = solved(scene, REFERENCE)
-        except NoEquilibrium:
+        except (NoEquilibrium, InvalidInput):  # the reference's mesh has too many elements for some thin edges
             continue
         found = {rung: _sizes(one, known) for rung, one in each.items()}
         forms = {fidelity: kinds[item.of] for fidelity, kinds in FORMS.items() if item.of in kinds}
