@@ -1,6 +1,6 @@
 """What each setting of the sheet is worth and what it costs: the table that the advisor predicts with.
 
-    python -m benchmarks.sheet_tolerance [--presses 24] [--first 0] [--jobs 1] [--keep FILE] [--write]
+    python -m benchmarks.sheet_tolerance [--presses 20] [--first 0] [--jobs 1] [--keep FILE] [--write]
 
 Bodies of each kind of top, sizes, depth and stretch drawn at random, are pressed by the settings of `fidelity/rungs.py`, with weight
 and bending, and by one with elements two fifths as long that grow by 1.2. Printed are, by what holds the membrane up and by range of
@@ -25,12 +25,21 @@ import numpy as np
 
 import stretch_bt
 from stretch_bt.accuracy.twin.press import press_once
-from stretch_bt.accuracy.twin.press_tasks import OBJECTS, Press, apart, pressed, scene_with, shared, solved, warm
+from stretch_bt.accuracy.twin.press_tasks import (
+    OBJECTS,
+    REFERENCE,
+    Press,
+    apart,
+    pressed,
+    scene_with,
+    shared,
+    solved,
+    warm,
+)
 from stretch_bt.errors import InvalidInput, NoAnswer, NoEquilibrium, SceneError
 from stretch_bt.frames import Pose
 from stretch_bt.runtime.provenance import processor
 from stretch_bt.simulation.fidelity.rungs import RUNGS
-from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.scene import Scene
 from stretch_bt.simulation.world import World
 
@@ -47,7 +56,6 @@ HOLDS = {
 #: what is no sheet, by the kind of top that it has a closed form for
 FORMS = {"hertz": {"dome": "sphere", "rim": "cylinder"}, "axisymmetric": {"dome": "sphere"}}
 BASE = frozenset({"sag", "bending", "compliance"})
-REFERENCE = Settings(coarsen=0.4, growth=1.2, budget=5000)
 RESULTS = ("force", "height", "size")
 _TRIES, _LEAST = 12, 20  # draws of a body, and presses of which a percentile is told
 #: effects, the set that each is added to, and the objects that have it
@@ -184,12 +192,8 @@ def table(found: list[dict[str, Any]]) -> dict[str, Any]:
             told = [_percentiles([r["errors"][rung] for r in each if rung in r["errors"]]) for each in ranges]
             if all(told):
                 listed.setdefault(rung, {})[holds] = told
-    factors = {
-        effect: round(
-            max(statistics.median(r["times"] for r in good if r["what"] == "costs" and r["of"] == effect), 1.0), 3
-        )
-        for effect in ADDED
-    }
+    times = {effect: [r["times"] for r in good if r["what"] == "costs" and r["of"] == effect] for effect in ADDED}
+    factors = {effect: round(max(statistics.median(each), 1.0), 3) for effect, each in times.items() if each}
     presses = {rung: [_press_ms(good, rung, k) for k in range(len(RANGES))] for rung in RUNGS}
     about = {"made_by": "python -m benchmarks.sheet_tolerance --write", "processor": processor()}
     return {**about, "stretches": STRETCHES, "errors": listed, "press_ms": presses, "factors": factors}
@@ -240,10 +244,8 @@ def main() -> None:
     found = list(rows(given.presses, given.first, given.jobs, given.keep))
     made = table(found)
     show(made, found)
-    if (
-        given.write
-        and min(row["n"] for shapes in made["errors"].values() for ranges in shapes.values() for row in ranges) < _LEAST
-    ):
+    least = min(row["n"] for shapes in made["errors"].values() for ranges in shapes.values() for row in ranges)
+    if given.write and least < _LEAST:
         parser.error(f"a percentile is told of {_LEAST} presses or more; ask for --presses {_LEAST}")
     if given.write:
         FILE.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")

@@ -29,6 +29,7 @@ from stretch_bt.simulation.world import World
 
 __all__ = [
     "OBJECTS",
+    "REFERENCE",
     "Press",
     "apart",
     "drawn",
@@ -43,6 +44,8 @@ __all__ = [
 
 TOP, HIGH = 2e-3, 0.8  # m round the middle that counts as top, and share of the depth at which a length is taken
 POINTS = 181  # along each side of a sheet
+#: for what is held to be right: elements two fifths as long as usual, that grow by 1.2
+REFERENCE = Settings(coarsen=0.4, growth=1.2, budget=5000)
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

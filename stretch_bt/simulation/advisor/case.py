@@ -111,12 +111,16 @@ class Case:
         if math.isfinite(self.rough.stiffness):
             yield Size("stiffness", error * (1 / DROP + 1.5 / self.depth), f"{why}; over a drop of 1.5 mm")
 
-    def from_force(self, part: float, why: str, way: int = 0, stiffness: float | None = None) -> Iterator[Size]:
+    def from_force(
+        self, part: float, why: str, way: int = 0, stiffness: float | None = None, gives: float = 1.0
+    ) -> Iterator[Size]:
         """Yield what a change of the membrane's force by a part of it does to each observable; of `stiffness` it is another part.
 
-        A soft object gives way to a stronger membrane, so that the force in series changes by less.
+        A soft object gives way to a stronger membrane: the force in series changes by less, by the power `gives` of one and the ratio of
+        their stiffnesses. It is 1 where nothing else changes, less where a shallower press shows more of the effect, and 0 of a way
+        that both share.
         """
-        yield Size("force", part / (1 + self.membrane_stiffness / self.rough.stiffness), why, way)
+        yield Size("force", part / (1 + self.membrane_stiffness / self.rough.stiffness) ** gives, why, way)
         if math.isfinite(self.rough.stiffness):
             yield Size("stiffness", part if stiffness is None else stiffness, why)
             yield Size("height", part * self.force / (self.rough.stiffness + self.membrane_stiffness), why)

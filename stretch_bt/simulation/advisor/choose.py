@@ -21,6 +21,8 @@ __all__ = ["NOISE", "Chosen", "Judged", "choose", "judge"]
 #: groups of effects that a run's tolerance leaves as the scene says
 NOISE = ("camera", "robot")
 _SAME = 1 + 1e-9  # of a tolerance, within rounding
+#: what effects change together over what is estimated: its 95th percentile in presses of random bodies (benchmarks/effect_estimates.py)
+_SPREAD = 1.25
 Sizes = Mapping[str, Size]
 
 
@@ -110,6 +112,9 @@ class _Choice:
         noise = {name: j for name, j in self.judged.items() if j.effect.group in NOISE}
         self.noise = {name for name, j in noise.items() if j.named or (j.free and j.calls(scene))}
         self.bias = {name: j for name, j in self.judged.items() if name not in noise}
+        #: whether the prediction is held at its 95th percentile, as a tolerance that is asked for needs
+        self.strict = bool(scene.asked) or scene.fidelity == "auto"
+        self.spread = _SPREAD if self.strict else 1.0
         self.rungs = self._rungs()
 
     def _rungs(self) -> list[str | None]:
@@ -164,7 +169,7 @@ class _Choice:
         within = np.ones(len(choices), dtype=np.bool_)
         for name, tolerance in self.tolerances.items():
             sizes = [j.sizes.get(name) for j in self.bias.values()]
-            value = np.hypot(predictions(sizes, ~choices), (solver or {}).get(name, 0.0))
+            value = np.hypot(self.spread * predictions(sizes, ~choices), (solver or {}).get(name, 0.0))
             within &= value <= tolerance * _SAME
         return within
 
@@ -191,15 +196,15 @@ class _Choice:
                 yield place, names.index(needed)
 
     def _solver(self, rung: str | None) -> Mapping[str, float] | None:
-        """Return the error of a setting; that of a fixed one counts where a run asks for a tolerance alone."""
-        if not self.scene.asked and self.scene.fidelity != "auto":
+        """Return the error of a setting; None where it does not count, since a scene fixes it and no run asks for a tolerance."""
+        if not self.strict:
             return None
         return self.table.error(rung or self.scene.fidelity, self.case)
 
     def _at(self, rung: str | None, on: npt.NDArray[np.bool_], called: npt.NDArray[np.bool_] | None = None) -> Chosen:
         solver = self._solver(rung)
         off = {name: self.bias[name].sizes for name in compress(self.bias, ~on)}
-        found = predicted(self.tolerances, off, solver)
+        found = predicted(self.tolerances, off, solver, self.spread)
         names = frozenset(compress(self.bias, on))
         more = frozenset(compress(self.bias, on & ~called)) if called is not None else frozenset()
         known = solver is None or all(name in solver for name in found)

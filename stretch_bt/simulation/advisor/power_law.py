@@ -12,7 +12,7 @@ __all__ = ["PowerLaw"]
 class PowerLaw:
     """What is there over a contact of 10 mm radius at a depth of 10 mm, a strain of 0.4, a coefficient of friction of 0.5 and bends of 2 mm.
 
-    The other fields are the powers of each of these.
+    The other fields are the powers of each of these; that of the strain itself grows by `wide` where a contact is e times as wide.
     """
 
     there: float
@@ -21,6 +21,7 @@ class PowerLaw:
     strain: float = 0.0
     friction: float = 0.0
     bend: float = 0.0
+    wide: float = 0.0
 
     def at(
         self, *, depth: float, contact: float, strain: float = 0.4, friction: float = 0.5, bend: float = 2e-3
@@ -33,4 +34,5 @@ class PowerLaw:
             (friction / 0.5, self.friction),
             (bend / 2e-3, self.bend),
         )
-        return self.there * math.exp(sum(power * math.log(value) for value, power in parts if power))
+        both = self.wide * math.log(contact / 10e-3) * math.log(strain / 0.4)
+        return self.there * math.exp(both + sum(power * math.log(value) for value, power in parts if power))

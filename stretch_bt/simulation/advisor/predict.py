@@ -19,7 +19,8 @@ class Predicted:
     """The predicted difference of one result beside its tolerance, SI.
 
     `solver` is the 95th percentile of the error of the sheet's setting, None where none is known; `effects` what the effects that are
-    left off come to; `value` the root of both as squares, and `total` their plain sum. `left_off` names them, the largest first.
+    left off come to, times the spread of their estimates; `value` the root of both as squares, and `total` the plain sum of all.
+    `left_off` names them, the largest first.
     """
 
     observable: str
@@ -50,16 +51,22 @@ def predictions(sizes: Sequence[Size | None], off: npt.NDArray[np.bool_]) -> npt
 
 
 def predicted(
-    tolerances: Mapping[str, float], off: Mapping[str, Mapping[str, Size]], solver: Mapping[str, float] | None
+    tolerances: Mapping[str, float],
+    off: Mapping[str, Mapping[str, Size]],
+    solver: Mapping[str, float] | None,
+    spread: float = 1.0,
 ) -> dict[str, Predicted]:
-    """Return the prediction of each result that has a tolerance, with some effects left off and the error of the solver."""
+    """Return the prediction of each result that has a tolerance, with some effects left off and the error of the solver.
+
+    Estimates count times `spread`, by which the effects that are off may be larger.
+    """
     found = {}
     for name, tolerance in tolerances.items():
         parts = {effect: sizes[name] for effect, sizes in off.items() if name in sizes and sizes[name].value > 0}
         every = np.ones((1, len(parts)), dtype=np.bool_)
-        effects = float(predictions(list(parts.values()), every)[0]) if parts else 0.0
+        effects = spread * float(predictions(list(parts.values()), every)[0]) if parts else 0.0
         own = None if solver is None else solver.get(name)
-        total = (own or 0.0) + sum(size.value for size in parts.values())
+        total = (own or 0.0) + spread * sum(size.value for size in parts.values())
         largest = tuple(sorted(parts, key=lambda effect: -parts[effect].value))
         value = math.hypot(own or 0.0, effects)
         found[name] = Predicted(name, tolerance, value, own, effects, total, largest)

@@ -69,7 +69,7 @@ class Bending(MembraneEffect):
             {"bend": layer, "contact": contact, "depth": case.depth},
             f"bends within {layer * 1e3:.2g} mm at a contact of {contact * 1e3:.2g} mm",
         )
-        yield from case.from_force(_FORCE[holds].at(**how), why, way=1)
+        yield from case.from_force(_FORCE[holds].at(**how), why, way=1, gives=0.5)
         wide = case.radius if holds == "crest" else contact
         yield Size("size", _SIZE[holds].at(**how | {"contact": wide}), why, way=1)
         if holds in _HEIGHT and (holds != "point" or case.rough.edge < _PATCH):

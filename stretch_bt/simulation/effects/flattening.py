@@ -28,7 +28,7 @@ class Flattening(FillEffect):
 
     @classmethod
     def sizes(cls, case: Case, parameters: Parameters) -> Iterable[Size]:
-        """Yield how much wider the top is at 1.5 mm of drop, and the force, which goes as the root of its radius."""
+        """Yield how much wider the top is at 1.5 mm of drop, and the force, which goes as the root of its radius at the drop of a press."""
         spec = case.scene.object
         if not isinstance(spec, BalloonObject) or spec.pressure == 0:
             return
@@ -37,7 +37,8 @@ class Flattening(FillEffect):
         ratio = case.membrane_stiffness / case.rough.stiffness
         why = f"radius {wider * 1e3:.3g} mm for {spec.radius * 1e3:.3g} mm at a drop of {SECANT_DROP * 1e3:.2g} mm"
         yield Size("size", wider - spec.radius, why)
-        yield Size("force", part / (1 + ratio), why, way=1)
+        pressed = spec.top_radius(min(cls.drop(case), SECANT_DROP))
+        yield Size("force", (math.sqrt(pressed / spec.radius) - 1) / (1 + ratio), why, way=1)
         yield Size("height", part * cls.drop(case) / (1 + ratio), why)
         yield Size("stiffness", _FELT_BEFORE * part, f"{why}; the radius is felt at a smaller drop")
 

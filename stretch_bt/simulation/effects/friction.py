@@ -23,12 +23,14 @@ __all__ = ["Friction"]
 #: over what holds the membrane up: part of the force, m of the height over the middle and m of a length at four fifths of the depth,
 #: fitted to sheets solved with friction and without (benchmarks/effect_estimates.py)
 _FORCE: Mapping[Holds, PowerLaw] = {
-    "rim": PowerLaw(0.0227, depth=0.85, contact=0.3, strain=0.25, friction=0.65),
-    "ridge": PowerLaw(0.0255, depth=0.8, friction=0.5),
-    "crest": PowerLaw(0.0199, depth=1.1, friction=0.5),
+    "rim": PowerLaw(0.0256, depth=1.05, contact=-0.1, strain=0.55, friction=0.65, wide=-1.0),
+    "ridge": PowerLaw(0.0306, depth=0.95, contact=0.2, friction=0.6, wide=-0.45),
+    "crest": PowerLaw(0.0175, depth=1.1, contact=0.3, strain=0.85, friction=0.5, wide=-1.45),
     "dome": PowerLaw(0.0175, depth=1.25, strain=0.7, friction=0.8),
-    "point": PowerLaw(0.0121, depth=0.35, strain=0.45, friction=0.7),
+    "point": PowerLaw(0.0122, depth=1.0, strain=0.7, friction=0.5),
 }
+#: the same of the force over a flat top with corners
+_CORNERED = PowerLaw(0.0262, depth=1.3, strain=0.9, friction=0.5, wide=-1.5)
 _HEIGHT: Mapping[Holds, PowerLaw] = {
     "rim": PowerLaw(0.015e-3, depth=1.7, friction=1.0),
     "ridge": PowerLaw(0.006e-3, depth=1.7, friction=1.0),
@@ -69,7 +71,8 @@ class Friction(MembraneEffect):
         why = f"a coefficient of {parameters.coefficient:g} at a strain of {case.strain:.2g}"
         how = {"depth": case.depth, "contact": case.held_radius, "strain": max(case.strain, 1e-3), "friction": mu}
         holds = case.rough.holds
-        yield from case.from_force(_FORCE[holds].at(**how), why, way=1)
+        law = _CORNERED if case.rough.cornered else _FORCE[holds]
+        yield from case.from_force(law.at(**how), why, way=1)
         yield Size("height", _HEIGHT[holds].at(**how), why)
         yield Size("size", _SIZE[holds].at(**how), why, way=1)
 

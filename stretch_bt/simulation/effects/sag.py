@@ -63,7 +63,8 @@ class Sag(MembraneEffect):
         heavy = DENSITY * 9.81 * GAUGE / case.scene.hand.shear_modulus / _USUAL
         yield Size("height", max(sag - case.depth, _HEIGHT[holds].at(**how) * heavy), why)
         yield Size("size", _SIZE[holds].at(**how) * heavy, why, way=-1)
-        yield from case.from_force(_FORCE[holds].at(**how) * heavy, why, way=1, stiffness=1.5 * sag / case.depth)
+        part = _FORCE[holds].at(**how) * heavy
+        yield from case.from_force(part, why, way=1, stiffness=1.5 * sag / case.depth, gives=0.0)
 
     def on_sheet(self, effects: SheetEffects) -> SheetEffects:
         """Return the sheet's effects with it."""

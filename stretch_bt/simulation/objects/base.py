@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["HertzForm", "Holds", "Moved", "ObjectSpec", "Point", "Rough", "Specimen", "Standing", "turned_aspect"]
 
+_ROUND = 0.99  # of the radius of the disc of its area, which half the shorter side of a square top is less than
 
 Holds = Literal["rim", "crest", "ridge", "dome", "point"]
 
@@ -70,6 +71,11 @@ class Rough:
     holds: Holds = "dome"
     steep: float = math.inf
     aspect: float = 1.0
+
+    @property
+    def cornered(self) -> bool:
+        """Whether its flat top has corners: one that is round is as wide in its shorter direction as the disc of its area."""
+        return self.holds == "rim" and 2 * self.edge < self.radius < _ROUND * self.face
 
 
 def turned_aspect(length: float, width: float, heading: float) -> float:

@@ -51,7 +51,7 @@ def enumerated(scene, tolerances):
             if any(registry()[name].needs not in {None, *on} for name in on):
                 continue
             off = {name: j.sizes for name, j in judged.items() if name not in on}
-            found = predicted(tolerances, off, table.error(rung, case))
+            found = predicted(tolerances, off, table.error(rung, case), 1.25)
             yield table.cost(rung, on, case), max(p.ratio for p in found.values())
 
 
