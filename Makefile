@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo cell-demo test slow lint check clean
+.PHONY: demo cell-demo test slow fuzz mutants lint check clean
 
 $(VENV)/ready: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(0 if (3, 11) <= sys.version_info[:2] <= (3, 12) else "Python 3.11 or 3.12 is needed: make PYTHON=python3.12 ...")'
@@ -23,6 +23,15 @@ test: $(VENV)/ready
 
 slow: $(VENV)/ready
 	$(BIN)/python -m pytest -m slow -s
+
+# draws hard inputs until the time is over or a property breaks
+MINUTES ?= 60
+fuzz: $(VENV)/ready
+	$(BIN)/python benchmarks/fuzz.py --minutes $(MINUTES)
+
+# changes one place of the code at a time, and says which changes no hard case notices
+mutants: $(VENV)/ready
+	$(BIN)/python benchmarks/mutants.py
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .

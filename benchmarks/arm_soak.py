@@ -16,7 +16,7 @@ from pathlib import Path
 
 from stretch_bt.errors import DeviceFault
 from stretch_bt.frames import Pose
-from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.emulators.serve import serving_elsewhere
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
@@ -37,7 +37,7 @@ def open_arm(model: str, host: str = HOST, **options: object) -> UrArm:
         "source": "the stand-in's own",
     }
     chosen = UrArm.Options.model_validate({"type": "Arm", "use": "ur", "host": host, **given, **options})
-    arm = UrArm("arm", chosen, Bench(time.monotonic, 0, Path(), Hand(), Limits()))
+    arm = UrArm("arm", chosen, CellContext(time.monotonic, 0, Path(), Hand(), Limits()))
     arm.open()
     return arm
 

@@ -23,7 +23,7 @@ from kept import kept
 from stretch_bt.accuracy.twin.press import length_at
 from stretch_bt.errors import NoEquilibrium, SceneError
 from stretch_bt.simulation.advisor.case import Case
-from stretch_bt.simulation.effects.bending import Bending, contact_of
+from stretch_bt.simulation.effects.bending import Bending
 from stretch_bt.simulation.membrane.indenters.turned import turn
 from stretch_bt.simulation.membrane.sheet.effects import Effects
 from stretch_bt.simulation.membrane.sheet.geometry import Sheet
@@ -175,7 +175,7 @@ def fit(found: list[Row]) -> None:
 
 def _places(case: Case) -> tuple[float, float, float]:
     layer = math.sqrt(4 * case.scene.hand.shear_modulus * case.thickness**3 / 12 / case.tension)
-    return layer / 2e-3, contact_of(case) / 10e-3, case.depth / 10e-3
+    return layer / 2e-3, case.held_radius / 10e-3, case.depth / 10e-3
 
 
 def _case(row: Row) -> Case:

@@ -17,7 +17,7 @@ import argparse
 import math
 import tempfile
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ import numpy as np
 from kept import kept
 
 from stretch_bt import run
+from stretch_bt.accuracy.cookie.lumps import draw, scene
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.perception.outlines.polyline import area_of, perimeter_of
 from stretch_bt.perception.outlines.roundness import METHODS, contour_of
@@ -35,7 +36,6 @@ from stretch_bt.simulation.dough.lump import Lump
 
 AXES = 12
 ROUND, POOR = 0.97, 0.93
-NOISE = ("sag", "correlated_noise", "white_noise", "fixed_pattern", "repeatability", "latency", "arm_force_noise")
 PAPER, FAST = "form_cookie", "form_cookie_fast"
 SENSED = {
     "circularity_sensed": "circularity_true",
@@ -43,43 +43,6 @@ SENSED = {
     "thickness": "thickness_true",
 }
 BOUNDS = {PAPER: 120.0, FAST: 78.0}  # s of rolling: so many readings, or looks, so far apart
-
-
-@dataclass(frozen=True)
-class Draw:
-    """A lump: edge, m, yield stress and modulus, Pa, spin noise, roughness of its edge."""
-
-    edge: float
-    yield_stress: float
-    modulus: float
-    spin: float
-    cracks: float
-
-
-def draw(seed: int) -> Draw:
-    """Return the lump of a seed."""
-    chance = np.random.default_rng([2021, seed])
-    edge, stress, ratio, spin, cracks = chance.uniform(size=5).tolist()
-    stress = 2e3 * 5**stress
-    return Draw(0.020 + 0.010 * edge, stress, (10 + 20 * ratio) * stress, 0.2 * spin, 0.02 * cracks)
-
-
-def scene(lump: Draw, spin: float | None = None) -> str:
-    """Return the scene file of a lump; `spin` in place of its own spin noise."""
-    spins = lump.spin if spin is None else spin
-    return "\n".join(
-        [
-            "format: stretch-scene/1",
-            f"object: {{type: dough, edge: {1e3 * lump.edge:.6f} mm, yield_stress: {lump.yield_stress:.4f} Pa, modulus: {lump.modulus:.3f} Pa}}",
-            "hand: {frame: 12 mm}",
-            "tolerance: {roundness: 1 %, height: 0.5 mm}",
-            "conditions: {stretch: 60 mm, depth: 5 mm, hold: 0 s, speed: 30 mm/s, frames: 1, travel: 2 m}",
-            "effects:",
-            f"  spin_noise: {{sd: {spins:.6f}}}",
-            f"  edge_cracks: {{roughness: {lump.cracks:.6f}}}",
-            *(f"  {name}: on" for name in NOISE),
-        ]
-    )
 
 
 class Watch(Onlooker):
@@ -92,7 +55,7 @@ class Watch(Onlooker):
 
     def follow(self, runner: Runner) -> None:
         """Watch a run."""
-        self.twin: Any = runner.cell._bench.twin  # type: ignore[union-attr]
+        self.twin: Any = runner.cell._context.twin  # type: ignore[union-attr]
         runner.watchers.append(self)
 
     def write(self, key: str, value: Any, sd: float | None, path: str) -> None:

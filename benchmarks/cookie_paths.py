@@ -17,8 +17,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
-from cookie import ROUND, all_round, draw, seeds
+from cookie import ROUND, all_round, seeds
 
+from stretch_bt.accuracy.cookie.lumps import draw
 from stretch_bt.behaviors._rolling import PATHS
 from stretch_bt.simulation.dough.lump import Lump, cube
 from stretch_bt.simulation.dough.material import Dough

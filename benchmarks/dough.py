@@ -1,24 +1,23 @@
-"""Rolling and pressing dough: what comes out beside what is known, and CPU time; run as `python benchmarks/dough.py [lumps]`.
+"""Rolling and pressing dough: what comes out beside what is known, and CPU time; run as `python benchmarks/dough.py`.
 
-The known figures are of a separate code of the same model: medians of 30 lumps with edges of 20 to 30 mm, yield stresses of 3
-to 10 kPa and moduli of 10 to 30 yield stresses, at F / (Y R^2) = 0.83 where nothing else is said.
+The known figures are of a separate code of the same model. What directions cost and give, and paths and spin beside that code,
+`stretch-bt accuracy dough` measures.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.accuracy.dough.rolling import roll, tumbled
 from stretch_bt.simulation.coupling import couple
-from stretch_bt.simulation.dough.lump import Lump, cube
+from stretch_bt.simulation.dough.lump import cube
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.dough.resistance import Resistance
 from stretch_bt.simulation.dough.surface import upper_side
@@ -27,14 +26,6 @@ from stretch_bt.simulation.membrane.press import press
 Array = npt.NDArray[np.float64]
 
 RULE = 1e-3  # m; the height rule: ten readings, one a revolution apart, with a smaller standard deviation
-PATHS = {
-    ("circle", 0.0): (0.098, 0.093),
-    ("circle", 0.1): (0.094, 0.088),
-    ("circle", 0.5): (0.066, 0.047),
-    ("eight", 0.0): (0.043, 0.024),
-    ("eight", 0.1): (0.043, 0.025),
-    ("eight", 0.5): (0.051, 0.034),
-}
 FORCES = {
     10: ((0.106, 0.102, 0.099), (0.095, 0.088, 0.082), (0.075, 0.060, 0.049), (0.053, 0.034, 0.018)),
     20: ((0.089, 0.076, 0.059), (0.066, 0.043, 0.022), (0.041, 0.028, 0.025), (0.038, 0.037, 0.036)),
@@ -50,57 +41,6 @@ LONG = {
     (2000, 1.0, 10e3, 10, 0.1): (None, 0.111),
     (2000, 3.0, 10e3, 10, 0.5): (20, 0.036),
 }
-
-
-def path(kind: str) -> Array:
-    """Return the legs (k, 2), m, of a lap of the hand: a circle of 30 mm or a figure-eight of 45 mm."""
-    t = np.linspace(0, 2 * np.pi, 49)
-    circle = 0.030 * np.column_stack([np.cos(t), np.sin(t)])
-    eight = 0.045 * np.column_stack([np.sin(t), 0.8 * np.sin(t) * np.cos(t)])
-    return np.asarray(np.diff(circle if kind == "circle" else eight, axis=0))
-
-
-def tumbled(edge: float, count: int, seed: int) -> Lump:
-    turned = np.random.default_rng(seed).standard_normal(4)
-    return replace(cube(edge, count), quaternion=turned / np.linalg.norm(turned))
-
-
-def roll(
-    lump: Lump, kind: str, marks: list[float], dough: Dough, force: float, spin: float, seed: int
-) -> tuple[list[float], Array, Lump]:
-    """Return the roundness after each travel of `marks`, m, and the heights at each step, m."""
-    legs, done = path(kind), 0.0
-    found: list[float] = []
-    heights: list[Array] = []
-    weight = 1250 * 9.81 * lump.volume
-    for k in range(10**9):
-        leg = legs[k % len(legs)]
-        lump, seen = lump.rolled((leg[0], leg[1]), force, dough, weight=weight, spin=spin, seed=seed)
-        heights.append(seen)
-        done += math.hypot(*leg)
-        while len(found) < len(marks) and done >= marks[len(found)]:
-            found.append(lump.roundness)
-        if len(found) == len(marks):
-            break
-    return found, np.concatenate(heights), lump
-
-
-def paths(lumps: int) -> None:
-    print("roundness (sd of the radius over it, cube 0.125) after 2 and 4 m of the hand, n = 500, beside the known one")
-    print("path    spin     2 m  known     4 m  known")
-    chance = np.random.default_rng(0)
-    mix = [
-        (chance.choice([0.020, 0.025, 0.030]), chance.uniform(3e3, 10e3), chance.uniform(10, 30)) for _ in range(lumps)
-    ]
-    for (kind, spin), known in PATHS.items():
-        rows = []
-        for seed, (edge, stress, ratio) in enumerate(mix):
-            lump = tumbled(edge, 500, seed)
-            rows.append(
-                roll(lump, kind, [2.0, 4.0], Dough(stress, ratio * stress), 0.83 * stress * lump.ball**2, spin, seed)[0]
-            )
-        two, four = np.median(rows, axis=0)
-        print(f"{kind:7s} {spin:4.1f}  {two:6.3f}  {known[0]:5.3f}  {four:6.3f}  {known[1]:5.3f}")
 
 
 def forces() -> None:
@@ -147,21 +87,6 @@ def long() -> None:
             f"{count:4d}  {force:4.1f}  {stress / 1e3:5.0f}  {ratio:3d}  {spin:4.1f}  {stopped(heights)!s:>5s}  {rule!s:>5s}"
             f"  {found[0]:7.3f}  {known:5.3f}  {cost:7.2f}"
         )
-
-
-def fidelity() -> None:
-    print(
-        "\ndirections: roundness after 10 and 200 revolutions, F 2 N, Y 10 kPa, E/Y 10, spin 0.1 (known .111/.112/.110,"
-    )
-    print(
-        ".089/.085/.086 at n = 500/2000/8000), and CPU time of a revolution in one straight piece (known 1.3, 5, 20-25 ms)"
-    )
-    for count in (100, 500, 2000, 8000):
-        lump = tumbled(0.025, count, 1)
-        turn = 4 * math.pi * lump.ball
-        found, _, _ = roll(lump, "circle", [10 * turn, 200 * turn], Dough(10e3, 1e5), 2.0, 0.1, 1)
-        ms = timed(partial(lump.rolled, (turn, 0.0), 1.0, Dough(5e3, 1e5), weight=0.19), 9)
-        print(f"{count:5d}  {found[0]:.3f}  {found[1]:.3f}  {ms:6.2f} ms")
 
 
 def timed(call: Callable[[], Any], times: int) -> float:
@@ -231,9 +156,7 @@ def sheet() -> None:
 
 
 def main() -> None:
-    paths(int(sys.argv[1]) if len(sys.argv) > 1 else 15)
     forces()
-    fidelity()
     law()
     sheet()
     volume()

@@ -27,11 +27,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from cookie import FAST, PAPER, Draw, Watch, all_round, draw, low_pass, scene, seeds
+from cookie import FAST, PAPER, Watch, all_round, low_pass, seeds
 from mpm.body import Body, Hand, Stuff
 from mpm.shape import hull_volume, lump_of, pressed_circularity, smoothed
 
 from stretch_bt import run
+from stretch_bt.accuracy.cookie.lumps import Draw, draw, scene
 from stretch_bt.behaviors._rolling import PATHS
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.simulation.dough.lump import Lump, cube

@@ -18,24 +18,18 @@ import argparse
 import hashlib
 import json
 import tempfile
-import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stretch_bt import run
+from stretch_bt.accuracy.reconstruction.run import Found, Unfinished, grid, reconstructed
 from stretch_bt.errors import SceneError
-from stretch_bt.perception.clouds.ply import points_of
-from stretch_bt.perception.clouds.relief import Relief
-from stretch_bt.runtime.onlooker import Onlooker
-from stretch_bt.runtime.runner import Runner
-from stretch_bt.simulation.above import distances, upper_surface
-from stretch_bt.simulation.scene import Scene, load_scene
+from stretch_bt.simulation.scene import load_scene
 from stretch_bt.sweep.package_digest import package_digest
 from stretch_bt.sweep.rows import RowFile
 
@@ -58,33 +52,17 @@ HEAD = (
 GRIDS = (1, 2, 3, 4, 5)
 
 
-@dataclass(frozen=True)
-class Found:
-    """What came of a run: shares, m, s."""
-
-    coverage: float
-    stated: float
-    rms: float
-    upper: float
-    worst: float
-    height: float
-    presses: int
-    limited: int
-    force: float
-    seconds: float
-    cpu: float
-    shape: str
-    bounds: tuple[float, float]
-    errors: dict[str, tuple[float, float]] = field(default_factory=dict)
-
-    def __str__(self) -> str:
-        told = ", ".join(f"{name} {off:+.2f} ({off / sd:+.1f})" for name, (off, sd) in self.errors.items())
-        return (
-            f"{100 * self.coverage:8.1f}  {100 * self.bounds[0]:7.1f}  {100 * self.bounds[1]:5.1f}  {100 * self.stated:6.1f}"
-            f"  {1e3 * self.rms:7.2f}  {1e3 * self.upper:8.2f}  {1e3 * self.worst:9.2f}"
-            f"  {1e3 * self.height:+9.2f}  {self.presses:7d}  {self.limited:7d}  {self.force:8.3f}  {self.seconds:7.1f}  {self.cpu:6.1f}"
-            f"  {self.shape}: {told}"
-        )
+def line(found: Found | str) -> str:
+    """Return what came of a run as text."""
+    if isinstance(found, str):
+        return found
+    told = ", ".join(f"{name} {off:+.2f} ({off / sd:+.1f})" for name, (off, sd) in found.errors.items())
+    return (
+        f"{100 * found.coverage:8.1f}  {100 * found.bounds[0]:7.1f}  {100 * found.bounds[1]:5.1f}  {100 * found.stated:6.1f}"
+        f"  {1e3 * found.rms:7.2f}  {1e3 * found.upper:8.2f}  {1e3 * found.worst:9.2f}"
+        f"  {1e3 * found.height:+9.2f}  {found.presses:7d}  {found.limited:7d}  {found.force:8.3f}  {found.seconds:7.1f}  {found.cpu:6.1f}"
+        f"  {found.shape}: {told}"
+    )
 
 
 def main() -> None:
@@ -126,9 +104,10 @@ class Rows:
             known = self.known[key]
             found = known if isinstance(known, str) else Found(**known)
         else:
-            found = reconstructed(scene, seed, params)
+            done = reconstructed(scene, seed, params)
+            found = done.reason if isinstance(done, Unfinished) else done
             self._keep(key, found)
-        print(f"{label:22s}  {found}", flush=True)
+        print(f"{label:22s}  {line(found)}", flush=True)
         return found
 
     def _keep(self, key: str, found: Found | str) -> None:
@@ -191,95 +170,11 @@ def _against_grid(name: str, rows: Rows) -> None:
     planned = rows.line(f"{name} 0", name, 0, {})
     if not isinstance(planned, Found):
         return
-    spec = load_scene(name).object
-    surface = upper_surface(spec)
-    low, high = surface.places.min(axis=0), surface.places.max(axis=0)
     for count in GRIDS:
-        lines = [(np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high, strict=True)]
-        poses = [f"{1e3 * x:.2f} mm; {1e3 * y:.2f} mm" for x in lines[0] for y in lines[1]]
-        found = rows.line(f"{name} {count} x {count}", name, 0, {"poses": poses, "max_presses": count**2})
+        found = rows.line(f"{name} {count} x {count}", name, 0, {"poses": grid(name, count), "max_presses": count**2})
         if isinstance(found, Found) and found.coverage >= planned.coverage - 0.01 and found.rms <= 1.05 * planned.rms:
             break
     print(f"{name}: planned {planned.presses} presses, grid {count**2}", flush=True)
-
-
-def reconstructed(scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | str:
-    """Return what comes of a run against the scene's truth, or why nothing did."""
-    began = time.process_time()
-    known: Scene = load_scene(scene)
-    with tempfile.TemporaryDirectory() as folder:
-        record = Path(folder) / "record"
-        forces = _Forces()
-        result = run("reconstruct", scene=scene, seed=seed, params=dict(params), out=record, watch=forces.follow)
-        if result.status == "INTERRUPTED":
-            raise SystemExit(result.reason)
-        if result.status != "SUCCESS":
-            return f"{result.status}: {result.reason[:150]}"
-        points = points_of((record / "cloud.ply").read_bytes())
-    off, above = distances(known.object, points), upper_surface(known.object)
-    cells, there = _cells(points[:, :2]), _cells(above.places)
-    lies, felt = (np.array([c in wanted for c in of]) for of, wanted in ((cells, set(there)), (there, set(cells))))
-    x, y = above.places.T
-    over = forces.relief.at(forces.relief.ceiling, x, y, np.inf) - above.heights
-
-    def bounded(most: float) -> float:
-        return float(above.areas[over < most].sum() / above.areas.sum())
-
-    out = {name: value["value"] for name, value in result.outputs.items()}
-    return Found(
-        coverage=float(above.areas[felt].sum() / above.areas.sum()),
-        stated=out["coverage"],
-        rms=_rms(off, points),
-        upper=_rms(off[lies], points[lies]),
-        worst=float(np.percentile(np.abs(off), 95)),
-        height=1e-3 * out["top"] - known.object.top,
-        presses=out["presses"],
-        limited=out["limited"],
-        force=max(forces.found),
-        seconds=out["robot_time"],
-        cpu=time.process_time() - began,
-        shape=out["shape"],
-        errors={
-            name: (out[name] - truth["value"], result.outputs[name]["sd"])
-            for name, truth in result.truth.items()
-            if name in known.dimensions
-        },
-        bounds=(bounded(0.5e-3), bounded(1e-3)),
-    )
-
-
-def _cells(places: Any) -> list[tuple[int, ...]]:
-    """Return the cells of 1 mm in which places (n, 2), m, lie."""
-    return [tuple(cell) for cell in np.floor(places / 1e-3).astype(int).tolist()]
-
-
-def _rms(off: Any, points: Any) -> float:
-    """Return the root mean square over cells of 1 mm, as seen from above: what was felt has more points than what is told beside it."""
-    _, which, count = np.unique(
-        np.floor(points[:, :2] / 1e-3).astype(int), axis=0, return_inverse=True, return_counts=True
-    )
-    return float(np.sqrt(np.mean(np.bincount(which.ravel(), off**2) / count)))
-
-
-class _Forces(Onlooker):
-    """The scene's own force, N, whenever the hand stands pressed, and the map as it was last."""
-
-    relief: Relief
-
-    def __init__(self) -> None:
-        self.found: list[float] = []
-
-    def follow(self, runner: Runner) -> None:
-        """Watch a run."""
-        self.cell: Any = runner.cell  # the twin's
-        runner.watchers.append(self)
-
-    def write(self, key: str, value: Any, sd: float | None, path: str) -> None:
-        """Note them."""
-        if isinstance(value, Relief):
-            self.relief = value
-        if path.endswith(("approach", "press_gently", "average_frames")):
-            self.found.append(self.cell.truth()["force"])
 
 
 def _polyhedron(random: np.random.Generator) -> Any:

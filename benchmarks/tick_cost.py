@@ -11,61 +11,20 @@ from __future__ import annotations
 import statistics
 import sys
 import time
-from collections.abc import Callable, Generator
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from collections.abc import Generator
+from contextlib import ExitStack
 
 import py_trees
 from py_trees.common import Status
-from py_trees.ports import BehaviourWithPorts, PortInformation
 
-from stretch_bt.clock import VirtualClock
+from stretch_bt.accuracy.runner.leaf import BenchmarkLeaf
+from stretch_bt.accuracy.runner.ticks import TREES, Tick, ours
 from stretch_bt.errors import NoAnswer, NodeError
-from stretch_bt.runtime.context import RunContext
-from stretch_bt.runtime.record import RunRecord
-from stretch_bt.runtime.runner import Runner, Watcher
-from stretch_bt.tree.build import build
-from stretch_bt.tree.ports import Behavior, In, Out
-from stretch_bt.tree.program import load_program
+from stretch_bt.tree.ports import Behavior
 from stretch_bt.tree.registry import node
 
 TICKS = 20
 SUCCESS, FAILURE, RUNNING = Status.SUCCESS, Status.FAILURE, Status.RUNNING
-Tick = Callable[[], object]
-
-
-class Bare(py_trees.behaviour.Behaviour):
-    """A leaf without ports."""
-
-    def update(self) -> Status:
-        """Succeed."""
-        return Status.SUCCESS
-
-
-class Ported(BehaviourWithPorts):
-    """A leaf with py_trees' own ports."""
-
-    INPUT_PORTS = {"given": PortInformation(data_type=float, required=True)}  # noqa: RUF012
-    OUTPUT_PORTS = {"result": PortInformation(data_type=float, required=True)}  # noqa: RUF012
-
-    def update(self) -> Status:
-        """Pass it on."""
-        self._set_output("result", self.get_input("given"))
-        return Status.SUCCESS
-
-
-@node
-class BenchmarkLeaf(Behavior):
-    """Write what was read."""
-
-    instant = True
-    given: In[float]
-    result: Out[float]
-
-    def update(self) -> Status:
-        """Pass it on."""
-        self.result = self.given
-        return Status.SUCCESS
 
 
 class Unchecked:
@@ -103,36 +62,6 @@ class UncheckedLeaf(BenchmarkLeaf):
 UncheckedLeaf.result = Unchecked()  # type: ignore[assignment]
 
 
-def bare(leaves: int) -> Tick:
-    root = py_trees.composites.Sequence("root", memory=False, children=[Bare(f"leaf{i}") for i in range(leaves)])
-    return py_trees.trees.BehaviourTree(root).tick
-
-
-def ported(leaves: int) -> Tick:
-    children = [Ported(f"leaf{i}") for i in range(leaves)]
-    for i, child in enumerate(children):
-        child.setup_ports({"given": "/k0" if i == 0 else f"/k{i}", "result": f"/k{i + 1}"})
-    root = py_trees.composites.Sequence("root", memory=False, children=children)
-    first = py_trees.blackboard.Client(name="first")
-    first.register_key("/k0", access=py_trees.common.Access.WRITE)
-    first.set("/k0", 1.0)
-    return py_trees.trees.BehaviourTree(root).tick
-
-
-def ours(leaves: int, folder: Path, record: RunRecord | None = None, leaf: str = "benchmark_leaf") -> Tick:
-    keys = ", ".join(f"k{i}: {{type: float, default: 0}}" for i in range(leaves + 1))
-    rows = "".join(f"      - {leaf}: {{given: $k{i}, result: $k{i + 1}}}\n" for i in range(leaves))
-    path = folder / "tree.yaml"
-    path.write_text(
-        f"format: stretch-tree/1\nkeys: {{{keys}}}\ntrees:\n  main:\n    reactive_sequence:\n{rows}", "utf-8"
-    )
-    context = RunContext()
-    tree = build(load_program(path).require(), context)
-    watchers: list[Watcher] = [record] if record is not None else []
-    runner = Runner(tree, context, VirtualClock(), period=0.02, watchers=watchers)
-    return lambda: runner._tick(tree.root)
-
-
 def cpu(tick: Tick) -> float:
     start = time.process_time()
     for _ in range(TICKS):
@@ -149,16 +78,9 @@ def walls(tick: Tick, count: int) -> list[float]:
     return sorted(found)
 
 
-def main(leaves: int, rounds: int, folder: Path) -> None:
-    record = RunRecord(folder / "record")
-    record.start({}, {})
-    rows = {
-        "py_trees, no ports": bare(leaves),
-        "py_trees, its own ports": ported(leaves),
-        "stretch-bt, no record": ours(leaves, folder),
-        "stretch-bt, with a record": ours(leaves, folder, record),
-        "the same, ports unchecked": ours(leaves, folder, leaf="unchecked_leaf"),
-    }
+def main(leaves: int, rounds: int, close: ExitStack) -> None:
+    rows = {name: make(leaves, close) for name, make in TREES.items()}
+    rows["the same, ports unchecked"] = ours(leaves, close, leaf="unchecked_leaf")
     for tick in rows.values():
         cpu(tick)
     times: dict[str, list[float]] = {name: [] for name in rows}
@@ -174,13 +96,12 @@ def main(leaves: int, rounds: int, folder: Path) -> None:
               f"p50 {wall[500] * 1e3:.2f} ms   p99 {wall[990] * 1e3:.2f} ms")  # fmt: skip
     checked, unchecked = times["stretch-bt, no record"], times["the same, ports unchecked"]
     more = statistics.median(a - b for a, b in zip(checked, unchecked, strict=True))
-    alone, whole = more / statistics.median(unchecked), more / statistics.median(times["stretch-bt, with a record"])
+    alone, whole = more / statistics.median(unchecked), more / statistics.median(times["stretch-bt, with its record"])
     print(f"checking what {leaves} nodes write takes {more * 1e6:.0f} us: {100 * alone:.1f} % of a tick without a record, "
           f"{100 * whole:.2f} % of one with a record")  # fmt: skip
-    record.close({})
 
 
 if __name__ == "__main__":
-    with TemporaryDirectory() as place:
+    with ExitStack() as held:
         count, turns = (int(a) for a in [*sys.argv[1:], *("100", "100")[len(sys.argv) - 1 :]])
-        main(count, turns, Path(place))
+        main(count, turns, held)

@@ -16,7 +16,7 @@ from typing import Any
 
 from stretch_bt.errors import DeviceFault
 from stretch_bt.hardware.ati.force_sensor import AtiForceSensor
-from stretch_bt.hardware.driver import Bench, Driver
+from stretch_bt.hardware.driver import CellContext, Driver
 from stretch_bt.hardware.emulators.control import control
 from stretch_bt.hardware.emulators.serve import Served, free_ports, serving_elsewhere
 from stretch_bt.hardware.hand import Hand
@@ -44,7 +44,7 @@ def opened(served: Served, stand_in: str, wire: str, interface: str, use: str, o
     where: dict[str, Any] = {"serial": place} if wire == "serial" else {"host": host, "port": int(port)}
     cls = driver_class(interface, use)
     chosen = cls.Options.model_validate({"type": interface, "use": use, **where, **options})
-    driver = cls("device", chosen, Bench(time.monotonic, 0, Path(), Hand(), Limits()))
+    driver = cls("device", chosen, CellContext(time.monotonic, 0, Path(), Hand(), Limits()))
     driver.open()
     return driver
 

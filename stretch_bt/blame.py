@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary
@@ -12,7 +13,7 @@ from traceback import FrameSummary
 from stretch_bt.errors import NodeError, StretchError, named, writable
 from stretch_bt.forked import alone
 
-__all__ = ["Broken", "blame", "own_code", "place_of"]
+__all__ = ["Broken", "blame", "own_code", "place_of", "place_of_thread"]
 
 _HERE = Path(__file__).parent
 #: code that ticks, imports or checks a node, and is not the node
@@ -22,7 +23,10 @@ _AROUND = (
     _HERE / "runtime",
     _HERE / "cli",
     _HERE / "behaviors" / "_motion.py",
+    _HERE / "hardware" / "device_entries.py",
+    _HERE / "hardware" / "implementations.py",
     _HERE / "hardware" / "own_modules.py",
+    _HERE / "hardware" / "wire_thread.py",
     _HERE / "hardware" / "monitored",
     Path(threading.__file__),
 )
@@ -50,7 +54,17 @@ def _shown(part: str) -> str:
 
 def place_of(error: BaseException) -> str:
     """Return `file:line in function` of the last frame in the folder of the node or module that broke, or nothing."""
-    frames = list(_frames(error))
+    return _last_own(traceback.extract_tb(error.__traceback__))
+
+
+def place_of_thread(thread: threading.Thread) -> str:
+    """Return where a thread is now, `file:line in function` as `place_of` has it, or nothing."""
+    frame = sys._current_frames().get(thread.ident or 0)
+    return "" if frame is None else _last_own(traceback.extract_stack(frame))
+
+
+def _last_own(stack: Iterable[FrameSummary]) -> str:
+    frames = list(_own(stack))
     if not frames:
         return ""
     home = Path(frames[0].filename).parent
@@ -72,12 +86,13 @@ def own_code(path: str, what: str) -> Iterator[None]:
         raise NodeError(path, reason) from error
 
 
-def _frames(error: BaseException) -> Iterator[FrameSummary]:
+def _own(stack: Iterable[FrameSummary]) -> Iterator[FrameSummary]:
     """Yield the frames from the first that is neither ours around a node nor of the import machinery."""
     inside = False
-    for frame in traceback.extract_tb(error.__traceback__):
+    for frame in stack:
         path = Path(frame.filename)
-        around = any(path.is_relative_to(folder) for folder in _AROUND) or path.parent.name in _AROUND_TOO
+        of_others = {path.parent.name, path.parent.parent.name}.intersection(_AROUND_TOO)
+        around = any(path.is_relative_to(folder) for folder in _AROUND) or of_others
         inside = inside or not (around or frame.filename.startswith("<"))
         if inside:
             yield frame

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 __all__ = ["ONE_THREAD", "kernels", "one_thread"]
@@ -51,8 +54,19 @@ def _kernel(about: dict[str, Any]) -> str:
 @lru_cache(maxsize=1)
 def _libraries() -> list[Any]:
     """Return the BLAS libraries of numpy and scipy; found once, because the search takes longer than a press."""
-    import numpy  # noqa: F401
-    import scipy.linalg.lapack  # noqa: F401  only libraries that are loaded can be found
+    import numpy  # noqa: F401  only libraries that are loaded can be found
     from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
+    _load_scipy_blas()
     return [library for library in ThreadpoolController().lib_controllers if library.user_api == "blas"]
+
+
+def _load_scipy_blas() -> None:
+    """Load the library that scipy brings, which it loads itself later; to import `scipy.linalg` takes longer than most runs."""
+    found = find_spec("scipy")
+    home = Path(found.origin or "").parent if found is not None else Path()
+    brought = [path for folder in (home.parent / "scipy.libs", home / ".dylibs") for path in folder.glob("*openblas*")]
+    for path in brought:
+        ctypes.CDLL(str(path))
+    if not brought:  # it uses one of the system
+        import scipy.linalg.lapack  # noqa: F401

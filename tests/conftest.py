@@ -67,6 +67,8 @@ BY_THE_CLOCK = (
     "runtime/test_hand_calibration.py",
     "behaviors/test_force_limit.py",
 )
+#: whose tests share nothing that is costly, and are spread over the processes one by one
+SPREAD = ("hardcases/test_hardcases.py",)
 #: so often it is tried again where the machine was late
 AGAIN = 4
 
@@ -85,6 +87,18 @@ def own_nodes(monkeypatch):
 def pytest_xdist_auto_num_workers():
     """One process more than cores: tests that wait for a wire leave half of one free."""
     return (os.cpu_count() or 1) + 1
+
+
+def pytest_xdist_make_scheduler(config, log):
+    """Keep each file in one process, but for those whose tests share nothing that is costly."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Files(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            return nodeid if file.endswith(SPREAD) else file
+
+    return Files(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 def pytest_collection_modifyitems(items):

@@ -13,8 +13,8 @@ def looks(*more, second="3.8 mm"):
             *more,
             {"match": "**/capture", "after": "0.1 s", "outputs": {"frame": {}}},
             {"match": "**/segment_contact", "outputs": {"contact": {}}},
-            {"match": "main/shallow/crown_height", "outputs": {"crown": "3 mm"}},
-            {"match": "main/deep/crown_height", "outputs": {"crown": second}},
+            {"match": "main/shallow/crown_height", "outputs": {"crown": {"value": "3 mm", "sd": "0.03 mm"}}},
+            {"match": "main/deep/crown_height", "outputs": {"crown": {"value": second, "sd": "0.04 mm"}}},
         ]
     }
 
@@ -30,6 +30,7 @@ def test_fixed_values_lead_to_a_decision(run, arm, second, given_way, ripe):
     result = run(TASK, mocks=looks(second=second), devices={"arm": arm})
     assert result.status == "SUCCESS", result.reason
     assert result.outputs["given_way"]["value"] == pytest.approx(given_way)
+    assert result.outputs["given_way"]["sd"] == pytest.approx(0.05)
     assert result.outputs["ripe"]["value"] is ripe
 
 

@@ -1,10 +1,11 @@
 """How far off an answer is, and what it costs: work-precision points, one domain a file.
 
-A domain is a module `domain_NAME` of this package with `ABOUT`, a text that says what its errors are measured against,
-`KINDS`, how each kind of error is shown, and `points(quick)`, which yields a Point for each figure.
+A domain is a module `domain_NAME` of this package with a `DOMAIN`, which says what is measured and how it is shown.
 """
 
-from stretch_bt.accuracy.points import Kind, Point, Row
-from stretch_bt.accuracy.registry import domains, measure
+from stretch_bt.accuracy.job import Domain, Job
+from stretch_bt.accuracy.measuring import measure
+from stretch_bt.accuracy.points import Answer, Kind, Row, Setting
+from stretch_bt.accuracy.registry import domains
 
-__all__ = ["Kind", "Point", "Row", "domains", "measure"]
+__all__ = ["Answer", "Domain", "Job", "Kind", "Row", "Setting", "domains", "measure"]

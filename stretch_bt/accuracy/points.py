@@ -5,57 +5,112 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
-__all__ = ["OK", "REFERENCE", "Kind", "Point", "Row"]
+__all__ = [
+    "ANSWERED",
+    "FAILED",
+    "OK",
+    "REFERENCE",
+    "REFUSED",
+    "SKIPPED",
+    "STATUSES",
+    "Answer",
+    "Cost",
+    "Kind",
+    "Row",
+    "Setting",
+    "rounded",
+]
 
-OK, REFERENCE = "ok", "reference"
+OK, REFERENCE, REFUSED, FAILED, SKIPPED = "ok", "reference", "refused", "failed", "skipped"
+STATUSES = (OK, REFERENCE, REFUSED, FAILED, SKIPPED)
+ANSWERED = (OK, REFERENCE)
+_DIGITS = 6
 
 
 class Kind(NamedTuple):
-    """How a kind of error is shown: the unit, and how many of it make 1."""
+    """A kind of error: the unit in which it is shown, how many of these make 1 of the rows, the unit of the rows, and what such a number is."""
 
     unit: str
     scale: float
+    si: str = "1"
+    word: str = " off"
+
+
+class Setting(NamedTuple):
+    """How a case is solved: a series of settings, drawn as one line, and which of them."""
+
+    series: str
+    variant: str
+
+    def __str__(self) -> str:
+        return f"{self.series}: {self.variant}" if self.variant else self.series
+
+
+class Cost(NamedTuple):
+    """What an answer costs beside time, such as presses."""
+
+    name: str
+    value: float
+    unit: str = "1"
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
-    """One figure of a domain.
+class Answer:
+    """One error of a case that was solved with a setting.
 
-    `case` is what was asked, `setting` how it was solved, as `series: variant`; `error` is at least 0, and None where
-    there is no answer; `cpu_seconds` is the CPU time of the solve, None where nothing ran. `status` is `ok`,
-    `reference` for the error of the reference itself, else the reason. `robot_seconds` is the time that a robot
-    takes for it, which then is the cost that counts.
+    `error` is at least 0, and None where there is no answer, with the `reason`. `reference_error` is the own error of what
+    it is held against: 0 where that is exact, None where it is not known. `cpu_seconds` is CPU time of the solve.
+    `robot_seconds` is the time of the robot.
     """
 
-    case: str
-    setting: str
     error_kind: str
     error: float | None
     cpu_seconds: float | None
-    status: str = OK
-    seed: int | None = None
+    reference_error: float | None = None
     robot_seconds: float | None = None
+    cost: Cost | None = None
+    status: str = OK
+    reason: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A point as it is written: with its domain, and with the versions and the processor that made it."""
+    """An answer as it is written: SI, with what it answers, and with the processor, the commit and the versions that made it.
+
+    `kernel_seconds` is CPU time of a fixed computation beside it, which tells a slow machine from slow code.
+    """
 
     domain: str
     case: str
-    setting: str
+    setting: Setting
+    default: bool
     seed: int | None
     error: float | None
     error_kind: str
+    unit: str
+    reference_error: float | None
     cpu_seconds: float | None
+    robot_seconds: float | None
+    cost: Cost | None
     status: str
-    versions: dict[str, str]
+    reason: str | None
     cpu: str
-    robot_seconds: float | None = None
+    commit: str | None
+    versions: dict[str, str]
+    kernel_seconds: float | None = None
+
+    @property
+    def key(self) -> tuple[str, str, Setting, int | None, str]:
+        """What the row is a figure of."""
+        return self.domain, self.case, self.setting, self.seed, self.error_kind
 
     def to_json(self) -> dict[str, Any]:
-        """Return the fields, in order; `robot_seconds` only where a robot takes any."""
+        """Return the fields, in order."""
         found = {field.name: getattr(self, field.name) for field in fields(self)}
-        if self.robot_seconds is None:
-            del found["robot_seconds"]
-        return found
+        cost = None if self.cost is None else self.cost._asdict()
+        return found | {"setting": self.setting._asdict(), "cost": cost}
+
+
+def rounded(value: float | None) -> float | None:
+    """Return a number with six significant digits, which is more than any of these figures has."""
+    return None if value is None else float(f"{value:.{_DIGITS}g}")

@@ -3,52 +3,121 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable, Iterator
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stretch_bt.cli.output import emit_json
+from stretch_bt.cli.output import EXIT_FAILURE, emit_json
+from stretch_bt.errors import InvalidInput
 
 if TYPE_CHECKING:
     from stretch_bt.accuracy import Row
+    from stretch_bt.accuracy.compare import Comparison
 
 __all__ = ["command"]
 
 
 def command(
     names: Annotated[list[str] | None, typer.Argument(help="Domains, such as membrane; all when left out.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="A small subset, in seconds.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="What fits into 6 CPU s a domain; the rest is skipped.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(help="Write the rows and a picture into this new folder.")] = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Write the page of all pictures into this folder; it keeps domains that it has.")
+    ] = None,
+    from_: Annotated[
+        list[Path] | None,
+        typer.Option("--from", help="Take the rows of this file, and measure nothing; may be repeated."),
+    ] = None,
+    compare: Annotated[
+        Path | None, typer.Option(help="Flag what is worse or slower than the rows of this file; exit 1 with any.")
+    ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
 ) -> None:
-    """Measure error against CPU time, with the error of the reference stated."""
-    from stretch_bt.accuracy import domains, measure
+    """Measure error against cost, with the error of the reference stated."""
+    from stretch_bt.accuracy import domains
+    from stretch_bt.accuracy.compare import Comparison
+    from stretch_bt.accuracy.file import read
     from stretch_bt.accuracy.folder import write
-    from stretch_bt.accuracy.table import table
     from stretch_bt.runtime.record.folder import claim
 
-    chosen = domains(names or [])
+    files, names = _files(from_ or [], names or [])
+    domains(names)
+    if quick and files:
+        raise InvalidInput("--quick says what is measured, and --from measures nothing; leave one of them out")
+    old = None if compare is None else Comparison(read(compare))
+    given = [row for path in files for row in read(path) if not names or row.domain in names]
     folder = None if out is None else claim(out)
     rows: list[Row] = []
     try:
-        with redirect_stdout(sys.stderr):  # what other simulators print must not get among the result
-            for row in measure(chosen, quick=quick):
-                rows.append(row)
-                _progress(row.case)
-        _progress("")
+        rows.extend(given)
+        for row in () if files else _measured(names, quick, old):
+            rows.append(row)
     finally:
         if folder is not None:
             write(folder, rows)
+    if page is not None:
+        _write_page(page, rows)
+    flags = [] if old is None else [old.flag(row) for row in rows]
     if json_:
-        emit_json([row.to_json() for row in rows])
-        return
-    for name, domain in chosen.items():
-        typer.echo(table(name, domain.ABOUT, domain.KINDS, [row for row in rows if row.domain == name]))
+        emit_json(_documents(rows, flags), last=not any(flags))
+    else:
+        _show(rows, old, flags)
+    if any(flags):
+        raise typer.Exit(EXIT_FAILURE)
+
+
+def _files(files: list[Path], names: list[str]) -> tuple[list[Path], list[str]]:
+    """Return files of rows and names of domains: a shell that fills in `--from *.jsonl` leaves all but the first among the names."""
+    more = [Path(name) for name in names if files and name.endswith(".jsonl")]
+    return [*files, *more], [name for name in names if Path(name) not in more]
+
+
+def _measured(names: Iterable[str], quick: bool, old: Comparison | None) -> Iterator[Row]:
+    from stretch_bt.accuracy import measure
+
+    with redirect_stdout(sys.stderr):  # what other programs print must not get among the result
+        for row in measure(names, quick=quick, doubt=None if old is None else old.slower):
+            yield row
+            _progress(f"{row.domain}: {row.case}")
+    _progress("")
 
 
 def _progress(case: str) -> None:
     """Show on a terminal what has just been measured, in place of what was before it."""
     if sys.stderr.isatty():
         typer.echo(f"\r\033[K{case[:70]}", nl=False, err=True)
+
+
+def _write_page(folder: Path, rows: list[Row]) -> None:
+    from stretch_bt.accuracy import page
+    from stretch_bt.accuracy.file import merged
+
+    folder.mkdir(parents=True, exist_ok=True)
+    fresh = {row.domain for row in rows}
+    page.write(folder, merged([*(row for row in page.kept(folder) if row.domain not in fresh), *rows]))
+
+
+def _documents(rows: list[Row], flags: list[str | None]) -> list[dict[str, Any]]:
+    found = [row.to_json() for row in rows]
+    for document, flag in zip(found, flags, strict=False):
+        document["worse"] = flag
+    return found
+
+
+def _show(rows: list[Row], old: Comparison | None, flags: list[str | None]) -> None:
+    from stretch_bt.accuracy import domains
+    from stretch_bt.accuracy.table import table
+
+    for name, domain in domains(row.domain for row in rows).items() if rows else ():
+        typer.echo(table(name, domain, [row for row in rows if row.domain == name]))
+    if old is None:
+        return
+    worse = [f"{row.domain}: {row.setting}: {row.case}: {flag}" for row, flag in zip(rows, flags, strict=True) if flag]
+    typer.echo("\n".join(["", f"{len(worse)} of {len(rows)} rows are worse than before", *worse]))
+    if missing := old.missing(rows):
+        typer.echo(f"{missing} answers of before were not measured")

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping
 from importlib.resources import files
+from keyword import iskeyword
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from stretch_bt.errors import InvalidInput
+from stretch_bt.hardware.own_modules import installed_module
 from stretch_bt.source import closest, did_you_mean
 
 __all__ = ["command"]
@@ -26,7 +29,11 @@ _POSES = "from stretch_bt.frames import Pose\n"
 DEVICES = {
     "Arm": (
         "arm",
-        {"POSES": _POSES, "MOVES": "moves=(Pose((0, 0, 0.2)), Pose((0, 0, 0.23))), ", "TOLERANCE": "0.0005"},
+        {
+            "POSES": _POSES,
+            "MOVES": "moves=(Pose((0, 0, 0.2)), Pose((0, 0, 0.23), (0, 0, 0.2))), ",
+            "TOLERANCE": "0.0005",
+        },
     ),
     "Gripper": ("gripper", {"POSES": "", "MOVES": "moves=(0.060, 0.080), ", "TOLERANCE": "0.0005"}),
     "DepthCamera": ("camera", {"POSES": "", "MOVES": "", "TOLERANCE": "0.001"}),
@@ -46,16 +53,49 @@ def command(
         )
     if not name.isidentifier() or not name.islower():
         raise InvalidInput(f"{name!r} is not a name; use small letters, digits and _")
-    title = "".join(part.capitalize() for part in name.split("_"))
-    words = {**_of_device(what, kind), "NAME": name, "TITLE": title}
-    wanted = {Path(_filled(file, words)): _filled(template, words) for file, template in KINDS[what].items()}
+    words = {**_of_device(what, kind), "NAME": name, "TITLE": _title(name)}
+    wanted = {Path(_filled(file, words)): _template(template, words) for file, template in KINDS[what].items()}
     if there := [str(path) for path in wanted if path.exists()]:
         raise InvalidInput(f"{there[0]} is there already; choose another name")
-    for path, template in wanted.items():
-        text = files("stretch_bt.cli").joinpath("templates", f"{template}.txt").read_text("utf-8")
+    _check_names(name, {path: text for path, text in wanted.items() if path.suffix == ".py"})
+    for path, text in wanted.items():
         with path.open("x", encoding="utf-8") as file:
-            file.write(_filled(text, words))
+            file.write(text)
         typer.echo(str(path))
+
+
+def _title(name: str) -> str:
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def _template(template: str, words: Mapping[str, str]) -> str:
+    name = f"{_filled(template, words)}.txt"
+    return _filled(files("stretch_bt.cli").joinpath("templates", name).read_text("utf-8"), words)
+
+
+def _check_names(name: str, modules: Mapping[Path, str]) -> None:
+    """Raise InvalidInput where a module or class of this name takes the place of another one."""
+    another = f"choose another name, such as my_{name}"
+    if modules and (iskeyword(name) or iskeyword(_title(name)) or name == "null"):
+        raise InvalidInput(f"{name!r} has a meaning of its own in Python or YAML; {another}")
+    for path, text in modules.items():
+        if installed_module(path.stem) is not None:
+            raise InvalidInput(f"{path} would have the name of an installed Python module; {another}")
+        if _bound(text).count(_title(name)) > 1:
+            raise InvalidInput(
+                f"the class {_title(name)} would hide another {_title(name)} that {path} needs; {another}"
+            )
+
+
+def _bound(text: str) -> list[str]:
+    """Return the names that the top level of a module imports or defines."""
+    found: list[str] = []
+    for made in ast.parse(text).body:
+        if isinstance(made, ast.Import | ast.ImportFrom):
+            found += [alias.asname or alias.name for alias in made.names]
+        elif isinstance(made, ast.ClassDef | ast.FunctionDef):
+            found.append(made.name)
+    return found
 
 
 def _of_device(what: str, kind: str | None) -> dict[str, str]:

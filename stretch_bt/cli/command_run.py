@@ -46,6 +46,10 @@ def command(
     record: Annotated[
         str, typer.Option(help="What is kept of the run: full, events (no readings, no report) or none.")
     ] = "full",
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(help="How far the twin may be off, as in stiffness=2%; may be repeated."),
+    ] = None,
     longest: Annotated[
         str, typer.Option(help="Virtual time after which a simulated or mocked run is ended, as in '10 h'.")
     ] = "2 h",
@@ -61,7 +65,7 @@ def command(
     """Run a tree on a scene, on a cell, or on mocks."""
     try:
         options = {"scene": scene, "cell": cell, "seed": seed, "mocks": mocks, "out": out, "record": record}
-        result = _ran(tree, not quiet, set_ or [], longest=longest, **options)
+        result = _ran(tree, not quiet, set_ or [], longest=longest, tolerance=_asked(tolerance), **options)
     except StretchError as error:
         stops.way = "note"
         raise typer.Exit(_say_refused(error, traceback=traceback, json_=json_)) from None
@@ -84,6 +88,14 @@ def _ran(tree: str, shown: bool, set_: list[str], longest: str, **options: Any) 
     if stops.names:
         interrupt_result(result, stops.names[0])
     return result
+
+
+def _asked(given: list[str] | None) -> dict[str, str] | None:
+    if not given:
+        return None
+    from stretch_bt.simulation.scene.asked import asked_pairs
+
+    return asked_pairs(given)
 
 
 def _say_refused(error: StretchError, *, traceback: bool, json_: bool) -> int:
@@ -164,6 +176,10 @@ def show(result: RunResult, console: Console, traceback: bool = False) -> None:
         console.print(text, style="yellow", markup=False, highlight=False, soft_wrap=True)
     for text in [*result.errors, *result.unmet]:
         console.print(f"  {text}", style="red", markup=False, highlight=False)
+    if result.choice is not None and result.choice["asked"]:
+        console.print(result.choice["line"], markup=False, highlight=False, soft_wrap=True)
+        if result.choice["narrow"]:
+            console.print(result.choice["narrow"], style="yellow", markup=False, highlight=False, soft_wrap=True)
     times = f"{result.ticks} ticks, {result.task_seconds:.1f} s of the task in {result.cpu_seconds:.1f} s of CPU"
     overruns = f", {result.overruns} ticks late" if result.overruns else ""
     console.print(times + overruns, style="dim")

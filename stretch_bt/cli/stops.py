@@ -35,6 +35,7 @@ _RUN = """\
   "notes": [],
   "readings": {},
   "broken": [],
+  "choice": null,
   "diagnostics": []
 }
 """

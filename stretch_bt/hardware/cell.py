@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from stretch_bt.clock import Clock, MixedClock, RealClock, VirtualClock
 from stretch_bt.errors import CellError, Diagnostic, InvalidInput, StaleReading, StretchError, named
 from stretch_bt.hardware.cell_file import CellSpec
-from stretch_bt.hardware.driver import ArmDriver, Bench, Driver, GripperDriver
+from stretch_bt.hardware.driver import ArmDriver, CellContext, Driver, GripperDriver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.journal import Journal, Relay
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.measured_by import measured_by
 from stretch_bt.hardware.monitored import MONITORED, Monitored, Watch
 from stretch_bt.source import did_you_mean
 
@@ -32,11 +33,11 @@ MAX_AGE = 0.5
 class Cell:
     """Devices by name, the hand they share, and in simulation the truth."""
 
-    def __init__(self, spec: CellSpec, bench: Bench, devices: dict[str, Monitored[Any]]) -> None:
+    def __init__(self, spec: CellSpec, context: CellContext, devices: dict[str, Monitored[Any]]) -> None:
         self.spec = spec
-        self.hand = bench.hand
+        self.hand = context.hand
         self.devices = devices
-        self._bench = bench
+        self._context = context
 
     @property
     def limits(self) -> Limits:
@@ -46,12 +47,12 @@ class Cell:
     @property
     def scene(self) -> Scene | None:
         """What is simulated."""
-        return self._bench.scene
+        return self._context.scene
 
     @property
     def twin(self) -> Twin:
         """The simulated world behind the devices; raises InvalidInput where nothing is simulated."""
-        return self._bench.twin
+        return self._context.twin
 
     def truth(self) -> dict[str, float]:
         """Return what a perfect observer would report now, SI; empty where nothing is simulated.
@@ -61,21 +62,34 @@ class Cell:
         NoEquilibrium
             The simulated hand stands where its scene has no answer.
         """
-        return {} if self._bench.scene is None else self._bench.twin.truth()
+        return {} if self._context.scene is None else self._context.twin.truth()
+
+    def truth_of_simulated(self) -> dict[str, float]:
+        """Return `truth` without the quantities that a real device measures: what that sees is not the scene's object.
+
+        Raises
+        ------
+        NoEquilibrium
+            As `truth` does.
+        """
+        opened = [self.spec.devices[name] for name in self.devices]
+        real = {device.type for device in opened if not device.implementation.cls.simulated}
+        kinds = {device.type for device in opened}
+        return {name: value for name, value in self.truth().items() if not measured_by(name, kinds) & real}
 
     def sketch(self) -> dict[str, list[tuple[float, float]]]:
         """Return lines, m, that show a simulated object which changes its shape for good, as it is now; else none."""
-        if self._bench.scene is None:
+        if self._context.scene is None:
             return {}
-        return self._bench.twin.world.sketch(self._bench.now())
+        return self._context.twin.world.sketch(self._context.now())
 
     def stats(self) -> list[dict[str, Any]]:
         """Return what the twin did, how often and in what CPU time; empty where nothing is simulated."""
-        if self._bench.scene is None:
+        if self._context.scene is None:
             return []
         from stretch_bt.simulation.account import account
 
-        return account(self._bench.twin.world)
+        return account(self._context.twin.world)
 
     def stop(self) -> list[StretchError]:
         """Stop every device, and return what went wrong on the way."""
@@ -142,19 +156,21 @@ def open_cell(
     classes = {name: spec.devices[name].implementation.cls for name in wanted}
     if scene is None and any(cls.simulated for cls in classes.values()):
         raise InvalidInput(f"the cell {spec.name!r} is simulated and needs a scene; name one with --scene")
-    benches = {
-        any_clock: Bench(time, seed, spec.path.parent, hand, spec.limits, scene)
+    contexts = {
+        any_clock: CellContext(time, seed, spec.path.parent, hand, spec.limits, scene)
         for any_clock, time in ((True, now), (False, real))
     }
     stamps = {True: None, False: None if mixed is None else mixed.of_machine}
-    watches = {of: Watch(bench.now, spec.limits, hand, relay, clock, stamps[of]) for of, bench in benches.items()}
+    watches = {
+        of: Watch(context.now, spec.limits, hand, relay, clock, stamps[of], scene) for of, context in contexts.items()
+    }
     devices = {
         name: MONITORED[spec.devices[name].type](
-            name, spec.devices[name].driver(benches[cls.any_clock]), watches[cls.any_clock]
+            name, spec.devices[name].driver(contexts[cls.any_clock]), watches[cls.any_clock]
         )
         for name, cls in classes.items()
     }
-    cell = Cell(spec, benches[True], devices)
+    cell = Cell(spec, contexts[True], devices)
     try:
         for device in devices.values():
             device.open()

@@ -10,7 +10,7 @@ from typing import Any
 from stretch_bt.blame import place_of
 from stretch_bt.errors import DeviceFault, Diagnostic, FileError, StretchError
 from stretch_bt.errors import named as named_error
-from stretch_bt.hardware.driver import Bench, Driver, Options
+from stretch_bt.hardware.driver import CellContext, Driver, Options
 from stretch_bt.hardware.implementations import Implementation, Implementations, Unusable, drivers_in, own_name
 from stretch_bt.hardware.interfaces import INTERFACES
 from stretch_bt.hardware.own_modules import ModuleRefused, Modules
@@ -38,10 +38,10 @@ class DeviceSpec:
         """What the file calls the implementation."""
         return self.implementation.use
 
-    def driver(self, bench: Bench) -> Driver:
+    def driver(self, cell: CellContext) -> Driver:
         """Return the driver, which touches nothing until it is opened; raises DeviceFault where it cannot be made."""
         try:
-            return self.implementation.cls(self.name, self.options.given(), bench)
+            return self.implementation.cls(self.name, self.options.given(), cell)
         except StretchError:
             raise
         except Exception as error:  # of a driver of one's own

@@ -1,6 +1,6 @@
 """What an implementation of a device provides; ownership, limits, ages and faults are added around it by `monitored`.
 
-A driver is constructed from its options in the cell file and a `Bench`, touches nothing until `open`, and raises
+A driver is constructed from its options in the cell file and a `CellContext`, touches nothing until `open`, and raises
 DeviceFault when the device fails. The poll function that a command returns tells how that motion stands as long as no
 other command follows.
 """
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ArmDriver",
-    "Bench",
+    "CellContext",
     "DepthCameraDriver",
     "Driver",
     "ForceSensorDriver",
@@ -83,7 +83,7 @@ class Options(BaseModel):
 
 
 @dataclass(frozen=True)
-class Bench:
+class CellContext:
     """What the drivers of one cell share: clock, seed, hand, limits, the folder of the cell file, and the twin."""
 
     now: Callable[[], float]
@@ -120,19 +120,19 @@ class Driver:
     #: modules that it imports when it is opened, and the packages that they are in
     packages: ClassVar[Mapping[str, str]] = {}
 
-    def __init__(self, name: str, options: Any, bench: Bench) -> None:
+    def __init__(self, name: str, options: Any, cell: CellContext) -> None:
         self.name = name
         self.options = options
-        self.bench = bench
+        self.cell = cell
 
     def now(self) -> float:
         """Return the time of the run, s: readings and motions go by it."""
-        return self.bench.now()
+        return self.cell.now()
 
     @property
     def folder(self) -> Path:
         """Folder of the cell file, to which the files in its options are relative."""
-        return self.bench.root
+        return self.cell.root
 
     @property
     def ended(self) -> bool:

@@ -14,7 +14,7 @@ from stretch_bt.hardware.cell_file import CellSpec, DeviceSpec
 from stretch_bt.hardware.claim import Claim
 from stretch_bt.hardware.driver import (
     ArmDriver,
-    Bench,
+    CellContext,
     DepthCameraDriver,
     Driver,
     ForceSensorDriver,
@@ -76,15 +76,15 @@ def halt(spec: CellSpec, only: str | None = None) -> Iterator[Finding]:
 
 def _drivers(spec: CellSpec, only: str | None) -> Iterator[tuple[DeviceSpec, Driver | Finding]]:
     """Yield each device with its driver, or with what is to be said where there is none to look at."""
-    bench = Bench(time.monotonic, 0, spec.path.parent, Hand(spec.hand), spec.limits)
+    cell = CellContext(time.monotonic, 0, spec.path.parent, Hand(spec.hand), spec.limits)
     for device in spec.devices.values():
         if only in (None, device.name):
-            yield device, _made(device, bench) if device.implementation.real else _simulated(device)
+            yield device, _made(device, cell) if device.implementation.real else _simulated(device)
 
 
-def _made(device: DeviceSpec, bench: Bench) -> Driver | Finding:
+def _made(device: DeviceSpec, cell: CellContext) -> Driver | Finding:
     try:
-        return device.driver(bench)
+        return device.driver(cell)
     except StretchError as error:
         return Finding(device.name, False, str(error), "mend the driver, or ask who wrote it")
 

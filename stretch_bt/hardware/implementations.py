@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
+from abc import ABC
+from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from inspect import isabstract
 from types import ModuleType
 from typing import Any
 
@@ -103,24 +105,25 @@ class Implementations:
     own: list[type[Driver]] = field(default_factory=list)
 
     def names(self, kind: str) -> list[str]:
-        """Return the names that `use` can take for a kind of device; installed packages that cannot be imported are left out."""
-        return [found.use for found in self.all() if found.kind == kind]
+        """Return the names that `use` may take for a kind of device; nothing is imported, so those of packages may be of another kind."""
+        shipped = [use for k, use in SHIPPED if k == kind]
+        own = [own_name(cls) for cls in self.own if _kind(cls) == kind]
+        return list(dict.fromkeys([*shipped, *own, *(entry.name for entry in _entries())]))
 
     def all(self) -> Iterator[Implementation]:
-        """Yield every implementation that can be used, the shipped ones first."""
+        """Yield every implementation that can be used, the shipped ones first; of a package that is broken standard error has one line."""
         for kind, use in SHIPPED:
             yield _implementation(kind, use, driver_class(kind, use))
         for cls in self.own:
             yield _implementation(_kind(cls), own_name(cls), cls)
+        broken: dict[str, Unusable] = {}
         for entry in _entries():
             try:
-                found = _loaded(entry)
+                yield from _of_package(entry)
             except Unusable as error:
-                sys.stderr.write(f"{error}; {error.hint}\n")
-                continue
-            for cls in found:
-                if (_kind(cls), entry.name) not in SHIPPED:
-                    yield _implementation(_kind(cls), entry.name, cls)
+                broken.setdefault(_package(entry), error)
+        for one in broken.values():
+            sys.stderr.write(f"warning: {one}; {one.hint}\n")
 
     def find(self, kind: str, use: str) -> Implementation | None:
         """Return the implementation of a kind of device that has this name, or None; raises Unusable for one that is broken."""
@@ -158,8 +161,9 @@ def drivers_in(brought: ModuleType | type) -> list[type[Driver]]:
     top = (brought.__module__ if isinstance(brought, type) else brought.__name__).partition(".")[0]
     found = [brought] if isinstance(brought, type) else list(vars(brought).values())
     classes = [value for value in found if isinstance(value, type) and issubclass(value, Driver)]
-    own = [cls for cls in classes if cls.__module__.partition(".")[0] == top and not cls.__name__.startswith("_")]
-    return [_checked(cls) for cls in dict.fromkeys(own) if any(issubclass(cls, base) for base in _BASES.values())]
+    public = [cls for cls in classes if cls.__module__.partition(".")[0] == top and not cls.__name__.startswith("_")]
+    own = list(dict.fromkeys(cls for cls in public if any(issubclass(cls, base) for base in _BASES.values())))
+    return [_checked(cls) for cls in own if cls is brought or not _is_base(cls, own)]
 
 
 def own_name(cls: type[Driver]) -> str:
@@ -169,6 +173,12 @@ def own_name(cls: type[Driver]) -> str:
 
 def _kind(cls: type[Driver]) -> str:
     return next(kind for kind, base in _BASES.items() if issubclass(cls, base))
+
+
+def _is_base(cls: type[Driver], own: Sequence[type[Driver]]) -> bool:
+    """Return whether a class is abstract on purpose: it says so, or another one of its module derives from it."""
+    derived = any(other is not cls and issubclass(other, cls) for other in own)
+    return isabstract(cls) and (ABC in cls.__bases__ or derived)
 
 
 def _checked(cls: Any) -> type[Driver]:
@@ -193,20 +203,46 @@ def _entries() -> tuple[EntryPoint, ...]:
 @cache
 def _loaded(entry: EntryPoint) -> list[type[Driver]]:
     """Return the driver that an entry point names, or those of the module that it names."""
-    package = entry.dist.name if entry.dist is not None else entry.value
+    package = _package(entry)
     try:
         with redirect_stdout(sys.stderr), alone():  # output is the command's alone
             found = entry.load()
     except (Exception, SystemExit) as error:  # whatever the module of a third party does
         at = place_of(error)
         raise Unusable(
-            f"the device {entry.name!r} of the package {package} cannot be imported: {named(error)}{at and f' ({at})'}",
+            f"the device {entry.name!r} of the package {package} cannot be imported: {_line(error)}{at and f' ({at})'}",
             "install what it needs, or uninstall the package",
         ) from error
     classes = drivers_in(found) if isinstance(found, ModuleType) else [_checked(found)]
     if not classes:
         raise Unusable(f"the module {entry.value} of the package {package} has no driver", "name a driver class")
     return classes
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist is not None else entry.value
+
+
+def _of_package(entry: EntryPoint) -> list[Implementation]:
+    """Return the implementations behind an entry point, those of a shipped name left out; raises Unusable, which names the package."""
+    classes = [cls for cls in _loaded(entry) if (_kind(cls), entry.name) not in SHIPPED]
+    try:
+        made = [_implementation(_kind(cls), entry.name, cls) for cls in classes]
+        for one in made:
+            one.options.model_json_schema()
+    except Unusable as error:
+        raise Unusable(f"the device {entry.name!r} of the package {_package(entry)}: {error}", error.hint) from error
+    except Exception as error:  # pydantic has no schema for what an option is
+        message = (
+            f"the options of the device {entry.name!r} of the package {_package(entry)} have no schema: {_line(error)}"
+        )
+        raise Unusable(message, "give each a plain type") from error
+    return made
+
+
+def _line(error: BaseException) -> str:
+    """Return an error and the first paragraph of its text, on one line."""
+    return " ".join(named(error).partition("\n\n")[0].split())
 
 
 def _implementation(kind: str, use: str, cls: type[Driver]) -> Implementation:
@@ -217,5 +253,5 @@ def _implementation(kind: str, use: str, cls: type[Driver]) -> Implementation:
         raise Unusable(message, hint) from error
     except Exception as error:  # pydantic has no schema for a type of an option
         raise Unusable(
-            f"the options of {cls.__name__} cannot be read: {named(error)}", "give each a plain type"
+            f"the options of {cls.__name__} cannot be read: {_line(error)}", "give each a plain type"
         ) from error

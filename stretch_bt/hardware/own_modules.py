@@ -23,7 +23,7 @@ from stretch_bt.hardware.isolated import trusted_path
 from stretch_bt.source import did_you_mean
 from stretch_bt.threads_heard import threads_heard
 
-__all__ = ["ModuleRefused", "Modules", "attribute"]
+__all__ = ["ModuleRefused", "Modules", "attribute", "installed_module"]
 
 
 class ModuleRefused(StretchError):
@@ -120,7 +120,7 @@ class Modules:
             raise ModuleRefused(
                 f"{name!r} is a program, not the name of a Python module with {self.holds}", self._remedy
             )
-        installed, own = _installed(top), PathFinder.find_spec(top, folders)
+        installed, own = installed_module(top), PathFinder.find_spec(top, folders)
         if own is None and installed is None and top not in sys.modules:
             raise ModuleRefused(
                 f"no Python module {top!r} is installed, and none is beside the {self.what}", self._help(top)
@@ -195,7 +195,8 @@ def attribute(module: str, name: str) -> Any:
     return found
 
 
-def _installed(top: str) -> ModuleSpec | None:
+def installed_module(top: str) -> ModuleSpec | None:
+    """Return what an installed module of this name is, found without executing it, or None; the current folder does not count."""
     with _path(trusted_path()):
         found = (finder.find_spec(top, None) for finder in sys.meta_path)
         return next((spec for spec in found if spec is not None), None)

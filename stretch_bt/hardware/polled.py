@@ -27,23 +27,27 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
     #: the longest time that a command may take, and the device may be silent, s; three polls at least
     deadline: float = 1.0
     _thread: WireThread[W, S] | None = None
+    #: what `wire` returned; a thread that hangs keeps it for itself
+    _kept: W | None = None
 
     @abstractmethod
     def wire(self) -> W:
-        """Return the connection, not yet connected."""
+        """Return a new connection, not yet connected; asked for once, and connected anew at each `open`."""
 
     def open(self) -> None:
         """Connect and read once; moves nothing."""
+        kept, self._kept = self._kept, None
+        wire = self.wire() if kept is None else kept
         thread = WireThread[W, S](
             self.name,
-            self.wire(),
+            wire,
             period=1 / self.rate,
             deadline=max(self.deadline, _POLLS / self.rate),
-            now=self.bench.now,
+            now=self.cell.now,
             at_loss=self.halt,
         )
         thread.start()
-        self._thread = thread
+        self._thread, self._kept = thread, wire
 
     def halt(self, wire: W) -> None:
         """Stop the device over its wire, also over one that gave no good answer and is about to be closed; nothing unless a driver says so."""
@@ -54,10 +58,12 @@ class PolledDriver(Driver, ABC, Generic[W, S]):
             self.do(self.halt)
 
     def close(self) -> None:
-        """Disconnect."""
+        """Disconnect; raises DeviceFault where a call on the connection does not return."""
         thread, self._thread = self._thread, None
         if thread is not None:
+            wire, self._kept = self._kept, None
             thread.end()
+            self._kept = wire
 
     def latest(self) -> Sample[S]:
         """Return what the device told last; raises DeviceLost after a loss, NotReady while it is closed."""

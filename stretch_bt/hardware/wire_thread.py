@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from queue import Empty, Queue
 from typing import Any, Generic, Protocol, TypeVar
 
+from stretch_bt.blame import place_of_thread
 from stretch_bt.errors import DeviceFault, DeviceLost, writable
 from stretch_bt.hardware.interfaces import Reading
 from stretch_bt.hardware.latched import Latched
@@ -111,22 +112,34 @@ class WireThread(Latched, Generic[W, S]):
         self._thread.start()
         try:
             if not self._started.wait(self._deadline):
-                self._failed = WireError(f"no answer within {self._deadline:.3g} s")
+                hangs = f": it {at}" if (at := self._hangs()) else ""
+                self._failed = WireError(f"no answer within {self._deadline:.3g} s{hangs}")
         except BaseException:  # such as Ctrl-C: nobody will end it later
             self._ending.set()
             self._jobs.put(None)
             raise
         if self._failed is not None:
-            self.end()
+            with suppress(DeviceFault):  # that it hangs is said already
+                self.end()
             if isinstance(self._failed, OSError):
                 raise DeviceLost(self.name, f"it does not answer ({self._failed})") from self._failed
             raise self._failed
 
     def end(self) -> None:
-        """Disconnect and end the thread."""
+        """Disconnect and end the thread.
+
+        Raises
+        ------
+        DeviceFault
+            It hangs in a call for longer than the deadline: it is left behind with the connection, which it closes when the call returns.
+        """
         self._ending.set()
         self._jobs.put(None)
         self._thread.join(self._deadline)
+        if self._thread.is_alive():
+            hint = f"give every call of {type(self._wire).__name__} a time limit"
+            at = self._hangs() or "goes on"
+            raise DeviceFault(self.name, f"its thread {at} {self._deadline:.3g} s after it was to end; {hint}")
 
     def wait_for_end(self) -> None:
         """Wait after a loss until nothing is sent any more."""
@@ -177,6 +190,11 @@ class WireThread(Latched, Generic[W, S]):
             raise
         self.check_connected()
         raise AssertionError("not reached")
+
+    def _hangs(self) -> str:
+        """Return in which line the thread is, or nothing."""
+        at = place_of_thread(self._thread)
+        return f"hangs in {at}" if at else ""
 
     def _run(self) -> None:
         try:

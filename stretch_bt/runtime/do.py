@@ -12,8 +12,9 @@ from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, Refused, Str
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.one_call import MODIFIERS, OneCall, called, names
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.outputs import Outputs
-from stretch_bt.runtime.runner import LONGEST, Outcome, Runner
+from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build
@@ -99,9 +100,8 @@ class _Ticked:
 
     def __init__(self, cell: OpenCell, call: OneCall) -> None:
         self.cell, self.call = cell, call
-        given = cell.given()
+        cell.settle()
         context = cell.new_context()
-        context.ticks = cell._ticks
         self.built: BuiltTree = build(call.program, context)
         self._check_devices()
         for slot in self._slots():
@@ -112,21 +112,21 @@ class _Ticked:
             if isinstance(node, Behavior):
                 node.prepare()
         quiet = _StopUnlessDone(cell.cell)
-        virtual = isinstance(given.clock, VirtualClock) and not self.built.foreign
+        virtual = isinstance(cell.clock, VirtualClock) and not self.built.foreign
         self.runner = Runner(
             self.built,
             context,
-            paced_for(self.built, given.clock),
-            period=call.program.document.tick_period,
+            paced_for(self.built, cell.clock),
+            period=cell.grid.period,
             cell=quiet,
             watchers=[] if cell._record is None else [cell._record],
             longest=LONGEST if virtual else float("inf"),
+            grid=cell.grid,
         )
         quiet.outcome = self.runner.outcome
         cell.between.listen()
         with cell.between.calling(self.runner), kept_for(self.built):
             self.outcome = self.runner.run()
-        cell._ticks = context.ticks
 
     def _check_devices(self) -> None:
         missing = sorted(self.built.needed() - self.cell.devices.keys())

@@ -15,25 +15,29 @@ from stretch_bt.runtime.context import Seen
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
 from stretch_bt.runtime.onlooker import Visits
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.record.folder import Kept
 from stretch_bt.runtime.report import write_report
 from stretch_bt.runtime.result import RunResult, interrupt_result, place_of, result_of, told_in
-from stretch_bt.runtime.runner import LONGEST, Outcome, Runner, Watcher
+from stretch_bt.runtime.runner import LONGEST, Runner
 from stretch_bt.runtime.signals import signals, unbroken
 from stretch_bt.runtime.sketches import Sketches
 from stretch_bt.runtime.truth import Truths
 from stretch_bt.runtime.view import Shown, View
+from stretch_bt.runtime.watcher import Watcher
 from stretch_bt.threads import one_thread
 from stretch_bt.threads_heard import Heard, threads_heard
 
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell import Cell
     from stretch_bt.hardware.cell_file import CellSpec
-    from stretch_bt.runtime.given import Given
+    from stretch_bt.runtime.borrowed_devices import BorrowedDevices
 
 __all__ = ["execute"]
+
+_WITHOUT = "leave out --tolerance, or run on a simulated cell"
 
 
 def execute(
@@ -41,7 +45,7 @@ def execute(
     out: str | Path | None = None,
     view: View | None = None,
     watch: Callable[[Runner], None] | None = None,
-    given: Given | None = None,
+    given: BorrowedDevices | None = None,
     longest: float = LONGEST,
     record: Kept = "full",
 ) -> RunResult:
@@ -58,7 +62,7 @@ def _executed(
     out: str | Path | None,
     view: View | None,
     watch: Callable[[Runner], None] | None,
-    given: Given | None,
+    given: BorrowedDevices | None,
     longest: float,
     kept: Kept,
 ) -> RunResult:
@@ -70,7 +74,7 @@ def _executed(
     scene = _scene(task, spec, given)
     clock = _clock(spec, given)
     if isinstance(clock, VirtualClock):
-        load_first(sheet=scene is not None and scene.fidelity == "sheet")
+        load_first(sheet=scene is not None and scene.is_sheet)
         task.longest = math.inf if task.built.foreign else longest
         clock = paced_for(task.built, clock)
     else:
@@ -99,10 +103,11 @@ class _Run:
         self.clock = clock
         self.view = view
         self.watch = watch
-        self.cell: Cell | Given | None = None
+        self.cell: Cell | BorrowedDevices | None = None
         self.runner: Runner | None = None
         self.came: list[str] = []
         self.opening = False
+        self.choice: dict[str, Any] | None = None
 
     def interrupted(self, why: str) -> None:
         """Take note of a signal: it breaks off the opening of devices, and stops the task from its first tick on."""
@@ -113,13 +118,16 @@ class _Run:
             self.opening = False  # what closes the devices again is not broken off
             raise KeyboardInterrupt(why)
 
-    def whole(self, spec: CellSpec | None, scene: Any, given: Given | None) -> RunResult:
+    def whole(self, spec: CellSpec | None, scene: Any, given: BorrowedDevices | None) -> RunResult:
         """Open, drive, close."""
         self.seen = Seen(self.record, self.clock.now)
         listening = ExitStack()
         self.task.context.folder = self.record.folder
         try:
-            self.record.start(self.task.context.about, self.task.run_info(spec, scene))
+            silent = [] if given is None else given.silent(self.task.devices())
+            info = self.task.run_info(spec, scene, silent)
+            self.choice = info["choice"]
+            self.record.start(self.task.context.about, info)
             if self.task.mocks is not None and self.record.folder is not None:
                 self.task.mocks.arrays.save(self.record.folder)
             if given is not None:
@@ -139,7 +147,7 @@ class _Run:
                 self.cell.close()
             listening.close()
 
-    def open(self, spec: CellSpec | None, scene: Any, given: Given | None) -> None:
+    def open(self, spec: CellSpec | None, scene: Any, given: BorrowedDevices | None) -> None:
         """Open the devices, or take those that were given."""
         context = self.task.context
         if given is not None:
@@ -176,10 +184,10 @@ class _Run:
         self.write_down(result)
         return result
 
-    def drive(self, cell: Cell | Given | None) -> RunResult:
+    def drive(self, cell: Cell | BorrowedDevices | None) -> RunResult:
         """Tick to the end, close the devices, and write down what came of it."""
         built = self.task.built
-        truths, visits = Truths(built, cell.truth if cell is not None else dict), Visits()
+        truths, visits = Truths(built, cell.truth_of_simulated if cell is not None else dict), Visits()
         watchers: list[Watcher] = [self.record, truths, visits]
         sketches = None
         if truths.own and cell is not None and self.record.folder is not None:
@@ -189,6 +197,7 @@ class _Run:
         errors = cell.close() if cell is not None else []
         outcome.errors += [text for text in map(str, errors) if text not in outcome.errors]
         result = result_of(self.task, outcome, truths, visits, self.seen, self.record)
+        result.choice = self.choice
         with told_in(result, "no figures of the twin"):
             result.stats = cell.stats() if cell is not None else []
         with told_in(result, "no sketch of the object"):
@@ -197,7 +206,7 @@ class _Run:
         self.write_down(result)
         return result
 
-    def ticked(self, cell: Cell | Given | None, watchers: list[Watcher]) -> Outcome:
+    def ticked(self, cell: Cell | BorrowedDevices | None, watchers: list[Watcher]) -> Outcome:
         """Tick to the end, and show that to who wants to see it."""
         built = self.task.built
         shown = None if self.view is None else Shown(self.view, built)
@@ -244,27 +253,27 @@ class _Run:
         return result
 
 
-def _spec(task: Task, given: Given | None) -> CellSpec | None:
+def _spec(task: Task, given: BorrowedDevices | None) -> CellSpec | None:
     """Return the cell that the run opens or was given, checked against what the tree needs; None where it has none."""
     if given is None:
         spec = task.cell_spec()
         if spec is None:
             task.scene = None
         return spec
-    missing = sorted(task.devices() - given.devices.keys())
-    if missing and given.cell is None:
-        raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
-    if given.cell is None:
-        return None
+    cell, missing = given.cell, sorted(task.devices() - given.devices.keys())
+    if cell is None or not given.is_whole_cell:
+        if missing:
+            raise InvalidInput(f"the tree needs {', '.join(missing)}; give it in 'devices'")
+        return None if cell is None else cell.spec
     from stretch_bt.runtime.reach import check_devices
 
-    check_devices(task.program, given.cell.spec, task.devices())
+    check_devices(task.program, cell.spec, task.devices())
     if missing:
         raise InvalidInput(f"the tree needs {', '.join(missing)}, which this cell was opened without; leave out 'only'")
-    return given.cell.spec
+    return cell.spec
 
 
-def _clock(spec: CellSpec | None, given: Given | None) -> Clock:
+def _clock(spec: CellSpec | None, given: BorrowedDevices | None) -> Clock:
     if given is not None:
         return given.clock
     if spec is None:
@@ -274,17 +283,20 @@ def _clock(spec: CellSpec | None, given: Given | None) -> Clock:
     return clock_of(spec)
 
 
-def _scene(task: Task, spec: CellSpec | None, given: Given | None) -> Any:
+def _scene(task: Task, spec: CellSpec | None, given: BorrowedDevices | None) -> Any:
     if given is not None:
         return None if given.cell is None else given.cell.scene
     if spec is None or not any(spec.devices[name].implementation.cls.simulated for name in _opened_names(task, spec)):
+        if task.tolerance is not None:
+            raise InvalidInput(f"a tolerance bounds the twin, and nothing is simulated in this run; {_WITHOUT}")
         return None
+    from stretch_bt.simulation.advisor.demand import demand
     from stretch_bt.simulation.scene import load_scene
 
     if task.scene is None:
         why = "name one with --scene: that of the tree counts where no cell is named"
         raise InvalidInput(f"{spec.path.name} has simulated devices and needs a scene; {why}")
-    return load_scene(task.scene)
+    return demand(load_scene(task.scene), task.tolerance)
 
 
 def _opened_names(task: Task, spec: CellSpec) -> list[str]:

@@ -11,7 +11,7 @@ from shutil import copymode
 import yaml
 
 from stretch_bt.errors import Diagnostic, FileError, InvalidInput
-from stretch_bt.runtime.quoted_texts import quoted_texts
+from stretch_bt.runtime.quoted_texts import quoted_texts, texts_read_as_names
 from stretch_bt.source import Map, Scalar, Value, parse, read_text
 from stretch_bt.tree.headings import FORMAT
 from stretch_bt.tree.program import find_tree, load_program
@@ -59,9 +59,10 @@ def fix_tree(path: Path, name: str | None = None) -> list[Diagnostic]:
     new = quoted_texts(found.text, path)
     if not found.left:
         new = _undeclared(new, path)
-    if new != text:
-        _write(path, new)
-    return found.left
+    if new == text:
+        return found.left
+    _write(path, new)
+    return [*found.left, *texts_read_as_names(new, path, name)]
 
 
 def _is_tree(root: Value) -> bool:

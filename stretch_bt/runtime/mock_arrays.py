@@ -14,11 +14,11 @@ import numpy.typing as npt
 
 from stretch_bt.brief import brief
 from stretch_bt.errors import InvalidInput
-from stretch_bt.source import Scalar, Value, did_you_mean
+from stretch_bt.source import Mark, Scalar, Value, did_you_mean
 from stretch_bt.source.arrays import array_names, load_array, load_arrays
 from stretch_bt.tree.values import refuse
 
-__all__ = ["ARRAYS", "MockArrays", "array_fields", "names_array"]
+__all__ = ["ARRAYS", "MockArrays", "array_fields", "array_of", "names_array"]
 
 #: what a record calls the file of the arrays
 ARRAYS = "mocks.npz"
@@ -63,13 +63,8 @@ class MockArrays:
         Refused
             There is none, or it does not hold what is wanted; the diagnostic says where and what to write.
         """
-        found = self._named(value, what) if isinstance(value, Scalar) else _nested(value, what)
-        if dtype is None or found.dtype == dtype:
-            return found
-        made = found.astype(dtype)
-        if not np.array_equal(made, found, equal_nan=made.dtype.kind == "f" and found.dtype.kind == "f"):
-            refuse(value.mark, "type-mismatch", f"{what} takes an array of {dtype}, not of {found.dtype}", "convert it")
-        return made
+        found = self._named(value, what) if isinstance(value, Scalar) else value.plain()
+        return array_of(found, dtype, what, value.mark)
 
     def numbers(self, value: Scalar, what: str, deep: int = 1) -> list[Any]:
         """Return the entries, or with `deep` 2 the rows, of an array of SI numbers that a text names; raises Refused."""
@@ -121,15 +116,30 @@ def _beside(path: Path) -> list[str]:
     return sorted(p.name for p in path.parent.glob("*.np[yz]")) if path.parent.is_dir() else []
 
 
-def _nested(value: Value, what: str) -> Array:
+def array_of(given: Any, dtype: np.dtype[Any] | None, what: str, mark: Mark) -> Array:
+    """Return an array, or nested lists of SI numbers, as an array of a type.
+
+    Raises
+    ------
+    Refused
+        It holds something else.
+    """
+    found = given if isinstance(given, np.ndarray) else _nested(given, what, mark)
+    if dtype is None or found.dtype == dtype:
+        return found
+    made = found.astype(dtype)
+    if not np.array_equal(made, found, equal_nan=made.dtype.kind == "f" and found.dtype.kind == "f"):
+        refuse(mark, "type-mismatch", f"{what} takes an array of {dtype}, not of {found.dtype}", "convert it")
+    return made
+
+
+def _nested(given: Any, what: str, mark: Mark) -> Array:
     try:
-        found = np.array(value.plain())
+        found = np.array(given)
     except ValueError:  # rows of several lengths
         found = np.array(None)
     if found.dtype.kind not in "biuf":
-        refuse(
-            value.mark, "type-mismatch", f"{what} takes an array", "write lists of SI numbers, each row of one length"
-        )
+        refuse(mark, "type-mismatch", f"{what} takes an array", "write lists of SI numbers, each row of one length")
     return found
 
 

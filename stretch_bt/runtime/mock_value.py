@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-import typing
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from stretch_bt.brief import brief
-from stretch_bt.errors import InvalidInput, UnsetKey
+import numpy as np
+
 from stretch_bt.runtime.mock_arrays import MockArrays, array_fields
-from stretch_bt.source import Map, Seq, Value, did_you_mean
+from stretch_bt.runtime.partial_record import FieldReader, record_of
+from stretch_bt.source import Map, Seq, Value
 from stretch_bt.tree.types import Family, Type, attributes
 from stretch_bt.tree.values import is_none, literal, refuse
 from stretch_bt.units import Estimate
 
-__all__ = ["mock_value", "record_of"]
+__all__ = ["mock_value"]
 
 
 def mock_value(value: Value, type_: Type, what: str, arrays: MockArrays | None = None) -> Any:
@@ -55,68 +53,13 @@ def _estimate(value: Map, type_: Type, what: str) -> Estimate:
 
 def _record(value: Map, cls: type, what: str, arrays: MockArrays) -> Any:
     """Return a record: of its class where all fields are given, else one that says so where another field is read."""
-    known, of_arrays = attributes(cls), array_fields(cls)
-    given: dict[str, Any] = {}
-    for key, inner in value:
-        name = f"{what}.{key.text}"
-        if key.text not in known and key.text not in of_arrays:
-            message = f"{cls.__name__} has no {key.text!r}"
-            refuse(key.mark, "attribute-unknown", message, did_you_mean(key.text, {**known, **of_arrays}))
-        if is_none(inner):
-            given[key.text] = None
-        elif key.text in of_arrays:
-            given[key.text] = arrays.read(inner, of_arrays[key.text], name)
-        else:
-            given[key.text] = mock_value(inner, known[key.text], name, arrays)
-    try:
-        return record_of(cls, given)
-    except InvalidInput as error:
-        refuse(value.mark, "value", f"{what}: {error}", "correct the fields, or give only those that are read")
 
+    def array(inner: Value, dtype: np.dtype[Any] | None, name: str) -> Any:
+        return None if is_none(inner) else arrays.read(inner, dtype, name)
 
-def record_of(cls: type, given: Mapping[str, Any]) -> Any:
-    """Return a record of some fields: one of its class where these are all, else one that says so where another is read.
+    def plain(inner: Value, type_: Type, _: Any, name: str) -> Any:
+        return None if is_none(inner) else mock_value(inner, type_, name, arrays)
 
-    Raises
-    ------
-    InvalidInput
-        The class refuses the fields.
-    """
-    if not dataclasses.is_dataclass(cls) or {f.name for f in dataclasses.fields(cls) if f.init} != given.keys():
-        return _Partial(cls, given)
-    return cls(**_as_annotated(given, cls))
-
-
-def _as_annotated(given: Mapping[str, Any], cls: type) -> dict[str, Any]:
-    """Return fields with lists as tuples where the class has tuples."""
-    hints = typing.get_type_hints(cls)
-    return {
-        name: tuple(value) if isinstance(value, list) and typing.get_origin(hints[name]) is tuple else value
-        for name, value in given.items()
-    }
-
-
-class _FieldNotGiven(UnsetKey, AttributeError):
-    """A field of a mocked object is read that the mocks file does not give."""
-
-
-class _Partial:
-    """An object of which a mocks file gives some fields."""
-
-    def __init__(self, cls: type, given: Mapping[str, Any]) -> None:
-        self.__dict__.update(given)
-        self._name = cls.__name__
-        self._cls = cls
-
-    @property  # type: ignore[misc]
-    def __class__(self) -> type:  # a node may write it to a port of its class
-        return self._cls
-
-    def __repr__(self) -> str:
-        fields = ((name, value) for name, value in vars(self).items() if not name.startswith("_"))
-        return (
-            f"<mocked {self._name} with {', '.join(f'{name}={brief(value)}' for name, value in fields) or 'no field'}>"
-        )
-
-    def __getattr__(self, field_name: str) -> Any:
-        raise _FieldNotGiven(f"the mocked {self._name} gives no {field_name!r}; add it to the mock's outputs")
+    fields = ((key.text, key.mark, inner) for key, inner in value)
+    reader = FieldReader(array, plain, "mocked {}", "add it to the mock's outputs")
+    return record_of(cls, fields, what, value.mark, reader)

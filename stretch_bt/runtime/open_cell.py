@@ -16,20 +16,24 @@ from stretch_bt.hardware.cell import Cell, clock_of
 from stretch_bt.hardware.cell import open_cell as open_devices
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.hand import Hand
+from stretch_bt.hardware.interfaces import Device
 from stretch_bt.hardware.limits import Limits
+from stretch_bt.hardware.monitored import Monitored
 from stretch_bt.runtime.between_calls import BetweenCalls
+from stretch_bt.runtime.borrowed_devices import BorrowedDevices, lenders
+from stretch_bt.runtime.calls_record import record_of_calls
 from stretch_bt.runtime.context import RunContext, Seen
 from stretch_bt.runtime.do import Do
-from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.load_ahead import load_ahead, load_first
-from stretch_bt.runtime.owed import Owed, worst_of
+from stretch_bt.runtime.pending_finally import PendingFinally, worst_of
 from stretch_bt.runtime.signals import unbroken
+from stretch_bt.runtime.tick_grid import TickGrid
 from stretch_bt.threads import one_thread
+from stretch_bt.tree.document import TICK
 
 if TYPE_CHECKING:
     import py_trees
 
-    from stretch_bt.runtime.record import RunRecord
     from stretch_bt.runtime.subtree import Subtree
 
 __all__ = ["OpenCell", "open_cell"]
@@ -99,16 +103,17 @@ class OpenCell:
         self.clock: Clock = clock_of(spec)
         #: the latest record of each name that a call gave
         self.records: dict[str, Any] = {}
-        self._ticks = 0
-        self._load(sheet=world is not None and world.fidelity == "sheet")
-        self._record = self._begun(out, spec.path.name)
+        #: of the ticks of all calls
+        self.grid = TickGrid(TICK)
+        self._load(sheet=world is not None and world.is_sheet)
+        self._record = None if out is None else record_of_calls(Path(out), spec.path.name, scene=self.scene, seed=seed)
         self._seen = Seen(self._record, self.clock.now)
         self._cell: Cell | None = None
         self.do = Do(self)
         #: subtrees that have begun and not ended
         self.live: list[Subtree] = []
         #: what interrupted subtrees of this cell have still to do
-        self.owed = Owed(self.clock, self.begin_tick, self._stop_devices)
+        self.pending_finally = PendingFinally(self.clock, self.begin_tick, self._stop_devices)
         self.between = BetweenCalls(self._stop_devices, virtual=isinstance(self.clock, VirtualClock))
         atexit.register(self.close)
         try:
@@ -116,6 +121,7 @@ class OpenCell:
                 spec, clock=self.clock, seed=seed, scene=world, journal=self._seen, only=only, closing=unbroken
             )
             self.between.listen()
+            lenders.add(self)
         except BaseException as error:
             self.close()
             self._end_record("FAULT" if isinstance(error, DeviceFault) else "ERROR", writable(error))
@@ -127,26 +133,6 @@ class OpenCell:
         else:
             load_ahead()
 
-    def _begun(self, out: str | Path | None, cell: str) -> RunRecord | None:
-        """Return the record of the calls, begun, where one is asked for."""
-        if out is None:
-            return None
-        from stretch_bt.runtime.prepare import versions
-        from stretch_bt.runtime.record import RunRecord
-
-        record = RunRecord(Path(out))
-        scene = Path(self.scene).name if self.scene else None
-        header: dict[str, Any] = {
-            "tree": None,
-            "calls": True,
-            "seed": self.seed,
-            "scene": scene,
-            "cell": cell,
-            "keys": {},
-        }
-        record.start({**header, "versions": versions("stretch-bt", "py_trees", "numpy")}, {"tree": None, **header})
-        return record
-
     # --- what it is
 
     @property
@@ -155,6 +141,11 @@ class OpenCell:
         if self._cell is None:
             raise InvalidInput("this cell is closed; open it again with stretch_bt.open_cell")
         return self._cell
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it has devices."""
+        return self._cell is not None
 
     @property
     def devices(self) -> Mapping[str, Any]:
@@ -171,6 +162,11 @@ class OpenCell:
     def limits(self) -> Limits:
         """The limits of the cell, which hold for every call."""
         return self.cell.limits
+
+    @property
+    def ticks(self) -> int:
+        """How many ticks there were: as many as of a task with these calls one after the other."""
+        return self.grid.ticks
 
     @property
     def commands(self) -> list[Any]:
@@ -230,9 +226,13 @@ class OpenCell:
             for subtree in list(self.live):
                 subtree.stop(Status.INVALID)
             with one_thread():
-                self.owed.settle()
+                self.pending_finally.settle()
 
-        for step in (settle, lambda: errors.extend(self.owed.take_errors()), lambda: errors.extend(cell.close())):
+        for step in (
+            settle,
+            lambda: errors.extend(self.pending_finally.take_errors()),
+            lambda: errors.extend(cell.close()),
+        ):
             try:
                 step()
             except BaseException as error:
@@ -253,8 +253,8 @@ class OpenCell:
 
     def attend(self, behaviour_tree: py_trees.trees.BehaviourTree) -> None:
         """Let a behaviour tree tick, before each of its own ticks, the `finally` that interrupted subtrees of this cell owe."""
-        behaviour_tree.add_pre_tick_handler(self.owed.attend)
-        behaviour_tree.add_post_tick_handler(self.owed.leave)
+        behaviour_tree.add_pre_tick_handler(self.pending_finally.attend)
+        behaviour_tree.add_post_tick_handler(self.pending_finally.leave)
 
     def new_context(self) -> RunContext:
         """Return the context of a tree on this cell: its hand, limits and devices."""
@@ -265,24 +265,25 @@ class OpenCell:
 
     def begin_tick(self, context: RunContext) -> None:
         """Begin a tick of a tree that somebody else ticks."""
-        self._ticks += 1
+        self.grid.ticks += 1
         context.ticks, context.now = context.ticks + 1, self.clock.now()
         if self._record is not None:
-            self._record.begin_tick(self._ticks, context.now)
+            self._record.begin_tick(self.grid.ticks, context.now)
 
-    def given(self) -> Given:
-        """Return the devices as a call takes them, once nothing is owed."""
+    def settle(self) -> None:
+        """Do what an earlier signal or an interrupted subtree left undone, before anything begins; raises what broke in that."""
         self.between.settle()
         with one_thread():
-            self.owed.settle()
-        errors = self.owed.take_errors()
+            self.pending_finally.settle()
+        errors = self.pending_finally.take_errors()
         if errors:
             self._stop_devices()
             raise worst_of(errors)
-        return Given(self.devices, self.cell)
 
-    def given_to_run(self) -> Given:
-        """Return the devices as a whole task takes them, which leaves no record of earlier calls true."""
-        given = self.given()
+    def lend(self, devices: Mapping[str, Device] | None = None) -> BorrowedDevices:
+        """Return the devices, or some of them and others, for a whole task, which leaves no record of earlier calls true."""
+        self.settle()
         self.records.clear()
-        return given
+        given = self.devices if devices is None else devices
+        own = all(isinstance(device, Monitored) for device in given.values())
+        return BorrowedDevices(given, self.cell if own else None, scene=self.scene, seed=self.seed)

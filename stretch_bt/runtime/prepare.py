@@ -6,9 +6,10 @@ import math
 import os
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.mocks import Mocks
-from stretch_bt.runtime.provenance import driver_modules, effects_on, machine, own_modules
+from stretch_bt.runtime.provenance import choice_of, driver_modules, effects_on, machine, own_modules
 from stretch_bt.source import Map, Scalar
 from stretch_bt.tree.behavior import Behavior
 from stretch_bt.tree.build import BuiltTree, build
@@ -30,6 +31,7 @@ from stretch_bt.units import plain_number
 if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.simulation.scene import Scene
+    from stretch_bt.simulation.scene.sections import Tolerance
 
 __all__ = ["VERSIONS", "Task", "versions"]
 
@@ -50,6 +52,8 @@ class Task:
     scene: str | None = None
     cell: str | None = None
     mocks: Mocks | None = None
+    #: what the twin's results may be off by, where the run asks for that
+    tolerance: Tolerance | None = None
     notes: list[str] = field(default_factory=list)
     #: virtual time, s, after which the run is ended
     longest: float = math.inf
@@ -112,14 +116,15 @@ class Task:
             "scene": Path(self.scene).name if self.scene else None,
             "cell": Path(self.cell).name if self.cell else None,
             "mocks": Path(self.mocks.file).name if self.mocks else None,
+            **({"tolerance": self.tolerance.named()} if self.tolerance is not None else {}),
             "tick": document.tick_period,
             "keys": outs,
             "versions": versions("stretch-bt", "py_trees", "numpy"),
         }
 
-    def run_info(self, spec: CellSpec | None, scene: Scene | None = None) -> dict[str, Any]:
-        """Return what a replay needs and what a person may want to know."""
-        document = self.program.document
+    def run_info(self, spec: CellSpec | None, scene: Scene | None = None, silent: Sequence[str] = ()) -> dict[str, Any]:
+        """Return what a replay needs and what a person may want to know; `silent` are devices that tell no journal what they say."""
+        document, limits = self.program.document, self.context.limits
         return {
             "tree": str(document.path.resolve()) if document.path else document.file,
             "sources": sources(self.program),
@@ -128,13 +133,17 @@ class Task:
             "scene": self.scene,
             "scene_text": _scene_text(self.scene) if scene is not None and self.scene else None,
             "effects": effects_on(scene),
+            "tolerance": None if self.tolerance is None else self.tolerance.named(),
+            "choice": choice_of(scene),
             "cell": self.cell,
             "cell_text": spec.path.read_text("utf-8") if spec is not None else None,
             "modules": own_modules(self.program),
+            "simulated": _simulated(spec),
             "longest": None if math.isinf(self.longest) else self.longest,
             "driver_modules": driver_modules(spec),
-            "hand": asdict(spec.hand) if spec is not None else None,
-            "limits": spec.limits.model_dump() if spec is not None else None,
+            "hand": asdict(self.context.hand.geometry) if limits is not None else None,
+            "limits": limits.model_dump() if limits is not None else None,
+            "silent_devices": list(silent),
             "mocks": self.mocks.text if self.mocks else None,
             "started": datetime.now().astimezone().isoformat(timespec="seconds"),
             "host": platform.node(),
@@ -143,6 +152,12 @@ class Task:
             "versions": versions(*VERSIONS),
             "machine": machine(compiled=spec is not None),
         }
+
+
+def _simulated(spec: CellSpec | None) -> list[str]:
+    """Return the kinds of the devices that act on the scene alone."""
+    devices = [] if spec is None else spec.devices.values()
+    return sorted(device.type for device in devices if device.implementation.cls.simulated)
 
 
 def _scene_text(scene: str) -> str:
@@ -166,13 +181,15 @@ def _without_folder(value: Any) -> Any:
 
 def versions(*names: str) -> dict[str, str]:
     """Return the installed versions of packages."""
-    found = {}
-    for name in names:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    return {name: _version(name) for name in names}
+
+
+@cache
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def sources(program: Program) -> dict[str, str]:

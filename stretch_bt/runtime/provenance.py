@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stretch_bt.hardware.cell_file import CellSpec
     from stretch_bt.simulation.scene import Scene
 
-__all__ = ["driver_modules", "effects_on", "machine", "others", "own_modules", "processor"]
+__all__ = ["choice_of", "driver_modules", "effects_on", "machine", "others", "own_modules", "processor"]
 
 
 def own_modules(program: Program, origin: Path | None = None) -> dict[str, dict[str, str | None]]:
@@ -47,11 +47,14 @@ def driver_modules(spec: CellSpec | None) -> dict[str, dict[str, str | None]]:
 
 def _imported(tops: set[str], home: Path | None) -> dict[str, dict[str, str | None]]:
     """Return what is known of the imported modules of some packages, and of those in a folder."""
+    if not tops and home is None:
+        return {}
     found = {}
     for name, module in sorted(sys.modules.items()):
-        file = Path(getattr(module, "__file__", None) or "")
-        if file.suffix == ".py" and (name.partition(".")[0] in tops or file.parent == home):
-            found[name] = _about(file)
+        file = str(getattr(module, "__file__", None) or "")
+        beside = home is not None and Path(file).parent == home
+        if file.endswith(".py") and (beside or name.partition(".")[0] in tops):
+            found[name] = _about(Path(file))
     return found
 
 
@@ -115,6 +118,16 @@ def effects_on(scene: Scene | None) -> list[str]:
     from stretch_bt.simulation.advisor.advise import advise
 
     return [verdict.name for verdict in advise(scene) if verdict.on]
+
+
+def choice_of(scene: Scene | None) -> dict[str, Any] | None:
+    """Return what the advisor chose for a scene, with its prediction and cost; None without a scene."""
+    if scene is None:
+        return None
+    from stretch_bt.simulation.advisor.choose import choose
+    from stretch_bt.simulation.advisor.told import to_json
+
+    return to_json(scene, choose(scene))
 
 
 def machine(compiled: bool) -> dict[str, Any]:

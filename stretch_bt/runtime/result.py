@@ -12,10 +12,10 @@ from stretch_bt.errors import RecordError, named
 from stretch_bt.runtime.context import Commanded, Seen
 from stretch_bt.runtime.expectation import Expectation
 from stretch_bt.runtime.onlooker import Visits
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import Task
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.record.plain import plain
-from stretch_bt.runtime.runner import Outcome
 from stretch_bt.runtime.truth import Truths, output_values
 from stretch_bt.tree.build import BuiltTree
 from stretch_bt.tree.cell import MISSING
@@ -32,6 +32,8 @@ class RunResult:
 
     Parameters
     ----------
+    choice
+        What the advisor chose for the twin, with its prediction and cost; None where nothing is simulated.
     visited
         By the path of each node that was ticked: the statuses that it came to, each once, in the order in which they first came.
     commands
@@ -57,6 +59,7 @@ class RunResult:
     notes: list[str] = field(default_factory=list)
     readings: dict[str, Any] = field(default_factory=dict)
     stats: list[dict[str, Any]] = field(default_factory=list)
+    choice: dict[str, Any] | None = None
     broken: list[Broken] = field(default_factory=list)
     visited: dict[str, tuple[str, ...]] = field(default_factory=dict)
     commands: list[Commanded] = field(default_factory=list)

@@ -13,7 +13,7 @@ from stretch_bt.clock import Clock, MixedClock, VirtualClock
 from stretch_bt.errors import InvalidInput, StretchError
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.runtime.foreign_nodes import paced_for, set_up, shut_down
-from stretch_bt.runtime.owed import Finals, worst_of
+from stretch_bt.runtime.pending_finally import FinallyTicker, worst_of
 from stretch_bt.runtime.signals import unbroken
 from stretch_bt.runtime.stop import failed_at, started_leaves, stop_tree
 from stretch_bt.threads import one_thread
@@ -65,7 +65,7 @@ class Subtree(py_trees.behaviour.Behaviour):
         self.period = self.program.document.tick_period
         self.outputs: dict[str, Any] = {}
         self._built: BuiltTree | None = None
-        self._finals: Finals | None = None
+        self._finally: FinallyTicker | None = None
         self._ended = Status.INVALID
         self._last: float | None = None
         self._ticked_at = float("-inf")
@@ -84,19 +84,15 @@ class Subtree(py_trees.behaviour.Behaviour):
 
     def _asked(self, params: dict[str, Any]) -> dict[str, Any]:
         """Return the params that the scene of the cell asks for, as the force that its object bears; those that are given come first."""
-        if self.cell.scene is None:
-            return {}
-        from stretch_bt.simulation.scene import scene_params
-
-        known = self.program.document.params
-        asked = {key.text: value for key, value in scene_params(self.cell.scene).items()}
+        scene, known = self.cell.cell.scene, self.program.document.params
+        asked = {} if scene is None else {key.text: value for key, value in scene.placed_params.items()}
         return {name: value for name, value in asked.items() if name in known and name not in params}
 
     # --- what py_trees calls
 
     def initialise(self) -> None:
         """Begin anew, at the next tick that owes nothing."""
-        self._built = self._finals = self._last = None
+        self._built = self._finally = self._last = None
         self.feedback_message = ""
         # an interrupt that broke may have left it among them
         self._end()
@@ -119,30 +115,30 @@ class Subtree(py_trees.behaviour.Behaviour):
                 with unbroken():  # a signal must not lose what is owed
                     self._interrupt()
             except BaseException as error:
-                self.cell.owed.errors.append(error)
+                self.cell.pending_finally.errors.append(error)
 
     # --- a tick
 
     def _ticked(self) -> Status:
-        errors = self.cell.owed.take_errors()
+        errors = self.cell.pending_finally.take_errors()
         if errors:
             raise worst_of(errors)
         if self._built is None:
-            if self.cell.owed:
-                self.cell.owed.tick_unattended()
+            if self.cell.pending_finally:
+                self.cell.pending_finally.tick_unattended()
                 self.feedback_message = "waits for the finally of what was interrupted"
                 return Status.RUNNING
             self._begin()
         self._go_on()
         self.cell.begin_tick(self._context)
-        if self._finals is None:
+        if self._finally is None:
             self._tick_body()
-        return self._tick_finals() if self._finals is not None else Status.RUNNING
+        return self._tick_finally() if self._finally is not None else Status.RUNNING
 
     def _begin(self) -> None:
         self._context = self.cell.new_context()
         self._context.period = self.period
-        self._built = build(self.program, self._context)
+        self._built = build(self.program, self._context, within=self.name)
         for node in self._built.nodes.values():
             if isinstance(node, Behavior):
                 node.prepare()
@@ -164,7 +160,7 @@ class Subtree(py_trees.behaviour.Behaviour):
     def _go_on(self) -> None:
         """Let a virtual clock go on where nothing else did since the last tick; refuse a pause that is too long."""
         clock, last = self.cell.clock, self._last
-        period = min([each.period for each in self.cell.live] + self.cell.owed.periods)
+        period = min([each.period for each in self.cell.live] + self.cell.pending_finally.periods)
         if isinstance(clock, MixedClock):
             clock.follow(self.period)
         elif isinstance(clock, VirtualClock) and clock.now() <= self._ticked_at + _ROUNDING:
@@ -195,22 +191,22 @@ class Subtree(py_trees.behaviour.Behaviour):
         if root.status is Status.FAILURE:
             node = failed_at(root)
             self.feedback_message = f"{node.path}: {node.feedback_message or 'failed'}"
-        self._finals = Finals(self._built, self._context)
+        self._finally = FinallyTicker(self._built, self._context)
 
-    def _tick_finals(self) -> Status:
+    def _tick_finally(self) -> Status:
         """Tick what follows the task; its outcome stands unless that broke."""
-        assert self._finals is not None
-        if not self._finals.tick():
+        assert self._finally is not None
+        if not self._finally.tick():
             return Status.RUNNING
-        finals, built = self._finals, self._built
-        self._built = self._finals = None
+        ticker, built = self._finally, self._built
+        self._built = self._finally = None
         self._end()
         assert built is not None
-        errors = [*finals.errors, *shut_down(built)]
+        errors = [*ticker.errors, *shut_down(built)]
         if errors:
             raise errors[0]
-        if finals.failed and self._ended is Status.SUCCESS:
-            self.feedback_message = f"the task was done, but its finally failed: {finals.failed}"
+        if ticker.failed and self._ended is Status.SUCCESS:
+            self.feedback_message = f"the task was done, but its finally failed: {ticker.failed}"
             return Status.FAILURE
         self.outputs = {name: slot.held() for name, (_, slot) in built.outputs.items() if slot.value is not MISSING}
         return self._ended
@@ -218,16 +214,16 @@ class Subtree(py_trees.behaviour.Behaviour):
     # --- other ends
 
     def _interrupt(self) -> None:
-        built, finals = self._built, self._finals
+        built, ticker = self._built, self._finally
         assert built is not None
-        if finals is None:
+        if ticker is None:
             # what is owed is asked for before the nodes are stopped, which forget that they were entered
-            finals = Finals(built, self._context)
+            ticker = FinallyTicker(built, self._context)
             begun = started_leaves(built.root)
             self.feedback_message = f"interrupted in {begun[-1].path}" if begun else ""
-            self.cell.owed.errors += stop_tree(built.root)
-        self.cell.owed.add(finals, self.period)
-        self._built = self._finals = None
+            self.cell.pending_finally.errors += stop_tree(built.root)
+        self.cell.pending_finally.add(ticker, self.period)
+        self._built = self._finally = None
         self._end()
 
     def _give_up(self) -> None:

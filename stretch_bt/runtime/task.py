@@ -23,8 +23,9 @@ from stretch_bt.tree.program import load_program
 from stretch_bt.units import parse_time
 
 if TYPE_CHECKING:
-    from stretch_bt.runtime.given import Given
+    from stretch_bt.runtime.borrowed_devices import BorrowedDevices
     from stretch_bt.runtime.open_cell import OpenCell
+    from stretch_bt.simulation.scene.sections import Tolerance
 
 __all__ = ["RunResult", "Task", "View", "execute", "run", "task_of"]
 
@@ -48,6 +49,7 @@ def run(
     modules: str | Path | None = None,
     longest: float | str = LONGEST,
     record: Kept = "full",
+    tolerance: Mapping[str, Any] | None = None,
 ) -> RunResult:
     """Run a tree and return how it ended; what its nodes print goes where the caller's own prints go.
 
@@ -80,6 +82,10 @@ def run(
         Virtual time, s or text with a unit, after which a run that nobody waits for ends with FAILURE; two hours by default.
     record
         What is kept of the run: `full`, `events` without what the devices read and without a report, or `none`.
+    tolerance
+        How far results of the twin may be from those with everything possible on, in the place of what the scene says of them: by name
+        (`height`, `size`, `force`, `stiffness`, `roundness`) text such as `0.3 mm` or `2 %`, or an SI number. Of a run in which nothing
+        is simulated, on mocks, or on an open cell, which has its scene already, it is refused.
 
     Raises
     ------
@@ -90,26 +96,14 @@ def run(
     """
     longest = parse_time("longest", longest)
     _check_kept(record, out)
+    bound = _asked_for(tolerance, mocks, cell, devices)
     given = _given(cell, devices, scene)
-    if given is not None and given.cell is not None:
-        assert cell is not None
-        assert not isinstance(cell, str | Path)
-        scene, seed = cell.scene, cell.seed
+    if given is not None:
+        scene = given.scene or scene
+        seed = seed if given.seed is None else given.seed
     named = cell if isinstance(cell, str | Path) else None
-
-    def prepared(params: dict[str, Any]) -> Task:
-        return task_of(tree, scene, named, params, seed, mocks, modules, given)
-
-    task = prepared(dict(params or {}))
-    if task.scene and (given is None or given.cell is not None) and (task.cell or task.devices()):
-        asked = _asked_by(task)
-        # few scenes ask for anything: only then is the cell looked at here as well
-        if asked and (given is not None or ((spec := task.cell_spec()) is not None and spec.simulated)):
-            task = _with_asked(task, asked, prepared)
-    elif scene is not None:  # nothing is simulated, and one that is named is read all the same
-        from stretch_bt.simulation.scene import load_scene
-
-        load_scene(scene)
+    task = task_of(tree, scene, named, dict(params or {}), seed, mocks, modules, given)
+    task.tolerance = bound
     return execute(task, out, view, watch, given, longest, record)
 
 
@@ -122,21 +116,36 @@ def _check_kept(record: str, out: str | Path | None) -> None:
         raise InvalidInput(f"{out}: no record is kept with record none; leave out the folder, or write record events")
 
 
+def _asked_for(tolerance: Mapping[str, Any] | None, mocks: object, cell: object, devices: object) -> Tolerance | None:
+    """Return the tolerance that a run asks for; raises InvalidInput for one that it cannot have."""
+    if not tolerance:
+        return None
+    from stretch_bt.simulation.scene.asked import read_asked
+
+    asked = read_asked(tolerance)
+    why = "a tolerance bounds the twin, and"
+    if mocks is not None:
+        raise InvalidInput(f"{why} a run on mocks is none; leave out --tolerance, or --mocks")
+    if devices is not None or not (cell is None or isinstance(cell, str | Path)):
+        raise InvalidInput(f"{why} devices that are open already have theirs; leave out 'tolerance', or name a cell")
+    return asked
+
+
 def _given(
     cell: str | Path | OpenCell | None, devices: Mapping[str, Device] | None, scene: str | Path | None
-) -> Given | None:
+) -> BorrowedDevices | None:
     """Return the devices that a caller gave; None where they are opened for the run."""
     if cell is not None and not isinstance(cell, str | Path):
         if devices is not None:
             raise InvalidInput("give an open cell or 'devices', not both: the cell has its own")
         if scene is not None:
             raise InvalidInput("an open cell has its scene already; open another cell for another scene")
-        return cell.given_to_run()
+        return cell.lend()
     if devices is None:
         return None
-    from stretch_bt.runtime.given import Given
+    from stretch_bt.runtime.borrowed_devices import borrow
 
-    return Given(devices)
+    return borrow(devices)
 
 
 def task_of(
@@ -147,26 +156,47 @@ def task_of(
     seed: int,
     mocks: str | Path | Mapping[str, Any] | None,
     modules: str | Path | None,
-    given: Given | None = None,
+    given: BorrowedDevices | None = None,
 ) -> Task:
-    """Return a run prepared, of what `run` takes."""
+    """Return a run prepared, of what `run` takes, with the params that its scene asks for."""
     own = None if modules is None else Modules(Path(tree).parent.resolve(), Path(modules).resolve())
-    program = load_program(tree, params, own).require()
-    if "main" not in program.document.trees:
-        raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
-    table = read_mocks(mocks) if mocks is not None else None
-    default = program.document.scene_path if cell is None and given is None else None
-    return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
+
+    def prepared(params: dict[str, Any]) -> Task:
+        program = load_program(tree, params, own).require()
+        if "main" not in program.document.trees:
+            raise InvalidInput(f"{program.document.file} has no tree 'main'; it is a library for import")
+        table = read_mocks(mocks) if mocks is not None else None
+        default = program.document.scene_path if cell is None and given is None else None
+        return Task(program, params, seed, str(scene or default or "") or None, str(cell) if cell else None, table)
+
+    task = prepared(params)
+    if scene is not None and not _simulates(task, given):  # one that is named is read all the same
+        from stretch_bt.simulation.scene import load_scene
+
+        load_scene(scene)
+    asked = _asked_of(task, given)
+    return _with_asked(task, asked, prepared) if asked else task
 
 
-def _asked_by(task: Task) -> dict[Scalar, Scalar]:
-    """Return the params that the scene of a task asks for."""
+def _simulates(task: Task, given: BorrowedDevices | None) -> bool:
+    """Whether a run may simulate a scene that it names."""
+    return bool(task.scene and (given is None or given.scene) and (task.cell or task.devices()))
+
+
+def _asked_of(task: Task, given: BorrowedDevices | None) -> Mapping[Scalar, Scalar]:
+    """Return the params that the scene of a run asks for; none where it simulates nothing."""
+    if given is not None:
+        return given.scene_params if task.devices() else {}
+    if not _simulates(task, given):
+        return {}
     from stretch_bt.simulation.scene import scene_params
 
-    return scene_params(str(task.scene))
+    asked = scene_params(str(task.scene))
+    # few scenes ask for anything: only then is the cell looked at here as well
+    return asked if asked and (spec := task.cell_spec()) is not None and spec.simulated else {}
 
 
-def _with_asked(task: Task, asked: dict[Scalar, Scalar], again: Callable[[dict[str, Any]], Task]) -> Task:
+def _with_asked(task: Task, asked: Mapping[Scalar, Scalar], again: Callable[[dict[str, Any]], Task]) -> Task:
     """Return a task with those of the params asked for that its tree has and the run does not set, and a note of those in vain.
 
     Raises

@@ -9,15 +9,18 @@ from typing import Any
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.frames import Pose
-from stretch_bt.simulation.advisor.advise import advise, switch_on
+from stretch_bt.simulation.advisor.advise import switch_on
+from stretch_bt.simulation.advisor.choose import choose
 from stretch_bt.simulation.camera.skin import Grid, Skin
 from stretch_bt.simulation.effects import Active
 from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Place
 from stretch_bt.simulation.fidelity.make import Membrane, make_fidelity
+from stretch_bt.simulation.fidelity.rungs import RUNGS
 from stretch_bt.simulation.hanging import hung
 from stretch_bt.simulation.meeting import Contact, Meeting, Past
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
+from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.objects.base import Moved, ObjectSpec, Standing
 from stretch_bt.simulation.scene import Scene
 from stretch_bt.simulation.seat import seat
@@ -36,21 +39,28 @@ class World:
 
     Where neither object nor membrane has a memory it is a pure function of the hand's pose and stretch, and time does not
     matter; else `advance` takes it from moment to moment, and what is asked in between changes nothing. The sheet is solved exactly, or
-    to `within`, a part of the force.
+    to `within`, a part of the force, or else with the settings that the advisor chose.
     """
 
     def __init__(
-        self, scene: Scene, membrane: Membrane | None = None, seed: int = 0, within: float | None = None
+        self,
+        scene: Scene,
+        membrane: Membrane | None = None,
+        seed: int = 0,
+        within: float | None = None,
+        settings: Settings | None = None,
     ) -> None:
         self.scene = scene
         self.seed = seed
         self.membrane = membrane or Membrane()
-        self.verdicts = advise(scene)
-        self.effects = switch_on(scene, self.verdicts)
+        self.chosen = choose(scene)
+        self.effects = switch_on(scene, self.chosen)
         self.specimen = scene.object.specimen(self.effects)
         self.stats = Stats()
         on = self.effects.of(MembraneEffect)  # type: ignore[type-abstract]
-        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats, within)
+        if settings is None and self.chosen.rung is not None:
+            settings = RUNGS[self.chosen.rung] if within is None else Settings.within(within)
+        self.fidelity = make_fidelity(scene, self.membrane, on, self.stats, settings)
         self._meeting = Meeting(scene, self.membrane, self.fidelity, self.specimen)
         self._past: deque[Past] = deque([Past(-math.inf, self.specimen.start(seed), self._conditioned(), (0.0, 0.0))])
         self._known: OrderedDict[Any, Contact] = OrderedDict()

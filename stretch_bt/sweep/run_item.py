@@ -57,6 +57,7 @@ def _ran(spec: Spec) -> Ran:
                 cell=_at(spec.cell, home),
                 params=spec.params,
                 seed=spec.seed,
+                tolerance=spec.tolerance,
                 record=spec.record,
                 out=None if spec.record == "none" else folder / "record",
                 watch=limit.watch,

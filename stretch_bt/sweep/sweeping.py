@@ -92,7 +92,6 @@ def sweep(
     """
     began = time.perf_counter()
     checked = check_sweep(file).require()
-    _check_tolerance(checked.file.tolerance)
     items = items_of(checked)
     folder = _folder(out, resume)
     with closing(RowFile(folder / ROWS)) as rows:
@@ -141,9 +140,3 @@ def _folder(out: str | Path | None, resume: bool) -> Path:
     if folder.is_dir():
         return folder
     return claim(folder)
-
-
-def _check_tolerance(tolerance: dict[str, str]) -> None:
-    if tolerance:
-        what = "tolerance: a run takes none yet, so each item goes by that of its scene"
-        raise InvalidInput(f"{what}; leave it out, and write it in the scene file")

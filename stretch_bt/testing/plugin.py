@@ -92,9 +92,10 @@ def tick_node(tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., N
     """Tick one node until it ends: `tick_node("measure_depth", touch=Touch(0.1, 0.0), arm=scripted_device("Arm"))`.
 
     Inputs are given by port: SI numbers, text with a unit, records, arrays, scripted devices. The result has `status`, `reason`, and
-    the outputs as attributes. A node of one's own is found by its name, by `module.name` with the module beside the test, or by its class.
+    the outputs as attributes. A node of one's own is found by its name, by `module.name` with the module beside the test, or by its class;
+    a class of py_trees is one, too.
     """
-    from stretch_bt.testing.ticked_node import node_info
+    from stretch_bt.testing.node_named import node_info
     from stretch_bt.testing.ticked_node import tick_node as ticked
 
     def make(name: Any, /, **inputs: Any) -> NodeResult:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from stretch_bt.clock import Clock
 from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
-from stretch_bt.hardware.journal import Journal
+from stretch_bt.hardware.journal import Journal, Relay
 from stretch_bt.hardware.owner import check_owner
 from stretch_bt.testing.words import motion_states, script_values
 
@@ -39,15 +40,14 @@ class ScriptedMotion:
 
     def poll(self) -> MotionState:
         """Return the next state, or raise the next fault or NoAnswer."""
-        if self.stopped is not None:
-            return self.stopped
-        state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
+        state = self.stopped or (self.states.pop(0) if len(self.states) > 1 else self.states[0])
         if isinstance(state, DeviceFault | NoAnswer):
-            raise self.device.called(state)
+            raise self.device.told(state)
         if state is not MotionState.MOVING:
             self.stopped = state
             if self.device.moving is self:
                 self.device.moving = None
+        self.device.journal.motion(self.device.name, self.owner, state)
         return state
 
     def stop(self) -> None:
@@ -57,55 +57,80 @@ class ScriptedMotion:
             self.device.stop()
 
 
-@dataclass
 class ScriptedDevice:
-    """Any device interface, scripted.
+    """Any device interface, scripted; what it says and is told goes to the journal of its run, as with a device of a cell.
 
-    `script` maps the name of a reading (`pose` or `height`, `wrench` or `force`, `opening`, `frame`) to one value, or to a list of values
-    of which the last stays: text with a unit, an SI number, or what the reading gives. `motion` lists the states of every motion, of which
-    the last stays: `moving`, `done`, `blocked`. In both, `fault: why` and `no answer: why` are raised as what a device that is lost, or has
-    no answer, raises; so is a DeviceFault or NoAnswer. What nodes command is kept in `commands`; `moving` is the motion under way.
+    Parameters
+    ----------
+    kind
+        Its interface, such as `Arm`.
+    script
+        Maps the name of a reading (`pose` or `height`, `wrench` or `force`, `opening`, `frame`) to one value, or to a list of values of
+        which the last stays: text with a unit, an SI number, or what the reading gives.
+    motion
+        The states of every motion, of which the last stays: `moving`, `done`, `blocked`. In both, `fault: why` and `no answer: why` are
+        raised as what a device that is lost, or has no answer, raises; so is a DeviceFault or NoAnswer.
+    now
+        The time, s.
+    ended
+        Whether a camera has nothing new to show.
+
+    Attributes
+    ----------
+    commands
+        What nodes commanded.
+    moving
+        The motion under way.
     """
 
-    kind: str
-    script: Mapping[str, Any] = field(default_factory=dict)
-    motion: Sequence[MotionState | DeviceFault | NoAnswer | str] = (MotionState.MOVING, MotionState.DONE)
-    now: Callable[[], float] = lambda: 0.0
-    commands: list[Command] = field(default_factory=list)
-    moving: ScriptedMotion | None = None
-    ended: bool = False
-    state: DeviceState = DeviceState.READY
-
-    def __post_init__(self) -> None:
-        if self.kind not in INTERFACES:
-            raise InvalidInput(f"{self.kind!r} is not a kind of device; one of {', '.join(INTERFACES)}")
+    def __init__(
+        self,
+        kind: str,
+        script: Mapping[str, Any] = MappingProxyType({}),
+        motion: Sequence[MotionState | DeviceFault | NoAnswer | str] = (MotionState.MOVING, MotionState.DONE),
+        now: Callable[[], float] = lambda: 0.0,
+        *,
+        ended: bool = False,
+    ) -> None:
+        if kind not in INTERFACES:
+            raise InvalidInput(f"{kind!r} is not a kind of device; one of {', '.join(INTERFACES)}")
+        self.kind = kind
+        self.now = now
+        self.commands: list[Command] = []
+        self.moving: ScriptedMotion | None = None
+        self.state = DeviceState.READY
         defaults: dict[str, list[Any]] = {
             "pose": [Pose((0.0, 0.0, 0.2))],
             "wrench": [Wrench((0.0, 0.0, 0.0))],
             "opening": [0.055],
         }
-        values = {**defaults, **script_values(self.kind, self.script)}
+        values = {**defaults, **script_values(kind, script)}
         self._values = {name: iter_last(given) for name, given in values.items()}
         self._force_noise = float(values.get("force_noise", [0.0])[0])
-        self._states = motion_states(self.kind, self.motion)
+        self._ended = ended
+        self._states = motion_states(kind, motion)
         self._sequence_number = 0
-        self._name = ""
-        self._journal: Journal | None = None
+        #: what the tree calls it
+        self.name = ""
+        self.journal: Journal = Relay()
 
     def tell(self, name: str, journal: Journal) -> None:
-        """Tell the journal of a run of every command from now on; `name` is what the tree calls the device."""
-        self._name, self._journal = name, journal
+        """Tell the journal of a run of every reading and command from now on; `name` is what the tree calls the device."""
+        self.name, self.journal = name, journal
 
     def note(self, command: str, arguments: dict[str, Any], owner: str) -> None:
         """Keep a command, and tell the run of it."""
         self.commands.append(Command(command, arguments, owner))
-        if self._journal is not None:
-            self._journal.command(self._name, command, arguments, owner)
+        self.journal.command(self.name, command, arguments, owner)
 
-    def called(self, error: DeviceFault | NoAnswer) -> DeviceFault | NoAnswer:
-        """Return an error of the script under the name that the tree has for the device, where the script names its kind alone."""
-        if isinstance(error, DeviceFault) and self._name and error.device == self.kind.lower():
-            return type(error)(self._name, error.reason)
+    def told(self, error: DeviceFault | NoAnswer) -> DeviceFault | NoAnswer:
+        """Return an error of the script once the run was told of it; a fault has the name that the tree has for the device."""
+        if isinstance(error, NoAnswer):
+            self.journal.unanswered(self.name, error)
+            return error
+        if self.name and error.device == self.kind.lower():  # a script in words names the kind alone
+            error = type(error)(self.name, error.reason)
+        self.journal.fault(self.name, error)
         return error
 
     def go_by(self, clock: Clock) -> None:
@@ -122,10 +147,15 @@ class ScriptedDevice:
             raise InvalidInput(f"the scripted {self.kind} has no {name!r}; give it in 'script'")
         value = next(self._values[name])
         if isinstance(value, DeviceFault | NoAnswer):
-            raise self.called(value)
+            raise self.told(value)
         self._sequence_number += 1
+        return self._said(name, value, self._sequence_number)
+
+    def _said(self, name: str, value: Any, number: int = 0) -> Reading[Any]:
         now = self.now()
-        return Reading(value, now, now, self._sequence_number)
+        reading = Reading(value, now, now, number)
+        self.journal.reading(self.name, name, reading)
+        return reading
 
     def _command(self, name: str, owner: str, **arguments: Any) -> ScriptedMotion:
         check_owner(self.kind, owner)
@@ -136,8 +166,9 @@ class ScriptedDevice:
         return self.moving
 
     def move(self, target: Any, *, speed: float, owner: str) -> ScriptedMotion:
-        """Begin a motion."""
-        return self._command("move", owner, target=target, speed=speed)
+        """Begin a motion to a pose, or of a gripper to an opening."""
+        what = "opening" if self.kind == "Gripper" else "target"
+        return self._command("move", owner, **{what: target}, speed=speed)
 
     def follow(self, path: Sequence[Pose], *, speed: float, owner: str) -> ScriptedMotion:
         """Begin a motion along a path."""
@@ -161,7 +192,16 @@ class ScriptedDevice:
 
     def force_noise(self) -> float:
         """Return the scripted noise of the force, none unless one is given."""
+        if self._force_noise > 0:
+            self._said("force_noise", self._force_noise)
         return self._force_noise
+
+    @property
+    def ended(self) -> bool:
+        """Whether a camera has nothing new to show."""
+        if self._ended:
+            self._said("ended", True)
+        return self._ended
 
     def opening(self, max_age: float) -> Reading[float]:
         """Return the next scripted opening."""

@@ -5,25 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from py_trees.common import Status
 
 from stretch_bt.clock import Clock, VirtualClock
 from stretch_bt.errors import InvalidInput
-from stretch_bt.hardware.cell import Cell
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Device
+from stretch_bt.runtime.borrowed_devices import BorrowedDevices, borrow
 from stretch_bt.runtime.context import Commanded, Seen
 from stretch_bt.runtime.foreign_nodes import kept_for
-from stretch_bt.runtime.given import Given
 from stretch_bt.runtime.onlooker import Onlooker
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.result import keys_of_main, unmet_of
-from stretch_bt.runtime.runner import Outcome, Runner
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import task_of
 from stretch_bt.source import did_you_mean
 from stretch_bt.threads import one_thread
 from stretch_bt.units import KINDS
+
+if TYPE_CHECKING:
+    from stretch_bt.hardware.cell import Cell
 
 __all__ = ["TickedTask"]
 
@@ -49,7 +52,8 @@ class TickedTask:
         modules: Path | None = None,
         folder: Path | None = None,
     ) -> None:
-        task = task_of(tree, None, None, {}, 0, mocks, modules)
+        given = None if devices is None else borrow(devices)
+        task = task_of(tree, None, None, {}, 0, mocks, modules, given)
         self._clock: Clock = VirtualClock()
         self._seen = Seen(now=lambda: self.now)
         self._changes = _Changes()
@@ -60,7 +64,7 @@ class TickedTask:
         task.context.folder = folder
         with ExitStack() as opening:  # a tree that cannot be begun leaves nothing open
             opening.enter_context(kept_for(task.built))
-            cell = self._given(devices, opening) if devices is not None else self._opened()
+            cell = self._taken(given, opening) if given is not None else self._opened()
             if cell is not None:
                 task.context.devices = cell.devices
                 opening.callback(cell.close)
@@ -169,13 +173,12 @@ class TickedTask:
                     self._end()
         return self.outcome
 
-    def _given(self, devices: Mapping[str, Device], opening: ExitStack) -> Given:
-        missing = sorted(self._task.devices() - devices.keys())
+    def _taken(self, given: BorrowedDevices, opening: ExitStack) -> BorrowedDevices:
+        missing = sorted(self._task.devices() - given.devices.keys())
         if missing:
             raise InvalidInput(
                 f"the tree needs {', '.join(missing)}; give it in 'devices', or mock the nodes that use it"
             )
-        given = Given(devices)
         self._clock = given.clock
         self._task.prepare(given.hand, given.limits)
         opening.enter_context(given.heard_by(self._seen))

@@ -98,9 +98,9 @@ class BuiltTree:
         return rows + (list(visit(self.finish, 0)) if self.finish else [])
 
 
-def build(program: Program, context: Context, substitutes: Substitutes | None = None) -> BuiltTree:
-    """Build the main tree of a checked program; touches no device."""
-    return Builder(program, context, substitutes).main()
+def build(program: Program, context: Context, substitutes: Substitutes | None = None, within: str = "") -> BuiltTree:
+    """Build the main tree of a checked program; touches no device. Paths begin with `within`, where several trees share devices."""
+    return Builder(program, context, substitutes, within).main()
 
 
 @dataclass(slots=True)
@@ -120,8 +120,9 @@ class _Frame:
 class Builder:
     """Builds one tree; parts call it back for their children, cells and inputs."""
 
-    def __init__(self, program: Program, context: Context, substitutes: Substitutes | None) -> None:
+    def __init__(self, program: Program, context: Context, substitutes: Substitutes | None, within: str = "") -> None:
         self.program = program
+        self.base = f"{within}/{program.entry}" if within else program.entry
         self.context = context
         self.substitutes = substitutes
         self.paths = Paths()
@@ -129,7 +130,7 @@ class Builder:
         self.cells: list[Cell] = []
         self.devices: set[str] = set()
         self.readings: set[str] = set()
-        self.frame = _Frame(program.main.signature, program.entry)
+        self.frame = _Frame(program.main.signature, self.base)
 
     def main(self) -> BuiltTree:
         """Build the main tree."""
@@ -140,8 +141,8 @@ class Builder:
             body.signature.inouts,
         )  # the latter two where it is no `main`
         self.own_cells(self.frame, [*body.signature.keys.values(), *(d for table in border for d in table.values())])
-        root = self.root(body.part, self.program.entry)
-        finish = self.root(body.finish, f"{self.program.entry}/finally") if body.finish else None
+        root = self.root(body.part, self.base)
+        finish = self.root(body.finish, f"{self.base}/finally") if body.finish else None
         outputs = {name: (d, self.frame.cells[name]) for name, d in body.signature.outs.items()}
         return BuiltTree(root, finish, outputs, self.nodes, self.cells, self.devices, self.readings)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import cached_property
 from typing import Any
 
 from stretch_bt.errors import Diagnostic, InvalidInput
@@ -37,11 +38,19 @@ def known_keys(
 
 
 class Declarations:
-    """Reads declarations; mistakes are added to `found`."""
+    """Reads declarations; mistakes are added to `found`.
 
-    def __init__(self, objects: Mapping[str, type], found: list[Diagnostic]) -> None:
-        self.objects = objects
+    `objects` gives the classes that ports carry, by name; few files declare one, and to ask for them imports every node.
+    """
+
+    def __init__(self, objects: Callable[[], Mapping[str, type]], found: list[Diagnostic]) -> None:
+        self._objects = objects
         self.found = found
+
+    @cached_property
+    def objects(self) -> Mapping[str, type]:
+        """The classes that ports carry, by name."""
+        return self._objects()
 
     def read(self, key: Scalar, spec: Value, what: str, more: tuple[str, ...] = ()) -> Declared:
         """Read `name: Type` or `name: {type, default, min, max, unit, doc}`, and what else it may have; a wrong type is taken for any type."""
@@ -88,7 +97,7 @@ class Declarations:
             message, hint = f"{what} {key.text!r} has no type", "add 'type: Length', or another type"
             self.found.append(key.mark.error("type-missing", message, hint))
             return ANY
-        type_ = named(value.text, self.objects)
+        type_ = named(value.text, {}) or named(value.text, self.objects)
         if type_ is None:
             known = [*KINDS, "int", "float", "bool", "str", *self.objects]
             hint = _meant_as_default(value) or did_you_mean(value.text, known) or f"known here: {', '.join(known)}"

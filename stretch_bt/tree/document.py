@@ -17,7 +17,10 @@ from stretch_bt.tree.registry import NodeInfo
 from stretch_bt.tree.shared import SHARED
 from stretch_bt.tree.types import Type
 
-__all__ = ["Declared", "DeviceDecl", "Document", "Param", "Signature"]
+__all__ = ["TICK", "Declared", "DeviceDecl", "Document", "Param", "Signature"]
+
+#: period of the ticks of a tree that does not say it, s
+TICK = 0.05
 
 
 @dataclass(slots=True)
@@ -106,7 +109,7 @@ class Document:
     prefix: str = ""
     doc: str = ""
     scene: Scalar | None = None
-    tick_period: float = 0.05
+    tick_period: float = TICK
     params: dict[str, Param] = field(default_factory=dict)
     devices: dict[str, DeviceDecl] = field(default_factory=dict)
     doubtful: set[str] = field(default_factory=set)  # devices and imports that are declared, but wrongly

@@ -10,6 +10,7 @@ import re
 from collections.abc import Container, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 from stretch_bt.errors import Diagnostic
 from stretch_bt.source import Map, Mark, Scalar, Value, is_nothing, walk
@@ -143,7 +144,7 @@ class _Keys:
 
     def keys_of_loops(self) -> None:
         """Take the keys that loops declare for themselves among those of the tree."""
-        declarations = Declarations(registry.object_types(self.document.classes.values()), self.found)
+        declarations = Declarations(partial(registry.object_types, self.document.classes.values()), self.found)
         for place in self.places:
             own = place.given.get("keys") if place.word.text in _LOOPS else None
             for key, spec in own if isinstance(own, Map) else ():

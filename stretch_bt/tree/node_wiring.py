@@ -63,7 +63,6 @@ class NodeWiring(Wiring):
         self.records_in(found, {p.name: (info.types[p.name], p.required) for p in info.of(Role.INPUT)}, ports, mark)
         self.records_out(found, outputs, ports, mark)
         self.records_both(found, inouts, ports, mark)
-        self.lost_errors(found)
         for name in required:
             carried = name.endswith("_sd") and found.inputs.get(name.removesuffix("_sd"))
             if (
@@ -98,16 +97,6 @@ class NodeWiring(Wiring):
         param = self.document.params.get(value.text.removeprefix("$")) if isinstance(value, Scalar) else None
         plain = STR if isinstance(value, Map) else literal_type(value)
         return plain if param is None else param.type
-
-    def lost_errors(self, found: Leaf) -> None:
-        """Warn of each expression whose value has no error where the node asks for one."""
-        for name, wire in found.inputs.items():
-            port = found.info.ports.get(f"{name}_sd")
-            if port is None or port.name in found.inputs or wire.is_constant or wire.source is not None:
-                continue
-            message = f"{wire.text!r} is worked out, so that it has no error, and {port.name!r} keeps its default"
-            hint = f"add '{port.name}: ...', or give the error beside the value in a 'set'"
-            self.diagnostics.append(wire.mark.warning("deviation-lost", message, hint))
 
     def records_in(self, found: Leaf | Call, inputs: dict[str, tuple[Type, bool]], ports: Map, mark: Mark) -> None:
         """Wire each record that is left out to the key of its name, where there is one."""

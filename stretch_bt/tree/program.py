@@ -15,9 +15,11 @@ from stretch_bt.tree.dataflow import check_flow
 from stretch_bt.tree.document import DeviceDecl, Document, Signature
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.keys import settle_types
+from stretch_bt.tree.lost_errors import lost_errors
 from stretch_bt.tree.reader import Reader
 from stretch_bt.tree.registry import RESERVED
 from stretch_bt.tree.shared import SHARED, shipped
+from stretch_bt.tree.shared_records import shared_records
 from stretch_bt.tree.structure import check_structure
 from stretch_bt.tree.tree_body import TreeBody
 
@@ -215,6 +217,7 @@ class _Checker:
         for body in self.program.bodies.values():
             extras = [body.finish] if body.finish else []
             self.found += check_flow(body.signature, body.part, extras, body.writers)
+            self.found += (*lost_errors(body), *shared_records(body))
 
     def check_params(self) -> None:
         """Warn of each param that nothing reads, where all was understood."""

@@ -12,6 +12,9 @@ import sys
 from collections.abc import Container, Iterable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pkgutil import iter_modules
 from typing import Any, TypeVar
 
 from stretch_bt.errors import InvalidInput
@@ -100,7 +103,6 @@ class NodeInfo:
 
 
 _nodes: dict[str, NodeInfo] = {}
-_loaded = False
 
 
 def snake_case(name: str) -> str:
@@ -136,7 +138,7 @@ def node(cls: B = _NO_CLASS, /) -> B:
         raise RegistryError(
             f"node {name!r}: its __init__ does not take a path alone ({error}); write __init__(self, path='')"
         ) from None
-    present = _nodes.get(name)
+    present = _nodes.get(name) if cls.__module__ == f"{BUILTIN}.{name}" else _shipped(name)
     if present is not None and (present.cls.__module__, present.cls.__qualname__) != (cls.__module__, cls.__qualname__):
         raise RegistryError(f"node {name!r} of {cls.__module__} is already registered by {present.cls.__module__}")
     _nodes[name] = info
@@ -208,28 +210,53 @@ def _port_types(cls: type[Behavior]) -> dict[str, Type]:
     return found
 
 
+@cache
+def _library() -> frozenset[str]:
+    """Return the names of the modules of the node library; that of a node has its name."""
+    package = find_spec(BUILTIN)
+    places = package.submodule_search_locations if package is not None else None
+    return frozenset(module.name for module in iter_modules(places) if not module.name.startswith("_"))
+
+
+@cache
+def _import_library() -> None:
+    for name in sorted(_library()):
+        importlib.import_module(f"{BUILTIN}.{name}")
+
+
+@cache
+def _import_installed() -> None:
+    """Import the installed packages that offer nodes."""
+    for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
+        try:
+            with redirect_stdout(sys.stderr):  # output is the command's alone
+                entry.load()
+        except RegistryError:
+            raise
+        except Exception as error:
+            raise RegistryError(f"the nodes of {entry.value!r} cannot be imported: {error}") from error
+
+
 def load_all() -> dict[str, NodeInfo]:
-    """Return every registered node by name; imports the packages that offer nodes, once."""
-    global _loaded
-    if not _loaded:
-        importlib.import_module(BUILTIN)
-        for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
-            try:
-                with redirect_stdout(sys.stderr):  # output is the command's alone
-                    entry.load()
-            except RegistryError:
-                raise
-            except Exception as error:
-                raise RegistryError(f"the nodes of {entry.value!r} cannot be imported: {error}") from error
-        _loaded = True
+    """Return every registered node by name; imports the node library and the packages that offer nodes, once."""
+    _import_library()
+    _import_installed()
     return dict(sorted(_nodes.items()))
 
 
-def lookup(name: str) -> NodeInfo | None:
-    """Return the node of this name, or None."""
-    if not _loaded:
-        load_all()
+def _shipped(name: str) -> NodeInfo | None:
+    """Return the node of the library of this name, or None; no other one is imported."""
+    if name not in _nodes and name in _library():
+        importlib.import_module(f"{BUILTIN}.{name}")
     return _nodes.get(name)
+
+
+def lookup(name: str) -> NodeInfo | None:
+    """Return the node of this name, or None; of the library no other one is imported."""
+    found = _shipped(name)
+    if found is None:
+        _import_installed()
+    return found or _nodes.get(name)
 
 
 def find(name: str, modules: Container[str]) -> NodeInfo | None:

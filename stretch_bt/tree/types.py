@@ -24,6 +24,7 @@ __all__ = [
     "UNKNOWN",
     "Family",
     "Type",
+    "annotations_of",
     "attributes",
     "from_annotation",
     "joined",
@@ -197,16 +198,22 @@ def _options(text: str) -> Type | None:
 
 
 @lru_cache(maxsize=256)
-def attributes(cls: type) -> Mapping[str, Type]:
-    """Return the attributes of a class that expressions may read: annotated fields and properties of known types."""
+def annotations_of(cls: type) -> Mapping[str, Any]:
+    """Return the annotations of the fields and properties of a class."""
     hints: dict[str, Any] = {}
     if dataclasses.is_dataclass(cls):
         hints.update(typing.get_type_hints(cls, include_extras=True))
     for name, member in vars(cls).items():
         if isinstance(member, property) and member.fget is not None:
             hints[name] = typing.get_type_hints(member.fget, include_extras=True).get("return")
+    return hints
+
+
+@lru_cache(maxsize=256)
+def attributes(cls: type) -> Mapping[str, Type]:
+    """Return the attributes of a class that expressions may read: annotated fields and properties of known types."""
     found: dict[str, Type] = {}
-    for name, hint in hints.items():
+    for name, hint in annotations_of(cls).items():
         if name.startswith("_"):
             continue
         try:

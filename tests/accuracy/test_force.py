@@ -3,28 +3,26 @@
 import numpy as np
 import pytest
 
-from stretch_bt.accuracy.domain_force import KINDS, points
-from stretch_bt.accuracy.force import ladder
+from stretch_bt.accuracy import measure
 from stretch_bt.accuracy.force.hands import DEPTHS, DIAMETERS, STRETCHES, TrueHand, forces_of, measured_at
+from stretch_bt.accuracy.force.ladder import HERTZ, PAPER, SOLVED, TABLE
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 
 @pytest.fixture(scope="module")
 def found():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ladder, "FINER", Settings(coarsen=0.8))  # still finer than the mesh of the table
-        return list(points(quick=True))
+    return list(measure(["force"], quick=True))
 
 
 def test_each_model_is_better_than_the_one_before(found):
     errors = {}
-    for point in found:
-        assert point.error_kind in KINDS
-        assert point.status == "ok"
-        errors.setdefault(point.setting, []).append(point.error)
+    for row in found:
+        assert (row.error_kind, row.status, row.default) == ("force", "ok", row.setting == TABLE)
+        assert 0 < row.reference_error < 0.01
+        errors.setdefault(row.setting, []).append(row.error)
     mean = {name: float(np.mean(values)) for name, values in errors.items()}
-    assert mean["hertz: one modulus"] > mean["calibrated: paper"] > 5 * mean["membrane: table"]
-    assert max(errors["membrane: table"] + errors["sheet: warm"]) < 0.02
+    assert mean[HERTZ] > mean[PAPER] > 5 * mean[TABLE]
+    assert max(errors[TABLE] + errors[SOLVED]) < 0.02
 
 
 def test_hands_differ_and_repeat():

@@ -215,7 +215,7 @@ def approaching(cell: Callable[..., Any], virtual_clock: VirtualClock, tmp_path:
     def place(scene: str, above: float = 0.008, lowest: float | None = None, inputs: str = "") -> Approach:
         opened = cell(scene)
         start = opened.devices["arm"].pose(1.0).value
-        opened._bench.twin.place(start.at_height(opened.truth()["contact_height"] + above))
+        opened._context.twin.place(start.at_height(opened.truth()["contact_height"] + above))
         opened.hand.contact_height = 0.5
         context = RunContext(opened.hand)
         if lowest is not None:

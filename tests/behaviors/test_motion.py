@@ -112,7 +112,7 @@ def test_retract_never_lowers(place: Callable[..., Any], contact: Any, height: f
 def test_set_stretch_believes_the_measured_opening(place: Callable[..., Any], opening: float, status: str) -> None:
     node, gripper = place("set_stretch", {"opening": opening}, stretch=0.020)
     assert tick(node, 2).name == status
-    assert gripper.commands[0].arguments["target"] == pytest.approx(0.055 + 0.020)
+    assert gripper.commands[0].arguments["opening"] == pytest.approx(0.055 + 0.020)
     assert status == "SUCCESS" or "15.0 mm instead of 20.0 mm" in node.reason
 
 

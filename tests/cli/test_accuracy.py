@@ -2,29 +2,68 @@
 
 import json
 import sys
+import time
 from types import SimpleNamespace
 
 import pytest
 
-from stretch_bt.accuracy import Kind, Point, registry
+from stretch_bt.accuracy import Answer, Domain, Job, Kind, Setting, measure, measuring, registry
+from stretch_bt.accuracy.compare import Comparison
+from stretch_bt.accuracy.file import read
+from stretch_bt.accuracy.job import CPU_MS, Panel
 from stretch_bt.cli.app import main
+from stretch_bt.errors import NoEquilibrium
 
-FIELDS = ["domain", "case", "setting", "seed", "error", "error_kind", "cpu_seconds", "status", "versions", "cpu"]
+FIELDS = [
+    *("domain", "case", "setting", "default", "seed", "error", "error_kind", "unit", "reference_error", "cpu_seconds"),
+    *("robot_seconds", "cost", "status", "reason", "cpu", "commit", "versions", "kernel_seconds"),
+]
 
 
-def points(quick):
-    print("what another program prints")  # noqa: T201
-    yield Point("a press", "solver: coarse", "force", 0.02, 0.001)
-    if not quick:
-        yield Point("a press", "solver: fine", "force", 0.001, 0.1, seed=3)
+class Bench:
+    """A domain whose answers are set by hand, and how often each was asked for."""
+
+    def __init__(self):
+        self.warmed, self.asked, self.error, self.seconds = 0, [], 0.02, [0.001]
+
+    def domain(self):
+        kinds = {"force": Kind("%", 100.0)}
+        panels = (Panel("force", CPU_MS),)
+        return Domain("against nothing", kinds, panels, lambda found: "So take it.", {}, self.warm, self.jobs)
+
+    def warm(self):
+        self.warmed += 1
+        print("what another program prints")  # noqa: T201
+
+    def jobs(self, quick):
+        yield Job("a press", Setting("solver", "coarse"), "force", 0.001, lambda: self.answers("coarse"), default=True)
+        yield Job("a press", Setting("solver", "lost"), "force", 0.001, self.lost, group="lost")
+        yield Job(
+            "a press", Setting("solver", "beside it"), "force", 0.001, lambda: self.answers("beside"), group="lost"
+        )
+        yield Job("a press", Setting("solver", "fine"), "force", 9.0, lambda: self.answers("fine"), seed=3)
+
+    def answers(self, name):
+        assert self.warmed
+        self.asked.append(name)
+        seconds = self.seconds[min(len(self.asked), len(self.seconds)) - 1]
+        return [Answer("force", self.error, seconds, 0.001)]
+
+    def lost(self):
+        raise NoEquilibrium("it slid off")
 
 
 @pytest.fixture
-def cli(tmp_path, monkeypatch, capfd):
+def bench(monkeypatch):
+    found = Bench()
+    monkeypatch.setattr(registry, "import_module", lambda name: SimpleNamespace(DOMAIN=found.domain()))
+    return found
+
+
+@pytest.fixture
+def cli(tmp_path, monkeypatch, capfd, bench):
     """Run the command in an empty folder: (exit code, standard output, standard error)."""
     monkeypatch.chdir(tmp_path)
-    domain = SimpleNamespace(ABOUT="against nothing", KINDS={"force": Kind("%", 100.0)}, points=points)
-    monkeypatch.setattr(registry, "import_module", lambda name: domain)
 
     def call(*arguments):
         monkeypatch.setattr(sys, "argv", ["stretch-bt", "accuracy", *arguments])
@@ -35,22 +74,28 @@ def cli(tmp_path, monkeypatch, capfd):
     return call
 
 
-def test_rows_are_the_contract(cli):
+def test_rows_are_the_contract(cli, bench):
     code, out, _ = cli("membrane", "--json")
     rows = json.loads(out)
     assert code == 0
-    assert [list(row) for row in rows] == [FIELDS, FIELDS]
-    assert [row["seed"] for row in rows] == [None, 3]
+    assert [list(row) for row in rows] == [FIELDS] * 3
+    assert [row["seed"] for row in rows] == [None, None, 3]
+    assert [row["default"] for row in rows] == [True, False, False]
+    assert [row["status"] for row in rows] == ["ok", "refused", "ok"]
+    assert rows[1]["reason"] == "NoEquilibrium: it slid off"
+    assert bench.asked == ["coarse", "fine"]  # what needs the lost one is not tried
     for row in rows:
-        assert row["domain"] == "membrane"
+        assert (row["domain"], row["unit"]) == ("membrane", "1")
+        assert row["setting"].keys() == {"series", "variant"}
         assert row["versions"].keys() == {"stretch-bt", "numpy", "scipy", "numba", "python"}
         assert row["cpu"]
 
 
-def test_quick_is_less_and_no_name_is_all(cli):
-    domains = len(registry.domains())
-    assert len(json.loads(cli("membrane", "--quick", "--json")[1])) == 1
-    assert len(json.loads(cli("--quick", "--json")[1])) == domains
+def test_quick_skips_what_does_not_fit_and_no_name_is_all(cli):
+    rows = json.loads(cli("membrane", "--quick", "--json")[1])
+    assert [(row["status"], row["reason"]) for row in rows][-1] == ("skipped", "quick")
+    assert [row["status"] for row in rows[:2]] == ["ok", "refused"]
+    assert {row["domain"] for row in json.loads(cli("--quick", "--json")[1])} == set(registry.names())
 
 
 def test_the_table_is_for_people(cli):
@@ -64,12 +109,102 @@ def test_the_table_is_for_people(cli):
 def test_out_holds_the_rows_and_must_be_empty(cli, tmp_path):
     code, out, _ = cli("membrane", "--json", "--out", "figures")
     assert code == 0
-    assert json.loads((tmp_path / "figures" / "accuracy.json").read_text()) == json.loads(out)
-    before = (tmp_path / "figures" / "accuracy.json").stat().st_mtime_ns
+    kept = tmp_path / "figures" / "accuracy.jsonl"
+    assert kept.read_text().splitlines()[0] == '{"format":"stretch-accuracy/2"}'
+    assert [row.to_json() for row in read(kept)] == json.loads(out)
+    before = kept.stat().st_mtime_ns
     code, _, err = cli("membrane", "--out", "figures")
     assert code == 2
     assert "record-not-empty" in err
-    assert (tmp_path / "figures" / "accuracy.json").stat().st_mtime_ns == before
+    assert kept.stat().st_mtime_ns == before
+
+
+def test_rows_of_files_are_shown_without_measuring(cli, bench):
+    _, out, _ = cli("membrane", "--json", "--out", "figures")
+    bench.asked.clear()
+    code, again, _ = cli("--from", "figures/accuracy.jsonl", "--json")
+    assert (code, json.loads(again)) == (0, json.loads(out))
+    code, _, err = cli("--from", "figures/accuracy.jsonl", "--quick")
+    assert code == 2
+    assert "--quick says what is measured" in err
+    assert bench.asked == []
+
+
+def test_a_page_keeps_the_domains_that_are_not_measured_again(cli, tmp_path):
+    assert cli("membrane", "--page", "page")[0] == 0
+    before = (tmp_path / "page" / "membrane.jsonl").read_bytes()
+    assert cli("force", "--page", "page")[0] == 0
+    assert {p.name for p in (tmp_path / "page").iterdir()} == {
+        *("index.md", "membrane.svg", "membrane.jsonl", "force.svg", "force.jsonl")
+    }
+    assert (tmp_path / "page" / "membrane.jsonl").read_bytes() == before
+    text = (tmp_path / "page" / "index.md").read_bytes()
+    assert cli("--from", "page/membrane.jsonl", "page/force.jsonl", "--page", "again")[0] == 0
+    assert (tmp_path / "again" / "index.md").read_bytes() == text
+
+
+@pytest.mark.parametrize(
+    ("error", "flag"),
+    [(0.02, None), (0.0209, None), (0.022, "error 0.022 1, before 0.02"), (0.01, None)],
+)
+def test_a_worse_error_is_flagged(cli, bench, error, flag):
+    cli("membrane", "--out", "old")
+    bench.error = error
+    code, out, _ = cli("membrane", "--json", "--compare", "old/accuracy.jsonl")
+    assert code == (1 if flag else 0)
+    assert {row["worse"] for row in json.loads(out) if row["status"] == "ok"} == {flag}
+
+
+def test_what_has_no_answer_any_more_is_flagged(cli, bench, monkeypatch):
+    cli("membrane", "--out", "old")
+    monkeypatch.setattr(bench, "answers", lambda name: bench.lost())
+    code, out, _ = cli("membrane", "--compare", "old/accuracy.jsonl")
+    assert code == 1
+    assert "2 of 3 rows are worse than before" in out
+    assert "refused now, ok before: NoEquilibrium: it slid off" in out
+
+
+def test_a_time_is_taken_again_before_it_is_called_slow(bench, monkeypatch):
+    monkeypatch.setattr(measuring, "yardstick", lambda: 0.01)
+    bench.seconds = [1.0]
+    old = Comparison(list(measure(["membrane"])))
+    assert bench.asked == ["coarse"] * 3 + ["fine"] * 3  # the least of three
+    for seconds, slow in (([1.4], False), ([2.0], True), ([2.0, 2.0, 1.2], False)):
+        bench.asked.clear()
+        bench.seconds = seconds
+        row = next(measure(["membrane"], doubt=old.slower))
+        assert old.slower(row) is slow
+        assert row.cpu_seconds == min(seconds)
+
+
+def test_a_long_job_is_run_once_unless_in_doubt(bench, monkeypatch):
+    monkeypatch.setattr(measuring, "_LONG", 0.0)
+    bench.seconds = [1.0]
+    next(measure(["membrane"]))
+    assert bench.asked == ["coarse"]
+    next(measure(["membrane"], doubt=lambda row: True))
+    assert bench.asked == ["coarse"] * 4
+
+
+def test_parts_are_the_whole_and_keep_groups_together(bench):
+    whole = [row.key for row in measure(["membrane"])]
+    parts = [[row.key for row in measure(["membrane"], part=(k, 3))] for k in (1, 2, 3)]
+    assert [key for part in parts for key in part] == whole
+    assert len(parts[0]) < len(whole)
+
+
+def test_quick_holds_to_its_time_where_jobs_take_longer_than_they_should(bench):
+    def slow():
+        began = time.process_time()
+        while time.process_time() < began + 0.05:
+            pass
+        return [Answer("force", 0.1, 0.01)]
+
+    bench.jobs = lambda quick: [Job(f"{k}", Setting("a", ""), "force", 0.0001, slow) for k in range(2000)]
+    rows = list(measure(["membrane"], quick=True))
+    spent = sum(row.status == "ok" for row in rows) * 0.05
+    assert 1.0 < spent < 6.0
+    assert rows[-1].reason == "quick"
 
 
 def test_an_unknown_name_is_refused_before_anything_is_made(cli, tmp_path):

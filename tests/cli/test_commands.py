@@ -213,6 +213,31 @@ def test_a_new_device_checks_clean_and_writes_all_of_its_files_or_none(cli, tmp_
     assert (tmp_path / f"test_{name}.py").is_file()
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["device", "wrench", "--kind", "ForceSensor"],
+            "the class Wrench would hide another Wrench that wrench.py needs",
+        ),
+        (["device", "link", "--kind", "Gripper"], "the class Link would hide another Link"),
+        (["device", "motion_state", "--kind", "Arm"], "the class MotionState would hide"),
+        (["node", "status"], "the class Status would hide another Status that status.py needs"),
+        (["device", "time", "--kind", "Gripper"], "time.py would have the name of an installed Python module"),
+        (["node", "numpy"], "numpy.py would have the name of an installed Python module"),
+        (["device", "none", "--kind", "Arm"], "'none' has a meaning of its own"),
+        (["node", "class"], "'class' has a meaning of its own"),
+        (["device", "null", "--kind", "Arm"], "'null' has a meaning of its own"),
+    ],
+)
+def test_a_new_module_takes_the_place_of_nothing(cli, tmp_path, words, said):
+    code, out, err = cli("new", *words)
+    assert code == 2
+    assert said in out + err
+    assert f"choose another name, such as my_{words[1]}" in out + err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_new_node_runs_in_a_tree(cli, tmp_path):
     assert cli("new", "node", "softness")[0] == 0
     (tmp_path / "t.yaml").write_text(

@@ -74,10 +74,37 @@ def test_explain_says_sizes_and_what_is_close(cli, scene):
     assert rows["repeatability"][1:8] == ["off", "height", "0.03", "mm", "0.2", "mm", "0.02"]
     assert rows["latency"][1:4] == ["on", "height", "0.0234"]
     assert "a sphere has no: " in out
-    close = [line for line in out.splitlines() if line.startswith("warning: ")]
-    assert any("fixed_pattern is on by a narrow margin: height 0.5 mm against 0.2 mm" in line for line in close)
-    assert not any("latency" in line for line in close)
+    (close,) = [line for line in out.splitlines() if line.startswith("narrow: ")]
+    assert "fixed_pattern on (height 0.5 mm of 0.2 mm)" in close
+    assert "latency" not in close
+    (choice,) = [line for line in out.splitlines() if line.startswith("predicted ")]
+    assert "of 0.2 mm" in choice
     assert "ms of CPU" in out
+
+
+def test_explain_with_a_tolerance_of_a_run(cli, scene):
+    name = scene("asked", "tolerance: {height: 0.2 mm, stiffness: 5 %}\n")
+    code, out, _ = cli("scene", "explain", name, "--tolerance", "stiffness=2%", "--json")
+    told = json.loads(out)
+    assert code == 0
+    assert told["tolerance"] == {"height": 2e-4, "stiffness": 0.02}
+    assert told["choice"]["asked"] == {"stiffness": 0.02}
+    assert set(told["choice"]["on"]) == {effect["name"] for effect in told["effects"] if effect["on"]}
+    code, out, err = cli("scene", "explain", name, "--tolerance", "stiffness=0.001%")
+    assert (code, out) == (2, "")
+    assert "the best that can be had is stiffness" in err
+
+
+def test_run_with_a_tolerance(cli, scene, tmp_path):
+    (tmp_path / "look.yaml").write_text(TREE)
+    run = ("run", "look.yaml", "--scene", scene("soft"), "--quiet")
+    code, out, _ = cli(*run, "--tolerance", "stiffness=5%", "--tolerance", "height=0.5mm", "--out", "a")
+    assert code == 0
+    assert out.count("predicted ") == 1
+    code, out, _ = cli(*run, "--tolerance", "stiffness=0.001%", "--out", "b", "--json")
+    told = json.loads(out)
+    assert (code, told["status"], told["record"]) == (2, "ERROR", None)
+    assert "the best that can be had is stiffness" in told["reason"]
 
 
 def test_explain_of_a_scene_with_a_mistake(cli, scene):

@@ -469,6 +469,47 @@ def codes() -> str:
     return rows(["code", "an example of what it says"], content)
 
 
+# --- hard cases
+
+
+def hard_cases() -> str:
+    """Every hard case by its domain and by why it is hard, with what must come of it."""
+    from stretch_bt.hardcases import DOMAINS, cases
+    from stretch_bt.hardcases.registry import about
+
+    parts = []
+    for domain in DOMAINS:
+        found = list(cases(domain).values())
+        parts.append(f"## {domain}\n\n{about(domain)} {len(found)} cases.\n")
+        for why in dict.fromkeys(hard.why for hard in found):
+            content = [[named_case(hard), hard.expect.says] for hard in found if hard.why == why]
+            parts.append(f"{why[0].upper()}{why[1:]}.\n\n{rows(['case', 'must end with'], content)}")
+    return "\n" + "\n".join(parts) + "\n"
+
+
+def named_case(hard: Any) -> str:
+    """Return the name of a case, and whether it is one of the slow ones."""
+    return f"{hard.name} (slow)" if hard.costly else str(hard.name)
+
+
+def hard_elsewhere() -> str:
+    """The tests marked `hard`: hard cases that change code, signals or processes, and so are not in the catalogue."""
+    content = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        text = path.read_text("utf-8")
+        if "mark.hard" not in text:
+            continue
+        tree, file = ast.parse(text), path.relative_to(ROOT).as_posix()
+        if any(isinstance(node, ast.Assign) and "mark.hard" in ast.unparse(node) for node in tree.body):
+            content.append([code(file), (ast.get_docstring(tree) or "").split("\n\n")[0]])
+            continue
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef) and any("mark.hard" in ast.unparse(d) for d in node.decorator_list):
+                said = ast.get_docstring(node) or node.name.removeprefix("test_").replace("_", " ")
+                content.append([code(f"{file}::{node.name}"), said.split("\n\n")[0]])
+    return rows(["test", "what it is"], content)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "nodes": nodes,
     "types": types,
@@ -485,6 +526,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "stand-ins": stand_ins,
     "gripper-faults": gripper_faults,
     "codes": codes,
+    "hard-cases": hard_cases,
+    "hard-elsewhere": hard_elsewhere,
 }
 
 

@@ -23,7 +23,14 @@ from stretch_bt.tree.registry import RESERVED
 
 TABLES = runpy.run_path(str(Path(__file__).with_name("tables.py")))
 ROOT = TABLES["ROOT"]
-PAGES = sorted([*(ROOT / "docs").glob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "README.md"])
+PAGES = sorted(
+    [
+        *(ROOT / "docs").glob("*.md"),
+        ROOT / "docs" / "accuracy" / "index.md",
+        ROOT / "CONTRIBUTING.md",
+        ROOT / "README.md",
+    ]
+)
 BLOCK = re.compile(r"((?:<!-- [^>]* -->\n)*)```(\w+)\n(.*?)```", re.DOTALL)
 MARK = re.compile(r"<!-- ([\w-]+)(?:: (.*?))? -->")
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)|!\[[^\]]*\]\(([^)\s]+)\)")

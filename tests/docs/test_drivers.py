@@ -5,11 +5,13 @@ import io
 import re
 import subprocess
 import sys
+import time
 import tokenize
 from pathlib import Path
 
 import pytest
 
+import stretch_bt
 from stretch_bt.cli.command_new import DEVICES, command
 from stretch_bt.runtime.check import check
 
@@ -54,6 +56,21 @@ def test_the_driver_of_the_page_is_the_one_that_is_written_and_is_short(folder, 
     )
     assert lines_of_code(text) <= LONGEST
     assert check(folder / f"{name}.yaml") == []
+
+
+def test_two_devices_of_one_driver_are_two(folder):
+    entry = "{type: Gripper, use: my_gripper}"
+    path = folder / "two.yaml"
+    path.write_text(
+        f"format: stretch-cell/1\nimports: {{own: my_gripper}}\ndevices: {{left: {entry}, right: {entry}}}\n", "utf-8"
+    )
+    with stretch_bt.open_cell(path) as cell:
+        before = cell.right.opening(1.0).value
+        cell.left.move(before + 0.005, speed=0.1, owner="test")
+        end = time.monotonic() + 20
+        while cell.left.opening(1.0).value < before + 0.005:
+            assert time.monotonic() < end
+        assert cell.right.opening(1.0).value == before
 
 
 def test_what_is_written_holds_the_contract(folder):

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from stretch_bt.frames import DepthFrame, Pose
-from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.emulators.realsense import RealsenseStandIn
 from stretch_bt.hardware.emulators.registry import STAND_INS
 from stretch_bt.hardware.hand import Hand, HandGeometry
@@ -41,8 +41,8 @@ class Album(SimulatedCamera):
     hand = staticmethod(lambda: Pose((0.0, 0.0, 0.19)))
     _twin, _pictures = None, {}
 
-    def __init__(self, name, options, bench):
-        seen = type(bench)(bench.now, 0, bench.root, bench.hand, bench.limits)
+    def __init__(self, name, options, cell):
+        seen = type(cell)(cell.now, 0, cell.root, cell.hand, cell.limits)
         seen.__dict__["twin"] = type(self)._twin = type(self)._twin or twin()
         super().__init__(name, options, seen)
 
@@ -81,7 +81,7 @@ class AlbumView:
 def album(now, rate):
     """Return a camera that is asked directly."""
     options = Album.Options(type="DepthCamera", use="album", rate=f"{rate} Hz")
-    return Album("camera", options, Bench(now, 0, Path(), Hand(), Limits()))
+    return Album("camera", options, CellContext(now, 0, Path(), Hand(), Limits()))
 
 
 def twin():

@@ -13,7 +13,7 @@ from waiting import broken_off, eventually
 from stretch_bt.errors import CellError, DeviceLost, MissingExtra, NotReady
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.implementations import driver_class
 from stretch_bt.hardware.realsense.library import library
@@ -138,7 +138,7 @@ def test_ctrl_c_while_it_is_opened_leaves_no_process_and_no_thread(stand_in, liv
 def test_the_lens_is_not_known_before_the_camera_is_open(live_cell):
     spec = load_cell(live_cell("realsense", "depth", "127.0.0.1:9"))
     made = driver_class("DepthCamera", "realsense")(
-        "camera", spec.devices["camera"].options, Bench(time.monotonic, 0, Path(), Hand(), spec.limits)
+        "camera", spec.devices["camera"].options, CellContext(time.monotonic, 0, Path(), Hand(), spec.limits)
     )
     with pytest.raises(NotReady, match="open it first"):
         _ = made.intrinsics

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from conftest import librealsense
 from lab import lab_cell
-from live_cells import HOSTS, LIVE, OWN_ADDRESS, write_live_cell, write_recording
+from live_cells import HOSTS, LIVE, OWN_ADDRESS, recording, write_live_cell, write_recording
 from real_cell import CELL, MOVE, contracts
 
 from stretch_bt.frames import Pose
@@ -24,14 +24,22 @@ from stretch_bt.testing import device_contract
 
 #: wires on which a gripper is what it is on the first one: that it moves there is in the default run
 ALIKE = ("robotiq-tcp", "robotiq-serial")
-FINGERS = {"moves": (0.060, 0.080), "tolerance": 0.001, "latency": 0.15}
-HAND = {"moves": (Pose((0.0, 0.0, 0.2)), Pose((0.03, 0.0, 0.2))), "tolerance": 0.0005, "latency": 0.15}
+FINGERS = {"moves": (0.055, 0.085), "tolerance": 0.001, "latency": 0.15}
+HAND = {
+    "moves": (Pose((0.0, 0.0, 0.2)), Pose((0.03, 0.0, 0.2), (0.0, 0.1, 0.15))),
+    "tolerance": 0.0005,
+    "latency": 0.15,
+}
 #: of a device that goes by the clock of the test
 EXACT = {"tolerance": 1e-9, "latency": 0.15}
 OF_LIVE = {
     **dict.fromkeys(("robotiq-rtu", "robotiq-tcp", "robotiq-serial", "urcap"), ("gripper", "Gripper", FINGERS)),
     "ur": ("arm", "Arm", HAND),
-    "ati": ("force_sensor", "ForceSensor", {"tolerance": 0.5, "latency": 0.15}),
+    "ati": (
+        "force_sensor",
+        "ForceSensor",
+        {"tolerance": 0.5, "latency": 0.15, "load": lambda served: served.made.inject("load", {"fz": 5.0})},
+    ),
     "realsense": ("camera", "DepthCamera", {"tolerance": 0.001, "latency": 0.2}),
 }
 #: options of a cell file under which a loss is told soon
@@ -75,16 +83,22 @@ def live(kind):
 
 
 def recorded():
-    """Write a recording and the cell that plays it."""
+    """Write a recording, of a load that grows from some 35 N, and the cell that plays it."""
     folder = Path(tempfile.mkdtemp())
-    return write_recording(folder)
+    return write_recording(folder, wrench=20.0 + recording()["wrench"])
+
+
+def press(sensor):
+    """Press the simulated hand onto the object of the scene."""
+    twin = sensor.driver.cell.twin
+    twin.place(Pose((0.0, 0.0, twin.truth()["contact_height"] - 0.005)))
 
 
 REPLAYED = recorded()
 TestSimulatedArm = device_contract("simulated", "arm", moves=HAND["moves"], **EXACT)
 TestSimulatedGripper = device_contract("simulated", "gripper", moves=FINGERS["moves"], **EXACT)
 TestSimulatedCamera = device_contract("simulated", "camera", **EXACT)
-TestSimulatedForceSensor = device_contract("simulated", "force_sensor", tolerance=1.0, latency=0.15)
+TestSimulatedForceSensor = device_contract("simulated", "force_sensor", tolerance=0.1, latency=0.15, load=press)
 TestReplayArm = device_contract(REPLAYED, "arm", **EXACT)
 TestReplayCamera = device_contract(REPLAYED, "camera", **EXACT)
 TestReplayForceSensor = device_contract(REPLAYED, "force_sensor", tolerance=10.0, latency=0.15)

@@ -1,17 +1,21 @@
 """A real device beside simulated ones: one world, and no reading grows old while a tick is computed."""
 
+import json
+import math
 import time
 from typing import Literal
 
+import numpy as np
 import pytest
 
 import stretch_bt
 from stretch_bt.clock import MixedClock, RealClock, VirtualClock
 from stretch_bt.errors import StaleReading
+from stretch_bt.frames import DepthFrame, Intrinsics, Pose, Wrench
 from stretch_bt.hardware import implementations
 from stretch_bt.hardware.cell import clock_of
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.hardware.driver import ArmDriver, GripperDriver, Options
+from stretch_bt.hardware.driver import ArmDriver, DepthCameraDriver, ForceSensorDriver, GripperDriver, Options
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.simulated.camera import SimulatedCamera
 
@@ -48,14 +52,14 @@ class GripperOfTest(GripperDriver):
     silent = False
 
     def move(self, opening, speed):
-        self.path = (self.bench.now(), self.opening().value, opening, speed)
+        self.path = (self.cell.now(), self.opening().value, opening, speed)
         return lambda: MotionState.DONE if self.opening().value == opening else MotionState.MOVING
 
     def stop(self):
         self.path = (0.0, self.opening().value, self.opening().value, 1.0)
 
     def opening(self):
-        now = self.bench.now()
+        now = self.cell.now()
         start, before, after, speed = self.path
         way = min((now - start) * speed, abs(after - before))
         value = before + (way if after > before else -way)
@@ -78,21 +82,53 @@ class ArmOfTest(ArmDriver):
         return lambda: MotionState.DONE
 
     def pose(self):
-        from stretch_bt.frames import Pose
-
-        now = self.bench.now()
+        now = self.cell.now()
         return Reading(self.at or Pose((0.0, 0.0, 0.15)), now, now, int(now * 1e3))
 
     def wrench(self):
-        from stretch_bt.frames import Wrench
-
-        now = self.bench.now()
+        now = self.cell.now()
         return Reading(Wrench((0.0, 0.0, 0.0)), now, now, int(now * 1e3))
+
+
+class ForceSensorOfTest(ForceSensorDriver):
+    """A sensor under another load than that of the scene, which begins at zero."""
+
+    class Options(Options):
+        type: Literal["ForceSensor"]
+        use: Literal["of_test"]
+
+    def wrench(self):
+        now = self.cell.now()
+        return Reading(Wrench((0.0, 0.0, 4.0 + 1e-3 * math.sin(1e3 * now))), now, now, int(now * 1e3))
+
+    def zero(self):
+        """Its zero is the factory's."""
+
+
+class CameraOfTest(DepthCameraDriver):
+    """A camera that sees a wall."""
+
+    class Options(Options):
+        type: Literal["DepthCamera"]
+        use: Literal["of_test"]
+
+    intrinsics = Intrinsics(60, 60, 32, 24, 64, 48)
+
+    def frame(self):
+        now, number = self.cell.now(), int(self.cell.now() * 30)
+        picture = np.full((48, 64), 2000, np.uint16)
+        return Reading(DepthFrame(picture, 1e-4, self.intrinsics, now, number), now, now, number)
 
 
 @pytest.fixture
 def mixed(tmp_path, monkeypatch):
-    for kind, cls in (("Gripper", GripperOfTest), ("Arm", ArmOfTest)):
+    own = {
+        "Gripper": GripperOfTest,
+        "Arm": ArmOfTest,
+        "ForceSensor": ForceSensorOfTest,
+        "DepthCamera": CameraOfTest,
+    }
+    for kind, cls in own.items():
         monkeypatch.setitem(implementations.SHIPPED, (kind, "of_test"), f"{__name__}:{cls.__name__}")
 
     def write(text):
@@ -189,3 +225,61 @@ def test_it_follows_who_ticks_at_times_of_his_own():
     before = clock.now()
     clock.follow(0.05)
     assert clock.now() - before == pytest.approx(0.05)
+
+
+ALL = """\
+format: stretch-cell/1
+devices:
+  arm: {type: Arm, use: simulated, height: 120 mm}
+  camera: {type: DepthCamera, use: simulated}
+  gripper: {type: Gripper, use: simulated}
+  force_sensor: {type: ForceSensor, use: simulated}
+"""
+#: what of the scene a real device leaves unknown
+UNKNOWN = {
+    "Arm": {"depth"},
+    "Gripper": {"stretch"},
+    "DepthCamera": {"radius", "stiffness", "deflection", "height", "contact_height"},
+    "ForceSensor": {"force", "stiffness"},
+}
+
+
+def with_real(kind):
+    return ALL.replace(f"type: {kind}, use: simulated, height: 120 mm", f"type: {kind}, use: of_test").replace(
+        f"type: {kind}, use: simulated", f"type: {kind}, use: of_test"
+    )
+
+
+@pytest.mark.parametrize("kind", UNKNOWN)
+def test_the_scene_knows_nothing_of_what_a_real_device_measures(mixed, kind):
+    with stretch_bt.open_cell(mixed(with_real(kind)), scene="water_balloon") as opened:
+        known, world = opened.cell.truth_of_simulated(), opened.cell.truth()
+    assert world.keys() - known.keys() == UNKNOWN[kind]
+    assert set().union(*UNKNOWN.values()) <= world.keys()
+
+
+def test_a_force_is_the_arms_where_there_is_no_sensor(mixed):
+    cell = with_real("Arm").replace("  force_sensor: {type: ForceSensor, use: simulated}\n", "")
+    with stretch_bt.open_cell(mixed(cell), scene="water_balloon") as opened:
+        assert "force" not in opened.cell.truth_of_simulated()
+        assert "height" in opened.cell.truth_of_simulated()
+
+
+FORCE = """\
+format: stretch-tree/1
+devices: {force_sensor: ForceSensor, arm: Arm}
+trees: {main: {out: [force], sequence: [measure_force: {count: 3, force}]}}
+"""
+
+
+@pytest.mark.parametrize("real", [False, True])
+def test_only_what_a_simulated_sensor_measured_stands_beside_the_truth(mixed, tmp_path, real):
+    (tmp_path / "force.yaml").write_text(FORCE)
+    cell = mixed(with_real("ForceSensor") if real else ALL)
+    result = stretch_bt.run(tmp_path / "force.yaml", cell=cell, scene="water_balloon", out=tmp_path / "record")
+    assert result.status == "SUCCESS", result.reason
+    assert result.outputs.keys() == {"force"}
+    assert result.truth.keys() == (set() if real else {"force"})
+    kinds = json.loads((tmp_path / "record" / "run.json").read_text())["simulated"]
+    assert ("ForceSensor" in kinds) is not real
+    assert "DepthCamera" in kinds

@@ -8,7 +8,7 @@ import pytest
 
 from stretch_bt.errors import BeyondLimits, InvalidInput, NoEquilibrium, StaleReading
 from stretch_bt.frames import Pose, Wrench
-from stretch_bt.hardware.driver import ArmDriver, Bench, GripperDriver, OperatorDriver
+from stretch_bt.hardware.driver import ArmDriver, CellContext, GripperDriver, OperatorDriver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState, Reading
 from stretch_bt.hardware.journal import Relay
@@ -41,7 +41,7 @@ class Held(ArmDriver):
 def test_a_reading_that_is_old_is_waited_for_a_moment_where_newer_ones_come_by_themselves(streams, asked, fresh):
     limits, hand = Limits(), Hand()
     driver = type("Held", (Held,), {"streams": streams, "left": asked})(
-        "arm", None, Bench(time.monotonic, 0, Path(), hand, limits)
+        "arm", None, CellContext(time.monotonic, 0, Path(), hand, limits)
     )
     arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
     arm.open()
@@ -73,7 +73,7 @@ class Unbalanced(ArmDriver):
 
 def test_where_there_is_no_force_a_motion_that_rises_goes_on_and_no_other():
     limits, hand = Limits(), Hand()
-    driver = Unbalanced("arm", None, Bench(time.monotonic, 0, Path(), hand, limits))
+    driver = Unbalanced("arm", None, CellContext(time.monotonic, 0, Path(), hand, limits))
     arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
     arm.open()
     assert arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="up").poll() is MotionState.MOVING
@@ -103,7 +103,7 @@ class Choosy(Unbalanced):
 
 def test_a_way_that_is_refused_takes_nothing_from_the_motion_before():
     limits, hand = Limits(), Hand()
-    driver = Choosy("arm", None, Bench(time.monotonic, 0, Path(), hand, limits))
+    driver = Choosy("arm", None, CellContext(time.monotonic, 0, Path(), hand, limits))
     arm = MonitoredArm("arm", driver, Watch(time.monotonic, limits, hand, Relay()))
     arm.open()
     first = arm.move(Pose((0, 0, 0.12)), speed=0.02, owner="a")

@@ -1,6 +1,7 @@
 """A driver of one's own is found, checked, listed and examined as a shipped one is, and its code runs by the rule for trees."""
 
 import json
+import re
 import sys
 from importlib.metadata import EntryPoint
 
@@ -190,6 +191,93 @@ def test_a_broken_package_spoils_only_the_cells_that_name_it(installed, tmp_path
     assert said in capsys.readouterr().err
 
 
+UNREADABLE = """\
+from typing import Callable
+
+from stretch_bt.devices import DepthCameraDriver, Intrinsics, Options
+
+
+class Broken(DepthCameraDriver):
+    \"\"\"Cannot be written in a cell file.\"\"\"
+
+    class Options{options}
+
+    intrinsics = Intrinsics(60, 60, 32, 24, 64, 48)
+
+    def frame(self):
+        raise NotImplementedError
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "raise RuntimeError('no licence\\nfound')",
+            r"RuntimeError: no licence found \(.*broken_walls\.py:1 in <module>\)",
+        ),
+        ("raise SystemExit(3)", r"SystemExit: 3 \(.*broken_walls\.py:1 in <module>\)"),
+        (UNREADABLE.format(options=":\n        rate: int = 1"), "Options is no dataclass"),
+        (UNREADABLE.format(options="(Options):\n        act: Callable[[int], int]"), "have no schema: .*plain type"),
+    ],
+    ids=["raises", "exits", "no dataclass", "no schema"],
+)
+def test_a_broken_package_is_one_warning_and_the_schema_has_the_others(installed, tmp_path, capsys, text, said):
+    (tmp_path / "broken_walls.py").write_text(text)
+    installed(aaa="broken_walls", broken="broken_walls", wall="walls:WallCamera")
+    schema = json.dumps(cell_schema())
+    [warning] = capsys.readouterr().err.splitlines()
+    assert re.search(rf"^warning: .*'aaa' of the package broken_walls.*{said}", warning)
+    assert '"const": "wall"' in schema
+    assert '"const": "aaa"' not in schema
+    sys.modules.pop("broken_walls", None)
+
+
+@pytest.mark.parametrize(("use", "hint"), [("wal", "did you mean 'wall'?"), ("simulatd", "did you mean 'simulated'?")])
+def test_a_misspelt_name_imports_no_package(installed, tmp_path, use, hint):
+    installed("open(__file__ + '.ran', 'w').close()\n" + DRIVER, wall="walls:WallCamera", walls="walls")
+    [(code, _, told)] = found(packaged(tmp_path, use=use))
+    assert (code, told) == ("device-use", hint)
+    assert not (tmp_path / "walls.py.ran").exists()
+
+
+def test_only_the_package_that_is_named_is_imported(installed, tmp_path):
+    (tmp_path / "other_walls.py").write_text("open(__file__ + '.ran', 'w').close()\n")
+    installed(wall="walls:WallCamera", other="other_walls")
+    assert check(packaged(tmp_path)) == []
+    assert not (tmp_path / "other_walls.py.ran").exists()
+
+
+BASES = {
+    "one that another derives from": "class Wall(DepthCameraDriver):",
+    "one that says so": "class Wall(DepthCameraDriver, ABC):",
+}
+
+
+@pytest.mark.parametrize("how", BASES)
+def test_an_abstract_base_in_a_module_is_no_driver(own, how):
+    text = DRIVER.replace(
+        "\n\nclass WallCamera", f"\nfrom abc import ABC\n\n{BASES[how]}\n    pass\n\n\nclass WallCamera"
+    )
+    if "derives" in how:
+        text = text.replace("class WallCamera(DepthCameraDriver)", "class WallCamera(Wall)")
+    assert check(own(text=text)) == []
+
+
+@pytest.mark.parametrize("kind", ["DepthCamera", "Arm"])
+def test_an_own_driver_with_a_shipped_name_is_refused(own, kind):
+    text = DRIVER.replace('    """Sees a wall."""\n', '    """Sees a wall."""\n\n    use = "replay"\n')
+    path = own("rate: 20 Hz", text, CELL.replace("use: wall_camera", "use: replay").replace("DepthCamera", kind))
+    messages = [f"{message}; {hint}" for _, message, hint in found(path)]
+    if kind == "DepthCamera":
+        assert re.fullmatch(
+            r"WallCamera of own_\d+ has the name of a shipped DepthCamera, 'replay'; set another name, as in use = 'my_replay' in the class",
+            messages[0],
+        )
+    else:  # of another kind the name is free, and this is the shipped arm
+        assert not any("WallCamera" in message for message in messages)
+
+
 def test_a_shipped_name_stays_the_shipped_driver(installed, tmp_path):
     installed(replay="walls:WallCamera")
     assert load_cell("simulated").devices["camera"].implementation.shipped
@@ -269,7 +357,7 @@ def test_options_that_break_are_told_at_their_device(own, old, new, said):
 
 
 BROKEN = {
-    "init": "    def __init__(self, name, options, bench):\n        raise ValueError('no such port')\n",
+    "init": "    def __init__(self, name, options, cell):\n        raise ValueError('no such port')\n",
     "findings": "    def findings(self):\n        raise ValueError('no such port')\n        yield\n",
 }
 

@@ -162,7 +162,7 @@ def test_what_is_told_is_as_old_as_the_scene_says(clock, tmp_path):
         ball(tmp_path, "{latency: {camera: 100 ms, force: 40 ms}, force_sensor_noise: off, fixed_pattern: off}")
     )
     cell = open_cell(load_cell("simulated"), now=clock, scene=late)
-    twin = cell._bench.twin
+    twin = cell._context.twin
     cell.devices["arm"].move(Pose((0, 0, 0.05)), speed=0.05, owner="a")
     clock.time = 1.4
     felt = cell.devices["force_sensor"].wrench(0.1).value.force[2]

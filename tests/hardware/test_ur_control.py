@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell_file import load_cell
-from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.messages import End
@@ -43,8 +43,8 @@ BEGIN = Pose((0.0, 0.0, 0.15))
 def lab():
     """Settings of the shipped cell of a UR5."""
     spec = load_cell("lab_ur5")
-    bench = Bench(lambda: 0.0, 0, spec.path.parent, Hand(spec.hand), spec.limits)
-    return spec.devices["arm"].options.settings(bench)
+    cell = CellContext(lambda: 0.0, 0, spec.path.parent, Hand(spec.hand), spec.limits)
+    return spec.devices["arm"].options.settings(cell)
 
 
 @dataclass

@@ -15,7 +15,7 @@ from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import open_cell
 from stretch_bt.hardware.cell_file import load_cell
 from stretch_bt.hardware.channel import Channel, ChannelClosed
-from stretch_bt.hardware.driver import Bench
+from stretch_bt.hardware.driver import CellContext
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.hardware.messages import Lost, Message
@@ -35,8 +35,8 @@ UP = (np.pi, -1.6, 1.8, -1.8, -np.pi / 2, 0.0)
 def lab():
     """Settings of the shipped cell of a UR5."""
     spec = load_cell("lab_ur5")
-    bench = Bench(lambda: 0.0, 0, spec.path.parent, Hand(spec.hand), spec.limits)
-    return spec.devices["arm"].options.settings(bench)
+    cell = CellContext(lambda: 0.0, 0, spec.path.parent, Hand(spec.hand), spec.limits)
+    return spec.devices["arm"].options.settings(cell)
 
 
 SIX = st.tuples(*[st.floats(-1e9, 1e9)] * 6)

@@ -116,6 +116,25 @@ def test_a_wire_that_hangs_at_first(begin, wire):
     timer.join()
 
 
+def test_the_end_of_a_wire_that_hangs_says_which_device_and_where(begin, wire):
+    thread = begin(deadline=0.3)
+    wire.gate.clear()
+    until(lambda: lost(thread))
+    begun = time.monotonic()
+    with pytest.raises(DeviceFault, match=r"d: .*hangs in .*test_wire_thread\.py:\d+ in read.*0\.3 s.*time limit"):
+        thread.end()
+    assert time.monotonic() - begun < 5.0
+    wire.gate.set()
+    thread.end()
+    assert wire.said[-1] == "close"
+
+
+def test_a_wire_that_does_not_answer_at_first_says_where_it_hangs(begin, wire):
+    wire.gate.clear()
+    with pytest.raises(DeviceLost, match=r"no answer within 0.05 s: it hangs in .*test_wire_thread\.py:\d+ in read"):
+        begin(deadline=0.05)
+
+
 class Speechless(Exception):
     def __str__(self):
         raise ValueError("cable")

@@ -5,7 +5,7 @@ import doctest
 import numpy as np
 import pytest
 
-from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import Contact, Pose, types
 
@@ -42,27 +42,6 @@ def test_labels_may_be_given(form):
     made = Contact.from_heights(np.zeros_like(CAP), PIXEL, noise=1e-4, labels=labels)
     assert len(made.points) == touching.sum()
     assert (made.confidence == 1).all()
-
-
-#: heights and options that are refused, the error, and what is said
-WRONG = {
-    "flat": ((np.zeros_like(CAP), PIXEL), {}, NoContact, "say with 'labels' which pixels touch"),
-    "shape": ((CAP[0], PIXEL), {}, InvalidInput, r"heights are an array \(h, w\) of numbers, m"),
-    "type": ((CAP > 0, PIXEL), {}, InvalidInput, "got bool"),
-    "unseen": ((CAP * np.nan, PIXEL), {}, NoContact, "nothing is seen"),
-    "millimetres": ((CAP * 1e3, PIXEL), {}, InvalidInput, "give heights and pixel in m"),
-    "pixel": ((CAP, 0.0), {}, InvalidInput, "write 0.0005 for 0.5 mm"),
-    "noise": ((CAP, PIXEL), {"noise": -1.0}, InvalidInput, "pixel and noise are lengths above 0 m"),
-    "labels": ((CAP, PIXEL), {"labels": np.zeros((3, 3))}, InvalidInput, r"have that shape, got \(3, 3\)"),
-    "classes": ((CAP, PIXEL), {"labels": np.full(CAP.shape, 7)}, InvalidInput, "labels are 0 undeformed"),
-}
-
-
-@pytest.mark.parametrize("what", WRONG)
-def test_what_is_no_height_is_refused(what):
-    arguments, options, error, told = WRONG[what]
-    with pytest.raises(error, match=told):
-        Contact.from_heights(*arguments, **{"noise": 1e-4, **options})
 
 
 def test_the_examples_run():

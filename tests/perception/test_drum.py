@@ -5,7 +5,7 @@ import pytest
 from height_noise import NOISES, seen, surface_of
 from lift_off import SHEAR, by_law, drawn, lift_over
 
-from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.errors import NoContact
 from stretch_bt.perception import drum, find_contact, lift_off
 from stretch_bt.perception.drum import PART, lift_of_flat
 from stretch_bt.perception.top import Top
@@ -117,27 +117,6 @@ def test_the_curvature_scatters_by_what_is_stated(monkeypatch, shape, number, no
         lift_off(contact.surface, labels, surface.top, THICK, STRAIN, GAUGE)
     scatter = np.std([top.curvature for top in tops], ddof=1)
     assert 0.5 < np.mean([top.curvature_sd for top in tops]) / scatter < 2.0
-
-
-@pytest.mark.parametrize(
-    ("thickness", "strain", "gauge"),
-    [(0.0, 0.1, 0.1), (2e-3, 0.0, 0.1), (-1e-3, 0.1, 0.1), (2e-3, np.inf, 0.1), (np.nan, 0.1, 0.1), (2e-3, 0.1, 0.0)],
-)
-def test_a_membrane_without_thickness_strain_or_gauge_is_refused(thickness, strain, gauge):
-    with pytest.raises(InvalidInput, match="must be above 0"):
-        lift_off(np.zeros((4, 4, 3)), np.zeros((4, 4), np.uint8), 0.01, thickness, Estimate(strain, 0.0), gauge)
-
-
-@pytest.mark.parametrize("height", [np.nan, np.inf])
-def test_a_height_that_is_no_number_is_refused(height):
-    with pytest.raises(InvalidInput, match="must be finite"):
-        lift_off(np.zeros((4, 4, 3)), np.zeros((4, 4), np.uint8), height, THICK, STRAIN, GAUGE)
-
-
-@pytest.mark.parametrize("shape", [(3, 4), (16,), (4, 4, 1)])
-def test_labels_of_another_shape_are_refused(shape):
-    with pytest.raises(InvalidInput, match="shape"):
-        lift_off(np.zeros((4, 4, 3)), np.zeros(shape, np.uint8), 0.01, THICK, STRAIN, GAUGE)
 
 
 def test_points_without_depth_do_not_count_as_those_that_are_looked_at():

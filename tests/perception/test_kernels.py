@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
+from stretch_bt.hardcases.strategies.perception import MASKS
 from stretch_bt.perception.contact_kernel import fill_touching
 from stretch_bt.perception.deprojection import view_rays
 from stretch_bt.perception.noise_spectrum_kernel import descend, fill_cells
@@ -13,10 +13,6 @@ from stretch_bt.perception.regions import border, with_rim
 from stretch_bt.perception.regions_kernel import draw
 from stretch_bt.perception.surface_kernel import fill_along
 from stretch_bt.perception.top_kernel import settle
-
-MASKS = st.tuples(st.integers(1, 12), st.integers(1, 12)).flatmap(
-    lambda shape: st.tuples(arrays(np.bool_, shape), arrays(np.bool_, shape))
-)
 
 
 @given(MASKS, st.sampled_from([1, 2, 4]), st.integers(0, 5), st.integers(0, 2**32 - 1))

@@ -2,18 +2,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
 from scipy.ndimage import gaussian_filter
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import DepthFrame, Intrinsics
-from stretch_bt.hardware.hand import HandGeometry
+from stretch_bt.hardcases.strategies.perception import IMAGES, RULES
 from stretch_bt.perception import (
-    Contact,
     classify,
     deproject,
     find_contact,
-    fit_contact_sphere,
     fit_sphere,
     load_depth_png,
     segment,
@@ -128,76 +125,8 @@ def test_a_flat_membrane_has_no_contact(surfaces, frame, noise):
         assert (labels == DEFORMED).mean() < 0.01
 
 
-def blank(size):
-    return np.zeros(size, dtype=np.float32)
-
-
-def one_pixel():
-    depth = blank((60, 80))
-    depth[30, 40] = 0.2
-    return depth
-
-
-def half_gone(surfaces):
-    depth = surfaces.render(surfaces.sphere_press(30e-3, np.radians(25)), surfaces.camera())
-    depth = surfaces.noisy(depth, NOISE, np.random.default_rng(0))
-    depth[:, :180] = 0.0
-    return depth
-
-
-HARD = {
-    "empty": (lambda s: blank((0, 0)), NoContact, "no valid pixel"),
-    "all invalid": (lambda s: blank((60, 80)), NoContact, "no valid pixel"),
-    "all NaN": (lambda s: blank((60, 80)) * np.nan, NoContact, "no valid pixel"),
-    "one valid pixel": (lambda s: one_pixel(), NoContact, "no part of the membrane"),
-    "constant depth": (lambda s: blank((60, 80)) + np.float32(0.2), NoContact, "no part of the membrane"),
-    "exact tilted plane": (
-        lambda s: 0.2 / (1 + 0.1 * np.linspace(-0.3, 0.3, 333)) + np.zeros((213, 1)),
-        NoContact,
-        "no part of the membrane",
-    ),
-    "half dropped out": (half_gone, None, 0.12),
-    "millimetres": (lambda s: blank((60, 80)) + 200, InvalidInput, "another unit"),
-}
-
-
-@pytest.mark.parametrize("case", HARD)
-def test_hard_frames_end_in_their_expected_outcome(surfaces, case):
-    make, error, expected = HARD[case]
-    depth = make(surfaces)
-
-    def outcome():
-        lens = surfaces.camera(*depth.shape)
-        points, valid = deproject(depth, lens)
-        if not valid.any():
-            raise NoContact("the frame has no valid pixel")
-        points = to_membrane(points, surfaces.PLANE_DISTANCE)
-        found = classify(points, valid)
-        touching = points[found.labels == CONTACT]
-        if not len(touching):
-            raise NoContact("no part of the membrane is in contact")
-        rays = view_rays(touching, (0.0, 0.0, surfaces.PLANE_DISTANCE))
-        return fit_contact_sphere(
-            Contact(touching, rays, found.labels, found.noise, None, None, 0.0, points, found.confidence)
-        )
-
-    if error is None:
-        sphere = outcome()
-        assert abs(sphere.radius - 30e-3) < 3.0 * sphere.radius_sd < 3.0 * expected * 30e-3
-    else:
-        with pytest.raises(error, match=expected):
-            outcome()
-
-
 @settings(max_examples=40)
-@given(
-    depth=arrays.arrays(
-        np.float32,
-        st.tuples(st.integers(0, 14), st.integers(0, 14)),
-        elements=st.sampled_from([0.0, 0.18, 0.19, 0.2, 0.2, 0.2, 0.201]),
-    ),
-    rule=st.sampled_from(["mean", "either"]),
-)
+@given(depth=IMAGES, rule=RULES)
 def test_any_frame_is_sorted_into_the_four_labels(surfaces, depth, rule):
     points, valid = deproject(depth, surfaces.camera(*depth.shape))
     labels = segment(points, valid, rule=rule)
@@ -280,25 +209,6 @@ def test_a_known_curvature_halves_the_error_of_a_height_and_is_left_aside_where_
         track_height(points, valid, segment(points, valid), curvature=Estimate(np.nan, 1.0))
 
 
-def test_height_needs_contact_points():
-    points, valid = np.zeros((8, 8, 3)), np.ones((8, 8), dtype=bool)
-    labels = np.zeros((8, 8), dtype=np.uint8)
-    with pytest.raises(NoContact):
-        track_height(points, valid, labels)
-    labels[0, :4] = CONTACT
-    with pytest.raises(IllConditioned, match="twelve"):
-        track_height(points, valid, labels)
-    with pytest.raises(InvalidInput, match="labels"):
-        track_height(points, valid, labels[1:])
-    points[..., 0] = np.arange(64).reshape(8, 8)
-    everywhere = np.full((8, 8), CONTACT, dtype=np.uint8)
-    with pytest.raises(IllConditioned, match="one height"):
-        track_height(points, valid, everywhere)
-    points[0, 0, 2] = 1e-3
-    with pytest.raises(IllConditioned, match="line"):
-        track_height(points, valid, everywhere)
-
-
 @pytest.mark.parametrize(
     "noise", [0.0, pytest.param(0.15, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow), 0.6]
 )
@@ -315,17 +225,6 @@ def test_steps_of_depth_enter_the_deviation_of_a_flat_top_as_far_as_noise_leaves
         stated.append(height.sd)
     assert min(stated) > 0
     assert 0.4 < np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(stated))) < 1.3
-
-
-def test_a_height_that_the_membrane_does_not_reach_is_refused():
-    y, x = np.mgrid[:40, :40] * 4e-4
-    points, labels = np.dstack([x, y, 1.8 + 1e-4 * np.sin(9e4 * x * y)]), np.full(x.shape, CONTACT, dtype=np.uint8)
-    valid, reach = np.ones(x.shape, dtype=bool), HandGeometry().reach(0.02)
-    assert track_height(points, valid, labels).value == pytest.approx(1.8, abs=1e-3)
-    with pytest.raises(IllConditioned, match="cannot"):
-        track_height(points, valid, labels, reach=reach)
-    points[..., 2] -= 1.79
-    assert track_height(points, valid, labels, reach=reach).value == pytest.approx(0.01, abs=1e-4)
 
 
 def test_the_height_of_very_many_points_is_that_of_some_and_says_so():

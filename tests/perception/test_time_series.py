@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.frames import Intrinsics
 from stretch_bt.perception import ContactDetector, HeightTracker, load_depth_stack
-from stretch_bt.perception.reference import Reference
 from stretch_bt.perception.smooth import smooth
 
 SIZE = (120, 160)
@@ -94,40 +92,6 @@ def test_contact_is_called_within_0_2_s_on_a_real_membrane(punyo):
     called = np.array([detector.update(frame) for frame in frames])
     changes = np.nonzero(np.diff(called.astype(int)))[0] + 1
     assert time[changes] == pytest.approx([2.13, 3.60], abs=0.2)
-
-
-def test_reference_refuses_other_sizes_and_frames_without_overlap():
-    reference = Reference(2)
-    depth = np.full((20, 20), 0.2)
-    depth[:, :10] = 0.0
-    reference.learn(depth)
-    with pytest.raises(InvalidInput, match="shape"):
-        reference.rise(np.full((20, 21), 0.2))
-    with pytest.raises(NoContact, match="no pixel has depth"):
-        reference.rise(depth[:, ::-1])
-
-
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: HeightTracker(reference=0), "at least one frame"),
-        (lambda: HeightTracker(kernel=0.0), "kernel"),
-        (lambda: ContactDetector(kernel=-1.0), "kernel"),
-        (lambda: ContactDetector(false_alarms=0.0), "probability"),
-        (lambda: ContactDetector(memory=2), "memory"),
-    ],
-)
-def test_bad_settings_are_refused(make, said):
-    with pytest.raises(InvalidInput, match=said):
-        make()
-
-
-@pytest.mark.parametrize("make", [HeightTracker, ContactDetector])
-def test_frames_without_a_valid_pixel_have_no_answer(make):
-    follower = make(reference=1)
-    follower.update(np.full((30, 40), 0.2))
-    with pytest.raises(NoContact):
-        follower.update(np.zeros((30, 40)))
 
 
 def correlated(kernel, memory, count, seed, sd=0.3e-3):

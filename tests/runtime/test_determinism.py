@@ -79,7 +79,7 @@ def test_two_trees_ticked_in_turn_do_not_see_each_other(bench: Any) -> None:
     runners = [bench.runner(tree, clock=VirtualClock(), watchers=[]) for tree in trees]
     while any(tree.root.status is not Status.SUCCESS for tree in trees):
         for runner in runners:
-            runner._tick(runner.tree.root)
+            runner.ticker.tick(runner.tree.root)
     assert [tree.outputs["n"][1].value for tree in trees] == [6, 600]
 
 

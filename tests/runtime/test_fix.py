@@ -229,7 +229,7 @@ GIVEN = {
 def test_a_text_in_a_set_that_is_no_name_gets_quotes_of_its_own(given: str, tmp_path: Path) -> None:
     path = tmp_path / "tree.yaml"
     path.write_text(TEXTS % given)
-    assert fix_tree(path) == []
+    assert all(d.severity == "warning" for d in fix_tree(path))  # of what is a name now
     assert f"- set: {{{GIVEN[given]}}}\n" in path.read_text()
     assert """finally: {set: {c: "'done'"}}\n""" in path.read_text()
     assert [d for d in check(path) if d.severity == "error"] == []
@@ -242,3 +242,20 @@ def test_arguments_of_behaviours_stay_in_their_braces():
     assert respell(BEHAVIOURS).text == BEHAVIOURS.replace(
         "- own.waits: {timeout: 3 s}", "- timeout: 3 s\n        own.waits: {}"
     )
+
+
+#: what an older file gives a key of text -> whether it is told that it is read as a name now
+NAMED = {"c: a": True, "c: level": True, "$c: a": True, "c: $a": False, "c: x": False, "n: n": False, "c: none": False}
+
+
+@pytest.mark.parametrize("given", NAMED)
+def test_a_text_that_is_read_as_a_name_now_is_told_at_its_place(given: str, tmp_path: Path) -> None:
+    path = tmp_path / "tree.yaml"
+    path.write_text(TEXTS % given)
+    left = fix_tree(path)
+    assert [d.severity for d in left] == ["warning"] * NAMED[given]
+    for found in left:
+        word = given.rpartition(" ")[2]
+        assert path.read_text().splitlines()[found.line - 1][found.column - 1 :].startswith(word)
+        assert found.hint == f"write \"'{word}'\" if the text is meant, '${word}' if the name is"
+    assert fix_tree(path) == [], "a file of the present form says what it means"

@@ -23,7 +23,7 @@ from stretch_bt.tree import registry
 from stretch_bt.tree.ports import Behavior, In, Out, Status, Uses
 from stretch_bt.units import Length
 
-pytestmark = pytest.mark.filterwarnings("error")
+pytestmark = [pytest.mark.filterwarnings("error"), pytest.mark.hard]
 
 
 class MoveTo(MotionBehavior):

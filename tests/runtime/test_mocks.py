@@ -173,7 +173,7 @@ mocks: [{match: main/capture, outputs: {frame: {time: 1 s}}}]
 """
     result = run(tree, mocks=mocks)
     assert result.status == "ERROR"
-    assert "gives no 'stretch'" in result.reason
+    assert "has no 'stretch'" in result.reason
 
 
 FITS = [

@@ -16,9 +16,9 @@ from stretch_bt.runtime.check import check_file
 from stretch_bt.runtime.context import RunContext
 from stretch_bt.source import Map, Scalar, Seq, Value, parse
 from stretch_bt.tree.build import build
-from stretch_bt.tree.headings import shipped
 from stretch_bt.tree.program import load_program, shipped_trees
 from stretch_bt.tree.registry import lookup
+from stretch_bt.tree.shared import shipped
 from stretch_bt.units import KINDS, parse_quantity, parse_unit
 
 T = TypeVar("T")
@@ -232,7 +232,10 @@ def test_the_samples_are_right_when_written_otherwise(sample: str, tmp_path: Pat
 
 
 def needed(sample: str) -> Iterator[tuple[Role, Path_]]:
-    """Find every port and bound of a sample that cannot be left out; its role is its name in what."""
+    """Find every port and bound of a sample that cannot be left out, with its role: its name in what.
+
+    A record that is left out is the one of its name, so that none of them is needed.
+    """
     root = plain(sample)
     bounds = {
         "until": ("max", "that", "do"),
@@ -250,7 +253,8 @@ def needed(sample: str) -> Iterator[tuple[Role, Path_]]:
         required = [p.name for p in ports if p.required and info and not info.types[p.name].is_record]
         required = required if info else bounds.get(name, ())
         if name in root["trees"] and path[-3] != "trees":
-            required = [given for given, declared in trees[name].ins.items() if not declared.has_default]
+            inputs = trees[name].ins.items()
+            required = [given for given, declared in inputs if not (declared.has_default or declared.type.is_record)]
         if path[-1] in required:
             yield (str(name), path[-1]), path
 

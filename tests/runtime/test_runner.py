@@ -1,3 +1,5 @@
+"""How tasks end: nodes that break in every way, interrupts, ends that are owed, watchers and clocks that fail."""
+
 import os
 import signal
 import threading
@@ -8,7 +10,9 @@ import pytest
 from stretch_bt import clock as clock_module
 from stretch_bt.clock import RealClock, ReplayClock, VirtualClock
 from stretch_bt.errors import DeviceFault
-from stretch_bt.runtime.runner import FINALLY_LIMIT
+from stretch_bt.runtime.safe_end import FINALLY_LIMIT
+
+pytestmark = pytest.mark.hard
 
 ENDING = "{{name: a, probe: {{script: {0}}}, finally: [{{name: end, probe: {{script: {1}, stop_script: '{2}'}}}}]}}"
 CALLED = {

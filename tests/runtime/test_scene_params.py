@@ -58,6 +58,12 @@ def test_devices_that_are_no_twin_leave_the_scene_alone(outputs):
     assert outputs("params: {max_force: 0.8 N}\n", devices={"arm": cell.devices["arm"]})[0] == 5.0
 
 
+def test_devices_of_a_twin_bring_the_params_of_its_scene(outputs, cell, tmp_path):
+    (tmp_path / "other.yaml").write_text(SCENE + "params: {max_force: 0.8 N}\n")
+    devices = cell(tmp_path / "other.yaml").devices
+    assert outputs("params: {max_force: 0.7 N}\n", devices={"arm": devices["arm"]})[0] == 0.8
+
+
 def test_a_scene_without_params_changes_none(outputs):
     assert outputs() == (5.0, 3)
 

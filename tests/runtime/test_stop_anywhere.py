@@ -20,6 +20,8 @@ from stretch_bt.runtime.replay import replay
 from stretch_bt.runtime.task import RunResult, run
 from stretch_bt.tree.flow import FlowNode
 
+pytestmark = pytest.mark.hard
+
 TREE = "palpate_stiffness"
 WAYS = ("SIGINT", "SIGTERM", "update", "terminate")
 MOCKS = """\
@@ -171,7 +173,7 @@ def check_record(trouble: Trouble, result: RunResult) -> None:
 
 
 def check_at_rest(cell: Any) -> None:
-    twin, now = cell._bench.twin, cell._bench.now()
+    twin, now = cell._context.twin, cell._context.now()
     for name, device in cell.devices.items():
         assert (name, device.state) == (name, DeviceState.DISCONNECTED)
         assert getattr(device, "_current", None) is None

@@ -87,10 +87,21 @@ def test_a_subtree_gives_what_a_run_gives(cell, task):
     assert tree.outputs["h0"].sd * 1e3 == pytest.approx(result.outputs["h0"]["sd"], rel=1e-6)
 
 
+def test_a_command_names_the_subtree_that_gave_it(cell, task):
+    path = task(
+        "  main:\n    sequence: [retract: {clearance: 1 mm}]\n    finally: [retract: {clearance: 1 mm}]\n", "up"
+    )
+    first, second = (stretch_bt.subtree(path, cell) for _ in range(2))
+    second.name = "second"
+    assert [ticked(tree) for tree in (first, second)] == [Status.SUCCESS] * 2
+    places = ("main/retract", "main/finally/retract")
+    assert [c.owner for c in cell.commands] == [f"{name}/{place}" for name in ("up", "second") for place in places]
+
+
 def test_it_begins_anew_each_time(cell, task):
     tree = stretch_bt.subtree(moving(task, "a", "arm"), cell)
     assert [ticked(tree), ticked(tree)] == [Status.SUCCESS] * 2
-    assert MarkForTest.marks == ["main/begin_a", "main/finally/end_a"] * 2
+    assert MarkForTest.marks == ["a/main/begin_a", "a/main/finally/end_a"] * 2
 
 
 def test_an_interrupt_returns_at_once_and_the_finally_runs_before_anything_starts_again(cell, task):
@@ -99,12 +110,12 @@ def test_an_interrupt_returns_at_once_and_the_finally_runs_before_anything_start
         a.tick_once()
     assert current(cell, "arm") is not None
     a.stop(Status.INVALID)
-    assert a.feedback_message == "interrupted in main/a"
-    assert cell.owed
+    assert a.feedback_message == "interrupted in a/main/a"
+    assert cell.pending_finally
     assert current(cell, "arm") is None
-    assert MarkForTest.marks == ["main/begin_a"]
+    assert MarkForTest.marks == ["a/main/begin_a"]
     b.tick_once()
-    assert MarkForTest.marks == ["main/begin_a", "main/finally/end_a"]
+    assert MarkForTest.marks == ["a/main/begin_a", "a/main/finally/end_a"]
     assert ticked(b) is Status.SUCCESS
 
 
@@ -115,7 +126,7 @@ def test_a_tree_that_is_attended_ticks_what_is_owed(cell, task):
     a.tick_once()
     a.stop(Status.INVALID)
     tree.tick()
-    assert MarkForTest.marks[-1] == "main/finally/end_a"
+    assert MarkForTest.marks[-1] == "a/main/finally/end_a"
 
 
 @pytest.mark.parametrize("leave", ["close", "do", "run"])
@@ -128,7 +139,7 @@ def test_what_is_owed_runs_before_whatever_comes_next_on_the_cell(cell, task, le
         "do": lambda: cell.do("wait", duration=0.1),
         "run": lambda: stretch_bt.run(moving(task, "b", "gripper"), cell=cell),
     }[leave]()
-    assert MarkForTest.marks[1] == "main/finally/end_a"
+    assert MarkForTest.marks[1] == "a/main/finally/end_a"
 
 
 def test_a_finally_that_moves_goes_on_over_ticks_and_no_interrupt_cuts_it_short(cell, task):
@@ -144,7 +155,7 @@ def test_a_finally_that_moves_goes_on_over_ticks_and_no_interrupt_cuts_it_short(
     assert a.status is Status.RUNNING
     a.stop(Status.INVALID)
     cell.close()
-    assert MarkForTest.marks == ["main/finally/mark_for_test"]
+    assert MarkForTest.marks == ["task/main/finally/mark_for_test"]
     assert before == pytest.approx(0.12)
 
 
@@ -167,7 +178,7 @@ def test_an_interrupt_leaves_the_motion_of_another_one_alone(cell, task):
     assert current(cell, "arm") is None
     assert current(cell, "gripper") is not None
     assert ticked(tree) is Status.SUCCESS
-    assert MarkForTest.marks.count("main/begin_b") == 1
+    assert MarkForTest.marks.count("b/main/begin_b") == 1
 
 
 def test_a_pause_that_is_too_long_is_an_error_after_a_safe_stop(cell, task):
@@ -182,7 +193,7 @@ def test_a_pause_that_is_too_long_is_an_error_after_a_safe_stop(cell, task):
         a.tick_once()
     assert current(cell, "arm") is None
     cell.close()
-    assert MarkForTest.marks[-1] == "main/finally/end_a"
+    assert MarkForTest.marks[-1] == "a/main/finally/end_a"
 
 
 def test_a_behaviour_of_py_trees_inside_lets_the_clock_go_no_faster_than_the_machine(cell, task):
@@ -222,7 +233,7 @@ def test_a_cell_that_closes_amid_a_subtree_runs_its_finally(cell, task):
     for _ in range(3):
         a.tick_once()
     cell.close()
-    assert MarkForTest.marks == ["main/begin_a", "main/finally/end_a"]
+    assert MarkForTest.marks == ["a/main/begin_a", "a/main/finally/end_a"]
     assert a.status is Status.INVALID
 
 
@@ -366,8 +377,6 @@ def test_whatever_is_around_it_no_motion_outlives_its_interrupt_and_no_other_is_
             tree = py_trees.trees.BehaviourTree(root)
             if generator.random() < 0.5:
                 cell.attend(tree)
-            else:
-                cell.owed.attended = False
             for _ in range(generator.randint(1, 25)):
                 running = {n for n, s in composer.subtrees.items() if s.status is Status.RUNNING}
                 seen, before = len(cell.commands), motions(cell)
@@ -379,7 +388,7 @@ def test_whatever_is_around_it_no_motion_outlives_its_interrupt_and_no_other_is_
             root.stop(Status.INVALID)
             check(cell, composer, running, cell.commands[seen:], before)
             assert not any(current(cell, device) for device in MOVES)
-            cell.given()
+            cell.settle()
             begun = [mark for mark in MarkForTest.marks if "/begin_" in mark]
             ended = [mark for mark in MarkForTest.marks if "/end_" in mark]
             assert sorted(m.rpartition("_")[2] for m in begun) == sorted(m.rpartition("_")[2] for m in ended)
@@ -396,12 +405,12 @@ def check(cell, composer, running, commands, before):
     for device in MOVES:
         motion = current(cell, device)
         if motion is not None:
-            assert motion.owner.removeprefix("main/") in now
+            assert motion.owner.partition("/")[0] in now
     for motion in before:
-        if motion.owner.removeprefix("main/") in now:
+        if motion.owner.partition("/")[0] in now:
             assert motion.refresh() is not MotionState.STOPPED
-    stopped = {command.owner.removeprefix("main/") for command in commands if command.name == "stop"}
-    assert stopped <= running | {c.owner.removeprefix("main/") for c in commands if c.name != "stop"}
+    stopped = {command.owner.partition("/")[0] for command in commands if command.name == "stop"}
+    assert stopped <= running | {c.owner.partition("/")[0] for c in commands if c.name != "stop"}
     restarted = {mark.rpartition("_")[2] for mark in MarkForTest.marks}
     assert stopped <= restarted
 

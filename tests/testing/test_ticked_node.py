@@ -1,5 +1,7 @@
 """One node on hand-made values: what it may be given, what comes back, and what is said of wrong inputs."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -91,7 +93,8 @@ class BesideTest(Behavior):
 
 
 def test_a_module_beside_the_test_is_imported(tmp_path, monkeypatch):
-    from stretch_bt.testing.ticked_node import node_info, tick_node
+    from stretch_bt.testing.node_named import node_info
+    from stretch_bt.testing.ticked_node import tick_node
 
     (tmp_path / "beside_nodes.py").write_text(BESIDE, encoding="utf-8")
     assert tick_node(node_info("beside_nodes.beside_test", tmp_path), {}).one == 1
@@ -170,3 +173,89 @@ def test_every_wrong_input_is_named_at_once(tick_node):
         assert told in str(caught.value)
     with pytest.raises(InvalidInput, match=r"no node 'own_meen' is registered; did you mean 'own_mean'\?"):
         tick_node("own_meen")
+
+
+#: fields of a record that do not fit, and what is said of them
+WRONG_FIELDS = {
+    "ragged": ({"points": [[1.0, 2.0], [3.0]]}, r"contact.points takes an array; write lists of SI numbers, each row"),
+    "text": ({"points": "deep"}, "contact.points takes an array"),
+    "dtype": ({"labels": np.array([0.5])}, "contact.labels takes an array of uint8, not of float64"),
+    "list": ({"noise": [1.0]}, r"contact.noise: it takes a Length \(a finite number, m\), not \[1.0\]"),
+    "object": ({"noise": object()}, "contact.noise: it takes a Length"),
+    "nan": ({"noise": float("nan")}, "contact.noise: it takes a Length .* not nan"),
+    "unit": ({"noise": "1 kg"}, "contact.noise takes Length, but '1 kg' is Mass"),
+    "none": ({"noise": None}, "contact.noise: it takes a Length"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG_FIELDS)
+def test_fields_of_a_record_are_checked_as_those_of_a_mock_are(tick_node, what):
+    fields, told = WRONG_FIELDS[what]
+    with pytest.raises(InvalidInput, match=told):
+        tick_node("fit_sphere", contact=fields)
+
+
+def test_a_record_that_its_class_refuses_is_told(tick_node):
+    lens = {"fx": -1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, "width": 4, "height": 3, "distortion": [0.0] * 5}
+    with pytest.raises(InvalidInput, match=r"frame.intrinsics: focal lengths are above 0.*; correct the fields"):
+        tick_node("detect_contact", frame={"intrinsics": lens})
+    with pytest.raises(InvalidInput, match=r"frame: Intrinsics has no 'fz'; known here: cx, "):
+        tick_node("detect_contact", frame={"intrinsics": {"fz": 1.0}})
+
+
+def test_a_field_that_is_read_and_was_not_given_is_named_with_its_port(tick_node):
+    result = tick_node("fit_sphere", contact={"noise": "0.1 mm"})
+    assert result.status == "ERROR"
+    assert result.reason == "the Contact of the test has no 'surface'; give it too, as in contact={'surface': ...}"
+
+
+# --- behaviours of py_trees
+
+
+def test_a_behaviour_of_py_trees_is_ticked_like_a_node(tick_node):
+    import py_trees
+
+    counter = py_trees.behaviours.TickCounter
+    result = tick_node(counter, duration=2, completion_status="FAILURE")
+    assert (result.status, result.ticks) == ("FAILURE", 3)
+    by_name = tick_node("py_trees.behaviours.TickCounter", duration=0, completion_status=py_trees.common.Status.SUCCESS)
+    assert (by_name.status, by_name.ticks) == ("SUCCESS", 1)
+
+
+def test_its_ports_are_wired_and_the_blackboard_stays_as_it_was(tick_node):
+    import py_trees
+    from py_trees.ports import BehaviourWithPorts, PortInformation
+
+    class Doubled(BehaviourWithPorts):
+        """Double a number."""
+
+        INPUT_PORTS: ClassVar = {"one": PortInformation(data_type=float, description="a number")}
+        OUTPUT_PORTS: ClassVar = {"two": PortInformation(data_type=float, description="twice of it")}
+
+        def update(self):
+            self._set_output("two", 2.0 * self.get_input("one"))
+            return py_trees.common.Status.SUCCESS
+
+    before = dict(py_trees.blackboard.Blackboard.storage)
+    assert tick_node(Doubled, one=1.5).two == 3.0
+    assert py_trees.blackboard.Blackboard.storage == before
+    with pytest.raises(InvalidInput, match="no input 'on'; did you mean 'one'"):
+        tick_node(Doubled, on=1.5)
+
+
+class Unregistered(Behavior):
+    """A node without @node."""
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("py_trees.composites.Sequence", "holds other behaviours.*'sequence' of the language.*tick_task"),
+        ("py_trees.behaviours.TickCount", "'TickCount'.*did you mean 'TickCounter'"),
+        (Unregistered, "Unregistered is a node that is not registered; put @node above its class"),
+        (int, "int is a class, but none of behaviours"),
+    ],
+)
+def test_what_is_no_node_is_refused_with_what_to_do(tick_node, name, told):
+    with pytest.raises(InvalidInput, match=told):
+        tick_node(name)

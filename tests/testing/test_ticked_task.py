@@ -169,3 +169,37 @@ def test_whatever_the_test_does_the_task_ends_safely_after_it(left_safe, tick_ta
     task.tick()
     assert arm.moving is not None
     assert not fails
+
+
+BOARD = """\
+format: stretch-tree/1
+imports: {pb: py_trees.behaviours}
+trees:
+  main:
+    sequence:
+      - pb.SetBlackboardVariable: {variable_name: seen, variable_value: 3, overwrite: true}
+      - pb.CheckBlackboardVariableExists: {variable_name: seen}
+      - wait: {duration: 1 h}
+"""
+
+
+@pytest.mark.parametrize("end", ["close", "refused"])
+def test_the_blackboard_is_as_before_once_the_task_has_ended(tick_task, end):
+    from py_trees.blackboard import Blackboard
+
+    Blackboard.set("of the caller", 1)
+    before = dict(Blackboard.storage), dict(Blackboard.clients), set(Blackboard.metadata)
+    try:
+        if end == "close":
+            task = tick_task(BOARD)
+            task.until("main/wait", within="1 s")
+            assert Blackboard.get("seen") == 3
+            task.close()
+        else:
+            with pytest.raises(InvalidInput, match="the tree needs arm"):
+                tick_task(
+                    BOARD.replace("trees:", "devices: {arm: Arm}\ntrees:").replace("wait: {", "lower: {by: 1 mm} #")
+                )
+        assert (dict(Blackboard.storage), dict(Blackboard.clients), set(Blackboard.metadata)) == before
+    finally:
+        Blackboard.clear()

@@ -8,8 +8,9 @@ import pytest
 
 from stretch_bt.errors import TreeError
 from stretch_bt.tree import registry
-from stretch_bt.tree.headings import MAX_FILES, shipped
+from stretch_bt.tree.imports import MAX_FILES
 from stretch_bt.tree.program import load_program
+from stretch_bt.tree.shared import shipped
 
 TREE = """
 format: stretch-tree/1

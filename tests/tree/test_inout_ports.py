@@ -156,3 +156,24 @@ def test_a_tree_may_not_read_what_its_caller_need_not_have(tmp_path: Path) -> No
     [(code, message)] = errors(written(tmp_path, body % "check: {that: tally.count > 0}"))
     assert code == "read-before-write"
     assert "tally" in message
+
+
+#: bodies with two places of one node, and whether the second is told to go on from the first
+SHARED = {
+    "both leave it out": ("[count_one: {by: 1 mm}, count_one: {by: 2 mm}]", True),
+    "one names it": ("[count_one: {by: 1 mm}, count_one: {by: 2 mm, tally}]", False),
+    "each has its own": ("[count_one: {by: 1 mm}, count_one: {by: 2 mm, tally: $other}]", False),
+    "it is cleared between": ("[count_one: {by: 1 mm}, set: {tally: none}, count_one: {by: 2 mm}]", False),
+    "one place in a loop": ("[repeat: {times: 2, do: [count_one: {by: 1 mm}]}]", False),
+    "another node needs it": ("[count_one: {by: 1 mm}, count_again: {}, count_again: {}]", False),
+}
+
+
+@pytest.mark.parametrize("case", SHARED)
+def test_two_places_that_share_what_they_remember_are_told(tmp_path, case):
+    body, told = SHARED[case]
+    path = tmp_path / "tree.yaml"
+    path.write_text(f"format: stretch-tree/1\ntrees: {{main: {{sequence: {body}}}}}\n", encoding="utf-8")
+    found = check(path)
+    assert [d.code for d in found] == ["record-shared"] * told
+    assert all("goes on from $tally of line 2" in d.message for d in found)

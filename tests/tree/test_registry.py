@@ -3,6 +3,8 @@
 import inspect
 import json
 import re
+import subprocess
+import sys
 from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -306,3 +308,39 @@ def test_code_that_would_not_run_when_called_is_refused(method: str, fresh: None
         members: dict[str, Any] = {method: wrong}
         with pytest.raises(RegistryError, match=rf"node 'probe': {method}\(\) is {told}, .* plain 'def {method}'"):
             node(behavior(**members))
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, info in NODES.items() if info.cls.__module__.startswith("stretch_bt.")]
+)
+def test_a_shipped_node_stands_in_a_file_of_its_name(name: str) -> None:
+    assert NODES[name].cls.__module__ == f"stretch_bt.behaviors.{name}"
+
+
+ALONE = """
+import sys
+from stretch_bt import Behavior, node
+from stretch_bt.errors import StretchError
+from stretch_bt.tree.registry import lookup
+
+lookup("wait")
+print(sorted(name for name in sys.modules if name.startswith("stretch_bt.behaviors.") and "._" not in name))
+print([name for name in ("scipy", "cv2", "numba") if name in sys.modules])
+class Press(Behavior):
+    "Press otherwise."
+try:
+    node(Press)
+except StretchError as error:
+    print(error)
+print(lookup("nothing_of_this_name"), lookup("records"))
+"""
+
+
+def test_a_node_is_found_by_its_name_without_importing_the_others() -> None:
+    found = subprocess.run([sys.executable, "-c", ALONE], capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines() == [
+        "['stretch_bt.behaviors.wait']",
+        "[]",
+        "node 'press' of __main__ is already registered by stretch_bt.behaviors.press",
+        "None None",
+    ]

@@ -14,11 +14,10 @@ from stretch_bt.runtime import mocks_file
 from stretch_bt.source import parse
 from stretch_bt.tree.flow import CONSTRUCTS
 from stretch_bt.tree.fragments import WORDS
-from stretch_bt.tree.headings import shipped
 from stretch_bt.tree.program import load_program, shipped_trees
 from stretch_bt.tree.registry import load_all
 from stretch_bt.tree.schema import schema
-from stretch_bt.tree.shared import SHARED
+from stretch_bt.tree.shared import SHARED, shipped
 from stretch_bt.units import KINDS, unit_names
 
 KINDS_OF_FILE = ("tree", "mocks", "scene", "cell")
@@ -175,7 +174,7 @@ def test_each_schema_is_a_schema_and_json(kind: str) -> None:
 
 
 def test_an_unknown_kind_names_the_known_ones() -> None:
-    with pytest.raises(InvalidInput, match=r"'teapot'; known here: cell, mocks, scene, tree"):
+    with pytest.raises(InvalidInput, match=r"'teapot'; known here: cell, mocks, scene, sweep, tree"):
         schema("teapot")
     with pytest.raises(InvalidInput, match=r"did you mean 'scene'"):
         schema("scenes")

@@ -133,7 +133,9 @@ def test_the_force_has_the_noise_that_it_states(characterize, tmp_path):
 def test_an_interrupted_run_is_gone_on_with(characterize, undisturbed, tmp_path, tick):
     whole = table_of(undisturbed)
     path = tmp_path / "table.csv"
-    first = characterize(params={"table": str(path)}, watch=lambda runner: runner._planned.update({tick: ["SIGINT"]}))
+    first = characterize(
+        params={"table": str(path)}, watch=lambda runner: runner.ticker.planned.update({tick: ["SIGINT"]})
+    )
     assert first.status == "INTERRUPTED"
     measured = path.read_text().count("\n") - 2
     assert 0 < measured < ROWS

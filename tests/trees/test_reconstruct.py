@@ -99,7 +99,7 @@ def test_an_object_that_moved_between_presses_ends_the_run_and_is_not_averaged_i
     def moving(operator, request):
         asked.append(request)
         if len(asked) == 3:
-            twin = operator.bench.twin
+            twin = operator.cell.twin
             twin.exchange(twin.scene.object.model_copy(update={"position": Point(x="14 mm", y="0 mm")}))
         return confirm(operator, request)
 

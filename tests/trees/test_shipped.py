@@ -45,7 +45,7 @@ def test_both_shipped_tasks_are_here():
 
 @pytest.mark.parametrize("tree", TREES)
 def test_checks_clean(tree):
-    from stretch_bt.tree.headings import shipped
+    from stretch_bt.tree.shared import shipped
 
     assert check(shipped(f"{tree}.yaml")) == []
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stretch_bt.tree.headings import shipped
+from stretch_bt.tree.shared import shipped
 
 MOST = {
     "palpate_stiffness": 75,

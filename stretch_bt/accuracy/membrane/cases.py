@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
 
+from stretch_bt.accuracy.points import Setting
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.cone import Cone
 from stretch_bt.simulation.membrane.indenters.cube import Cube
@@ -16,13 +17,15 @@ from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.indenters.wire import Wire
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
-__all__ = ["REFINEMENT", "STEP", "Case", "Variant", "cases", "reference_settings", "variants"]
+__all__ = ["DEFAULT", "REFINEMENT", "STEP", "Case", "Variant", "cases", "quick_cases", "reference_settings", "variants"]
 
 STEP = 1e-3  # m, of a warm start
 REFINEMENT = 1.4  # elements of the second reference over those of the first
 _DEPTHS, _MIDDLE = (0.003, 0.008, 0.015), (0.008,)
+_WIDE = (0.01, 0.03, 0.08)  # m, stretches
 _GROWTH = 1.2  # at the usual 1.6 the coarse elements far off cost the force 0.06 %, whatever those in the contact do
 
+DEFAULT = Settings()
 _BUDGET = 5000  # a slack sheet needs more iterations the finer it is
 
 
@@ -43,9 +46,9 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A way to solve the sheet: `name` is a series and a variant of it; `costly` ones are run for few presses."""
+    """A way to solve the sheet; `costly` ones are run for few presses."""
 
-    name: str
+    name: Setting
     settings: Settings
     warm: bool
     costly: bool = False
@@ -55,45 +58,46 @@ class Variant:
         return not self.costly or (case.depth in _MIDDLE and case.stretch == 0.03)
 
 
-def cases(quick: bool) -> list[Case]:
-    """Return the presses, of which `quick` takes three."""
-    sphere, slender, cylinder = Sphere(0.02), Sphere(0.008), Cylinder(0.02)
-    if quick:
-        return [
-            Case("sphere 20 mm", sphere, 0.03, 0.008),
-            Case("sphere 8 mm", slender, 0.08, 0.008),
-            Case("cylinder 20 mm", cylinder, 0.03, 0.008),
-        ]
+def quick_cases() -> list[Case]:
+    """Return the presses that little time is given to."""
+    return [
+        Case("sphere 20 mm", Sphere(0.02), 0.03, 0.008),
+        Case("sphere 8 mm", Sphere(0.008), 0.08, 0.008),
+        Case("cylinder 20 mm", Cylinder(0.02), 0.03, 0.008),
+    ]
+
+
+def cases() -> list[Case]:
+    """Return the presses."""
     pair = Several((Part(Sphere(0.012), (-0.014, 0.0)), Part(Sphere(0.012), (0.014, 0.0))))
-    wide = [0.01, 0.03, 0.08]
-    shapes: list[tuple[str, Indenter | Several, list[float], float]] = [
-        ("sphere 20 mm", sphere, [0.0, 0.01, 0.03, 0.06, 0.08], 0.5e-3),
-        ("sphere 8 mm", slender, wide, 0.5e-3),
-        ("sphere 30 mm", Sphere(0.03), wide, 0.5e-3),
-        ("cylinder 20 mm", cylinder, [0.03], 0.5e-3),
-        ("cone 45 degrees", Cone(math.pi / 4), [0.03], 0.2e-3),
-        ("cube 40 mm", Cube(0.04), [0.03], 0.5e-3),
-        ("wire 1.5 mm", Wire(0.0015, 0.2), [0.03], 0.3e-3),
-        ("two spheres 12 mm", pair, [0.03], 0.5e-3),
+    shapes: list[tuple[str, Indenter | Several, tuple[float, ...], tuple[float, ...], float]] = [
+        ("sphere 20 mm", Sphere(0.02), (0.0, 0.01, 0.03, 0.06, 0.08), _DEPTHS, 0.5e-3),
+        ("sphere 8 mm", Sphere(0.008), _WIDE, _MIDDLE, 0.5e-3),
+        ("sphere 30 mm", Sphere(0.03), _WIDE, _MIDDLE, 0.5e-3),
+        ("cylinder 20 mm", Cylinder(0.02), (0.03,), _DEPTHS, 0.5e-3),
+        ("cone 45 degrees", Cone(math.pi / 4), (0.03,), _DEPTHS, 0.2e-3),
+        ("cube 40 mm", Cube(0.04), (0.03,), _DEPTHS[:2], 0.5e-3),
+        ("wire 1.5 mm", Wire(0.0015, 0.2), (0.03,), _MIDDLE, 0.3e-3),
+        ("two spheres 12 mm", pair, (0.03,), _DEPTHS[:2], 0.5e-3),
     ]
     return [
         Case(name, indenter, stretch, depth, finest)
-        for name, indenter, stretches, finest in shapes
-        for stretch, depth in product(stretches, _DEPTHS)
+        for name, indenter, stretches, depths, finest in shapes
+        for stretch, depth in product(stretches, depths)
     ]
 
 
-def variants(quick: bool) -> list[Variant]:
+def variants() -> list[Variant]:
     """Return the ways to solve the sheet, coarse ones first."""
-    uniform = [(f"uniform, exact: {mm} mm", Settings(mesh=mm * 1e-3, growth=1.0)) for mm in (8, 4, 2, 1)]
-    graded = [(f"graded, exact: {scale:g} of the default", Settings(coarsen=scale)) for scale in (2.2, 1.25, 1.0, 0.6)]
-    loop = [(f"graded, settled: within {error * 100:g} %", Settings.within(error)) for error in (0.03, 0.01, 0.003)]
-    if quick:
-        uniform, graded = uniform[:2], [graded[0], graded[2]]
+    uniform = {f"{mm} mm": Settings(mesh=mm * 1e-3, growth=1.0) for mm in (8, 4, 2, 1)}
+    graded = {f"Settings(coarsen={scale:g})": Settings(coarsen=scale) for scale in (2.2, 1.25, 1.0, 0.6)}
+    graded = {"Settings()" if settings == DEFAULT else name: settings for name, settings in graded.items()}
+    loop = {f"Settings.within({error:g})": Settings.within(error) for error in (0.03, 0.01, 0.003)}
     return [
-        Variant(f"sheet {start}, {name}", settings, start == "warm", costly=settings.mesh == 1e-3)
-        for start in ("cold", "warm")
-        for name, settings in uniform + graded + loop
+        Variant(Setting(f"sheet from {start}{kind}", name), settings, start != "flat", settings.growth == 1)
+        for start in ("flat", "the last press")
+        for kind, ways in (("", graded), (", settled", loop), (", uniform elements", uniform))
+        for name, settings in ways.items()
     ]
 
 

@@ -3,70 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
+from itertools import product
 from typing import NamedTuple
 
+from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.palpation.figures import figures
 from stretch_bt.accuracy.palpation.palpated import palpated
 from stretch_bt.accuracy.palpation.protocols import AVERAGING
-from stretch_bt.accuracy.points import OK, Point
+from stretch_bt.accuracy.points import FAILED, Answer, Setting
 
-__all__ = ["SERIES", "Series", "points"]
+__all__ = ["SERIES", "Series", "jobs"]
 
 SHALLOW = 0.012  # m, the depth limit at which stretch steps are compared: within that of the tree these balloons need no stretch
+SHIPPED = AVERAGING.index("as shipped")
 
 
 class Series(NamedTuple):
-    """A protocol with its params, and at which levels of averaging it is measured: as a whole, and with `quick`."""
+    """A protocol with its params, and at which levels of averaging it is measured."""
 
     name: str
     protocol: str
     params: Mapping[str, float]
     levels: tuple[int, ...]
-    quick: tuple[int, ...]
 
 
 SERIES = (
-    Series("palpate_stiffness", "shipped", {}, (0, 1, 2, 3), (0, 2)),
-    Series("palpate_active", "active", {}, (0, 1, 2, 3), (0,)),
-    Series("from zero by 0.5 mm", "from zero", {"step": 0.0005}, (0, 2), ()),
-    Series("from zero by 1 mm", "from zero", {"step": 0.001}, (0, 1, 2, 3), (0,)),
-    Series("from zero by 2 mm", "from zero", {"step": 0.002}, (0, 2), (0,)),
+    Series("palpate_stiffness", "shipped", {}, (0, 1, 2, 3)),
+    Series("palpate_active", "active", {}, (0, 1, 2, 3)),
+    Series("from zero by 0.5 mm", "from zero", {"step": 0.0005}, (0, 2)),
+    Series("from zero by 1 mm", "from zero", {"step": 0.001}, (0, 1, 2, 3)),
+    Series("from zero by 2 mm", "from zero", {"step": 0.002}, (0, 2)),
     *(
         Series(
             f"palpate_stiffness to 12 mm, stretch by {1e3 * step:g} mm",
             "shipped",
             {"max_depth": SHALLOW, "stretch_step": step},
             (0, 2),
-            (),
         )
         for step in (0.005, 0.010, 0.020)
     ),
 )
 FIDELITY = "hertz"
-BALLOONS, SEEDS = ("water", "pudding", "seeds"), (0, 1)
-QUICK_BALLOONS, QUICK_SEEDS = ("seeds",), (0,)
+BALLOONS, SEEDS = ("seeds", "water", "pudding"), (0, 1, 2, 3)
+_SECONDS = {"shipped": 2.0, "active": 3.0, "from zero": 3.0}  # CPU time of a run
 
 
-def points(quick: bool) -> Iterator[Point]:
-    """Yield the errors of every run; with `quick` those on one balloon, of few settings."""
-    balloons, seeds = (QUICK_BALLOONS, QUICK_SEEDS) if quick else (BALLOONS, SEEDS)
-    for series in SERIES:
-        for level in series.quick if quick else series.levels:
-            for balloon in balloons:
-                for seed in seeds:
-                    yield from _points(series, level, balloon, seed)
+def jobs() -> Iterator[Job]:
+    """Yield every run, seed by seed and balloon by balloon."""
+    for seed, balloon, series in product(SEEDS, BALLOONS, SERIES):
+        for level in series.levels:
+            setting = Setting(series.name, AVERAGING[level])
+            default = series.name == SERIES[0].name and level == SHIPPED
+            run = partial(_run, series, level, balloon, seed)
+            case = f"{balloon} balloon, {FIDELITY}"
+            yield Job(case, setting, "stiffness", _SECONDS[series.protocol], run, seed, default)
 
 
-def _points(series: Series, level: int, balloon: str, seed: int) -> Iterator[Point]:
+def _run(series: Series, level: int, balloon: str, seed: int) -> list[Answer]:
     result, seen = palpated(series.protocol, level, balloon, FIDELITY, seed, series.params)
-    case, setting = f"{balloon} balloon, {FIDELITY}", f"{series.name}: {AVERAGING[level]}"
     cpu = result.cpu_seconds
     if result.status == "INTERRUPTED":  # the runner takes the signal for itself
         raise KeyboardInterrupt
     if result.status != "SUCCESS":
-        status = f"{result.status.lower()}: {result.reason}"
-        yield Point(case, setting, "stiffness", None, cpu, status, seed, result.task_seconds)
-        return
+        reason = f"{result.status}: {result.reason}"
+        return [Answer("stiffness", None, cpu, 0.0, result.task_seconds, status=FAILED, reason=reason)]
     found = figures(result, seen, balloon)
-    for kind, error in (("stiffness", found.error), ("stiffness_at_drop", found.drop_error)):
-        yield Point(case, setting, kind, abs(error), cpu, OK, seed, found.robot_seconds)
+    errors = {"stiffness": found.error, "stiffness_at_drop": found.drop_error}
+    return [Answer(kind, abs(error), cpu, 0.0, found.robot_seconds) for kind, error in errors.items()]

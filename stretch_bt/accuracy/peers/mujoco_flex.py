@@ -14,10 +14,11 @@ from stretch_bt.accuracy.peers import DENSITY, DEPTH, DIAMETER, SHEAR_MODULUS, S
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.press import GAUGE, THICKNESS, WIDTH
 
-__all__ = ["NAME", "PACKAGES", "press"]
+__all__ = ["NAME", "PACKAGES", "SETTING", "press"]
 
 NAME, PACKAGES = "MuJoCo flex", ("mujoco",)
 _NODES, _TIME_STEP, _RAMP, _MOST_STEPS = 25, 1e-3, 50, 2000
+SETTING = f"{_NODES} x {_NODES}, {_TIME_STEP * 1e3:g} ms"
 _DAMPING = 250.0  # 1/s, about critical for the slowest wave across the sheet
 _REST = 1e-4  # m/s, below which the sheet is at rest
 _SCENE = """
@@ -58,8 +59,7 @@ def press() -> Pressed:
     else:
         raise NoEquilibrium(f"the sheet still moves after {_MOST_STEPS} steps")
     seconds = time.process_time() - began
-    setting = f"{mujoco.__version__}, {_NODES} x {_NODES}, {_TIME_STEP * 1e3:g} ms"
-    return Pressed(_force(model, data), seconds, setting)
+    return Pressed(_force(model, data), seconds)
 
 
 def _stretched() -> tuple[Any, Any]:

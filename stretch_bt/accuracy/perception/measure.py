@@ -4,20 +4,38 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.accuracy.job import Job
 from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, WHITE_05, WHITE_10, Noise, observe
-from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, Seen
-from stretch_bt.accuracy.points import Point
+from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, Seen, seen
+from stretch_bt.accuracy.points import REFERENCE, REFUSED, Answer, Setting
 from stretch_bt.errors import NoAnswer
+from stretch_bt.frames import DepthFrame
 from stretch_bt.perception import deproject, to_membrane
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
-__all__ = ["CYLINDERS", "FULL", "NOISES", "QUICK", "SPHERES", "Answers", "cloud", "frames_of", "run", "words"]
+__all__ = [
+    "CYLINDERS",
+    "FULL",
+    "NOISES",
+    "QUICK",
+    "SPHERES",
+    "Answers",
+    "bound_job",
+    "cloud",
+    "clouds",
+    "frames",
+    "job",
+    "run",
+    "view_of",
+    "words",
+]
 
 NOISES = {
     "white 0.3 mm": WHITE_03,
@@ -35,6 +53,7 @@ CYLINDERS = tuple(
     for d, x, z in ((0.02, 0.0, 0.01), (0.02, 0.03, 0.01), (0.015, 0.06, 0.006))
 )
 QUICK, FULL = 4, 40  # frames of a press
+_AVERAGED = 8.0  # by how much a frame costs more that is the mean of as many with smooth noise
 
 Array = npt.NDArray[Any]
 
@@ -47,13 +66,48 @@ class Answers(NamedTuple):
     refused: int
     reason: str
 
-    def point(self, case: str, setting: str, kind: str) -> Point:
-        """Return their root mean square and median time as a point."""
-        seconds = float(np.median(self.seconds))
+    def rows(self, kind: str, reference_error: float | None) -> list[Answer]:
+        """Return their root mean square and median time; the reason says how many were refused."""
+        seconds, count = float(np.median(self.seconds)), len(self.seconds)
+        reason = f"{self.refused} of {count} frames refused: {self.reason}" if self.refused else None
         if not self.errors:
-            return Point(case, setting, kind, None, seconds, f"refused: {self.reason}")
+            return [Answer(kind, None, seconds, reference_error, status=REFUSED, reason=reason)]
         error = float(np.sqrt(np.mean(np.square(self.errors))))
-        return Point(f"{case}, refused {self.refused}" if self.refused else case, setting, kind, error, seconds)
+        return [Answer(kind, error, seconds, reference_error, reason=reason)]
+
+
+def job(
+    case: str,
+    setting: Setting,
+    kind: str,
+    frames: int,
+    solve: Callable[..., Any],
+    error: Callable[[Any], float],
+    inputs: Callable[[], Iterable[tuple[Any, ...]]],
+    *,
+    seconds: float = 0.03,
+    default: bool = False,
+    reference_error: float | None = None,
+) -> Job:
+    """Return the job of a step on some frames; `seconds` is CPU time of one, with its making."""
+
+    def rows() -> list[Answer]:
+        return run(solve, error, inputs()).rows(kind, reference_error)
+
+    smooth = _AVERAGED if "correlated" in case else 1.0
+    return Job(f"{case}, {frames} frames", setting, kind, frames * (seconds + 0.02 * smooth), rows, default=default)
+
+
+def bound_job(case: str, frames: int, kind: str, bound: Callable[[], float]) -> Job:
+    """Return the job of the least error that an unbiased estimator can have."""
+    setting = Setting("Cramer-Rao bound", "")
+    return Job(f"{case}, {frames} frames", setting, kind, 0.1, lambda: [Answer(kind, bound(), None, status=REFERENCE)])
+
+
+@lru_cache(maxsize=8)
+def view_of(press: Press) -> Seen:
+    """Return what the camera sees of a press."""
+    return seen(press)
 
 
 def words(press: Press) -> str:
@@ -64,9 +118,14 @@ def words(press: Press) -> str:
     return f"{name} {body.diameter * 1e3:g} mm, stretch {press.stretch * 1e3:g} mm, depth {press.depth * 1e3:g} mm"
 
 
-def frames_of(view: Seen, noise: Noise, quick: bool) -> Iterator[tuple[Array, npt.NDArray[np.bool_]]]:
+def frames(press: Press, noise: Noise, count: int) -> Iterator[tuple[DepthFrame]]:
+    """Yield some frames of a press."""
+    return ((observe(view_of(press), noise, seed),) for seed in range(count))
+
+
+def clouds(press: Press, noise: Noise, count: int) -> Iterator[tuple[Array, npt.NDArray[np.bool_]]]:
     """Yield points (h, w, 3), m, membrane frame, and where they are valid, of some frames of a press."""
-    return (cloud(view, noise, seed) for seed in range(QUICK if quick else FULL))
+    return (cloud(view_of(press), noise, seed) for seed in range(count))
 
 
 def cloud(view: Seen, noise: Noise, seed: int) -> tuple[Array, npt.NDArray[np.bool_]]:

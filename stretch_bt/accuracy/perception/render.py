@@ -19,10 +19,11 @@ _MET = 1e-6  # lateral units; the step after it leaves nothing
 _CLOSE = 0.02  # pixels; a ray that does not come so close to the sheet passes beside it or meets a fold
 
 
-def render(shape: Shape, intrinsics: Intrinsics, plane_distance: float) -> tuple[Array, Array]:
+def render(shape: Shape, intrinsics: Intrinsics, plane_distance: float, pitch: float = _PITCH) -> tuple[Array, Array]:
     """Return what each pixel of a camera over the origin sees of the mid-surface of a sheet.
 
-    Rays are followed by Newton's method on cubic splines through the surface, which are good to a few micrometres.
+    Rays are followed by Newton's method on cubic splines through points of the surface every `pitch`, m, of the unstretched
+    sheet, which are good to a few micrometres.
 
     Returns
     -------
@@ -31,9 +32,7 @@ def render(shape: Shape, intrinsics: Intrinsics, plane_distance: float) -> tuple
     points : (h, w, 3) float, m, membrane frame
         NaN where the sheet is not seen.
     """
-    columns, rows = (
-        round((a.breaks[-1] - a.breaks[0]) * shape.unit / _PITCH) + 1 for a in (shape.mesh.x, shape.mesh.y)
-    )
+    columns, rows = (round((a.breaks[-1] - a.breaks[0]) * shape.unit / pitch) + 1 for a in (shape.mesh.x, shape.mesh.y))
     grid = shape.points(columns, rows)
     depth = plane_distance - grid[..., 2]
     across, along = grid[..., 0] / depth, grid[..., 1] / depth

@@ -11,9 +11,9 @@ from stretch_bt.accuracy.twin.ledger import Ledger, Runs
 from stretch_bt.simulation.advisor.advise import Verdict, advise
 from stretch_bt.simulation.scene import Scene, load_scene
 
-__all__ = ["Judged", "Priced", "change", "judge", "matters", "price"]
+__all__ = ["RELATIVE", "Judged", "Priced", "change", "judge", "matters", "price"]
 
-_RELATIVE = ("force", "stiffness")
+RELATIVE = ("force", "stiffness")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ def change(scene: Scene, base: Runs, other: Runs) -> tuple[float, float]:
         alone = other.unpaired(base, observable)
         if not each or alone > (len(each) + alone) / 3:
             return math.inf, math.inf
-        scale = tolerance * (abs(base.mean(observable) or 0.0) if observable in _RELATIVE else 1.0)
+        scale = tolerance * (abs(base.mean(observable) or 0.0) if observable in RELATIVE else 1.0)
         rms = math.sqrt(statistics.fmean(d * d for d in each)) / scale
         worst = max(worst[0], abs(statistics.fmean(each)) / scale), max(worst[1], rms)
     return worst

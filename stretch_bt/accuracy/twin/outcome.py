@@ -12,7 +12,7 @@ from pathlib import Path
 
 from stretch_bt.accuracy.twin.press import press_once
 from stretch_bt.accuracy.twin.rolling import roll_once
-from stretch_bt.errors import NoAnswer
+from stretch_bt.errors import DeviceFault, NoAnswer
 from stretch_bt.runtime.task import run
 from stretch_bt.simulation.scene import Scene, parse_scene
 
@@ -45,6 +45,8 @@ def outcome(text: str, seed: int) -> Outcome:
         values = task(scene, text, seed)
     except NoAnswer as failure:
         return Outcome({}, time.process_time() - began, failure.reason)
+    except DeviceFault as fault:  # without an effect the hand may go past what its cell allows
+        return Outcome({}, time.process_time() - began, str(fault))
     wanted = {name: values[name] for name in scene.tolerance.named() if math.isfinite(values.get(name, math.nan))}
     return Outcome(wanted, time.process_time() - began)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,45 +13,54 @@ from stretch_bt.cli.output import emit_json
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from stretch_bt.simulation.advisor.advise import LeftOff, Verdict
+    from stretch_bt.simulation.advisor.advise import Verdict
+    from stretch_bt.simulation.advisor.choose import Chosen
+    from stretch_bt.simulation.advisor.predict import Predicted
     from stretch_bt.simulation.scene import Scene
 
 __all__ = ["command"]
 
-_LENGTHS = ("height", "size")
-_LEAST = 1e-3  # mm or per cent; below that a size is as good as none
 _WIDE = 130
 
 
 def command(
     scene: Annotated[str, typer.Argument(help="A scene file, or the name of a shipped scene.")],
+    tolerance: Annotated[
+        list[str] | None, typer.Option(help="In the place of the scene's, as in stiffness=2%; may be repeated.")
+    ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Show which effects a scene simulates, how large each one is against the tolerance, and why."""
     began = time.process_time()
-    from stretch_bt.simulation.advisor.advise import advise, left_off
+    from stretch_bt.simulation.advisor.advise import advise
+    from stretch_bt.simulation.advisor.choose import choose
+    from stretch_bt.simulation.advisor.demand import demand
+    from stretch_bt.simulation.advisor.told import to_json
     from stretch_bt.simulation.scene import load_scene
+    from stretch_bt.simulation.scene.asked import asked_pairs, read_asked
 
-    read = load_scene(scene)
+    read = demand(load_scene(scene), read_asked(asked_pairs(tolerance)) if tolerance else None)
     read.object.rough()  # which may read a table
     gc.freeze()  # the collector need not walk through the models of all objects and effects again
     ready = time.process_time()
-    verdicts = advise(read)
+    chosen = choose(read)
+    verdicts = advise(read, chosen)
     done = time.process_time()
     if json_:
         emit_json(
             {
                 "scene": read.name,
-                "tolerance": read.tolerance.named(),
+                "tolerance": {**read.kept, **read.asked},
                 "fidelity": read.fidelity,
                 "camera": read.camera,
                 "effects": [verdict.to_json() for verdict in verdicts],
-                "left_off": [asdict(left) for left in left_off(verdicts)],
+                "left_off": [_left_off(p) for p in _too_much(chosen)],
+                "choice": to_json(read, chosen),
                 "seconds": done - ready,
             }
         )
         return
-    _show(read, verdicts)
+    _show(read, verdicts, chosen)
     typer.secho(
         f"decided in {1e3 * (done - ready):.2f} ms of CPU; loading objects and effects and reading the scene took "
         f"{1e3 * (ready - began):.0f} ms",
@@ -60,15 +68,29 @@ def command(
     )
 
 
-def _show(scene: Scene, verdicts: list[Verdict]) -> None:
+def _too_much(chosen: Chosen) -> list[Predicted]:
+    """Return the results that what is off may change by more than their tolerance, if all of it adds up."""
+    return [p for p in chosen.predicted.values() if p.total - (p.solver or 0.0) > p.tolerance]
+
+
+def _left_off(predicted: Predicted) -> dict[str, Any]:
+    return {
+        "observable": predicted.observable,
+        "estimate": predicted.total - (predicted.solver or 0.0),
+        "threshold": predicted.tolerance,
+        "names": list(predicted.left_off),
+    }
+
+
+def _show(scene: Scene, verdicts: list[Verdict], chosen: Chosen) -> None:
     from rich.console import Console
 
-    from stretch_bt.simulation.advisor.advise import left_off
+    from stretch_bt.simulation.advisor.told import line, narrow, quantity
 
     console = Console()
     if not console.is_terminal:
         console.width = 2 * _WIDE  # a line for each effect, for grep
-    tolerances = ", ".join(f"{name} {quantity(name, value)}" for name, value in scene.tolerance.named().items())
+    tolerances = ", ".join(f"{name} {quantity(name, value)}" for name, value in {**scene.kept, **scene.asked}.items())
     console.print(f"[bold]{scene.name}[/]: {scene.fidelity} fidelity, camera {scene.camera}; tolerance {tolerances}")
     judged = [v for v in verdicts if v.possible]
     console.print(_table(judged, reasons=console.width >= _WIDE))
@@ -76,11 +98,9 @@ def _show(scene: Scene, verdicts: list[Verdict]) -> None:
         console.print(f"{verdict.name}: {verdict.why}", style="dim", markup=False, highlight=False)
     for reason, names in _impossible(verdicts).items():
         console.print(f"{reason}: {', '.join(names)}", style="dim", markup=False, highlight=False)
-    for verdict in verdicts:
-        if verdict.near:
-            console.print(f"warning: {_close(verdict)}", style="yellow", markup=False, highlight=False)
-    for left in left_off(verdicts):
-        console.print(f"warning: {_together(left)}", style="yellow", markup=False, highlight=False)
+    console.print(line(scene, chosen), markup=False, highlight=False, soft_wrap=True)
+    if (told := narrow(scene, chosen)) is not None:
+        console.print(told, style="yellow", markup=False, highlight=False, soft_wrap=True)
 
 
 def _impossible(verdicts: list[Verdict]) -> dict[str, list[str]]:
@@ -111,24 +131,6 @@ def _table(verdicts: list[Verdict], *, reasons: bool) -> Table:
 
 
 def _of(verdict: Verdict, value: float | None) -> str:
+    from stretch_bt.simulation.advisor.told import quantity
+
     return "" if value is None or verdict.observable is None else quantity(verdict.observable, value)
-
-
-def _close(verdict: Verdict) -> str:
-    size, limit = _of(verdict, verdict.estimate), _of(verdict, verdict.threshold)
-    state, other = ("on", "off") if verdict.on else ("off", "on")
-    return (
-        f"{verdict.name} is {state} by a narrow margin: {verdict.observable} {size} against {limit}; "
-        f"write 'effects: {{{verdict.name}: {other}}}' if you know better"
-    )
-
-
-def _together(left: LeftOff) -> str:
-    total, limit = quantity(left.observable, left.estimate), quantity(left.observable, left.threshold)
-    return f"what is off may add up to {left.observable} {total} against {limit}: {', '.join(left.names)}"
-
-
-def quantity(observable: str, value: float) -> str:
-    """Return a value of an observable, SI, in the unit that people use: mm, or per cent."""
-    number, unit = (value * 1e3, "mm") if observable in _LENGTHS else (value * 100, "%")
-    return f"< {_LEAST:g} {unit}" if 0 < number < _LEAST else f"{number:.3g} {unit}"

@@ -47,7 +47,7 @@ class AtiForceSensor(ForceSensorDriver):
             silence=o.silence,
             lost_after=o.lost_after,
             keep=o.zero_over,
-            now=self.bench.now,
+            now=self.cell.now,
             screen=Screen(c.counts_per_newton, c.counts_per_newton_metre, o.noisy),
         )
         try:
@@ -89,7 +89,7 @@ class AtiForceSensor(ForceSensorDriver):
     def zero(self) -> None:
         """Take the mean of the latest measurements as zero; raises StaleReading when they are old."""
         newest = self._checked()
-        now = self.bench.now()
+        now = self.cell.now()
         if now - newest.time > self.options.lost_after:
             raise StaleReading(self.name, f"the latest measurement is {now - newest.time:.3g} s old")
         assert self._receiver is not None

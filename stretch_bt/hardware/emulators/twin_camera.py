@@ -11,7 +11,7 @@ from stretch_bt.hardware.emulators.pictures import Picture, Pictures
 from stretch_bt.hardware.emulators.setting import Setting
 from stretch_bt.hardware.hand import HandGeometry
 from stretch_bt.hardware.limits import Limits
-from stretch_bt.simulation.advisor.advise import advise, switch_on
+from stretch_bt.simulation.advisor.advise import switch_on
 from stretch_bt.simulation.camera.counts import counts
 from stretch_bt.simulation.camera.sensor import exposed, window
 from stretch_bt.simulation.effects.base import CameraEffect
@@ -95,7 +95,7 @@ class TwinCamera:
 
 def _effects(scene: Scene) -> list[CameraEffect]:
     """Return the camera's effects that are on; white noise is among them, because a camera without any is one whose image stands."""
-    on = switch_on(scene, advise(scene))
+    on = switch_on(scene)
     found = on.of(CameraEffect)  # type: ignore[type-abstract]
     if "white_noise" in on or "correlated_noise" in on:
         return found

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from stretch_bt.blame import place_of
 from stretch_bt.clock import Clock
@@ -30,6 +30,9 @@ from stretch_bt.hardware.journal import Relay
 from stretch_bt.hardware.latched import NEW_RUN
 from stretch_bt.hardware.limits import Limits
 
+if TYPE_CHECKING:
+    from stretch_bt.simulation.scene import Scene
+
 __all__ = ["Monitored", "Watch"]
 
 D = TypeVar("D", bound=Driver)
@@ -44,6 +47,7 @@ class Watch:
     """What watches over the devices of a cell.
 
     `clock`, where there is one, is what a tree that is run on them goes by, and `stamp` gives its time for one of `now`, where that is another.
+    `scene` is what is simulated.
     """
 
     now: Callable[[], float]
@@ -52,6 +56,7 @@ class Watch:
     journal: Relay
     clock: Clock | None = None
     stamp: Callable[[float], float] | None = None
+    scene: Scene | None = None
 
 
 class Monitored(Generic[D]):

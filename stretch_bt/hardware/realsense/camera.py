@@ -67,9 +67,9 @@ class RealsenseCamera(DepthCameraDriver):
         inbox = Inbox(
             latency=o.latency if o.file is None else 0.0,
             plane_distance=o.plane_distance,
-            now=lambda: (self.bench.now(), time.monotonic()),
+            now=lambda: (self.cell.now(), time.monotonic()),
         )
-        program = Program(_MODULE, CODEC, [o.settings(self.bench.root)], [inbox.descriptor])
+        program = Program(_MODULE, CODEC, [o.settings(self.cell.root)], [inbox.descriptor])
         supervisor = Supervisor(self.name, program, _DEADLINES, take=self._take, after=inbox.close)
         self._inbox, self._supervisor, self._over = inbox, supervisor, False
         try:
@@ -107,7 +107,7 @@ class RealsenseCamera(DepthCameraDriver):
 
     def findings(self) -> Iterator[Finding]:
         """Yield whether the camera, recording or stand-in is there."""
-        yield from look(self.name, self.options, self.bench.root)
+        yield from look(self.name, self.options, self.cell.root)
 
     def _take(self, message: Message) -> bool:
         supervisor, inbox = self._supervisor, self._inbox

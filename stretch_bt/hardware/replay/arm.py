@@ -47,7 +47,7 @@ class ReplayArm(ArmDriver):
     def open(self) -> None:
         """Read the recording and begin to play it."""
         o: _Options = self.options
-        self._played = Sixes(self.name, self.bench.root / o.file, o.time, [o.pose, o.wrench], self.bench.now)
+        self._played = Sixes(self.name, self.cell.root / o.file, o.time, [o.pose, o.wrench], self.cell.now)
 
     def close(self) -> None:
         """Forget where it stood."""

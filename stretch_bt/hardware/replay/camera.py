@@ -99,7 +99,7 @@ class ReplayCamera(DepthCameraDriver):
         wanted = {option: key for option, key in o.arrays().items() if key is not None and option != "depth"}
         if o.file is None or not wanted:
             return {}
-        found = read_arrays(self.name, self.bench.root / o.file, list(wanted.values()))
+        found = read_arrays(self.name, self.cell.root / o.file, list(wanted.values()))
         return {option: found[key] for option, key in wanted.items()}
 
     @cached_property
@@ -119,7 +119,7 @@ class ReplayCamera(DepthCameraDriver):
         """Read the recording and begin to play it."""
         self._frames, times = self._source()
         self._latest = None
-        self._tape = Tape(self.name, times, self.bench.now)
+        self._tape = Tape(self.name, times, self.cell.now)
 
     def close(self) -> None:
         """Forget where it stood."""
@@ -144,11 +144,11 @@ class ReplayCamera(DepthCameraDriver):
         o: _Options = self.options
         shape = (self.intrinsics.height, self.intrinsics.width)
         if o.folder is not None:
-            files = png_files(self.bench.root / o.folder)
+            files = png_files(self.cell.root / o.folder)
             return FrameFolder(self.name, files, shape), np.arange(len(files)) / o.rate
         assert o.file is not None
         assert o.depth is not None
-        images = read_arrays(self.name, self.bench.root / o.file, [o.depth])[o.depth]
+        images = read_arrays(self.name, self.cell.root / o.file, [o.depth])[o.depth]
         count = images.shape[0] if images.ndim else 0
         times = self._arrays.get("time", np.arange(count) / o.rate)
         return FrameArray(self.name, images, len(np.atleast_1d(times)), shape), times

@@ -46,7 +46,7 @@ class ReplayForceSensor(ForceSensorDriver):
     def open(self) -> None:
         """Read the recording and begin to play it."""
         o: _Options = self.options
-        self._played = Sixes(self.name, self.bench.root / o.file, o.time, [o.wrench], self.bench.now)
+        self._played = Sixes(self.name, self.cell.root / o.file, o.time, [o.wrench], self.cell.now)
 
     def close(self) -> None:
         """Forget where it stood."""

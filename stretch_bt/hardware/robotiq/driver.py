@@ -49,10 +49,10 @@ class RobotiqDriver(GripperDriver, ABC):
         self._held_at_loss = self._moved = False
         attendant = WireThread(
             self.name,
-            ScreenedWire(self._wire(), self.bench.now),
+            ScreenedWire(self._wire(), self.cell.now),
             period=1 / self.options.rate,
             deadline=_EXCHANGES * self.options.timeout,
-            now=self.bench.now,
+            now=self.cell.now,
             after_poll=self._after,
             at_loss=self._hold_at_loss,
         )
@@ -105,7 +105,7 @@ class RobotiqDriver(GripperDriver, ABC):
 
     def activate(self) -> Poll:
         """Reset and activate the gripper: the fingers travel all their way."""
-        return self._begin(lambda wire: Activation(self.name, self.bench.now()))
+        return self._begin(lambda wire: Activation(self.name, self.cell.now()))
 
     def move(self, opening: float, speed: float) -> Poll:
         """Move the fingers to an opening, m; raises BeyondLimits where none was calibrated, NotReady without activation."""
@@ -163,7 +163,7 @@ class RobotiqDriver(GripperDriver, ABC):
             (self.options.speed_count(speed), self.options.force),
             led=speed < slowest * (1 - 1e-9),
         )
-        return Journey(self.name, target, self.bench.now(), self.options.calibration, self.options.tolerance)
+        return Journey(self.name, target, self.cell.now(), self.options.calibration, self.options.tolerance)
 
     def _check_ready(self, status: Status) -> None:
         """Raise unless the gripper takes motions; faults that the next command clears do not keep it from one."""
@@ -216,7 +216,7 @@ class RobotiqDriver(GripperDriver, ABC):
         if task is not None and not task.over:
             task.after(wire, status, sample.time)
             unwatched = time.monotonic() - self._watched
-            if not task.over and unwatched > self.bench.limits.unwatched:
+            if not task.over and unwatched > self.cell.limits.unwatched:
                 self._event = task.fault = DeviceFault(self.name, UNWATCHED.format(unwatched))
                 _hold(wire)
 

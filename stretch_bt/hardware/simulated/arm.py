@@ -48,12 +48,12 @@ class SimulatedArm(ArmDriver):
         """Stand at the home pose of the cell file at first, and later where it was left."""
         if not self._placed:
             o = self.options
-            self.bench.twin.place(Pose((o.x, o.y, o.height)))
+            self.cell.twin.place(Pose((o.x, o.y, o.height)))
             self._placed = True
 
     def follow(self, path: Sequence[Pose], speed: float) -> Poll:
         """Move through the poses in straight lines, without stopping at them."""
-        twin, now = self.bench.twin, self.bench.now()
+        twin, now = self.cell.twin, self.cell.now()
         told, true = twin.hand.at(now)
         wanted = PosePath([told, *path])
         route = wanted.above(_TABLE)
@@ -66,26 +66,26 @@ class SimulatedArm(ArmDriver):
 
         end = twin.move_hand(place, Profile.trapezoid(route.length, speed, self.options.acceleration))
         final = MotionState.DONE if route is wanted else MotionState.BLOCKED
-        return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else final
+        return lambda: MotionState.MOVING if self.cell.now() < end - _ROUNDING else final
 
     def stop(self) -> None:
         """Brake."""
-        twin = self.bench.twin
+        twin = self.cell.twin
         twin.remember()
-        twin.hand.stop(self.bench.now(), self.options.acceleration)
+        twin.hand.stop(self.cell.now(), self.options.acceleration)
 
     def pose(self) -> Reading[Pose]:
         """Return where the arm takes the hand to be."""
-        now = self.bench.now()
-        return sample(self.bench.twin.hand.at(now).told, now)
+        now = self.cell.now()
+        return sample(self.cell.twin.hand.at(now).told, now)
 
     def wrench(self) -> Reading[Wrench]:
         """Return the arm's estimate of the contact wrench."""
-        return sample_wrench(self.bench.twin, "Arm", self.name)
+        return sample_wrench(self.cell.twin, "Arm", self.name)
 
     def _error(self) -> float:
         self._moves += 1
-        twin = self.bench.twin
+        twin = self.cell.twin
         error = 0.0
         for effect in twin.robot:
             with twin.world.stats.timed(effect.name):

@@ -42,25 +42,25 @@ class SimulatedCamera(DepthCameraDriver):
 
         if self.options.image == "full":
             return SR305
-        geometry = self.bench.hand.geometry
-        return window(geometry.width, geometry.gauge + self.bench.limits.stretch.max, geometry.plane_distance)
+        geometry = self.cell.hand.geometry
+        return window(geometry.width, geometry.gauge + self.cell.limits.stretch.max, geometry.plane_distance)
 
     @cached_property
     def _sensor(self) -> Sensor:
         from stretch_bt.simulation.camera.sensor import Sensor
 
-        twin = self.bench.twin
+        twin = self.cell.twin
         return Sensor(
             twin.world,
             self.intrinsics,
-            self.bench.hand.geometry.plane_distance,
+            self.cell.hand.geometry.plane_distance,
             self.options.rate,
             lambda effect, number: twin.random(f"{self.name} {effect}", number),
         )
 
     def frame(self) -> Reading[DepthFrame]:
         """Return the latest frame."""
-        number = int(self.bench.now() * self.options.rate + 1e-6)
+        number = int(self.cell.now() * self.options.rate + 1e-6)
         if self._latest is None or self._latest.sequence != number:
             self._latest = self._expose(number)
         return self._latest
@@ -68,7 +68,7 @@ class SimulatedCamera(DepthCameraDriver):
     def _expose(self, number: int) -> Reading[DepthFrame]:
         from stretch_bt.simulation.camera.counts import counts
 
-        twin, time = self.bench.twin, number / self.options.rate
+        twin, time = self.cell.twin, number / self.options.rate
         told = twin.hand.at(time).told
         exposure = self._sensor.expose(twin.shot(time, number))
         frame = DepthFrame(
@@ -77,7 +77,7 @@ class SimulatedCamera(DepthCameraDriver):
             intrinsics=self.intrinsics,
             time=time,
             sequence=number,
-            plane_distance=self.bench.hand.geometry.plane_distance,
+            plane_distance=self.cell.hand.geometry.plane_distance,
             hand_height=told.height,
             stretch=twin.stretch(time),
             pose=told,

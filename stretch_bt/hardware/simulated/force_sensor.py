@@ -34,4 +34,4 @@ class SimulatedForceSensor(ForceSensorDriver):
         self._zero = self._raw().value
 
     def _raw(self) -> Reading[Wrench]:
-        return sample_wrench(self.bench.twin, "ForceSensor", self.name)
+        return sample_wrench(self.cell.twin, "ForceSensor", self.name)

@@ -39,23 +39,23 @@ class SimulatedGripper(GripperDriver):
 
     def move(self, opening: float, speed: float) -> Poll:
         """Move the fingers to an opening, m."""
-        twin = self.bench.twin
-        start = twin.fingers.at(self.bench.now())
+        twin = self.cell.twin
+        start = twin.fingers.at(self.cell.now())
         reached = min(max(opening, 0.0), self.options.max_opening)
         sign = math.copysign(1.0, reached - start)
         length = abs(reached - start)
         profile = Profile.trapezoid(length, speed, self.options.acceleration)
         end = twin.move_fingers(lambda s: reached if s >= length else start + sign * s, profile)
         final = MotionState.DONE if reached == opening else MotionState.BLOCKED
-        return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else final
+        return lambda: MotionState.MOVING if self.cell.now() < end - _ROUNDING else final
 
     def stop(self) -> None:
         """Brake."""
-        twin = self.bench.twin
+        twin = self.cell.twin
         twin.remember()
-        twin.fingers.stop(self.bench.now(), self.options.acceleration)
+        twin.fingers.stop(self.cell.now(), self.options.acceleration)
 
     def opening(self) -> Reading[float]:
         """Return the opening, m."""
-        now = self.bench.now()
-        return sample(self.bench.twin.fingers.at(now), now)
+        now = self.cell.now()
+        return sample(self.cell.twin.fingers.at(now), now)

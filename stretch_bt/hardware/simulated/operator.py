@@ -41,14 +41,14 @@ class SimulatedOperator(OperatorDriver):
 
     def mount(self, geometry: str, size: float) -> Poll:
         """Exchange the object once the delay is over; until then the one before it stands there."""
-        spec = indenter(geometry, size, self.bench.twin.scene.object.position)
+        spec = indenter(geometry, size, self.cell.twin.scene.object.position)
         self._check_clear(spec, geometry, size)
-        end = self.bench.now() + self.options.delay
+        end = self.cell.now() + self.options.delay
         mounted = False
 
         def poll() -> MotionState:
             nonlocal mounted
-            if self.bench.now() < end - _ROUNDING:
+            if self.cell.now() < end - _ROUNDING:
                 return MotionState.MOVING
             if not mounted:
                 self._check_clear(spec, geometry, size)
@@ -60,19 +60,19 @@ class SimulatedOperator(OperatorDriver):
 
     def confirm(self, request: str) -> Poll:
         """Agree after as long as it takes to look."""
-        end = self.bench.now() + self.options.look
-        return lambda: MotionState.MOVING if self.bench.now() < end - _ROUNDING else MotionState.DONE
+        end = self.cell.now() + self.options.look
+        return lambda: MotionState.MOVING if self.cell.now() < end - _ROUNDING else MotionState.DONE
 
     def _exchange(self, spec: ObjectSpec) -> None:
         try:
-            self.bench.twin.exchange(spec)
+            self.cell.twin.exchange(spec)
         except InvalidInput as error:
             raise DeviceFault(self.name, str(error)) from None
 
     def _check_clear(self, spec: ObjectSpec, geometry: str, size: float) -> None:
         """Raise DeviceFault while the hand touches, or stands where the indenter will be."""
-        twin = self.bench.twin
-        now = self.bench.now()
+        twin = self.cell.twin
+        now = self.cell.now()
         if twin.contact(now).place is not None:
             raise DeviceFault(self.name, "the hand touches the object; retract it before mounting another one")
         least = spec.top + _ROOM

@@ -57,8 +57,8 @@ class UrArm(ArmDriver):
 
     def open_to_read(self) -> None:
         """Connect without a program on the controller; motions are refused."""
-        hand, o = self.bench.hand, self.options
-        process = ArmProcess(self.name, o.settings(self.bench), self.bench.now, lambda: hand.contact_height)
+        hand, o = self.cell.hand, self.options
+        process = ArmProcess(self.name, o.settings(self.cell), self.cell.now, lambda: hand.contact_height)
         try:
             process.supervisor.start()
         except DeviceLost as lost:
@@ -67,7 +67,7 @@ class UrArm(ArmDriver):
 
     def findings(self) -> Iterator[Finding]:
         """Yield what ports, dashboard and the limits of the cell look like."""
-        yield from look(self.name, self.options, self.bench.limits)
+        yield from look(self.name, self.options, self.cell.limits)
 
     def close(self) -> None:
         """Disconnect; the control script ends. Raises DeviceLost where it cannot be seen that it ended."""

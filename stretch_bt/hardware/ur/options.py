@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.address import Address
-from stretch_bt.hardware.driver import Bench, Options
+from stretch_bt.hardware.driver import CellContext, Options
 from stretch_bt.hardware.finding import Finding
 from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.peak_force import Stopping
@@ -143,9 +143,9 @@ class UrOptions(Options):
         """Return the noise of the controller's force, N s^0.5 an axis."""
         return FORCE_SENSING[self.model].deviation / math.sqrt(self.rate)
 
-    def settings(self, bench: Bench) -> Settings:
+    def settings(self, cell: CellContext) -> Settings:
         """Return what the process of the arm goes by."""
-        limits, given = bench.limits, self.payload
+        limits, given = cell.limits, self.payload
         named = {name: getattr(self, name) for name in _SHARED}
         return Settings(
             **named,

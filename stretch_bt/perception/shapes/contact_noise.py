@@ -8,9 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import cholesky
-from scipy.linalg.lapack import dtrtrs
-from scipy.optimize import nnls
 
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.shapes.contact_cells import Cells
@@ -82,6 +79,9 @@ def whitener(own: Array, shared: Array | None = None) -> Whiten:
     if shared is None:
         each = 1.0 / np.sqrt(own)
         return lambda errors: np.asarray((errors.T * each).T)
+    from scipy.linalg import cholesky
+    from scipy.linalg.lapack import dtrtrs
+
     lower = cholesky(shared + np.diag(own), lower=True, overwrite_a=True, check_finite=False)
     # What scipy lays around this call takes longer than the call where errors are one column.
     return lambda errors: np.asarray(dtrtrs(lower, errors, lower=1)[0]).reshape(errors.shape)
@@ -92,6 +92,8 @@ def noise_left(residuals: Array, floor: float) -> NoiseParts:
 
     They are fitted by parts that are at least 0. `floor`, m^2, is the least variance.
     """
+    from scipy.optimize import nnls
+
     from stretch_bt.perception.shapes.contact_noise_kernel import half_square
 
     whole = MAD_TO_SD * quantile(np.abs(residuals[np.isfinite(residuals)]))

@@ -17,6 +17,7 @@ from stretch_bt.hardware.limits import Limits
 from stretch_bt.hardware.own_modules import Modules
 from stretch_bt.runtime.mock_arrays import ARRAYS, MockArrays
 from stretch_bt.runtime.mocks_file import read_mocks
+from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.prepare import VERSIONS, versions
 from stretch_bt.runtime.provenance import others
 from stretch_bt.runtime.record import RecordReader, RunRecord
@@ -25,7 +26,7 @@ from stretch_bt.runtime.replay.behaviours import repeat_behaviours
 from stretch_bt.runtime.replay.compare import compare
 from stretch_bt.runtime.replay.devices import ReplayedCell
 from stretch_bt.runtime.replay.log import Log
-from stretch_bt.runtime.runner import Outcome, Runner
+from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.task import Task
 from stretch_bt.threads import one_thread
 from stretch_bt.tree.program import load_program
@@ -93,6 +94,7 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
         raise refuse(reader.folder, "record-readings", what, "record the run again with --record full")
     if not reader.run_info.get("sources"):
         raise damaged(reader.folder / RUN, "it holds no text of a tree")
+    _check_heard(reader)
     with tempfile.TemporaryDirectory(prefix="stretch-replay-") as folder, readable(reader.folder):
         again = Path(folder).resolve()
         with _in_record(again, reader.folder / RUN):
@@ -103,13 +105,24 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
         return _compare(reader, RecordReader(again / "record"), changed)
 
 
+def _check_heard(reader: RecordReader) -> None:
+    """Refuse a record that lacks the readings of a device."""
+    silent = reader.run_info.get("silent_devices") or []
+    if silent:
+        what = f"readings of {', '.join(silent)} are not in this record: the caller gave a device that tells no journal"
+        hint = "write a driver for it and open it in a cell, or give it 'tell(name, journal)' as a scripted device has; record it again"
+        raise refuse(reader.folder / RUN, "record-incomplete", what, hint)
+
+
 @contextmanager
 def _in_record(folder: Path, record: Path) -> Iterator[None]:
     """Name the file of a record that holds the text, where a file is wrong that was written out of it into a folder."""
     try:
         yield
     except FileError as error:
-        raise RecordError([_moved(finding, folder, record) for finding in error.diagnostics]) from error
+        # what is unknown without a module that may not be executed is told by that alone
+        refused = [finding for finding in error.diagnostics if finding.code == "import"] or error.diagnostics
+        raise RecordError([_moved(finding, folder, record) for finding in refused]) from error
 
 
 def _moved(finding: Diagnostic, folder: Path, record: Path) -> Diagnostic:

@@ -99,6 +99,9 @@ def _headline(record: RecordReader, result: dict[str, Any]) -> Iterator[tuple[st
         value = record.header.get(name)
         if value is not None:
             yield name, value.get("name", "") if isinstance(value, dict) else value
+    choice = result.get("choice")
+    if isinstance(choice, dict) and choice.get("asked"):
+        yield "tolerance", str(choice.get("line", ""))
     yield "ticks", str(result.get("ticks", len(record.ticks)))
     for name, label in (("task_seconds", "task time"), ("wall_seconds", "wall time"), ("cpu_seconds", "CPU time")):
         if name in result:

@@ -13,11 +13,12 @@ from stretch_bt.simulation.objects.base import Rough
 if TYPE_CHECKING:
     from stretch_bt.simulation.scene.file import Scene
 
-__all__ = ["DROP", "GAUGE", "Case"]
+__all__ = ["DENSITY", "DROP", "GAUGE", "Case"]
 
 _FOCAL, _DISTANCE = 476.0, 0.200  # of the SR305, pixels, and of the shipped cell, m
 GAUGE, _WIDTH, _THICKNESS = 0.100, 0.090, 0.002
 DENSITY = 1070.0
+_BEGIN, _ROUNDS = 10e-3, 20  # m, and rounds, in which a contact under a taut sheet is found
 DROP = 1.5e-3  # m, over which a stiffness is told
 
 
@@ -80,6 +81,18 @@ class Case:
         return max(min(math.sqrt(self.radius * self.depth / 2), self.radius), min(self.rough.face, _WIDTH / 2))
 
     @property
+    def held_radius(self) -> float:
+        """Radius of the contact, m; over a dome or a point that up to which a taut sheet lies on its tip, or on its flanks."""
+        rough = self.rough
+        if rough.holds not in ("dome", "point"):
+            return self.contact_radius
+        tip, radius = self.radius if rough.holds == "dome" else rough.edge, _BEGIN
+        for _ in range(_ROUNDS):
+            fall = self.depth / 2 / math.log(GAUGE / 2 / min(radius, GAUGE / 4))
+            radius = max(math.sqrt(tip * fall), fall / rough.steep)
+        return radius
+
+    @property
     def pixel(self) -> float:
         """Width of a pixel on the membrane, m."""
         return _DISTANCE / _FOCAL
@@ -98,11 +111,14 @@ class Case:
         if math.isfinite(self.rough.stiffness):
             yield Size("stiffness", error * (1 / DROP + 1.5 / self.depth), f"{why}; over a drop of 1.5 mm")
 
-    def from_force(self, part: float, why: str) -> Iterator[Size]:
-        """Yield what a change of the membrane's force by a part of it does to each observable."""
-        yield Size("force", part, why)
+    def from_force(self, part: float, why: str, way: int = 0, stiffness: float | None = None) -> Iterator[Size]:
+        """Yield what a change of the membrane's force by a part of it does to each observable; of `stiffness` it is another part.
+
+        A soft object gives way to a stronger membrane, so that the force in series changes by less.
+        """
+        yield Size("force", part / (1 + self.membrane_stiffness / self.rough.stiffness), why, way)
         if math.isfinite(self.rough.stiffness):
-            yield Size("stiffness", part, why)
+            yield Size("stiffness", part if stiffness is None else stiffness, why)
             yield Size("height", part * self.force / (self.rough.stiffness + self.membrane_stiffness), why)
 
     @property

@@ -35,6 +35,7 @@ def places(random: np.random.Generator, count: int, share: float) -> npt.NDArray
     last = -1
     while last < count:
         few = int((count - last) * share * 1.1) + 16
-        more = last + np.cumsum(random.geometric(share, few))
+        # a gap past the end is as good as one to it, and their sum stays a number
+        more = last + np.cumsum(np.minimum(random.geometric(share, few), count + 1))
         found, last = np.concatenate([found, more]), int(more[-1])
     return found[: np.searchsorted(found, count)]

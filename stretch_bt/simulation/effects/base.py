@@ -52,12 +52,13 @@ class Size(NamedTuple):
     """How much an effect would change an observable, in the unit of that observable's tolerance, and the numbers behind it.
 
     `height` and `size` are in m, `force` and `stiffness` are parts of their value, `roundness` is a standard deviation of
-    radius over the mean radius.
+    radius over the mean radius. `way` tells whether it makes that larger, 1, or smaller, -1; 0 where that is not known.
     """
 
     observable: Observable
     value: float
     why: str
+    way: int = 0
 
 
 class Effect(ABC):
@@ -103,7 +104,7 @@ class MembraneEffect(Effect):
     @classmethod
     def not_at(cls, scene: Scene) -> str | None:
         """Only the sheet has it."""
-        return None if scene.fidelity == "sheet" else f"{scene.fidelity} fidelity has none of the membrane's effects"
+        return None if scene.is_sheet else f"{scene.fidelity} fidelity has none of the membrane's effects"
 
     @abstractmethod
     def on_sheet(self, effects: SheetEffects) -> SheetEffects:

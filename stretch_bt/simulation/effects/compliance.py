@@ -31,8 +31,8 @@ class Compliance(ObjectEffect):
         ratio = case.membrane_stiffness / k
         drop = min(case.force / (k + case.membrane_stiffness), case.depth)
         why = f"membrane over object stiffness {ratio:.2g}"
-        yield Size("height", drop, why)
-        yield Size("force", ratio / (1 + ratio), why)
+        yield Size("height", drop, why, way=-1)
+        yield Size("force", ratio / (1 + ratio), why, way=-1)
         yield Size("stiffness", 1.0, f"{why}; without it nothing gives way")
 
     def respond(self, response: Response | None, spec: ObjectSpec) -> Response | None:

@@ -37,7 +37,7 @@ class Flattening(FillEffect):
         ratio = case.membrane_stiffness / case.rough.stiffness
         why = f"radius {wider * 1e3:.3g} mm for {spec.radius * 1e3:.3g} mm at a drop of {SECANT_DROP * 1e3:.2g} mm"
         yield Size("size", wider - spec.radius, why)
-        yield Size("force", part / (1 + ratio), why)
+        yield Size("force", part / (1 + ratio), why, way=1)
         yield Size("height", part * cls.drop(case) / (1 + ratio), why)
         yield Size("stiffness", _FELT_BEFORE * part, f"{why}; the radius is felt at a smaller drop")
 

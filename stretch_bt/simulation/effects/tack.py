@@ -48,7 +48,7 @@ class Tack(ObjectEffect):
     @classmethod
     def not_at(cls, scene: Scene) -> str | None:
         """Only the sheet has a shape for a membrane that is pulled down."""
-        return None if scene.fidelity == "sheet" else f"{scene.fidelity} fidelity has no membrane that is pulled down"
+        return None if scene.is_sheet else f"{scene.fidelity} fidelity has no membrane that is pulled down"
 
     @classmethod
     def sizes(cls, case: Case, parameters: Any) -> Iterable[Size]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from stretch_bt.simulation.effects.base import MembraneEffect
 from stretch_bt.simulation.fidelity.base import Fidelity
+from stretch_bt.simulation.membrane.sheet.settings import Settings
 from stretch_bt.simulation.scene import Scene
 from stretch_bt.simulation.stats import Stats
 
@@ -23,12 +24,13 @@ class Membrane:
 
 
 def make_fidelity(
-    scene: Scene, membrane: Membrane, effects: Iterable[MembraneEffect], stats: Stats, within: float | None = None
+    scene: Scene,
+    membrane: Membrane,
+    effects: Iterable[MembraneEffect],
+    stats: Stats,
+    settings: Settings | None = None,
 ) -> Fidelity:
-    """Return what the scene's `fidelity` names; what it solves is counted in `stats`.
-
-    The sheet is solved exactly, or to `within`, a part of the force, in a tenth of the time.
-    """
+    """Return what the scene's `fidelity` names; what it solves is counted in `stats`. A sheet is solved with `settings`."""
     sizes = (membrane.width, membrane.gauge)
     made_of = (*sizes, membrane.thickness)
     match scene.fidelity:
@@ -40,11 +42,9 @@ def make_fidelity(
             from stretch_bt.simulation.fidelity.axisymmetric import AxisymmetricFidelity
 
             return AxisymmetricFidelity(*made_of, scene.hand.material(), scene.hand.mount_prestretch, stats=stats)
-        case "sheet":
+        case "sheet" | "auto":
             from stretch_bt.simulation.fidelity.sheet import SheetFidelity
-            from stretch_bt.simulation.membrane.sheet.settings import Settings
 
-            settings = None if within is None else Settings.within(within)
             return SheetFidelity(
                 *made_of, scene.hand.material(), scene.hand.mount_prestretch, effects, settings, stats=stats
             )

@@ -37,10 +37,7 @@ __all__ = ["SheetFidelity"]
 PITCH = 0.7e-3  # m of the unstretched sheet between points of its shape
 _FELT, _KNOWN = 1e-5, 1e-10  # of a force that is solved each time, and of one on a smooth curve
 _LOOSE = Settings.within(0.01)
-#: for what a camera sees: mostly within 0.01 mm, at most 0.04 mm, of the exact shape on the same mesh, in a third of the time
-_SEEN = Settings(exact=False, corrected=False)
-#: for touches so light that rounding is in the way of an exact balance: within 5 % of a hundredth of a newton
-_TOUCH, _TOUCHING = 3e-4, Settings(exact=False)
+_TOUCH = 3e-4  # m of travel up to which rounding is in the way of an exact balance
 _PASSING = Settings.within(0.03)  # its shape is within 0.05 mm of that of the finest mesh
 _KEPT = 24  # places whose presses are kept
 _LEAST = 1e-7  # m between presses that a slope is taken from
@@ -72,7 +69,10 @@ class SheetFidelity:
             on = effect.on_sheet(on)
         self.sheet = Sheet(gauge, width, thickness, material, mount_prestretch, on)
         self.settings = settings or Settings()  # exact, so that a force does not depend on what was solved before
-        self._exact = settings is None
+        #: for what a camera sees: mostly within 0.01 mm, at most 0.04 mm, of the exact shape on the same mesh, in a third of the time
+        self._seen = replace(self.settings, exact=False, corrected=False)
+        #: for touches so light that rounding is in the way of an exact balance: within 5 % of a hundredth of a newton
+        self._touching = replace(self.settings, exact=False)
         self.remembers = on.mullins is not None or on.friction > 0
         self.close = _FELT if self.remembers else _KNOWN
         self._curves: OrderedDict[Place, Curve] = OrderedDict()
@@ -187,11 +187,11 @@ class SheetFidelity:
 
     def _quick(self, place: Place, load: Load, seen: bool) -> tuple[Settings, ...]:
         """Return the settings to try before exact ones."""
-        if self.remembers or not (self._exact or place.passing):
+        if self.remembers or not (self.settings.exact or place.passing):
             return ()
         if place.passing or seen:
-            return (_PASSING if place.passing else _SEEN,)
-        return (_TOUCHING,) if load.travel <= _TOUCH else ()
+            return (_PASSING if place.passing else self._seen,)
+        return (self._touching,) if load.travel <= _TOUCH else ()
 
     def _balanced(self, load: Load, start: SheetPress | None, first: tuple[Settings, ...] = ()) -> SheetPress:
         """Return a press; a touch that is too light to be told from the rounding of energies gives way to a deeper one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -21,7 +21,6 @@ from stretch_bt.source import Map, Scalar, did_you_mean, load, parse, resolve, v
 
 __all__ = ["Choice", "Scene", "load_scene", "parse_scene", "scene_names", "scene_params", "scene_schema", "scene_text"]
 
-FIDELITIES = ("hertz", "axisymmetric", "sheet")
 _WORDS = ("auto", "none", "all")
 
 #: what a scene says of an effect: `auto`, `on`, `off`, or its parameters, which switch it on
@@ -53,16 +52,49 @@ class Scene(BaseModel):
         default="auto", description="which effects act; each is judged by the advisor unless it is named"
     )
     camera: str = Field(default="bench", description="what the depth camera adds, before `effects` changes it")
-    fidelity: Literal["hertz", "axisymmetric", "sheet"] = Field(
-        default="sheet", description="what stands in for the membrane"
+    fidelity: Literal["hertz", "axisymmetric", "sheet", "auto"] = Field(
+        default="sheet",
+        description="what stands in for the membrane; `auto` is the sheet, as finely solved as the tolerance needs",
     )
     seed: int | None = Field(default=None, ge=0, description="seed of the noise; that of the run unless given")
     _name: str = PrivateAttr("")
+    _placed_params: Mapping[Scalar, Scalar] = PrivateAttr(default_factory=dict)
+    _asked: Tolerance | None = PrivateAttr(None)
 
     @property
     def name(self) -> str:
         """The name of its file, without the suffix."""
         return self._name
+
+    @property
+    def placed_params(self) -> Mapping[Scalar, Scalar]:
+        """The params that it asks for, at their places in its file."""
+        return self._placed_params
+
+    @property
+    def is_sheet(self) -> bool:
+        """Whether the membrane is solved as a sheet."""
+        return self.fidelity in ("sheet", "auto")
+
+    @property
+    def asked(self) -> dict[str, float]:
+        """The tolerances that a run asks for in the place of the scene's own, SI."""
+        return {} if self._asked is None else self._asked.named()
+
+    @property
+    def kept(self) -> dict[str, float]:
+        """The tolerances of the scene that hold beside those asked for, SI."""
+        own = {} if self.asked and "tolerance" not in self.model_fields_set else self.tolerance.named()
+        return {name: value for name, value in own.items() if name not in self.asked}
+
+    def tolerating(self, asked: Tolerance) -> Scene:
+        """Return the same scene for a run that asks for a tolerance: it replaces what the scene says of the results that it names.
+
+        What the scene does not say itself, but would be taken for by default, no longer counts.
+        """
+        made = self.with_()
+        made._asked = asked
+        return made
 
     def choice(self, effect: str) -> Choice:
         """Return what the scene says of an effect: `auto`, `on`, `off`, or its parameters."""
@@ -84,15 +116,13 @@ class Scene(BaseModel):
     def stands_in(self) -> bool:
         """Return whether the scene's fidelity has an answer to its object."""
         form = self.object.hertz
-        if self.fidelity == "sheet":
+        if self.is_sheet:
             return self.object.body() is not None
         return form is not None and (self.fidelity == "hertz" or form.kind == "sphere")
 
     def with_(self, **changes: Any) -> Scene:
         """Return the same scene with other fields."""
-        made = self.model_copy(update=changes)
-        made._name = self._name
-        return made
+        return self.model_copy(update=changes)
 
 
 @lru_cache(maxsize=1)
@@ -158,6 +188,10 @@ def scene_params(scene: str | Path) -> dict[Scalar, Scalar]:
         source = load(path, str(path))
     except FileError:
         return {}
+    return _placed(source)
+
+
+def _placed(source: Map) -> dict[Scalar, Scalar]:
     given = source.get("params")
     pairs = given if isinstance(given, Map) else ()
     return {key: value for key, value in pairs if isinstance(value, Scalar)}
@@ -202,7 +236,7 @@ def _made(source: Map, path: Path) -> Scene:
     found = list(_impossible(made, source))
     if found:
         raise SceneError(found)
-    made._name = path.stem
+    made._name, made._placed_params = path.stem, _placed(source)
     return made
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
@@ -11,17 +11,21 @@ from stretch_bt.errors import DeviceFault, NotReady, StaleReading, StretchError,
 from stretch_bt.hardware.interfaces import DeviceState, MotionState
 from stretch_bt.testing.contract.motion import MotionClauses
 from stretch_bt.testing.contract.readings import ReadingClauses
-from stretch_bt.testing.contract.trial import fault
+from stretch_bt.testing.contract.trial import distance, fault
 
 __all__ = ["CutClauses", "CutMotionClauses"]
 
 #: how long a loss may stay unnoticed, s, besides the latency; how long closing may take after it
 _NOTICED, _CLOSING = 3.0, 5.0
 _AFTER = 1.0
+#: for how long a motion still goes on, at least, as its connection is cut, s
+_CUTTING = 0.5
 
 
 class CutClauses(ReadingClauses):
     """Clauses for a device whose connection the test can break."""
+
+    needs: ClassVar[tuple[str, ...]] = ("cut",)
 
     def test_a_loss_is_a_fault_that_stays(self) -> None:
         """Nothing may go on with readings from before a loss, and nothing moves again by itself after one: a person has looked in between."""
@@ -69,12 +73,15 @@ class CutClauses(ReadingClauses):
 class CutMotionClauses(CutClauses, MotionClauses):
     """The same of a device that moves."""
 
+    needs: ClassVar[tuple[str, ...]] = ("moves", "cut")
+
     def test_a_loss_during_a_motion_is_told(self) -> None:
         """The node that waits for the motion must learn that nobody knows where the device is; DONE or a motion without end hide it."""
         trial = self.trial
         device, home = self._at_home()
-        motion = self._begin(device)
-        self._underway(device, home)
+        left = 2 / 3 * distance(home, self._target)
+        motion = self._begin(device, min(self.trial.speed, left / _CUTTING))
+        self._underway(device, home, motion)
         trial.break_connection()
         state = MotionState.MOVING
         for passed in trial.ticks(_NOTICED + self.contract.latency):

@@ -22,6 +22,8 @@ __all__ = ["ReadingClauses"]
 
 #: for how long readings are looked at from the moment of opening, s: a queue that grows is late by then
 _LOOK = 1.6
+#: of a device that is slower than that, how many of its greatest ages
+_AGES = 3.0
 #: how long a tick may wait for one reading, s, of its 20 ms; more where the machine is busy
 _QUICK = 0.03
 _FEWEST = 5
@@ -60,10 +62,12 @@ class ReadingClauses(LifeClauses):
             numbers = [s.reading.sequence for s in seen]
             if any(b < a for a, b in pairwise(numbers)):
                 fault(f"the numbers of {name}() fall from one reading to the next; number each new one higher")
-            whole = seen[-1].at - seen[0].at > 0.8 * _LOOK  # a recording may end before
-            if whole and len(set(numbers)) < _FEWEST:
+            look = self._look
+            whole = seen[-1].at - seen[0].at > 0.8 * look  # a recording may end before
+            # a reading that may be so old need not come more often
+            if whole and len(set(numbers)) < min(_FEWEST, int(look / self.contract.latency)):
                 fault(
-                    f"{name}() gave only {len(set(numbers))} new numbers in {_LOOK:g} s: "
+                    f"{name}() gave only {len(set(numbers))} new numbers in {look:.2g} s: "
                     "give each new reading a higher number, or read the device more often"
                 )
             for one, other in pairwise(seen):
@@ -88,6 +92,11 @@ class ReadingClauses(LifeClauses):
             for one in seen:
                 _judge(name, one.reading.value)
 
+    @property
+    def _look(self) -> float:
+        """For how long readings are looked at, s."""
+        return max(_LOOK, _AGES * self.contract.latency)
+
     def _by_its_own_clock(self, name: str, seen: list[_Seen]) -> None:
         """Compare the device's clock with the host's; the reading that is least late gives their difference."""
         latency = self.contract.latency
@@ -109,7 +118,7 @@ class ReadingClauses(LifeClauses):
         trial = self.trial
         device = trial.open()
         found: dict[str, list[_Seen]] = {name: [] for name in trial.readings}
-        for _ in trial.ticks(_LOOK):
+        for _ in trial.ticks(self._look):
             for name, seen in found.items():
                 begun = time.perf_counter()
                 try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
+import math
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
 import pytest
 
 from stretch_bt.clock import VirtualClock
@@ -18,10 +19,11 @@ from stretch_bt.errors import DeviceFault, InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.hardware.cell import Cell, open_cell
 from stretch_bt.hardware.cell_file import CellSpec, load_cell
-from stretch_bt.hardware.driver import Bench, Driver
+from stretch_bt.hardware.driver import CellContext, Driver
 from stretch_bt.hardware.hand import Hand
 from stretch_bt.hardware.interfaces import Motion, MotionState, Reading
 from stretch_bt.simulation.scene import load_scene
+from stretch_bt.testing.contract.simulator import brought_up, call_with
 
 __all__ = ["READINGS", "Contract", "Trial", "fault"]
 
@@ -54,39 +56,29 @@ class Contract:
     cut: Callable[..., Any] | None
     speed: float | None
     scene: str | Path | None
+    load: Callable[..., Any] | None = None
     #: what was read for the clauses on readings
     looked: dict[str, list[Any]] = field(default_factory=dict)
 
     @contextmanager
     def simulator(self) -> Iterator[tuple[Any, CellSpec]]:
         """Bring up what stands in for the device, and give it with the cell file."""
-        with ExitStack() as stack:
-            made: Any = None if self.start is None else self.start()
-            if hasattr(made, "__enter__"):
-                made = stack.enter_context(made)
-            elif inspect.isgenerator(made):
-                generator, made = made, next(made)
-                stack.callback(next, generator, None)
-            else:
-                ends = [getattr(made, name, None) for name in ("stop", "close")]
-                stack.callback(next((end for end in ends if end is not None), lambda: None))
+        with brought_up(self.start) as made:
             yield made, load_cell(self.cell(made) if callable(self.cell) else self.cell)
 
     @contextmanager
     def trial(self) -> Iterator[Trial]:
         """Bring up the simulator, and close every cell at the end."""
-        with self.simulator() as (simulator, spec):
-            trial = Trial(self, simulator, spec)
-            try:
-                yield trial
-            finally:
-                trial.close()
+        with ExitStack() as stack:
+            trial = Trial(self, *stack.enter_context(self.simulator()), stack)
+            stack.callback(trial.close)
+            yield trial
 
 
 class Trial:
-    """A device that a clause opens, reads, moves and cuts off."""
+    """A device that a clause opens, reads, moves and cuts off; `brought_up` ends what was brought up for it."""
 
-    def __init__(self, contract: Contract, simulator: Any, spec: CellSpec) -> None:
+    def __init__(self, contract: Contract, simulator: Any, spec: CellSpec, brought_up: ExitStack) -> None:
         if contract.device not in spec.devices:
             raise InvalidInput(f"the cell has no device {contract.device!r}, but {', '.join(spec.devices)}")
         self.contract, self.simulator, self.spec = contract, simulator, spec
@@ -97,6 +89,7 @@ class Trial:
         #: places between which it is moved, once it was opened
         self.moves: Sequence[Any] = ()
         self._cells: list[Cell] = []
+        self._brought_up = brought_up
         self._scene = load_scene(contract.scene or _SCENE) if spec.simulated else None
 
     @property
@@ -110,11 +103,15 @@ class Trial:
         limits = self.spec.limits
         return self.contract.speed or min(_SPEED, limits.gripper_speed if self.kind == "Gripper" else limits.speed)
 
+    def leave(self) -> None:
+        """Close every cell, and end the simulator."""
+        self._brought_up.close()
+
     def driver(self) -> Driver:
         """Return a driver that nothing opened."""
         spec = self.spec
         return spec.devices[self.contract.device].driver(
-            Bench(self.now, 0, spec.path.parent, Hand(spec.hand), spec.limits, self._scene)
+            CellContext(self.now, 0, spec.path.parent, Hand(spec.hand), spec.limits, self._scene)
         )
 
     def open(self) -> Any:
@@ -162,9 +159,9 @@ class Trial:
         """Return where a device that moves says it is: an opening, m, or a pose."""
         return self.read(device, self.readings[0]).value
 
-    def move(self, device: Any, target: Any, owner: str = "contract") -> Motion:
-        """Begin a motion."""
-        motion: Motion = device.move(target, speed=self.speed, owner=owner)
+    def move(self, device: Any, target: Any, speed: float | None = None, owner: str = "contract") -> Motion:
+        """Begin a motion, at another speed, m/s, than the usual one where it is told."""
+        motion: Motion = device.move(target, speed=speed or self.speed, owner=owner)
         return motion
 
     def go(self, device: Any, target: Any) -> None:
@@ -175,19 +172,20 @@ class Trial:
                 return
         fault(f"a motion to {shown(target)} does not end")
 
-    def patience(self, device: Any, target: Any) -> float:
+    def patience(self, device: Any, target: Any, speed: float | None = None) -> float:
         """Return after what time a motion should surely have ended, s."""
-        wanted = 3.0 * distance(self.place(device), target) / self.speed + 3.0 + self.contract.latency
+        wanted = 3.0 * distance(self.place(device), target) / (speed or self.speed) + 3.0 + self.contract.latency
         return min(wanted, _LONGEST)  # a place that is wrong by orders must not make a test wait for an hour
 
     def break_connection(self) -> None:
         """Cut the device off, as the test was told."""
-        cut = self.contract.cut
-        assert cut is not None
-        if inspect.signature(cut).parameters:
-            cut(self.simulator)
-        else:
-            cut()
+        assert self.contract.cut is not None
+        call_with(self.contract.cut, self.simulator)
+
+    def put_load(self, device: Any) -> None:
+        """Put a load on a force sensor, as the test was told: on its simulator, or on the open device where there is none."""
+        assert self.contract.load is not None
+        call_with(self.contract.load, device if self.simulator is None else self.simulator)
 
 
 def distance(one: Any, other: Any) -> float:
@@ -195,6 +193,13 @@ def distance(one: Any, other: Any) -> float:
     if isinstance(one, Pose):
         return float(sum((a - b) ** 2 for a, b in zip(one.position, other.position, strict=True)) ** 0.5)
     return float(abs(one - other))
+
+
+def angle(one: Pose, other: Pose) -> float:
+    """Return by how much a hand is turned from one pose to another, rad."""
+    turn = one.matrix().T @ other.matrix()
+    sine = math.hypot(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]) / 2
+    return math.atan2(sine, (float(np.trace(turn)) - 1) / 2)
 
 
 def shown(place: Any) -> str:

@@ -5,7 +5,6 @@ import math
 
 import pytest
 
-from stretch_bt.errors import InvalidInput
 from stretch_bt.model.calibration.protocol import PROTOCOLS, missing, protocol
 
 COUNTS = {"paper": 11 * 7 * 16 * 5, "sensitivity": 5 * 7 * 15, "tasks": 5 * 8 * 16 * 5}
@@ -63,32 +62,3 @@ def test_what_is_missing_goes_on_where_it_ended(name, kept):
     assert missing(protocol(name), states) == []
     holes = states[:10] + states[12:]
     assert missing(protocol(name), holes) == states[10:12]
-
-
-@pytest.mark.parametrize(
-    ("changes", "counts"),
-    [
-        ({"depth": 0.00505}, True),
-        ({"stretch": 0.0105}, True),
-        ({"depth": 0.0085}, False),
-        ({"stretch": 0.014}, False),
-        ({"size": 0.0202}, False),
-        ({"geometry": "cylinder"}, False),
-        ({"trial": 6}, False),
-    ],
-)
-def test_a_press_counts_for_the_state_that_it_is_near(changes, counts):
-    from dataclasses import replace
-
-    wanted = protocol("tasks", depths=[0.005, 0.006, 0.007])
-    state = next(s for s in wanted.states() if (s.size, s.stretch) == (0.020, 0.010))
-    assert (state not in missing(wanted, [replace(state, **changes)])) is counts
-
-
-def test_what_is_no_protocol_is_refused():
-    with pytest.raises(InvalidInput, match="write one of paper, sensitivity, tasks"):
-        protocol("papers")
-    for name in ("diameters", "stretches", "depths"):
-        for bad in (-0.001, math.nan, math.inf):
-            with pytest.raises(InvalidInput, match=f"{name} are finite and at least 0 m"):
-                protocol("tasks", **{name: [bad]})

@@ -1,34 +1,13 @@
 """Steps of a press that is to leave a top at a thickness."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.model.control.thickness import CLOSE, LEAST_STEP, MOST_STEPS, Step, next_step
+from stretch_bt.model.control.thickness import CLOSE, LEAST_STEP, MOST_STEPS, next_step
 
 WANTED, HAND, LOWEST = 0.030, 0.025, 0.010
 
 heights = st.floats(0.0, 0.1)
-
-
-@pytest.mark.parametrize(
-    ("over", "limited", "steps", "hand", "step"),
-    [
-        (CLOSE - 1e-9, False, 1, HAND, Step(HAND, "thickness")),
-        (-0.002, False, 1, HAND, Step(HAND, "thickness")),
-        (0.0, True, MOST_STEPS, LOWEST, Step(LOWEST, "thickness")),  # however it came there
-        (0.004, True, 1, HAND, Step(HAND, "force")),
-        (0.004, True, MOST_STEPS, LOWEST, Step(LOWEST, "force")),
-        (0.004, False, 1, LOWEST, Step(LOWEST, "depth")),
-        (0.004, False, MOST_STEPS, HAND, Step(HAND, "depth")),
-        (0.004, False, MOST_STEPS - 1, HAND, Step(HAND - 0.004)),
-        (0.040, False, 1, HAND, Step(LOWEST)),
-    ],
-)
-def test_what_comes_next(over: float, limited: bool, steps: int, hand: float, step: Step) -> None:
-    found = next_step(WANTED + over, WANTED, hand, LOWEST, limited=limited, steps=steps)
-    assert found.ended == step.ended
-    assert found.height == pytest.approx(step.height)
 
 
 @given(top=heights, wanted=heights, hand=heights, lowest=heights, limited=st.booleans(), steps=st.integers(0, 40))

@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned
 from stretch_bt.model import Costs, ForceModel, Limits, Looks, TopReading, fit_series, next_look, next_press
 from stretch_bt.units import Estimate
 
@@ -106,53 +106,9 @@ def test_a_press_that_takes_long_to_reach_is_looked_at_longer():
     assert far.count > near.count
 
 
-def test_stretching_is_worth_its_time_only_where_the_depth_does_not_do():
-    shallow = replace(LIMITS, lowest=TOP - 0.0101)
-    looks = replace(LOOKS, taken=1e4)
-    assert chosen(1100.0, looks=looks, at_press=True)[1].press.stretch == 0.0
-    assert chosen(1100.0, looks=looks, at_press=True, limits=shallow)[1].press.stretch > 0.0
-    dear = chosen(1100.0, looks=looks, at_press=True, limits=shallow, costs=Costs(change=3000.0))[1]
-    assert dear is None
-
-
-def test_a_limit_of_stretch_below_the_present_one_leaves_the_present_press():
-    poses = [(0.02, 0.003), (0.02, 0.005), (0.02, 0.008)]
-    choice = chosen(600.0, poses=poses, limits=replace(LIMITS, stretch=0.01), least=0.0)[1]
-    assert choice.press is None
-
-
-def test_nothing_is_chosen_where_nothing_takes_off_enough():
-    assert chosen(600.0, least=0.01)[1] is not None
-    assert chosen(600.0, least=100.0)[1] is None
-
-
 def test_while_the_drop_is_not_told_the_next_press_is_the_planned_one():
     readings = pressed(20000.0, 1e-4)
     fit = fit_series(MODEL, RADIUS, readings)
     choice = next_look(MODEL, RADIUS.value, fit, readings[-1], DROP, LIMITS, LOOKS)
     assert choice.press == next_press(MODEL, RADIUS.value, fit, readings[-1], DROP, LIMITS)
     assert (choice.count, choice.gain) == (16, pytest.approx(1 / choice.seconds))
-
-
-def test_what_never_deforms_is_refused_once_nothing_is_harder():
-    with pytest.raises(IllConditioned, match="too little to tell"):
-        chosen(1e7, limits=Limits(lowest=TOP - 0.010, force=8.0, stretch=0.0, stretch_step=0.01))
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        lambda: Costs(speed=0.0),
-        lambda: Costs(change=-1.0),
-        lambda: Costs(frame=float("nan")),
-        lambda: Looks(0.0, 3e-5, 5e-5),
-        lambda: Looks(3e-4, -1.0, 5e-5),
-        lambda: Looks(3e-4, 3e-5, 5e-5, float("inf")),
-        lambda: chosen(600.0, counts=[]),
-        lambda: chosen(600.0, counts=[0, 8]),
-        lambda: chosen(600.0, least=-1.0),
-    ],
-)
-def test_numbers_that_make_no_look_are_refused(wrong):
-    with pytest.raises(InvalidInput, match=r"must be|need"):
-        wrong()

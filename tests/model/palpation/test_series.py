@@ -1,7 +1,6 @@
 """A soft object in series with the membrane: its curve from heights of its top."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model import POWER, STIFFENING, ForceModel, TopReading, fit_series
 from stretch_bt.units import Estimate
 
@@ -68,13 +66,6 @@ def test_exact_readings_give_the_exact_curve(stiffness, power):
     assert found.drop.value == pytest.approx(true, rel=1e-3)
     assert found.secant.value == pytest.approx(law(true) / true, rel=1e-3)
     assert found.stiffness_at(DROP).value == pytest.approx(stiffness, rel=2e-3)
-
-
-def test_a_factor_that_the_model_is_wrong_by_leaves_the_drops_and_scales_the_stiffness():
-    law = spring(600.0, 1.4)
-    right, wrong = (fit_series(Factored(f), RADIUS, seen(law, sd=1e-8), robot_sd=0.0) for f in (1.0, 0.8))
-    assert wrong.drop.value == pytest.approx(right.drop.value, rel=1e-6)
-    assert wrong.secant.value == pytest.approx(0.8 * right.secant.value, rel=1e-6)
 
 
 class Factored:
@@ -150,92 +141,3 @@ def test_errors_are_as_large_as_stated(stiffness, looks, draws):
 
 def _at_hand(pose):
     return pose[0], TOP - pose[1]
-
-
-def test_scatter_beyond_the_stated_deviations_widens_the_answer():
-    noise = np.random.default_rng(3)
-    readings = seen(spring(600.0, 1.4), 2e-4, noise, poses=[*POSES, *POSES])
-    sure = [TopReading(r.stretch, r.hand, r.height, 2e-5) for r in readings]
-    assert fit_series(MODEL, RADIUS, sure).chi2 > 4
-    assert fit_series(MODEL, RADIUS, sure).drop.sd > 0.4 * fit_series(MODEL, RADIUS, readings).drop.sd
-
-
-def test_a_known_top_stands_for_the_touch():
-    law = spring(600.0, 1.4)
-    found = fit_series(MODEL, RADIUS, seen(law, poses=[(0.0, 0.012)]), top=Estimate(TOP, 1e-6))
-    assert found.drop.value == pytest.approx(TOP - height(law, 0.0, TOP - 0.012), rel=1e-3)
-
-
-def test_what_all_heights_share_changes_the_force_alone():
-    readings = seen(spring(600.0, 1.4), 2e-5)
-    alone, shared = (fit_series(MODEL, RADIUS, readings, common_sd=sd) for sd in (0.0, 3e-4))
-    assert shared.force.sd > 2 * alone.force.sd > 0
-    assert shared.drop == alone.drop
-    assert shared.secant.sd > alone.secant.sd
-
-
-def test_errors_of_force_and_drop_go_against_each_other():
-    found = fit_series(MODEL, RADIUS, seen(spring(300.0, 1.4), 5e-5))
-    assert -1 <= found.together < 0
-
-
-@pytest.mark.parametrize("ratio", [1e-3, 1e3])
-def test_an_object_a_thousand_times_softer_or_stiffer_than_the_membrane_ends_in_an_answer_or_a_refusal(ratio):
-    stiffness = 300.0 * ratio
-    law = spring(stiffness, 1.4)
-    found = fit_series(MODEL, RADIUS, seen(law, 2e-5))
-    if ratio < 1:
-        true = TOP - height(law, POSES[-1][0], TOP - POSES[-1][1])
-        assert abs(found.stiffness().value - law(true) / true) < 3 * found.secant.sd
-    else:
-        with pytest.raises(IllConditioned, match=r"too little to tell; its stiffness is above"):
-            found.stiffness()
-        with pytest.raises(IllConditioned, match="too little to tell"):
-            found.stiffness_at(DROP)
-
-
-def test_two_readings_say_something_and_say_how_little():
-    readings = seen(spring(600.0, 1.4), 5e-5, poses=[(0.0, 0.003), (0.0, 0.012)])
-    found = fit_series(MODEL, RADIUS, readings)
-    assert 0.02 < found.drop.sd / found.drop.value < 0.4
-    assert math.isfinite(found.secant.sd)
-
-
-GOOD = seen(spring(600.0, 1.4), 5e-5)
-
-
-@pytest.mark.parametrize(
-    ("change", "error", "said"),
-    [
-        ({"radius": Estimate(0.0, 0.0)}, InvalidInput, "radius"),
-        ({"radius": Estimate(-0.03, 0.0)}, InvalidInput, "radius"),
-        ({"radius": Estimate(math.inf, 0.0)}, InvalidInput, "radius"),
-        ({"radius": Estimate(0.5, 0.0)}, InvalidInput, "outside the calibrated range"),
-        ({"readings": []}, IllConditioned, "no reading"),
-        ({"readings": GOOD[-1:]}, IllConditioned, "at one force"),
-        ({"readings": [GOOD[-1], GOOD[-1]]}, IllConditioned, "at one force"),
-        (
-            {"readings": [replace(GOOD[-1], height=GOOD[-1].height - 1e-4 * i) for i in range(3)]},
-            IllConditioned,
-            "one press",
-        ),
-        ({"readings": [*GOOD, TopReading(0.3, 0.05, 0.06, 1e-4)]}, InvalidInput, "outside the calibrated range"),
-        ({"readings": [*GOOD, TopReading(0.0, 0.02, 0.06, 1e-4)]}, InvalidInput, "outside the calibrated range"),
-        ({"readings": [*GOOD, TopReading(0.0, 0.05, math.nan, 1e-4)]}, InvalidInput, "finite"),
-        ({"readings": [*GOOD, TopReading(0.0, 0.05, 0.06, 0.0)]}, InvalidInput, "above 0 m"),
-        ({"model": Factored(-1.0)}, IllConditioned, "does not grow with depth"),
-        ({"power": Estimate(1.5, 0.0)}, InvalidInput, "power"),
-        ({"robot_sd": -1.0}, InvalidInput, "robot_sd"),
-        ({"top": Estimate(0.06, 0.0)}, InvalidInput, "top"),
-    ],
-)
-def test_readings_without_an_answer_are_refused(change, error, said):
-    given_ = {"model": MODEL, "radius": RADIUS, "readings": GOOD, **change}
-    with pytest.raises(error, match=said):
-        fit_series(given_.pop("model"), given_.pop("radius"), given_.pop("readings"), **given_)
-
-
-@pytest.mark.parametrize("drop", [0.0, -1e-3, math.nan, math.inf])
-def test_a_stiffness_is_told_at_a_drop_above_zero(drop):
-    with pytest.raises(InvalidInput, match="drop"):
-        fit_series(MODEL, RADIUS, GOOD).stiffness_at(drop)

@@ -1,9 +1,7 @@
 """The map of what was felt, its coverage and the choice of the next press, on sheets hung over known heights."""
 
-import importlib.util
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ from scipy.ndimage import binary_dilation
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.frames import Pose
+from stretch_bt.hardcases.domains.perception.sheets import box, dome, mapped, pressed, surface
 from stretch_bt.perception.clouds.cloud import cloud_of
 from stretch_bt.perception.clouds.coverage import coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
@@ -20,10 +19,6 @@ from stretch_bt.perception.clouds.relief import add_view, carved
 from stretch_bt.perception.clouds.seen import View, turn_of, view_of
 from stretch_bt.perception.clouds.told import told, told_points
 
-_spec = importlib.util.spec_from_file_location("sheets", Path(__file__).with_name("sheets.py"))
-sheets = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(sheets)
-box, dome, surface, pressed, mapped = sheets.box, sheets.dome, sheets.surface, sheets.pressed, sheets.mapped
 MM = 1e-3
 SIZE = {"length": 100 * MM, "width": 90 * MM}
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from stretch_bt.errors import InvalidInput, NoContact
 from stretch_bt.perception import circularity, highest_of, outline_at
 
 PITCH = 0.4e-3
@@ -39,21 +38,6 @@ def test_holes_are_left_out():
     surface = over(lambda a: 0.012)
     surface[75:78, 75:78] = np.nan
     assert outline_at(surface, 0.0015).roundness("low_pass").circularity > 0.98
-
-
-@pytest.mark.parametrize(
-    ("surface", "below", "error"),
-    [
-        (over(lambda a: 0.012, top=0.0005), 0.001, NoContact),
-        (over(lambda a: 0.012, top=0.002), 0.0015, NoContact),
-        (np.full((20, 20, 3), np.nan), 0.001, NoContact),
-        (over(lambda a: 0.012), 0.0, InvalidInput),
-        (np.zeros((20, 20)), 0.001, InvalidInput),
-    ],
-)
-def test_what_has_no_line_is_refused(surface, below, error):
-    with pytest.raises(error):
-        outline_at(surface, below)
 
 
 def test_what_the_shoulder_hides_grows_with_what_is_not_round():

@@ -138,23 +138,6 @@ def test_a_region_without_an_outline_is_refused():
     assert outline_of(speck, PITCH).area == pytest.approx(outline_of(region, PITCH).area)
 
 
-@pytest.mark.parametrize(
-    ("vertices", "error", "text"),
-    [
-        (np.zeros((5, 3)), InvalidInput, "shape"),
-        (np.zeros((5, 2), complex), InvalidInput, "real"),
-        ([[0, 0], [1, np.nan], [1, 1]], InvalidInput, "finite"),
-        ([[0, 0], [1, np.inf], [1, 1]], InvalidInput, "finite"),
-        (np.zeros((0, 2)), IllConditioned, "three"),
-        (np.ones((50, 2)), IllConditioned, "no area"),
-        (np.outer(np.arange(50.0), [1.0, 2.0]), IllConditioned, "no area"),
-    ],
-)
-def test_what_is_no_outline_is_refused(vertices, error, text):
-    with pytest.raises(error, match=text):
-        circularity(np.asarray(vertices))
-
-
 def test_bad_arguments_say_what_was_expected():
     region = outlines.mask("disc")
     with pytest.raises(InvalidInput, match="one of contour, pixel_chain, low_pass"):

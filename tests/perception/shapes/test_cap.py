@@ -1,10 +1,7 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter
 
-from stretch_bt.accuracy.perception.noise import CORRELATED, WHITE_03, Noise, observe
+from stretch_bt.accuracy.perception.noise import CORRELATED, Noise, observe
 from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, seen
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception import (
@@ -13,13 +10,11 @@ from stretch_bt.perception import (
     deproject,
     find_contact,
     fit_contact_sphere,
-    fit_sphere,
     surface_noise,
     to_membrane,
     view_rays,
 )
 from stretch_bt.perception.shapes.blocks_kernel import blocks_within
-from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 RADIUS = 15e-3
@@ -47,24 +42,6 @@ def contact_of(view, noise, seed, *, long=1.0, wide=1.0):
     return Contact(points[mask], rays, labels, shown.sd, 0.0, 0.03, 0.0, points, sure, noise_area=shown.area)
 
 
-@pytest.mark.parametrize(("long", "wide"), [(1.0, 1.0), (1.3, 1.0), (2.0, 2.0), (0.6, 0.8), (0.5, 1.0)])
-def test_the_sphere_is_found_from_a_poor_start(press, long, wide):
-    fits = [fit_contact_sphere(contact_of(press, WHITE_03, seed, long=long, wide=wide)) for seed in range(3)]
-    for fit in fits:
-        assert fit.radius == pytest.approx(RADIUS, rel=0.03)
-        assert abs(fit.curvature - 1 / RADIUS) < 4 * fit.curvature_sd
-        np.testing.assert_allclose(fit.center[:2], [4e-3, -3e-3], atol=0.5e-3)
-    touching = fit_sphere(contact_of(press, WHITE_03, 0).points)
-    assert np.mean([f.curvature_sd for f in fits]) < 2.5 * touching.curvature_sd
-
-
-def test_the_segmented_contact_alone_would_not_do(press):
-    wide = contact_of(press, WHITE_03, 0, long=1.6, wide=2.0)
-    with pytest.raises(IllConditioned, match="by the same amount"):
-        fit_sphere(wide.points, rays=wide.rays, noise=wide.noise)
-    assert fit_contact_sphere(wide).radius == pytest.approx(RADIUS, rel=0.03)
-
-
 def test_a_sphere_under_noise_that_neighbours_share_is_stated_wide_or_refused(press):
     small = seen(Press(Sphere(0.02), 0.03, 0.010))
     for view, radius in ((press, RADIUS), (small, 0.01)):
@@ -75,89 +52,6 @@ def test_a_sphere_under_noise_that_neighbours_share_is_stated_wide_or_refused(pr
                 continue
             assert abs(fit.curvature - 1 / radius) < 4 * fit.curvature_sd
             assert fit.curvature_sd > 0.02 / radius
-
-
-PIXEL = 0.42e-3
-
-
-def over(kind, size, degrees):
-    """Return how high a sheet of constant tension stands over a body of revolution, by the distance from its axis, m.
-
-    A sphere or a cone that it leaves at an angle; a disc, from whose edge it falls at that angle.
-    """
-    angle = np.radians(degrees)
-    rim = size * np.sin(angle) if kind == "sphere" else size
-    neck = rim * np.sin(angle)
-
-    def height(r):
-        inside = {
-            "sphere": np.sqrt(np.maximum(size**2 - r**2, 0.0)) - size * np.cos(angle),
-            "face": np.zeros_like(r),
-            "cone": (rim - r) * np.tan(angle),
-        }[kind]
-        return np.where(r < rim, inside, -neck * (np.arccosh(np.maximum(r, rim) / neck) - np.arccosh(rim / neck)))
-
-    return height, rim
-
-
-def contact_over(kind, size, degrees, noise, seed):
-    """Return what is seen from straight above of a sheet over a body, its middle off the middle and leaning."""
-    rng = np.random.default_rng(seed)
-    v, u = np.mgrid[0:200, 0:200]
-    x, y = (u - 100) * PIXEL, (v - 100) * PIXEL
-    height, rim = over(kind, size, degrees)
-    away = np.hypot(x - 3e-3, y + 2e-3)
-    error = noise.white * rng.standard_normal(x.shape)
-    if noise.correlated:
-        blurred = gaussian_filter(rng.standard_normal(x.shape), noise.kernel)
-        error += noise.correlated * 2.0 * np.sqrt(np.pi) * noise.kernel * blurred
-    surface = np.stack([x, y, height(away) + 0.01 * x + error], axis=-1).astype(np.float32)
-    touching = away < 0.8 * rim
-    points, shown = surface[touching], surface_noise(surface)
-    rays = np.broadcast_to(np.float32([0.0, 0.0, -1.0]), points.shape)
-    labels, sure = np.where(touching, 2, 1).astype(np.uint8), touching.astype(np.float32)
-    return Contact(points, rays, labels, shown.sd, 0.0, None, 0.0, surface, sure, noise_area=shown.area)
-
-
-WHITE_05, BOTH = Noise(white=0.5e-3), Noise(white=0.2e-3, correlated=0.2e-3, kernel=2.5)
-
-
-@pytest.mark.parametrize("noise", [WHITE_03, *(pytest.param(n, marks=pytest.mark.slow) for n in (WHITE_05, BOTH))])
-@pytest.mark.parametrize(("radius", "degrees"), [(14e-3, 30), (25e-3, 20), (10e-3, 40), (8e-3, 55), (35e-3, 25)])
-def test_the_curvature_of_a_cap_is_within_its_deviation(radius, degrees, noise):
-    for seed in range(2):
-        fit = fit_contact_sphere(contact_over("sphere", radius, degrees, noise, seed))
-        assert abs(fit.curvature - 1 / radius) < 4 * fit.curvature_sd
-        assert fit.curvature_sd < 0.15 / radius
-
-
-@pytest.mark.parametrize("noise", [*(pytest.param(n, marks=pytest.mark.slow) for n in (WHITE_03, WHITE_05)), BOTH])
-@pytest.mark.parametrize(
-    ("kind", "size", "degrees", "reason"),
-    [
-        ("face", 6e-3, 25, "no radius"),
-        ("face", 12e-3, 15, "no radius"),
-        ("cone", 8e-3, 35, "cone"),
-        ("cone", 12e-3, 25, "cone"),
-    ],
-)
-def test_neither_a_face_nor_a_cone_has_a_radius(kind, size, degrees, reason, noise):
-    for seed in range(2):
-        with pytest.raises(IllConditioned, match=reason):
-            fit_contact_sphere(contact_over(kind, size, degrees, noise, seed))
-
-
-def test_a_dent_is_no_contact(press):
-    contact = contact_of(press, WHITE_03, 0)
-    over = contact.surface * [1.0, 1.0, -1.0]
-    with pytest.raises(IllConditioned, match="concave"):
-        fit_contact_sphere(replace(contact, points=contact.points * [1.0, 1.0, -1.0], surface=over))
-
-
-def test_a_flat_face_is_no_sphere():
-    view = seen(Press(Cylinder(0.02), 0.03, 0.008, (0.004, -0.006)))
-    with pytest.raises(IllConditioned):
-        fit_contact_sphere(contact_of(view, WHITE_03, 0, long=0.8, wide=0.8))
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
 
 from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.hardcases.strategies.fits import POINTS
 from stretch_bt.perception import SurfaceNoise, fit_cone, fit_cylinder, fit_plane, fit_shape, fit_sphere
 from stretch_bt.perception.shapes.cone import ConeSurface
 from stretch_bt.perception.shapes.cylinder import CylinderSurface
@@ -158,7 +158,7 @@ def test_shapes_seen_from_another_side_are_the_same_turned():
 
 @pytest.mark.parametrize("shape", ["plane", "cylinder", "cone"])
 @settings(max_examples=60)
-@given(points=arrays.arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(-1e3, 1e3)))
+@given(points=POINTS)
 def test_any_points_give_finite_numbers_or_a_refusal(shape, points):
     try:
         values, stated = READ[shape](FITS[shape](points))

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
 
-from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.errors import IllConditioned
+from stretch_bt.hardcases.strategies.fits import POINTS
 from stretch_bt.perception import fit_sphere
 from stretch_bt.perception.shapes.sight import camera_of
 from stretch_bt.perception.shapes.sphere import SphereSurface
@@ -120,93 +120,8 @@ def test_known_noise_bounds_the_deviation_from_below(surfaces):
     assert fit_sphere(points, noise=0.3e-3).curvature_sd == pytest.approx(bound, rel=0.05)
 
 
-GRID = np.stack(np.meshgrid(np.linspace(-5e-3, 5e-3, 20), np.linspace(-5e-3, 5e-3, 20)), axis=-1).reshape(-1, 2)
-RING = np.column_stack([np.cos(np.arange(50)), np.sin(np.arange(50)), np.zeros(50)]) * 5e-3
-
-
-def with_height(height):
-    return np.column_stack([GRID, np.broadcast_to(height, len(GRID))])
-
-
-ROUND = with_height(np.sqrt(0.015**2 - (GRID**2).sum(axis=1)))
-NOISE = np.random.default_rng(5).normal(0, 0.3e-3, len(GRID))
-REFUSED = {
-    "empty": (np.empty((0, 3)), "at least 5 distinct points, there are 0"),
-    "three points": (ROUND[[0, 5, 210]], "there are 3"),
-    "four points": (ROUND[[0, 5, 210, 380]], "there are 4"),
-    "all NaN": (np.full((50, 3), np.nan), "there are 0"),
-    "all one point": (np.tile(ROUND[:1], (50, 1)), "there are 1"),
-    "four points many times": (np.tile(ROUND[[0, 5, 210, 380]], (50, 1)), "there are 4"),
-    "one place, many heights": (np.column_stack([np.zeros((50, 2)), np.arange(50)]), "one line of sight"),
-    "collinear": (np.column_stack([np.arange(50), 2 * np.arange(50), np.arange(50) ** 2]) * 1e-3, "one line"),
-    "collinear in space": (np.outer(np.arange(50), [1e-3, 2e-3, 3e-3]), "one line"),
-    "ring": (RING, "ring"),
-    "exact plane": (with_height(0.01), "plane"),
-    "exact tilted plane": (with_height(0.3 * GRID[:, 0] - 0.1 * GRID[:, 1]), "plane"),
-    "noisy plane": (with_height(NOISE), "standard deviations"),
-    "cap too small for its noise": (with_height(ROUND[:, 2] / 30 + NOISE), "standard deviations"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_points_without_a_sphere_are_refused_with_the_reason(case):
-    points, said = REFUSED[case]
-    with pytest.raises(IllConditioned) as refused:
-        fit_sphere(points)
-    assert said in refused.value.reason
-
-
-def holes(points):
-    out = np.vstack([points, points[:40]])
-    out[:20, 2], out[20:40, 0] = np.nan, np.inf
-    return out
-
-
-FOUND = {
-    "NaN and inf rows": (holes(ROUND), 0.015, 1e-6),
-    "every point twice": (np.vstack([ROUND, ROUND]), 0.015, 1e-6),
-    "1e6 mm away": (ROUND + np.array([1e3, -1e3, 1e3]), 0.015, 1e-4),
-    "1e6 mm away in float32, as mm": ((ROUND * 1e3 + 1e6).astype(np.float32), 15.0, 0.25),
-    "float32": (ROUND.astype(np.float32), 0.015, 1e-4),
-    "millimetres": (ROUND * 1e3, 15.0, 1e-6),
-    "concave": (ROUND * [1, 1, -1], 0.015, 1e-6),
-    "half of it": (ROUND[GRID[:, 0] > 0], 0.015, 1e-6),
-    "noisy": (ROUND + np.column_stack([0 * NOISE, 0 * NOISE, NOISE / 10]), 0.015, 0.05),
-}
-
-
-@pytest.mark.parametrize("case", FOUND)
-def test_awkward_points_with_a_sphere_give_it(case):
-    points, radius, tolerance = FOUND[case]
-    fit = fit_sphere(points)
-    assert fit.radius == pytest.approx(radius, rel=tolerance)
-    assert (fit.curvature < 0) == (case == "concave")
-    assert np.isfinite([fit.radius_sd, fit.curvature_sd, *fit.center, *fit.center_sd]).all()
-
-
-def test_duplicates_do_not_shrink_the_deviation():
-    once = ROUND + np.column_stack([0 * NOISE, 0 * NOISE, NOISE / 10])
-    assert fit_sphere(np.vstack([once] * 4)).curvature_sd == pytest.approx(fit_sphere(once).curvature_sd, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        {"points": np.zeros((5, 2))},
-        {"points": np.zeros(9)},
-        {"points": ROUND, "rays": np.zeros((3, 3))},
-        {"points": ROUND, "rays": np.zeros_like(ROUND)},
-        {"points": ROUND, "noise": 0.0},
-        {"points": ROUND, "noise": float("nan")},
-    ],
-)
-def test_bad_arguments_are_refused(arguments):
-    with pytest.raises(InvalidInput):
-        fit_sphere(**arguments)
-
-
 @settings(max_examples=100)
-@given(arrays.arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(-1e3, 1e3)))
+@given(POINTS)
 def test_any_points_give_finite_numbers_or_a_refusal(points):
     try:
         fit = fit_sphere(points)

@@ -3,17 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.perception import RIMS
 from stretch_bt.perception.size import conformal
 from stretch_bt.perception.size.conformal import COUNT, KINK, Rim, skirt
-
-RIMS = st.builds(
-    Rim,
-    st.floats(-8e-3, 8e-3),
-    st.floats(-8e-3, 8e-3),
-    st.floats(4e-3, 16e-3),
-    st.floats(4e-3, 16e-3),
-    st.floats(-0.5, 3.5),
-)
 
 
 def around(rim, tau):

@@ -1,14 +1,10 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
+from stretch_bt.hardcases.strategies.perception import ANGLES, RATIOS, SIDES
 from stretch_bt.perception.size.around import COUNT, ORDERS
 from stretch_bt.perception.size.box_rim import BoxRim
-
-SIDES = st.floats(8e-3, 32e-3)
-ANGLES = st.floats(-3.0, 3.0)
-RATIOS = st.floats(0.0, 3.5)  # ln(T_j / T_i)
 
 
 @settings(max_examples=50)

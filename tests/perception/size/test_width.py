@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.perception import contact_width
 
 PITCH = 0.4e-3
@@ -35,25 +34,3 @@ def test_holes_and_invalid_pixels_do_not_make_it_narrower():
     assert contact_width(points, labelled(holed)).i == pytest.approx(
         contact_width(POINTS, labelled(inside)).i, abs=4 * PITCH
     )
-
-
-def test_one_pixel_has_the_width_of_a_pixel_at_least():
-    one = np.zeros(X.shape, bool)
-    one[100, 80] = True
-    found = contact_width(POINTS, labelled(one))
-    assert [found.i, found.j] == pytest.approx([PITCH, PITCH])
-    assert min(found.i_sd, found.j_sd) > PITCH / 3
-
-
-def test_pixels_without_neighbours_have_no_width():
-    points = POINTS.copy()
-    points[::2] = points[:, ::2] = np.nan
-    one = np.zeros(X.shape, bool)
-    one[101, 81] = True
-    with pytest.raises(IllConditioned, match="neighbours"):
-        contact_width(points, labelled(one))
-
-
-def test_nothing_in_contact_has_no_width():
-    with pytest.raises(NoContact, match="no pixel is in contact"):
-        contact_width(POINTS, labelled(np.zeros(X.shape, bool)))

@@ -8,31 +8,36 @@ import pytest
 from stretch_bt.errors import RecordError
 from stretch_bt.runtime.replay import replay
 from stretch_bt.runtime.task import run
+from stretch_bt.tree import registry
 
 TREE = """\
 format: stretch-tree/1
 imports: {stands_beside: stands_beside}
-trees: {main: {marks: {}}}
+trees: {main: {out: {one: int}, sequence: [marks: {one}, check: one > 0]}}
 """
 NODE = '''\
-from stretch_bt import Behavior, Status, node
+from stretch_bt import Behavior, Out, Status, node
 
 @node
 class Marks(Behavior):
-    """Do nothing."""
+    """Say one."""
+    one: Out[int]
 
     def update(self):
+        self.one = 1
         return Status.SUCCESS
 '''
 
 
-def test_a_finding_names_the_file_of_the_record_that_holds_the_text(tmp_path):
+def test_a_finding_names_the_file_of_the_record_that_holds_the_text(tmp_path, monkeypatch):
+    monkeypatch.setattr(registry, "_nodes", dict(registry.load_all()))
     (tmp_path / "tree.yaml").write_text(TREE)
     (tmp_path / "stands_beside.py").write_text(NODE)
     run(tmp_path / "tree.yaml", out=tmp_path / "record")
-    del sys.modules["stands_beside"]  # as in another process
+    del sys.modules["stands_beside"], registry._nodes["marks"]  # as in another process
     with pytest.raises(RecordError) as refused:
         replay(tmp_path / "record")
-    found = refused.value.diagnostics[0]
+    [found] = refused.value.diagnostics
     assert found.file == os.fspath(tmp_path / "record/run.json")
     assert "in its text of tree.yaml, line 2: " in found.message
+    assert "add --trust" in found.hint

@@ -100,6 +100,18 @@ def test_it_did_the_same_without_being_made(record, breaks):
     assert sys.modules["own_chance"].MADE == []
 
 
+def test_every_shutdown_that_broke_breaks_again_and_none_is_called(record, tmp_path):
+    ends = TREE.replace("own.Chance: {}}", "own.Chance: {breaks: shutdown}}")
+    (tmp_path / "tree.yaml").write_text(ends.replace("BREAKS", "shutdown"))
+    result = run(tmp_path / "tree.yaml", out=record.folder)
+    assert len([text for text in result.errors if "shutdown() broke" in text]) == 2
+    made = sys.modules["own_chance"].MADE
+    made.clear()
+    again = replay(record.folder, trust=True)
+    assert again.identical, again.first_difference
+    assert made == []
+
+
 def test_a_changed_status_is_a_difference_of_what_follows(record):
     record()
     log = record.folder / "events.jsonl"

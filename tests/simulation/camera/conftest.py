@@ -4,16 +4,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stretch_bt.frames import Intrinsics
 from stretch_bt.simulation.camera.view import SR305
 from stretch_bt.simulation.effects.base import Exposure
 
 CROP = SR305.cropped(74, 407, 214, 427)  # what of the sensor the membrane fills
-
-
-@pytest.fixture
-def crop() -> Intrinsics:
-    return CROP
 
 
 @pytest.fixture

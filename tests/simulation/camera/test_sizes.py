@@ -1,12 +1,9 @@
 """What an effect says is left of it, against least squares on frames with it."""
 
-import math
-
 import numpy as np
 import pytest
 
 from stretch_bt.simulation.advisor.case import Case
-from stretch_bt.simulation.camera.averaging import frames_left
 from stretch_bt.simulation.camera.presets import PRESETS
 from stretch_bt.simulation.effects import CameraEffect, registry
 from stretch_bt.simulation.scene.file import parse_scene
@@ -71,13 +68,6 @@ def test_estimates_are_right_within_a_factor_of_two(name, camera, thing, expose)
         assert 0.5 < said["size"] / min(np.std(bends) * case.radius**2, case.radius) < 2
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.3, 0.6, 0.9])
-@pytest.mark.parametrize("frames", [1, 2, 8, 100])
-def test_the_mean_of_frames_that_remember(memory, frames):
-    lags = np.abs(np.subtract.outer(np.arange(frames), np.arange(frames)))
-    assert frames_left(memory, frames) == pytest.approx(math.sqrt((memory**lags).mean()), rel=1e-9)
-
-
 def test_rounding_matters_on_a_flat_face_that_nothing_dithers(expose):
     """The height of a flat face, over faces at all heights between two counts."""
     quiet = case_of(FLAT).scene.with_(effects="none")
@@ -100,15 +90,6 @@ def test_a_lens_makes_a_contact_wider_by_what_it_says():
     told = (np.arange(640) - SR305.cx) / SR305.fx  # where perception thinks that its pixels look
     ends = np.interp([-0.15, 0.15], rays[:, 0], told)  # of a face 60 mm wide at 200 mm
     assert sizes("lens_distortion", case)["size"] == pytest.approx(abs(np.ptp(ends) - 0.3) * 0.2, rel=0.3)
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-@pytest.mark.parametrize("thing", [ROUND, FLAT])
-@pytest.mark.parametrize("depth", ["0.2 mm", "30 mm"])
-def test_every_estimate_is_a_finite_number(name, thing, depth):
-    for size in EFFECTS[name].sizes(case_of(thing, depth=depth), case_of(thing).scene.parameters(EFFECTS[name])):
-        assert 0 <= size.value < math.inf
-        assert size.why
 
 
 def test_what_is_stronger_never_counts_less():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.dough.lump import Lump
 from stretch_bt.simulation.dough.surface import upper_side
@@ -92,19 +91,6 @@ def test_spin_and_cracks_are_of_the_seed():
     plain = smooth.known(smooth.after(rolled(smooth, 0.2, 1), pushed(drop=5e-3)), 0.0)
     assert plain["roundness"] == one["roundness"]
     assert plain["circularity"] != one["circularity"]
-
-
-@pytest.mark.parametrize("force", [0.0, -0.05])
-def test_a_hand_that_does_not_press_changes_nothing(force):
-    thing = specimen(*USUAL)
-    state = thing.start()
-    assert thing.after(state, pushed(0.1, force=force)) is state
-
-
-def test_a_drop_of_its_height_has_no_answer():
-    thing = specimen(*USUAL)
-    with pytest.raises(NoEquilibrium, match="flat"):
-        thing.standing(thing.start(), 0.025)
 
 
 def test_the_sheet_meets_a_ball_as_it_does_a_sphere():

@@ -30,6 +30,7 @@ def solved(monkeypatch):
     return calls
 
 
+@pytest.mark.hard
 def test_a_press_that_was_seen_answers_for_no_force(solved):
     sheet = SheetFidelity(*SHEET)
     shape = sheet.press(PLACE, DEPTH, None).skin.points
@@ -42,6 +43,7 @@ def test_a_press_that_was_seen_answers_for_no_force(solved):
     assert felt == pytest.approx(float(SheetFidelity(*SHEET)._solved_force(PLACE, DEPTH, None)[2]), rel=1e-6)
 
 
+@pytest.mark.hard
 def test_a_membrane_that_remembers_is_seen_as_exactly_as_it_is_felt(solved):
     SheetFidelity(*SHEET, [Friction(Friction.Parameters())]).press(PLACE, 1e-3, None)
     assert solved == [(1e-3, True)]

@@ -1,20 +1,18 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from stretch_bt.errors import InvalidInput
+from stretch_bt.hardcases.strategies.membrane import PRINCIPAL
 from stretch_bt.simulation.membrane.materials import Material, MooneyRivlin, NeoHookean, rubber
 from stretch_bt.simulation.membrane.materials.base import energy, tensions
 from stretch_bt.simulation.membrane.sheet.energy_kernel import strain_energy
 
 MATERIALS = [NeoHookean(40e3), MooneyRivlin(40e3, 0.15), MooneyRivlin(40e3, 1.0)]
 LAWS = {"plain": (1.0, 0.0, 0.0, 0.0), "wrinkling": (1e-3, 0.0, 0.0, 0.0), "mullins": (1.0, 2.0, 0.05, 0.1)}
-stretches = st.floats(0.75, 2.5)
 
 
 @pytest.mark.parametrize("material", MATERIALS, ids=repr)
-@given(stretches, stretches)
+@given(PRINCIPAL, PRINCIPAL)
 @settings(max_examples=30, deadline=None)
 def test_tensions_are_derivatives_of_the_energy(material, l1, l2):
     h = 1e-5
@@ -38,7 +36,7 @@ def test_both_solvers_know_the_same_material_and_its_modulus(material):
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("material", MATERIALS, ids=repr)
-@given(stretches, stretches)
+@given(PRINCIPAL, PRINCIPAL)
 @settings(max_examples=30, deadline=None)
 def test_kernel_derivatives(material, law, l1, l2):
     parameters = np.array([*material.coefficients, *LAWS[law]])
@@ -62,14 +60,6 @@ def test_a_tension_field_carries_no_compression():
     narrow = [strain_energy(1.5**2 + w**2, (1.5 * w) ** 2, 0.0, law)[0] for w in (0.5, 0.7, 1.5**-0.5)]
     assert narrow == pytest.approx([narrow[2]] * 3)
     assert narrow[2] == pytest.approx(0.5 * (1.5**2 + 2 / 1.5 - 3))
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf")])
-def test_bad_moduli(bad):
-    with pytest.raises(InvalidInput):
-        NeoHookean(bad)
-    with pytest.raises(InvalidInput):
-        MooneyRivlin(1.0, bad if bad else -0.1)
 
 
 def test_a_rubber_without_the_second_invariant_is_neo_hookean():

@@ -1,7 +1,5 @@
 import pytest
 
-from stretch_bt.errors import NoEquilibrium
-from stretch_bt.simulation import press
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 SAMPLE = 12
@@ -27,26 +25,6 @@ def test_a_sample_ends_in_a_force_or_a_reason(random_presses, sample):
 @pytest.mark.slow
 def test_a_sample_again_on_half_the_mesh(random_presses, sample):
     assert sorted(a.ratio for a in random_presses.solve_again(sample, 4))[2] <= 3
-
-
-@pytest.mark.parametrize(
-    ("at", "overlaps"),
-    [
-        ((0.0, 0.055), False),
-        ((0.0, 0.056), True),
-        ((0.03, -0.060), True),
-        ((0.0, 0.075), False),
-        ((0.054, 0.064), True),
-    ],
-)
-def test_an_indenter_over_a_clamp_is_refused(at, overlaps):
-    # the clamps are at 65 mm, the shank of the indenter is 10 mm thick to all sides at the height of the sheet
-    reason = ""
-    try:
-        press("sphere:20mm", 0.03, 0.010, at=at)
-    except NoEquilibrium as none:
-        reason = none.reason
-    assert ("clamp" in reason) == overlaps
 
 
 @pytest.mark.slow

@@ -4,7 +4,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from stretch_bt.errors import InvalidInput, NoEquilibrium
 from stretch_bt.simulation.membrane.axisymmetric import CircularMembrane
 from stretch_bt.simulation.membrane.indenters.base import Zone
 from stretch_bt.simulation.membrane.indenters.placed import place
@@ -141,30 +140,3 @@ def test_materials_effects_and_warm_starts_carry_over():
     cold = RoundSheet(1.0, 1.0, mooney, 1.2).press(SPHERE, 0.22)
     assert warm.force[2] == pytest.approx(cold.force[2], rel=1e-3)
     assert RoundSheet(1.0, 1.0, mooney).press(SPHERE, 0.2).force[2] < 0.5 * first.force[2]
-
-
-@pytest.mark.parametrize(
-    "fields",
-    [
-        {"radius": -1.0},
-        {"radius": float("nan")},
-        {"thickness": 0.0},
-        {"prestretch": 0.9},
-        {"prestretch": float("inf")},
-        {"effects": Effects(bending=True)},
-    ],
-)
-def test_bad_membranes(fields):
-    with pytest.raises(InvalidInput):
-        RoundSheet(**{"radius": 1.0, "thickness": 1.0, "material": RUBBER} | fields)
-
-
-@pytest.mark.parametrize(("indenter", "depth"), [(SPHERE, 0.0), (SPHERE, float("nan")), ("sphere:20mm", 0.1)])
-def test_bad_presses(indenter, depth):
-    with pytest.raises(InvalidInput):
-        MEMBRANE.press(indenter, depth)
-
-
-def test_a_limit_point_is_reported():
-    with pytest.raises(NoEquilibrium):
-        MEMBRANE.press(Sphere(0.2), 0.7)

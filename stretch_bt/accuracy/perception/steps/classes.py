@@ -4,32 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from itertools import product
 from typing import Any
 
-from stretch_bt.accuracy.perception.measure import CYLINDERS, NOISES, SPHERES, frames_of, run, words
-from stretch_bt.accuracy.perception.view import Seen, seen
-from stretch_bt.accuracy.points import Point
+from stretch_bt.accuracy.job import Job
+from stretch_bt.accuracy.perception.measure import CYLINDERS, NOISES, SPHERES, clouds, job, view_of, words
+from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.points import Setting
 from stretch_bt.perception import segment
 from stretch_bt.perception.segmentation import Rule
 from stretch_bt.perception.types import CONTACT, INVALID
 
-__all__ = ["points"]
+__all__ = ["jobs"]
 
-_RULES: tuple[Rule, ...] = ("either", "mean")
+_RULES: tuple[Rule, ...] = ("mean", "either")
+_DEFAULT = "mean"
 
 
-def points(quick: bool) -> Iterator[Point]:
+def jobs(frames: int) -> Iterator[Job]:
     """Yield one less the overlap of labels and truth: pixels in both over pixels in either."""
-    for press in (SPHERES + CYLINDERS)[: 2 if quick else None]:
-        view = seen(press)
-        for name, noise in list(NOISES.items())[: 1 if quick else None]:
-            for rule in _RULES:
-                solve: Any = partial(segment, rule=rule)
-                answers = run(solve, partial(_apart, view), frames_of(view, noise, quick))
-                yield answers.point(f"{words(press)}, {name}", f"classes: rule {rule}", "overlap")
+    for press, (name, noise) in product(SPHERES + CYLINDERS, NOISES.items()):
+        for rule in _RULES:
+            solve: Any = partial(segment, rule=rule)
+            yield job(
+                f"{words(press)}, {name}",
+                Setting("segmentation", f"rule {rule}"),
+                "overlap",
+                frames,
+                solve,
+                partial(_apart, press),
+                partial(clouds, press, noise, frames),
+                default=rule == _DEFAULT,
+            )
 
 
-def _apart(view: Seen, labels: Any) -> float:
-    found, seen_ = labels == CONTACT, labels != INVALID
-    either = (found | view.touching) & seen_
-    return 1.0 - float((found & view.touching).sum()) / max(float(either.sum()), 1.0)
+def _apart(press: Press, labels: Any) -> float:
+    touching, found, visible = view_of(press).touching, labels == CONTACT, labels != INVALID
+    either = (found | touching) & visible
+    return 1.0 - float((found & touching).sum()) / max(float(either.sum()), 1.0)

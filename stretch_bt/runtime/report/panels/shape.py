@@ -62,9 +62,9 @@ def _fitted(kind: str, sizes: dict[str, float]) -> list[Array]:
 
 
 def _truth(record: RecordReader) -> list[Array]:
-    """Return the outlines (n, 2), m, of the upper surface of what the scene has; none where it does not tell."""
+    """Return the outlines (n, 2), m, of the upper surface of what the scene has; none where it does not tell, or a real camera looked."""
     scene = record.run_info.get("scene")
-    if not scene:
+    if not scene or "DepthCamera" not in record.run_info.get("simulated", ["DepthCamera"]):
         return []
     from stretch_bt.simulation.above import upper_surface
     from stretch_bt.simulation.scene import load_scene

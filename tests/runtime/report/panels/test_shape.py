@@ -21,9 +21,9 @@ SHAPES = {
 
 @pytest.fixture
 def record(tmp_path):
-    def write(kind, sizes, scene=None, cloud=True):
+    def write(kind, sizes, scene=None, cloud=True, **told):
         recorder = RunRecord(tmp_path / "record")
-        recorder.start({"tree": "reconstruct.yaml", "params": {}}, {"scene": scene})
+        recorder.start({"tree": "reconstruct.yaml", "params": {}}, {"scene": scene, **told})
         recorder.begin_tick(1, 0.05)
         recorder.write("main/shape", kind, None, "main/fit_object")
         for name, value in {**sizes, "solid_x": 0.01, "solid_y": 0.0, "solid_heading": 0.0}.items():
@@ -57,6 +57,12 @@ def test_a_shape_is_drawn_in_its_size(record, kind):
 def test_the_truth_of_the_scene_is_drawn_under_it(record):
     drawn = panel(record("block", SHAPES["block"][0], scene="wooden_cube"))
     assert extents(drawn, "#2a8f4d") == pytest.approx((39.4, 39.4), abs=1.2), "its edges are round"
+
+
+@pytest.mark.parametrize(("simulated", "drawn"), [(["Arm", "DepthCamera"], True), (["Arm"], False)])
+def test_the_scene_is_drawn_only_where_a_simulated_camera_looked(record, simulated, drawn):
+    found = panel(record("block", SHAPES["block"][0], scene="wooden_cube", simulated=simulated))
+    assert ("#2a8f4d;" in found) is drawn
 
 
 def test_without_a_cloud_or_a_scene_less_is_drawn(record):

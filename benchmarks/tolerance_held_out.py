@@ -1,0 +1,221 @@
+"""Whether a press that asks for a tolerance stays within it, and what its choice costs beside the cheapest one that does.
+
+    python -m benchmarks.tolerance_held_out [press] [--tasks 60] [--priced 20] [--first 9000] [--jobs 1] [--keep FILE]
+    python -m benchmarks.tolerance_held_out palpation [--percent 5] [--seeds 8] [--jobs 1] [--keep FILE]
+
+`press`: random spheres, cones, boxes and balloons under stretches of 0 to 80 mm, pressed straight down without noise, each with a tolerance of
+the force from 0.5 to 10 % and `fidelity: auto`; no table or law was made from them. The error of the force is that against a press
+with everything on and the finest setting. Tasks that have no such press, or whose tolerance is refused, are drawn again. For the first
+`--priced` tasks every cheaper choice of setting and effects, by the committed table of costs, is pressed too, until one is within the
+tolerance: the ratio is the cost of the advisor's choice over that of the cheapest that is.
+`palpation`: water_balloon and seeds_balloon by `palpate_stiffness --tolerance stiffness=P%`, and with everything on, on paired seeds: the mean
+difference of the stiffness beside the tolerance, once two standard errors of it are below that; else it is not shown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import statistics
+import tempfile
+from collections.abc import Callable, Iterator
+from importlib.resources import files
+from itertools import chain, combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import stretch_bt
+from stretch_bt.accuracy.twin.press_tasks import Press, drawn, possible, pressed, scene_with, shared
+from stretch_bt.errors import NoAnswer, SceneError
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.advisor.choose import NOISE, Chosen, choose
+from stretch_bt.simulation.advisor.sheet_table import read_sheet_table
+from stretch_bt.simulation.effects import registry
+from stretch_bt.simulation.fidelity.rungs import RUNGS
+from stretch_bt.simulation.scene import Scene, parse_scene
+from stretch_bt.simulation.scene.sections import Tolerance
+
+KINDS = ("sphere", "cone", "box", "balloon")
+PERCENT = (0.5, 10.0)
+TRIES = 20
+FINEST = list(RUNGS)[-1]
+BALLOONS = ("water_balloon", "seeds_balloon")
+
+
+def asking(text: str, part: float) -> Scene:
+    """Return a scene without noise that leaves the rest to the advisor, for a run that asks for a tolerance of the force."""
+    off = ", ".join(f"{name}: off" for name, effect in registry().items() if effect.group in NOISE)
+    bare = "\n".join(line for line in text.splitlines() if not line.startswith("tolerance"))
+    return parse_scene(f"{bare}\nfidelity: auto\neffects: {{{off}}}\n").tolerating(
+        Tolerance.model_validate({"force": part})
+    )
+
+
+def press_task(seed: int, priced: bool) -> dict[str, Any]:
+    """Return what came of the task of a seed."""
+    refused = []
+    for attempt in range(TRIES):
+        random = np.random.default_rng([seed, attempt])
+        kind = KINDS[seed % len(KINDS)]
+        text, part = drawn(random, kind), random.uniform(*PERCENT) / 100
+        chosen = choose(asking(text, part))
+        if not chosen.reached:
+            refused.append(f"{kind}, {100 * part:.2f} %: {100 * chosen.predicted['force'].value:.2f} % is the best")
+            continue
+        try:
+            known = pressed(scene_with(text, possible(text)), settings=RUNGS[FINEST])
+        except (NoAnswer, SceneError) as failure:
+            refused.append(str(failure)[:100])
+            continue
+        found = _pressed(text, chosen.rung or FINEST, chosen.on)
+        error = math.inf if found is None else abs(found.force / known.force - 1)
+        row = {"seed": seed, "kind": kind, "text": text, "tolerance": part, "error": error, "refused": refused}
+        told = chosen.predicted["force"]
+        row |= {
+            "predicted": told.value,
+            "total": told.total,
+            "rung": chosen.rung,
+            "on": sorted(chosen.on),
+            "cost": chosen.cost_ms,
+        }
+        return {**row, **(_priced(text, part, known, chosen) if priced else {})}
+    return {"seed": seed, "reason": "; ".join(refused)}
+
+
+def _pressed(text: str, rung: str, on: frozenset[str] | set[str]) -> Press | None:
+    try:
+        return pressed(scene_with(text, on), settings=RUNGS[rung])
+    except NoAnswer:
+        return None
+
+
+def _priced(text: str, part: float, known: Press, chosen: Chosen) -> dict[str, Any]:
+    """Return the cheapest choice within the tolerance, by trying all that are cheaper than the one chosen, the cheapest first."""
+    scene, table = parse_scene(text), read_sheet_table()
+    case, able = Case(scene, scene.object.rough()), possible(text)
+    sets = [set(on) for on in chain.from_iterable(combinations(able, k) for k in range(len(able) + 1))]
+    whole = [on for on in sets if all(registry()[name].needs in {None, *on} for name in on)]
+    choices = sorted(
+        ((table.cost(rung, on, case), rung, sorted(on)) for rung in RUNGS for on in whole), key=lambda c: c[:2]
+    )
+    tried = 0
+    for cost, rung, on in choices:
+        if cost >= chosen.cost_ms:
+            break
+        tried += 1
+        found = _pressed(text, rung, set(on))
+        if found is not None and abs(found.force / known.force - 1) <= part:
+            return {"cheapest": cost, "cheapest_rung": rung, "cheapest_on": on, "tried": tried}
+    return {"cheapest": chosen.cost_ms, "cheapest_rung": chosen.rung, "cheapest_on": sorted(chosen.on), "tried": tried}
+
+
+def _press_row(item: tuple[int, bool]) -> dict[str, Any]:
+    return press_task(*item)
+
+
+def show_presses(found: list[dict[str, Any]]) -> None:
+    """Print a line for each task, the share within the tolerance and the ratios of cost."""
+    print("seed kind    tolerance predicted (plain sum) error    setting, effects; cheapest by cost")
+    good = [row for row in found if "reason" not in row]
+    for row in good:
+        cheap = (
+            f"; {row['cost'] / row['cheapest']:.2f} of {row['cheapest_rung']} {', '.join(row['cheapest_on'])}"
+            if "cheapest" in row
+            else ""
+        )
+        print(
+            f"{row['seed']} {row['kind']:8s} {100 * row['tolerance']:6.2f} % {100 * row['predicted']:6.2f} % ({100 * row['total']:6.2f} %) "
+            f"{100 * row['error']:6.2f} %{'' if row['error'] <= row['tolerance'] else ' <- over'}  {row['rung']} {', '.join(row['on'])}{cheap}"
+        )
+    within = sum(row["error"] <= row["tolerance"] for row in good)
+    refused = sum(len(row.get("refused", ())) for row in good)
+    share = 100 * within / max(len(good), 1)
+    print(
+        f"{within} of {len(good)} within the tolerance, {share:.1f} %; {refused} draws refused, {len(found) - len(good)} seeds without a task"
+    )
+    ratios = [row["cost"] / row["cheapest"] for row in good if "cheapest" in row and row["error"] <= row["tolerance"]]
+    if ratios:
+        mean, middle, over = statistics.fmean(ratios), statistics.median(ratios), sum(r > 1.5 for r in ratios)
+        print(
+            f"cost over the cheapest, {len(ratios)} tasks: mean {mean:.2f}, median {middle:.2f}, largest {max(ratios):.2f}, {over} over 1.5"
+        )
+
+
+def palpated(item: tuple[str, int, float]) -> dict[str, Any]:
+    """Return the stiffness that palpation tells of a scene with the choice of a tolerance, and with everything on, N/mm."""
+    name, seed, part = item
+    text = (files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml").read_text("utf-8")
+    every = "".join(f"  {effect}: on\n" for effect in possible(text))
+    row: dict[str, Any] = {"scene": name, "seed": seed, "tolerance": part}
+    with tempfile.TemporaryDirectory() as folder:
+        full = Path(folder) / "everything.yaml"
+        full.write_text(text.rstrip() + "\n" + every, encoding="utf-8")
+        for label, scene, asked in (("chosen", name, {"stiffness": part}), ("everything", str(full), None)):
+            found = stretch_bt.run(
+                "palpate_stiffness", scene=scene, seed=seed, out=Path(folder) / label, tolerance=asked
+            )
+            told = found.outputs.get("stiffness", {}) if found.status == "SUCCESS" else {}
+            row |= {label: told.get("value"), f"{label}_sd": told.get("sd"), f"{label}_cpu": found.cpu_seconds}
+            row[f"{label}_reason"] = found.reason
+    return row
+
+
+def show_palpations(found: list[dict[str, Any]]) -> None:
+    """Print the mean difference of each scene beside its tolerance, and the deviation that the estimator states."""
+    for name in BALLOONS:
+        each = [row for row in found if row["scene"] == name]
+        pairs = [(row["chosen"], row["everything"]) for row in each if row["chosen"] and row["everything"]]
+        if len(pairs) < 2:
+            print(f"{name}: not shown, {len(pairs)} pairs")
+            continue
+        off = [one / other - 1 for one, other in pairs]
+        mean, error, part = statistics.fmean(off), statistics.stdev(off) / math.sqrt(len(off)), each[0]["tolerance"]
+        sd = statistics.fmean(row["chosen_sd"] / row["chosen"] for row in each if row["chosen"] and row["chosen_sd"])
+        verdict = "not shown: more seeds" if 2 * error >= part else "within" if abs(mean) <= part else "over"
+        cpu = [statistics.fmean(row[f"{label}_cpu"] for row in each) for label in ("chosen", "everything")]
+        print(
+            f"{name}: {100 * mean:+.2f} % +- {100 * error:.2f} % (standard error) of {100 * part:g} %, {len(pairs)} of {len(each)} pairs: {verdict}; "
+            f"the estimator states {100 * sd:.1f} %; CPU {cpu[0]:.1f} s, with everything {cpu[1]:.1f} s"
+        )
+
+
+def kept(
+    items: list[Any], work: Callable[[Any], dict[str, Any]], jobs: int, keep: Path | None
+) -> Iterator[dict[str, Any]]:
+    """Yield the row of each item; those that a file holds are not worked out again."""
+    lines = keep.read_text("utf-8").splitlines() if keep is not None and keep.exists() else []
+    known = {json.dumps(row["item"]): row for row in map(json.loads, lines)}
+    yield from (known[json.dumps(item)] for item in items if json.dumps(item) in known)
+    missing = [item for item in items if json.dumps(item) not in known]
+    for item, row in zip(missing, shared(work, missing, jobs), strict=True):
+        if keep is not None:
+            with keep.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"item": item, **row}) + "\n")
+        yield row
+
+
+def main() -> None:
+    """Print what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", nargs="?", choices=("press", "palpation"), default="press")
+    parser.add_argument("--tasks", type=int, default=60)
+    parser.add_argument("--priced", type=int, default=20, help="of the tasks, for which every cheaper choice is tried")
+    parser.add_argument("--first", type=int, default=9000, help="first seed of the tasks")
+    parser.add_argument("--percent", type=float, default=5.0, help="tolerance of the stiffness")
+    parser.add_argument("--seeds", type=int, default=8, help="of a palpation")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--keep", type=Path, help="file of rows, to begin or to go on with")
+    given = parser.parse_args()
+    if given.what == "press":
+        tasks = [[given.first + k, k < given.priced] for k in range(given.tasks)]
+        show_presses(list(kept(tasks, _press_row, given.jobs, given.keep)))
+    else:
+        runs = [[name, seed, given.percent / 100] for seed in range(given.seeds) for name in BALLOONS]
+        show_palpations(list(kept(runs, palpated, given.jobs, given.keep)))
+
+
+if __name__ == "__main__":
+    main()

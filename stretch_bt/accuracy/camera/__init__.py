@@ -1,0 +1,1 @@
+"""The twin's depth camera: how far its images are off the surface that it sees."""

@@ -1,0 +1,1 @@
+"""Cookies from drawn cubes of dough, by both trees."""

@@ -1,0 +1,57 @@
+"""The twin: error against CPU time, over which effects are on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stretch_bt.accuracy.advice import Found
+from stretch_bt.accuracy.job import CPU_S, Domain, Job, Panel
+from stretch_bt.accuracy.points import Kind, Setting
+
+__all__ = ["DOMAIN"]
+
+ABOUT = """\
+The task of a shipped scene, one press, a roll or a palpation, with what the advisor switches on (`auto`), with every effect that the scene
+can have, with none, and with the `least` that agrees with everything on in the mean, found by taking away one effect after the other. A case
+is a run; its error is by how much it differs from the run of the same seed with everything on, over the scene's tolerance:
+the observable that differs most counts, and the chance of both runs' noise is in it. Everything on is the twin itself, so that it has no
+error of its own here and stands at the lower edge. Friction and softening remember, which costs ten times the CPU time."""
+
+KINDS = {"apart": Kind("tolerances", 1.0)}
+OMITTED = {
+    "how far the twin is off a real hand": "no measurement of one is here",
+    "the sheet's own error": "both runs have it; the part membrane shows it",
+    "three balloons, three other objects": "minutes a run with everything on; [figures](../figures.md#twin) has them",
+}
+
+
+def take(found: Found) -> str:
+    """Say which effects to switch on."""
+    everything = found.setting(Setting("effects", "everything"), "apart", CPU_S)
+    nothing = found.setting(Setting("effects", "nothing"), "apart", CPU_S)
+    return (
+        f"So take the default, {found.default('apart', CPU_S)}; everything, {everything}, is for the question what an "
+        f"effect is worth; nothing, {nothing}, for wiring a task."
+    )
+
+
+def warm() -> None:
+    """Load what is compiled, and run one press."""
+    from stretch_bt.accuracy.kernels import load_kernels
+    from stretch_bt.accuracy.twin.outcome import outcome, with_effects
+
+    load_kernels("perception", "simulation.camera", "simulation.membrane")
+    outcome(with_effects("calibration_sphere", {}), 0)
+
+
+def jobs(quick: bool) -> Iterator[Job]:
+    """Yield every scene with every set of effects; with `quick` one run against all effects that remember nothing comes first."""
+    from stretch_bt.accuracy.twin import sets
+
+    if quick:
+        yield from sets.small_jobs()
+    yield from sets.jobs()
+
+
+PANELS = (Panel("apart", CPU_S, (), "difference to everything on"),)
+DOMAIN = Domain(ABOUT, KINDS, PANELS, take, OMITTED, warm, jobs)

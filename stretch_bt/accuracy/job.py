@@ -1,0 +1,83 @@
+"""What is measured by itself, and what a domain is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from stretch_bt.accuracy.points import Answer, Kind, Row, Setting
+
+if TYPE_CHECKING:
+    from stretch_bt.accuracy.advice import Found
+
+__all__ = ["CPU_MS", "CPU_S", "NODES", "PRESSES", "ROBOT_MIN", "ROBOT_S", "Axis", "Domain", "Job", "Panel"]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A case solved with one setting: `run` returns an Answer for each kind of error.
+
+    `run` may raise NoAnswer. `seconds` is the CPU time that it is expected to take, `error_kind` that of its row where it is
+    not run. Of a `group`, what comes first makes what the others need, so that none is run where one before it was not run, or
+    where the first has no answer.
+    """
+
+    case: str
+    setting: Setting
+    error_kind: str
+    seconds: float
+    run: Callable[[], Iterable[Answer]]
+    seed: int | None = None
+    default: bool = False
+    group: str = ""
+
+
+class Axis(NamedTuple):
+    """A cost as it is drawn: its name with the unit, and how many of that unit a row costs."""
+
+    name: str
+    of: Callable[[Row], float | None]
+
+
+def _cost(row: Row) -> float | None:
+    return None if row.cost is None else row.cost.value
+
+
+def _scaled(value: float | None, scale: float) -> float | None:
+    return None if value is None else value * scale
+
+
+CPU_MS = Axis("CPU ms", lambda row: _scaled(row.cpu_seconds, 1e3))
+CPU_S = Axis("CPU s", lambda row: row.cpu_seconds)
+ROBOT_S = Axis("robot s", lambda row: row.robot_seconds)
+ROBOT_MIN = Axis("robot minutes", lambda row: _scaled(row.robot_seconds, 1 / 60))
+PRESSES, NODES = Axis("presses", _cost), Axis("nodes", _cost)
+
+
+class Panel(NamedTuple):
+    """A diagram: a kind of error by a cost, of all series that have both or of those that are named."""
+
+    kind: str
+    axis: Axis = CPU_MS
+    series: tuple[str, ...] = ()
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """What is measured of one subject, and how that is shown.
+
+    `about` says what errors are measured against, `kinds` how each is shown, `panels` what is drawn. `take` returns the
+    sentence that a reader should take along; `omitted` lists what is not drawn or not measured, and why. `peers` are the
+    series of other programs. `warm` runs each code once that `jobs(quick)` time.
+    """
+
+    about: str
+    kinds: Mapping[str, Kind]
+    panels: Sequence[Panel]
+    take: Callable[[Found], str]
+    omitted: Mapping[str, str]
+    warm: Callable[[], None]
+    jobs: Callable[[bool], Iterable[Job]]
+    peers: frozenset[str] = field(default_factory=frozenset)

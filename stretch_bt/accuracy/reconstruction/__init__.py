@@ -1,0 +1,1 @@
+"""Reconstructions in the twin against the surface that the scene has."""

@@ -1,0 +1,1 @@
+"""What a tick of a tree takes, beside bare py_trees."""

@@ -1,0 +1,1 @@
+"""The domains, by name; a module or a folder each, with `CASES`."""

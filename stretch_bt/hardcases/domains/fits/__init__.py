@@ -1,0 +1,7 @@
+"""Fits of shapes to points, and of spheres to contacts."""
+
+from stretch_bt.hardcases.domains.fits import contacts, shapes, spheres
+
+__all__ = ["CASES"]
+
+CASES = (*shapes.CASES, *spheres.CASES, *contacts.CASES)

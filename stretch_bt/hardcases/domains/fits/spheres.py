@@ -1,0 +1,112 @@
+"""Points of a cap with holes, twice, far away or with noise, and points that no sphere can be told from."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned, InvalidInput
+from stretch_bt.hardcases.expect import Check, Refusal, Value
+from stretch_bt.hardcases.hard import Hard, group
+from stretch_bt.perception import fit_sphere
+
+SIDE = np.linspace(-5e-3, 5e-3, 20)
+GRID = np.stack(np.meshgrid(SIDE, SIDE), axis=-1).reshape(-1, 2)
+RING = np.column_stack([np.cos(np.arange(50)), np.sin(np.arange(50)), np.zeros(50)]) * 5e-3
+
+
+def _with_height(height: Any) -> Any:
+    return np.column_stack([GRID, np.broadcast_to(height, len(GRID))])
+
+
+ROUND = _with_height(np.sqrt(0.015**2 - (GRID**2).sum(axis=1)))
+NOISE = np.random.default_rng(5).normal(0, 0.3e-3, len(GRID))
+NOISY = ROUND + np.column_stack([0 * NOISE, 0 * NOISE, NOISE / 10])
+#: points, and what is said of them
+REFUSED = {
+    "four points": (ROUND[[0, 5, 210, 380]], "at least 5 distinct points, there are 4"),
+    "four points many times": (np.tile(ROUND[[0, 5, 210, 380]], (50, 1)), "there are 4"),
+    "a curve seen as a line": (
+        np.column_stack([np.arange(50), 2 * np.arange(50), np.arange(50) ** 2]) * 1e-3,
+        "one line",
+    ),
+    "a line in space": (np.outer(np.arange(50), [1e-3, 2e-3, 3e-3]), "one line"),
+    "a ring": (RING, "ring"),
+    "an exact level plane": (_with_height(0.01), "plane"),
+    "an exact tilted plane": (_with_height(0.3 * GRID[:, 0] - 0.1 * GRID[:, 1]), "plane"),
+    "a noisy plane": (_with_height(NOISE), "standard deviations"),
+    "a cap too small for its noise": (_with_height(ROUND[:, 2] / 30 + NOISE), "standard deviations"),
+}
+
+
+def _holes(points: Any) -> Any:
+    out = np.vstack([points, points[:40]])
+    out[:20, 2], out[20:40, 0] = np.nan, np.inf
+    return out
+
+
+#: points, radius, and how well it is found
+FOUND: dict[str, tuple[Any, float, float]] = {
+    "NaN and inf rows beside": (_holes(ROUND), 0.015, 1e-6),
+    "each point twice": (np.vstack([ROUND, ROUND]), 0.015, 1e-6),
+    "1e6 mm aside": (ROUND + np.array([1e3, -1e3, 1e3]), 0.015, 1e-4),
+    "1e6 mm aside in float32, as mm": ((ROUND * 1e3 + 1e6).astype(np.float32), 15.0, 0.25),
+    "single precision": (ROUND.astype(np.float32), 0.015, 1e-4),
+    "millimetres": (ROUND * 1e3, 15.0, 1e-6),
+    "turned over": (ROUND * [1, 1, -1], 0.015, 1e-6),
+    "half of it": (ROUND[GRID[:, 0] > 0], 0.015, 1e-6),
+    "noisy": (NOISY, 0.015, 0.05),
+}
+WRONG: dict[str, dict[str, Any]] = {
+    "five points of two numbers": {"points": np.zeros((5, 2))},
+    "nine numbers": {"points": np.zeros(9)},
+    "rays of other points": {"points": ROUND, "rays": np.zeros((3, 3))},
+    "rays without direction": {"points": ROUND, "rays": np.zeros_like(ROUND)},
+    "no noise": {"points": ROUND, "noise": 0.0},
+    "noise NaN": {"points": ROUND, "noise": float("nan")},
+}
+
+
+def _is_sphere(radius: float, within: float, concave: bool) -> Check:
+    def check(fit: Any) -> bool:
+        stated = np.isfinite([fit.radius_sd, fit.curvature_sd, *fit.center, *fit.center_sd]).all()
+        return bool(abs(fit.radius / radius - 1) <= within and (fit.curvature < 0) == concave and stated)
+
+    return Check(f"radius {radius:g} within {within:g} of it, deviations finite", check)
+
+
+def _fitted(arguments: dict[str, Any]) -> Any:
+    return fit_sphere(**arguments)
+
+
+def _of_duplicates() -> float:
+    """Return the deviation of four times the same points over that of them once."""
+    return fit_sphere(np.vstack([NOISY] * 4)).curvature_sd / fit_sphere(NOISY).curvature_sd
+
+
+CASES: tuple[Hard, ...] = (
+    *group(
+        "holes, doubles, distance, precision, units and noise leave a sphere what it is",
+        {
+            name: (partial(fit_sphere, points), _is_sphere(radius, within, name == "turned over"))
+            for name, (points, radius, within) in FOUND.items()
+        },
+        {"doubles are no more evidence": (_of_duplicates, Value(1.0, abs=1e-9))},
+        prefix="cap, ",
+    ),
+    *group(
+        "a plane, a ring, a line, too few points, and noise that hides the bend",
+        {
+            name: (partial(fit_sphere, points), Refusal(IllConditioned, said))
+            for name, (points, said) in REFUSED.items()
+        },
+        prefix="cap, ",
+    ),
+    *group(
+        "what are no points, rays or noise",
+        {name: (partial(_fitted, arguments), Refusal(InvalidInput)) for name, arguments in WRONG.items()},
+        prefix="cap, ",
+    ),
+)

@@ -1,0 +1,21 @@
+"""Images, contacts, heights, outlines, clouds and sizes that perception must answer or refuse."""
+
+from stretch_bt.hardcases.domains.perception import (
+    cameras,
+    clouds,
+    contacts,
+    frames,
+    heights,
+    inputs,
+    limits,
+    outlines,
+    rectangle,
+    relief,
+    size,
+)
+
+__all__ = ["CASES"]
+
+_PARTS = (frames, cameras, contacts, heights, inputs, outlines, size, rectangle, clouds, relief, limits)
+
+CASES = tuple(hard for part in _PARTS for hard in part.CASES)

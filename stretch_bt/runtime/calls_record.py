@@ -1,0 +1,29 @@
+"""The record of what is called on an open cell: events and readings, without a tree that could be ticked again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stretch_bt.runtime.record import RunRecord
+
+__all__ = ["record_of_calls"]
+
+
+def record_of_calls(out: Path, cell: str, *, scene: str | None, seed: int) -> RunRecord:
+    """Begin the record of all calls in a folder, which must be empty or absent.
+
+    Raises
+    ------
+    RecordError
+        The folder holds something, or cannot be written.
+    """
+    from stretch_bt.runtime.prepare import versions
+    from stretch_bt.runtime.record import RunRecord
+
+    record = RunRecord(out)
+    name = Path(scene).name if scene else None
+    header: dict[str, Any] = {"tree": None, "calls": True, "seed": seed, "scene": name, "cell": cell, "keys": {}}
+    record.start({**header, "versions": versions("stretch-bt", "py_trees", "numpy")}, {"tree": None, **header})
+    return record

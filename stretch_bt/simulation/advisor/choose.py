@@ -1,0 +1,212 @@
+"""The cheapest effects, and the cheapest setting of the sheet, with which a scene's results stay within their tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import compress
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.simulation.advisor.case import Case
+from stretch_bt.simulation.advisor.predict import Predicted, predicted, predictions
+from stretch_bt.simulation.advisor.sheet_table import read_sheet_table
+from stretch_bt.simulation.effects import Effect, Size, registry
+from stretch_bt.simulation.fidelity.rungs import RUNGS, USUAL_RUNG
+from stretch_bt.simulation.scene import Scene
+
+__all__ = ["NOISE", "Chosen", "Judged", "choose", "judge"]
+
+#: groups of effects that a run's tolerance leaves as the scene says
+NOISE = ("camera", "robot")
+_SAME = 1 + 1e-9  # of a tolerance, within rounding
+Sizes = Mapping[str, Size]
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """An effect that a scene can have: what it changes by result, the largest of each, and what the scene says of it."""
+
+    effect: type[Effect]
+    sizes: Sizes
+    choice: object
+
+    @property
+    def free(self) -> bool:
+        """Whether the scene leaves it to the advisor."""
+        return self.choice == "auto"
+
+    @property
+    def named(self) -> bool:
+        """Whether the scene switches it on."""
+        return self.choice not in ("auto", "off")
+
+    def shares(self, scene: Scene) -> dict[str, float]:
+        """Return from where on it is called for by itself, by result, SI.
+
+        Of a tolerance that a run asks for that is all of it; noise goes by what the scene says.
+        """
+        noise = self.effect.group in NOISE
+        own = {
+            name: value * self.effect.worth
+            for name, value in (scene.tolerance.named() if noise else scene.kept).items()
+        }
+        return own if noise else {**own, **scene.asked}
+
+    def calls(self, scene: Scene) -> bool:
+        """Return whether it alone is larger than its share of a tolerance."""
+        shares = self.shares(scene)
+        return any(name in shares and size.value > shares[name] for name, size in self.sizes.items())
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """Which effects are on, by which setting the sheet is solved, None for what is no sheet, and what that is predicted to come to.
+
+    `cost_ms` is about how long a press takes, ms of CPU on the machine that the table was made on. `reached` tells whether every
+    prediction is within its tolerance, and `together` which effects are on though each alone would be small enough.
+    """
+
+    on: frozenset[str]
+    rung: str | None
+    predicted: Mapping[str, Predicted]
+    cost_ms: float
+    reached: bool
+    together: frozenset[str] = frozenset()
+
+
+def judge(scene: Scene, case: Case) -> dict[str, Judged]:
+    """Return what each effect that a scene can have would change."""
+    found = {}
+    for name, effect in registry().items():
+        if effect.refusal(scene.object) is None and effect.not_at(scene) is None:
+            sizes: dict[str, Size] = {}
+            for size in effect.sizes(case, scene.parameters(effect)):
+                known = sizes.get(size.observable)
+                sizes[size.observable] = size if known is None or size.value > known.value else known
+            found[name] = Judged(effect, sizes, scene.choice(name))
+    return found
+
+
+def choose(scene: Scene) -> Chosen:
+    """Return the cheapest choice whose predictions are within the tolerance, or else the most accurate one.
+
+    What the scene names stays as it says, and so do a fixed `fidelity` and the noise of camera and robot. An effect that alone is
+    larger than its share of a tolerance of the scene is on in any case.
+    """
+    return _Choice(scene).best()
+
+
+class _Choice:
+    """What there is to choose from in a scene."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.case = Case(scene, scene.object.rough())
+        self.judged = judge(scene, self.case)
+        self.tolerances = {**scene.kept, **scene.asked}
+        self.table = read_sheet_table()
+        noise = {name: j for name, j in self.judged.items() if j.effect.group in NOISE}
+        self.noise = {name for name, j in noise.items() if j.named or (j.free and j.calls(scene))}
+        self.bias = {name: j for name, j in self.judged.items() if name not in noise}
+        self.rungs = self._rungs()
+
+    def _rungs(self) -> list[str | None]:
+        if self.scene.fidelity == "auto":
+            return list(RUNGS)
+        return [USUAL_RUNG] if self.scene.is_sheet else [None]
+
+    def best(self) -> Chosen:
+        """Return the best choice."""
+        names = list(self.bias)
+        fixed = np.array([not j.free for j in self.bias.values()], dtype=np.bool_)
+        told = np.array([j.named for j in self.bias.values()], dtype=np.bool_)
+        called = told | (~fixed & np.array([j.calls(self.scene) for j in self.bias.values()], dtype=np.bool_))
+        called = self._with_needs(called)
+        least = [(rung, called) for rung in self.rungs]
+        within = [found for found in (self._at(*one) for one in least) if found.reached]
+        if len(within) < len(self.rungs):
+            within += self._added(names, called, self._helping() & ~fixed & ~called)
+        if within:
+            return min(within, key=lambda found: (found.cost_ms, self._worst(found)))
+        everything = self._with_needs(called | (self._helping() & ~fixed))
+        return min((self._at(rung, everything, called) for rung in self.rungs), key=self._worst)
+
+    def _helping(self) -> npt.NDArray[np.bool_]:
+        """Return which effects change a result that has a tolerance, or are needed by one that does."""
+        changing = [
+            any(size.value > 0 for n, size in j.sizes.items() if n in self.tolerances) for j in self.bias.values()
+        ]
+        helping = np.array(changing, dtype=np.bool_)
+        for place, needed in self._needs(list(self.bias)):
+            helping[needed] |= helping[place]
+        return helping
+
+    def _added(
+        self, names: Sequence[str], called: npt.NDArray[np.bool_], free: npt.NDArray[np.bool_]
+    ) -> Iterator[Chosen]:
+        """Yield, for each setting, the cheapest choice within the tolerance that switches further effects on."""
+        places = np.flatnonzero(free)
+        bits = (np.arange(2 ** len(places))[:, None] >> np.arange(len(places))) & 1
+        choices = np.tile(called, (len(bits), 1))
+        choices[:, places] = bits.astype(np.bool_)
+        choices = choices[self._possible(names, choices)]
+        times = [self.table.times(list(compress(names, choice))) for choice in choices]
+        choices = choices[np.lexsort((choices.sum(axis=1), times))]  # the cheapest first, and of those the fewest
+        for rung in self.rungs:
+            within = self._reaching(choices, self._solver(rung))
+            if within.any():
+                yield self._at(rung, choices[int(np.argmax(within))], called)
+
+    def _reaching(self, choices: npt.NDArray[np.bool_], solver: Mapping[str, float] | None) -> npt.NDArray[np.bool_]:
+        """Return which choices (n, effects) stay within every tolerance."""
+        within = np.ones(len(choices), dtype=np.bool_)
+        for name, tolerance in self.tolerances.items():
+            sizes = [j.sizes.get(name) for j in self.bias.values()]
+            value = np.hypot(predictions(sizes, ~choices), (solver or {}).get(name, 0.0))
+            within &= value <= tolerance * _SAME
+        return within
+
+    def _possible(self, names: Sequence[str], choices: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        """Return which choices have no effect on without the one that it needs, those aside that the scene names."""
+        fits = np.ones(len(choices), dtype=np.bool_)
+        for place, needed in self._needs(names):
+            if not self.bias[names[place]].named:
+                fits &= ~choices[:, place] | choices[:, needed]
+        return fits
+
+    def _with_needs(self, on: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        """Return a choice without the effects that change nothing since what they need is off, unless the scene names them."""
+        kept = on.copy()
+        for place, needed in self._needs(list(self.bias)):
+            named = list(self.bias.values())[place].named
+            kept[place] &= kept[needed] or named
+        return kept
+
+    def _needs(self, names: Sequence[str]) -> Iterator[tuple[int, int]]:
+        for place, name in enumerate(names):
+            needed = registry()[name].needs
+            if needed in self.bias:
+                yield place, names.index(needed)
+
+    def _solver(self, rung: str | None) -> Mapping[str, float] | None:
+        """Return the error of a setting; that of a fixed one counts where a run asks for a tolerance alone."""
+        if not self.scene.asked and self.scene.fidelity != "auto":
+            return None
+        return self.table.error(rung or self.scene.fidelity, self.case)
+
+    def _at(self, rung: str | None, on: npt.NDArray[np.bool_], called: npt.NDArray[np.bool_] | None = None) -> Chosen:
+        solver = self._solver(rung)
+        off = {name: self.bias[name].sizes for name in compress(self.bias, ~on)}
+        found = predicted(self.tolerances, off, solver)
+        names = frozenset(compress(self.bias, on))
+        more = frozenset(compress(self.bias, on & ~called)) if called is not None else frozenset()
+        known = solver is None or all(name in solver for name in found)
+        reached = known and all(p.ratio <= _SAME for p in found.values())
+        cost = self.table.cost(rung, names, self.case) if rung else 0.0
+        return Chosen(names | self.noise, rung, found, cost, reached, more)
+
+    @staticmethod
+    def _worst(found: Chosen) -> float:
+        return max((p.ratio for p in found.predicted.values()), default=0.0)

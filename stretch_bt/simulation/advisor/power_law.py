@@ -1,0 +1,36 @@
+"""Closed forms that are fitted to solved sheets: a value at one press, and the power with which it grows with each of its numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["PowerLaw"]
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLaw:
+    """What is there over a contact of 10 mm radius at a depth of 10 mm, a strain of 0.4, a coefficient of friction of 0.5 and bends of 2 mm.
+
+    The other fields are the powers of each of these.
+    """
+
+    there: float
+    depth: float = 0.0
+    contact: float = 0.0
+    strain: float = 0.0
+    friction: float = 0.0
+    bend: float = 0.0
+
+    def at(
+        self, *, depth: float, contact: float, strain: float = 0.4, friction: float = 0.5, bend: float = 2e-3
+    ) -> float:
+        """Return it for a depth, m, the radius of a contact, m, a strain, a coefficient of friction and the length of a bend, m."""
+        parts = (
+            (depth / 10e-3, self.depth),
+            (contact / 10e-3, self.contact),
+            (strain / 0.4, self.strain),
+            (friction / 0.5, self.friction),
+            (bend / 2e-3, self.bend),
+        )
+        return self.there * math.exp(sum(power * math.log(value) for value, power in parts if power))

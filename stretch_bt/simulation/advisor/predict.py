@@ -1,0 +1,66 @@
+"""By how much the twin's results may differ from those with everything possible on, for each choice of effects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.simulation.effects.base import Size
+
+__all__ = ["Predicted", "predicted", "predictions"]
+
+
+@dataclass(frozen=True, slots=True)
+class Predicted:
+    """The predicted difference of one result beside its tolerance, SI.
+
+    `solver` is the 95th percentile of the error of the sheet's setting, None where none is known; `effects` what the effects that are
+    left off come to; `value` the root of both as squares, and `total` their plain sum. `left_off` names them, the largest first.
+    """
+
+    observable: str
+    tolerance: float
+    value: float
+    solver: float | None
+    effects: float
+    total: float
+    left_off: tuple[str, ...]
+
+    @property
+    def ratio(self) -> float:
+        """The prediction over the tolerance."""
+        return self.value / self.tolerance
+
+
+def predictions(sizes: Sequence[Size | None], off: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
+    """Return what effects that are left off come to in one result, for each choice (n, effects) bool.
+
+    Those known to make it larger are added up, and so are those known to make it smaller, and the larger of both sums counts; it and
+    the effects of unknown sign are independent, so that their squares add up.
+    """
+    value, way = (np.array([getattr(size, name) if size else 0.0 for size in sizes]) for name in ("value", "way"))
+    up, down = (off @ np.where(way == sign, value, 0.0) for sign in (1, -1))
+    unsigned = off @ np.where(way == 0, value, 0.0) ** 2
+    found: npt.NDArray[np.float64] = np.sqrt(np.maximum(up, down) ** 2 + unsigned)
+    return found
+
+
+def predicted(
+    tolerances: Mapping[str, float], off: Mapping[str, Mapping[str, Size]], solver: Mapping[str, float] | None
+) -> dict[str, Predicted]:
+    """Return the prediction of each result that has a tolerance, with some effects left off and the error of the solver."""
+    found = {}
+    for name, tolerance in tolerances.items():
+        parts = {effect: sizes[name] for effect, sizes in off.items() if name in sizes and sizes[name].value > 0}
+        every = np.ones((1, len(parts)), dtype=np.bool_)
+        effects = float(predictions(list(parts.values()), every)[0]) if parts else 0.0
+        own = None if solver is None else solver.get(name)
+        total = (own or 0.0) + sum(size.value for size in parts.values())
+        largest = tuple(sorted(parts, key=lambda effect: -parts[effect].value))
+        value = math.hypot(own or 0.0, effects)
+        found[name] = Predicted(name, tolerance, value, own, effects, total, largest)
+    return found

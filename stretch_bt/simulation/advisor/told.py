@@ -1,0 +1,121 @@
+"""What the advisor chose, in words and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
+
+from stretch_bt.simulation.advisor.advise import Verdict, advise
+from stretch_bt.simulation.advisor.choose import NOISE, Chosen
+from stretch_bt.simulation.advisor.predict import Predicted
+from stretch_bt.simulation.effects import registry
+from stretch_bt.simulation.fidelity.rungs import RUNGS
+from stretch_bt.simulation.scene import Scene
+from stretch_bt.simulation.scene.asked import LENGTHS
+
+__all__ = ["line", "narrow", "quantity", "refusal", "to_json"]
+
+_LEAST = 1e-3  # mm or per cent; below that a size is as good as none
+_FREELY = 1.05  # times the best that can be had, which a remedy asks for
+
+
+def quantity(observable: str, value: float) -> str:
+    """Return a value of an observable, SI, in the unit that people use: mm, or per cent."""
+    number, unit = (value * 1e3, "mm") if observable in LENGTHS else (value * 100, "%")
+    return f"< {_LEAST:g} {unit}" if 0 < number < _LEAST else f"{number:.3g} {unit}"
+
+
+def line(scene: Scene, chosen: Chosen) -> str:
+    """Return choice, prediction and cost in one line."""
+    told = ", ".join(_of(p) for p in chosen.predicted.values()) or "no result has a tolerance"
+    on = ", ".join(_bias(chosen.on)) or "no effect of membrane and object"
+    cost = f", about {chosen.cost_ms:.3g} ms of CPU a press" if chosen.rung else ""
+    return f"predicted {told}; on: {on}; {_solved(scene, chosen)}{cost}"
+
+
+def _of(predicted: Predicted) -> str:
+    name = predicted.observable
+    parts = f"{name} {quantity(name, predicted.value)} of {quantity(name, predicted.tolerance)}"
+    return f"{parts} ({quantity(name, predicted.total)} as a plain sum)"
+
+
+def _bias(names: Iterable[str]) -> list[str]:
+    return [name for name in registry() if name in set(names) and registry()[name].group not in NOISE]
+
+
+def _solved(scene: Scene, chosen: Chosen) -> str:
+    return f"{scene.fidelity} fidelity" if chosen.rung is None else f"sheet setting {chosen.rung}"
+
+
+def narrow(scene: Scene, chosen: Chosen) -> str | None:
+    """Return what is on or off by less than a factor of 3, and what to do about it, in one line; None where nothing is.
+
+    Noise, which a run that asks for a tolerance does not choose, is left out there.
+    """
+    counted = [v for v in advise(scene, chosen) if not (scene.asked and registry()[v.name].group in NOISE)]
+    near = [v for v in counted if v.near and v.observable and v.estimate is not None]
+    if not near:
+        return None
+    told = ", ".join(
+        f"{v.name} {'on' if v.on else 'off'} ({v.observable} {_size(v, v.estimate)} of {_size(v, v.threshold)})"
+        for v in near
+    )
+    name = near[0].name
+    return (
+        f"narrow: {told}; where you know better, write 'effects: {{{name}: {'off' if near[0].on else 'on'}}}' in the scene, "
+        "or ask for a smaller --tolerance"
+    )
+
+
+def _size(verdict: Verdict, value: float | None) -> str:
+    return "" if value is None or verdict.observable is None else quantity(verdict.observable, value)
+
+
+def refusal(scene: Scene, chosen: Chosen) -> str:
+    """Return that no choice reaches a tolerance, the best that can be had, what stands in the way and what to write."""
+    missed = [p for p in chosen.predicted.values() if p.solver is None or p.ratio > 1]
+    unknown = [p.observable for p in missed if p.solver is None]
+    if unknown:
+        return (
+            f"--tolerance: nothing is known of the error of {' and '.join(unknown)} at {scene.fidelity} fidelity under a "
+            f"{scene.object.type}; write 'fidelity: auto' or 'fidelity: sheet' in the scene"
+        )
+    best = ", ".join(
+        f"{p.observable} {quantity(p.observable, p.value)} of {quantity(p.observable, p.tolerance)}" for p in missed
+    )
+    return (
+        f"--tolerance: no choice of effects stays within it; the best that can be had is {best}, by {_solved(scene, chosen)}"
+        f"{_in_the_way(scene, chosen, missed)}; {_remedy(scene, missed)}"
+    )
+
+
+def _in_the_way(scene: Scene, chosen: Chosen, missed: list[Predicted]) -> str:
+    """Return which effects the scene keeps off that would matter."""
+    kept = dict.fromkeys(name for p in missed for name in p.left_off if scene.choice(name) == "off")
+    return f", with {', '.join(kept)} off as the scene says" if kept else ""
+
+
+def _remedy(scene: Scene, missed: list[Predicted]) -> str:
+    asked = " ".join(f"{p.observable}={_rounded(p)}" for p in missed)
+    finer = "write 'fidelity: auto' in the scene for finer settings, or " if scene.fidelity == "sheet" else ""
+    return f"{finer}ask for --tolerance {asked}"
+
+
+def _rounded(predicted: Predicted) -> str:
+    return quantity(predicted.observable, predicted.value * _FREELY).replace(" ", "")
+
+
+def to_json(scene: Scene, chosen: Chosen) -> dict[str, Any]:
+    """Return a choice as records and `--json` have it, SI."""
+    return {
+        "asked": scene.asked,
+        "on": [name for name in registry() if name in chosen.on],
+        "sheet": chosen.rung,
+        "settings": asdict(RUNGS[chosen.rung]) if chosen.rung else None,
+        "predicted": {name: {**asdict(p), "left_off": list(p.left_off)} for name, p in chosen.predicted.items()},
+        "cost_ms": chosen.cost_ms,
+        "reached": chosen.reached,
+        "line": line(scene, chosen),
+        "narrow": narrow(scene, chosen),
+    }

@@ -1,0 +1,163 @@
+"""Every domain: its jobs, its panels, and that each says what is left out; the cheap ones are run in part."""
+
+import sys
+
+import pytest
+
+from stretch_bt.accuracy import Domain, domains, measure
+from stretch_bt.accuracy.camera import rendering
+from stretch_bt.accuracy.cookie import cookies
+from stretch_bt.accuracy.dough import directions
+from stretch_bt.accuracy.points import FAILED, OK, REFERENCE
+from stretch_bt.accuracy.reconstruction import presses
+from stretch_bt.accuracy.reconstruction.run import Unfinished
+from stretch_bt.accuracy.runner import ticks
+from stretch_bt.accuracy.twin import sets
+from stretch_bt.runtime.result import RunResult
+from stretch_bt.tree import registry
+from stretch_bt.tree.program import load_program
+
+DOMAINS = domains()
+NAMES = [
+    "camera",
+    "cookie",
+    "dough",
+    "force",
+    "membrane",
+    "palpation",
+    "perception",
+    "reconstruction",
+    "runner",
+    "twin",
+]
+each = pytest.mark.parametrize("name", DOMAINS)
+
+
+def test_all_domains_are_there():
+    assert sorted(DOMAINS) == NAMES
+
+
+@each
+@pytest.mark.parametrize("quick", [False, True])
+def test_each_point_is_a_job_of_its_own(name, quick):
+    domain: Domain = DOMAINS[name]
+    jobs = [*domain.jobs(quick)]
+    keys = [(job.case, job.setting, job.seed) for job in jobs]
+    assert len(set(keys)) == len(keys) > 5
+    assert all(job.error_kind in domain.kinds and job.seconds >= 0 for job in jobs)
+    assert {job.error_kind for job in jobs} >= {panel.kind for panel in domain.panels} - {"missed"}
+
+
+@each
+def test_each_domain_has_a_default_in_each_panel_and_says_what_it_leaves_out(name):
+    domain: Domain = DOMAINS[name]
+    jobs = [*domain.jobs(False)]
+    for panel in domain.panels:
+        kind = "surface" if panel.kind == "missed" else panel.kind
+        shown = [job for job in jobs if not panel.series or job.setting.series in panel.series]
+        assert len({job.setting for job in shown if job.default and job.error_kind == kind}) == 1, panel
+    series = {job.setting.series for job in jobs}
+    assert domain.peers <= series
+    assert {s for panel in domain.panels for s in panel.series} <= series
+    assert domain.omitted
+    assert all(domain.omitted.values())
+
+
+@each
+def test_each_default_has_enough_cases_or_they_are_told_apart(name):
+    """A 95th percentile is of 20 cases; below that a bar is to the largest."""
+    jobs = [job for job in DOMAINS[name].jobs(False) if job.default]
+    few = {"perception", "palpation", "reconstruction"}  # bars to the largest, in some panels or all
+    assert len(jobs) >= (5 if name in few else 20)
+
+
+def test_a_rendered_image_errs_less_on_a_finer_grid(monkeypatch):
+    monkeypatch.setitem(sys.modules, "open3d", None)
+    jobs = [job for job in rendering.jobs() if job.case == str(rendering.VIEWS[1])]
+    found = {str(job.setting): answer for job in jobs for answer in job.run()}
+    reference = found["reference: rays on cubic splines"]
+    assert (reference.status, reference.error) == (REFERENCE, reference.reference_error)
+    coarse, default, fine = (found[f"renderer: {mm} mm"].error for mm in ("2", "0.7", "0.35"))
+    assert coarse > default > fine > 0
+    assert default < 5e-6
+    assert {a.reason for s, a in found.items() if s.startswith("Open3D")} == {"install stretch-bt[peers]"}
+
+
+@pytest.fixture
+def nodes(monkeypatch):
+    monkeypatch.setattr(registry, "_nodes", {**registry.load_all()})
+
+
+def test_ticks_of_all_trees_take_time_and_cost_nodes(nodes):
+    for series in ticks.TREES:
+        latency, slowest = ticks._round(series, 5)
+        assert 0 < latency.error <= slowest.error
+        assert (latency.cost.name, latency.cost.value) == ("nodes", 5)
+
+
+def test_more_directions_bring_a_lump_nearer_to_its_roundness():
+    jobs = [job for job in directions.jobs() if job.case == str(directions.ROLLINGS[0])]
+    found = {str(job.setting): answer for job in jobs for answer in job.run()}
+    own = found["reference: 8000 directions"].error
+    coarse, default, fine = (found[f"reduced body: {n} directions"].error for n in (100, 500, 2000))
+    assert coarse > default > fine
+    assert own < default < 0.02
+
+
+@pytest.mark.slow
+def test_the_known_spreads_hold_within_their_scatter():
+    job = next(job for job in directions.jobs() if job.error_kind == "known_spread")
+    (answer,) = job.run()
+    assert answer.error < 3 * answer.reference_error
+
+
+def test_sets_of_effects_differ_from_all_that_a_scene_can_have():
+    reference, auto, nothing = sets.small_jobs()
+    (own,), (chosen,), (none,) = reference.run(), auto.run(), nothing.run()
+    assert (own.status, own.error) == (REFERENCE, 0.0)
+    assert auto.default
+    assert 0 < chosen.error < none.error
+    assert none.error > 1  # tolerances
+
+
+def test_what_is_not_reconstructed_says_why(monkeypatch):
+    monkeypatch.setattr(presses, "reconstructed", lambda *given: Unfinished("FAILURE: main: no contact", 12.0, 3.0))
+    (answer,) = next(presses.jobs()).run()
+    assert (answer.status, answer.error, answer.reason) == (FAILED, None, "FAILURE: main: no contact")
+    assert (answer.robot_seconds, answer.cpu_seconds, answer.cost.value) == (12.0, 3.0, 1)
+
+
+@pytest.mark.parametrize("rule", cookies.RULES, ids=lambda rule: f"{rule.tree}, {rule.words}")
+def test_params_of_a_rule_are_those_of_its_tree(rule):
+    assert load_program(rule.tree, dict(rule.params)).diagnostics == []
+    assert bool(rule.params) is (rule.words != cookies.SHIPPED)
+
+
+def test_a_cookie_is_off_by_what_its_circularity_lacks(monkeypatch):
+    def run(tree, **given):
+        assert given["scene"].read_text(encoding="utf-8").startswith("format: stretch-scene/1")
+        out = {"circularity_true": {"value": 0.97}, "circularity_sensed": {"value": 0.96}}
+        return RunResult(status, "why", out, {}, 10, 90.0, 3.0, 2.0, None)
+
+    monkeypatch.setattr(cookies, "run", run)
+    status = "SUCCESS"
+    lacks, sensed = next(cookies.jobs()).run()
+    assert (lacks.error, sensed.error) == pytest.approx((0.03, 0.01))
+    assert (lacks.status, lacks.robot_seconds) == (OK, 90.0)
+    status = "FAILURE"
+    (answer,) = next(cookies.jobs()).run()
+    assert (answer.status, answer.reason) == (FAILED, "FAILURE: why")
+    status = "INTERRUPTED"
+    with pytest.raises(KeyboardInterrupt):
+        next(cookies.jobs()).run()
+
+
+@pytest.mark.slow
+@each
+def test_quick_holds_to_its_time(name):
+    import time
+
+    began = time.process_time()
+    rows = list(measure([name], quick=True))
+    assert time.process_time() - began < 12  # 6 s on a core that has no other work, and what is compiled
+    assert any(row.reason == "quick" for row in rows)
