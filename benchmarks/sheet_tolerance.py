@@ -18,7 +18,6 @@ import re
 import statistics
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,7 +25,7 @@ import numpy as np
 
 import stretch_bt
 from stretch_bt.accuracy.twin.press import press_once
-from stretch_bt.accuracy.twin.press_tasks import OBJECTS, Press, apart, pressed, scene_with, shared, solved
+from stretch_bt.accuracy.twin.press_tasks import OBJECTS, Press, apart, pressed, scene_with, shared, solved, warm
 from stretch_bt.errors import NoAnswer, NoEquilibrium, SceneError
 from stretch_bt.frames import Pose
 from stretch_bt.runtime.provenance import processor
@@ -141,12 +140,6 @@ def _timed(scene: Scene) -> float:
 
 
 MEASURES: Mapping[str, Callable[[Item], dict[str, Any]]] = {"errors": errors, "ms": ms, "costs": costs}
-
-
-@lru_cache(maxsize=1)
-def warm() -> None:
-    """Load what the first press of a process loads."""
-    press_once(scene_with(body("sphere", Item("errors", "dome", 2, 0)), {"friction", "sag"}), 0)
 
 
 def measured(item: Item) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from stretch_bt.errors import Diagnostic
-from stretch_bt.source import Map, Mark, Scalar, Value
+from stretch_bt.source import Map, Mark, Scalar
 from stretch_bt.tree import registry
 from stretch_bt.tree.foreign.of_class import class_in, classes_in, info_of
 from stretch_bt.tree.foreign.refused import BehaviourRefused
@@ -195,8 +195,3 @@ class Document:
     def tree_names(self) -> list[str]:
         """Return every name that a body may call."""
         return [*self.trees, *SHARED, *(f"{p}.{n}" for p, d in self.imports.items() for n in d.tree_names())]
-
-
-def as_map(value: Value | None) -> Mapping[str, Value]:
-    """Return the values of a mapping by key, or nothing for anything else."""
-    return {k.text: v for k, v in value} if isinstance(value, Map) else {}

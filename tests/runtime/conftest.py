@@ -9,10 +9,12 @@ from typing import Any, ClassVar
 
 import pytest
 
+import stretch_bt
 from stretch_bt.break_off import go_on
 from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import DeviceFault, NoAnswer, TreeError
 from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.open_cell import OpenCell
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.tree import registry
 from stretch_bt.tree.build import BuiltTree, build
@@ -176,3 +178,10 @@ def bench(tmp_path: Path, own_nodes: None) -> Iterator[Bench]:
     Probe.trace.clear()
     yield Bench(tmp_path)
     Probe.trace.clear()
+
+
+@pytest.fixture
+def opened() -> Iterator[OpenCell]:
+    """An open cell, simulated over a sphere."""
+    with stretch_bt.open_cell(scene="calibration_sphere") as cell:
+        yield cell

@@ -19,33 +19,27 @@ trees:
 
 
 @pytest.fixture
-def cell():
-    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
-        yield opened
-
-
-@pytest.fixture
 def tree(tmp_path):
     path = tmp_path / "task.yaml"
     path.write_text(TREE, encoding="utf-8")
     return path
 
 
-def test_a_run_on_an_open_cell_takes_all_of_it(cell, tree):
-    cell.do("set_stretch", stretch=0.02)
-    before = cell.clock.now()
-    result = stretch_bt.run(tree, cell=cell)
+def test_a_run_on_an_open_cell_takes_all_of_it(opened, tree):
+    opened.do("set_stretch", stretch=0.02)
+    before = opened.clock.now()
+    result = stretch_bt.run(tree, cell=opened)
     assert result.status == "SUCCESS"
     assert result.truth["h0"]["value"] == pytest.approx(60.0, abs=0.1)
-    assert cell.clock.now() == pytest.approx(before + result.task_seconds, abs=0.051)
+    assert opened.clock.now() == pytest.approx(before + result.task_seconds, abs=0.051)
     assert {c.device for c in result.commands} == {"arm", "gripper"}
     assert result.readings
-    assert cell.hand.contact_height == pytest.approx(0.06, abs=1e-3)
-    assert stretch_bt.run(tree, cell=cell).status == "FAILURE"  # the hand is where the first left it
+    assert opened.hand.contact_height == pytest.approx(0.06, abs=1e-3)
+    assert stretch_bt.run(tree, cell=opened).status == "FAILURE"  # the hand is where the first left it
 
 
-def test_its_record_replays(cell, tree):
-    result = stretch_bt.run(tree, cell=cell)
+def test_its_record_replays(opened, tree):
+    result = stretch_bt.run(tree, cell=opened)
     assert replay(result.record).same
 
 
@@ -68,14 +62,14 @@ def test_limits_hold_whichever_way_a_tree_comes_to_its_devices(tmp_path, way):
     if way == "cell":
         reason = stretch_bt.run(path, cell=tmp_path / "cell.yaml", scene="calibration_sphere").reason
     else:
-        with stretch_bt.open_cell(tmp_path / "cell.yaml", scene="calibration_sphere") as cell:
-            reason = REASONS[way](cell, path)
+        with stretch_bt.open_cell(tmp_path / "cell.yaml", scene="calibration_sphere") as opened:
+            reason = REASONS[way](opened, path)
     assert "6 mm" in reason
     assert "5 mm" in reason
 
 
-def by_subtree(cell, path):
-    tree = stretch_bt.subtree(path, cell)
+def by_subtree(opened, path):
+    tree = stretch_bt.subtree(path, opened)
     for _ in range(2000):
         tree.tick_once()
         if tree.status.name != "RUNNING":
@@ -83,24 +77,24 @@ def by_subtree(cell, path):
     raise AssertionError
 
 
-def by_do(cell, path):
-    cell.do("approach")
+def by_do(opened, path):
+    opened.do("approach")
     with pytest.raises(Refused) as refused:
-        cell.do("press", depth=0.006)
+        opened.do("press", depth=0.006)
     return refused.value.reason
 
 
 REASONS = {
-    "open": lambda cell, path: stretch_bt.run(path, cell=cell).reason,
-    "devices": lambda cell, path: stretch_bt.run(path, devices=cell.devices).reason,
+    "open": lambda opened, path: stretch_bt.run(path, cell=opened).reason,
+    "devices": lambda opened, path: stretch_bt.run(path, devices=opened.devices).reason,
     "subtree": by_subtree,
     "do": by_do,
 }
 
 
-def test_two_clocks_or_none_are_refused(cell, tree):
+def test_two_clocks_or_none_are_refused(opened, tree):
     with stretch_bt.open_cell(scene="calibration_sphere") as other:
-        mixed = {**cell.devices, "arm": other.arm}
+        mixed = {**opened.devices, "arm": other.arm}
         with pytest.raises(InvalidInput, match="of more than one cell"):
             stretch_bt.run(tree, devices=mixed)
 
@@ -108,17 +102,17 @@ def test_two_clocks_or_none_are_refused(cell, tree):
         clock = None
 
     with pytest.raises(InvalidInput, match=r"'camera' \(OwnCamera\) has no clock that a run can go by"):
-        stretch_bt.run(tree, devices={**cell.devices, "camera": OwnCamera()})
+        stretch_bt.run(tree, devices={**opened.devices, "camera": OwnCamera()})
     own = OwnCamera()
     own.clock = stretch_bt.clock.RealClock()
     with pytest.raises(InvalidInput, match="go by 2 clocks"):
-        stretch_bt.run(tree, devices={**cell.devices, "camera": own})
+        stretch_bt.run(tree, devices={**opened.devices, "camera": own})
 
 
 @pytest.mark.parametrize("more", [{"scene": "water_balloon"}, {"devices": {}}])
-def test_an_open_cell_has_its_own_scene_and_devices(cell, tree, more):
+def test_an_open_cell_has_its_own_scene_and_devices(opened, tree, more):
     with pytest.raises(InvalidInput, match="open cell"):
-        stretch_bt.run(tree, cell=cell, **more)
+        stretch_bt.run(tree, cell=opened, **more)
 
 
 def test_virtual_time_ends(tmp_path):
@@ -163,39 +157,39 @@ def raised(tmp_path):
 
 
 @pytest.mark.parametrize("way", ["run", "tick_task"])
-def test_what_the_cell_owes_is_done_before_a_task_on_its_devices(cell, tmp_path, raised, tick_task, way):
+def test_what_the_cell_owes_is_done_before_a_task_on_its_devices(opened, tmp_path, raised, tick_task, way):
     (tmp_path / "owing.yaml").write_text(OWING, encoding="utf-8")
-    before = cell.arm.pose(1.0).value.height
-    owing = stretch_bt.subtree(tmp_path / "owing.yaml", cell)
+    before = opened.arm.pose(1.0).value.height
+    owing = stretch_bt.subtree(tmp_path / "owing.yaml", opened)
     owing.tick_once()
     owing.stop(owing.status.INVALID)
-    assert cell.pending_finally
+    assert opened.pending_finally
     if way == "run":
-        begins_at = stretch_bt.run(raised, devices={"left": cell.arm}).outputs["height_before"]["value"] * 1e-3
+        begins_at = stretch_bt.run(raised, devices={"left": opened.arm}).outputs["height_before"]["value"] * 1e-3
     else:
-        task = tick_task(raised, devices={"left": cell.arm})
+        task = tick_task(raised, devices={"left": opened.arm})
         task.tick()
         begins_at = task.keys["height_before"]
-    assert not cell.pending_finally
+    assert not opened.pending_finally
     assert begins_at == pytest.approx(before + 0.020, abs=1e-4)
 
 
 @pytest.mark.parametrize("way", ["run", "tick_task"])
 def test_a_task_on_devices_begins_with_the_params_of_their_scene(tmp_path, raised, tick_task, way):
     (tmp_path / "scene.yaml").write_text(ASKING, encoding="utf-8")
-    with stretch_bt.open_cell(scene=tmp_path / "scene.yaml") as cell:
-        before = cell.arm.pose(1.0).value.height
+    with stretch_bt.open_cell(scene=tmp_path / "scene.yaml") as opened:
+        before = opened.arm.pose(1.0).value.height
         if way == "run":
-            result = stretch_bt.run(raised, devices={"left": cell.arm}, out=tmp_path / "record")
+            result = stretch_bt.run(raised, devices={"left": opened.arm}, out=tmp_path / "record")
             [command] = result.commands
         else:
-            task = tick_task(raised, devices={"left": cell.arm})
+            task = tick_task(raised, devices={"left": opened.arm})
             task.tick()
             [command] = task.commands("left")
         assert command.arguments["target"].height == pytest.approx(before + 0.009, abs=1e-6)
 
 
-def test_a_task_on_devices_knows_the_truth_of_their_scene_and_is_ticked_again(cell, tree, tmp_path):
-    result = stretch_bt.run(tree, devices=dict(cell.devices), out=tmp_path / "record")
+def test_a_task_on_devices_knows_the_truth_of_their_scene_and_is_ticked_again(opened, tree, tmp_path):
+    result = stretch_bt.run(tree, devices=dict(opened.devices), out=tmp_path / "record")
     assert result.truth["h0"]["value"] == pytest.approx(60.0, abs=0.1)
     assert replay(tmp_path / "record").identical

@@ -33,75 +33,69 @@ trees:
 
 
 @pytest.fixture
-def cell():
-    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
-        yield opened
-
-
-@pytest.fixture
 def tree(tmp_path):
     path = tmp_path / "task.yaml"
     path.write_text(TREE, encoding="utf-8")
     return path
 
 
-def script(cell):
+def script(opened):
     """Do from Python what TREE does."""
-    cell.do("set_stretch", stretch=0.030)
-    top = cell.do("approach")
-    cell.do("press", depth="5 mm")
-    cell.do("average_frames")
-    cell.do("segment_contact")
-    return top.contact_height, cell.do("fit_sphere").sphere
+    opened.do("set_stretch", stretch=0.030)
+    top = opened.do("approach")
+    opened.do("press", depth="5 mm")
+    opened.do("average_frames")
+    opened.do("segment_contact")
+    return top.contact_height, opened.do("fit_sphere").sphere
 
 
-def stands(cell):
-    before = cell.arm.pose(1.0).value
-    cell.clock.advance(0.5)
-    return cell.arm.pose(1.0).value.height - before.height < 0.002  # it brakes
+def stands(opened):
+    before = opened.arm.pose(1.0).value
+    opened.clock.advance(0.5)
+    return opened.arm.pose(1.0).value.height - before.height < 0.002  # it brakes
 
 
 def motions(commands):
     return [(c.time, c.device, c.name, c.arguments) for c in commands]
 
 
-def test_calls_give_what_the_same_task_in_yaml_gives(cell, tree):
+def test_calls_give_what_the_same_task_in_yaml_gives(opened, tree):
     result = stretch_bt.run(tree, scene="calibration_sphere")
-    top, sphere = script(cell)
+    top, sphere = script(opened)
     assert (top, top.sd) == (result.keys["h0"], result.keys["h0"].sd)
     assert (sphere.radius, sphere.radius_sd) == (result.keys["sphere"].radius, result.keys["sphere"].radius_sd)
-    assert motions(cell.commands) == motions(result.commands)
-    assert (cell.ticks, cell.clock.now()) == (result.ticks, result.task_seconds)
+    assert motions(opened.commands) == motions(result.commands)
+    assert (opened.ticks, opened.clock.now()) == (result.ticks, result.task_seconds)
 
 
 def test_ticks_of_calls_count_on_in_the_record(tmp_path):
-    with stretch_bt.open_cell(scene="calibration_sphere", out=tmp_path / "record") as cell:
+    with stretch_bt.open_cell(scene="calibration_sphere", out=tmp_path / "record") as opened:
         for _ in range(3):
-            cell.do("wait", duration="100 ms")  # three ticks, of which the last is the first of what follows
-        assert cell.ticks == 7
-        cell.clock.advance(1.0)
-        cell.do("wait", duration="100 ms")
-        assert (cell.ticks, cell.clock.now()) == (10, pytest.approx(1.4))
+            opened.do("wait", duration="100 ms")  # three ticks, of which the last is the first of what follows
+        assert opened.ticks == 7
+        opened.clock.advance(1.0)
+        opened.do("wait", duration="100 ms")
+        assert (opened.ticks, opened.clock.now()) == (10, pytest.approx(1.4))
     events = [json.loads(line) for line in (tmp_path / "record" / "events.jsonl").read_text().splitlines()]
     ends = [(e["tick"], e["time"]) for e in events if e.get("path") == "do/wait" and e["status"] == "SUCCESS"]
     assert ends == [(3, 0.1), (5, 0.2), (7, pytest.approx(0.3)), (10, pytest.approx(1.4))]
 
 
-def test_a_record_that_is_left_out_is_the_latest_and_a_failure_unsets_its_own(cell):
-    cell.do("set_stretch", stretch="30 mm")
-    cell.do("approach", speed="20 mm/s")
-    assert "touch" in cell.records
-    cell.do("retract", clearance="20 mm")
-    cell.do("capture")
+def test_a_record_that_is_left_out_is_the_latest_and_a_failure_unsets_its_own(opened):
+    opened.do("set_stretch", stretch="30 mm")
+    opened.do("approach", speed="20 mm/s")
+    assert "touch" in opened.records
+    opened.do("retract", clearance="20 mm")
+    opened.do("capture")
     with pytest.raises(Refused) as refused:
-        cell.do("segment_contact")
-    assert "contact" not in cell.records
+        opened.do("segment_contact")
+    assert "contact" not in opened.records
     assert refused.value.reason.startswith("segment_contact: ")
     assert refused.value.path == "segment_contact"
     with pytest.raises(
         InvalidInput, match=r"fit_sphere needs contact \(a Contact: call segment_contact before, or give"
     ):
-        cell.do("fit_sphere")
+        opened.do("fit_sphere")
 
 
 @pytest.mark.parametrize(
@@ -130,40 +124,40 @@ def test_a_record_that_is_left_out_is_the_latest_and_a_failure_unsets_its_own(ce
         ("lib/nothing.feel", {}, "there is no file 'lib/nothing.yaml' here, nor among the shipped trees"),
     ],
 )
-def test_a_call_that_is_wrong_says_what_and_moves_nothing(cell, name, ports, said):
+def test_a_call_that_is_wrong_says_what_and_moves_nothing(opened, name, ports, said):
     with pytest.raises(InvalidInput) as wrong:
-        cell.do(name, **ports)
+        opened.do(name, **ports)
     assert said in str(wrong.value)
     assert ".yaml:" not in str(wrong.value)
-    assert cell.commands == []
+    assert opened.commands == []
 
 
 @pytest.mark.parametrize(
     "value", [0.012, np.float64(0.012), np.float32(0.012), "12 mm", "0.012 m", Estimate(0.012, 1e-4)]
 )
-def test_numbers_are_si_and_text_has_units(cell, value):
-    cell.do("set_stretch", stretch=value)
-    assert cell.gripper.opening(1.0).value - 0.055 == pytest.approx(0.012, abs=1e-8)
+def test_numbers_are_si_and_text_has_units(opened, value):
+    opened.do("set_stretch", stretch=value)
+    assert opened.gripper.opening(1.0).value - 0.055 == pytest.approx(0.012, abs=1e-8)
 
 
-def test_timeout_and_guard_are_as_in_a_tree_file(cell):
+def test_timeout_and_guard_are_as_in_a_tree_file(opened):
     with pytest.raises(Refused, match="out of time while retract was running"):
-        cell.do("retract", clearance=0.1, timeout=0.2)
-    assert stands(cell)
+        opened.do("retract", clearance=0.1, timeout=0.2)
+    assert stands(opened)
     with pytest.raises(Refused, match=r"'arm.height < 50 mm' does not hold"):
-        cell.do("retract", clearance=0.05, guard="arm.height < 50 mm")
+        opened.do("retract", clearance=0.05, guard="arm.height < 50 mm")
 
 
-def test_a_call_that_ends_well_stops_only_its_own_motion_and_any_other_end_all(cell):
-    motion = cell.gripper.move(0.08, speed=0.001, owner="by hand")
-    cell.do("retract", clearance=0.005)
+def test_a_call_that_ends_well_stops_only_its_own_motion_and_any_other_end_all(opened):
+    motion = opened.gripper.move(0.08, speed=0.001, owner="by hand")
+    opened.do("retract", clearance=0.005)
     assert motion.poll() is MotionState.MOVING
     with pytest.raises(Refused):
-        cell.do("retract", clearance=0.1, timeout="100 ms")
+        opened.do("retract", clearance=0.1, timeout="100 ms")
     assert motion.poll() is MotionState.STOPPED
 
 
-def test_an_error_of_a_node_and_a_fault_of_a_device_come_as_they_are(cell, monkeypatch):
+def test_an_error_of_a_node_and_a_fault_of_a_device_come_as_they_are(opened, monkeypatch):
     class BreaksForTest(stretch_bt.Behavior):
         """Break."""
 
@@ -173,24 +167,24 @@ def test_an_error_of_a_node_and_a_fault_of_a_device_come_as_they_are(cell, monke
     monkeypatch.setattr(registry, "_nodes", {**registry.load_all()})
     stretch_bt.node(BreaksForTest)
     with pytest.raises(NodeError, match="ZeroDivisionError"):
-        cell.do("breaks_for_test")
+        opened.do("breaks_for_test")
     fault = DeviceFault("camera", "no light")
-    monkeypatch.setattr(cell.camera.driver, "frame", lambda: (_ for _ in ()).throw(fault))
+    monkeypatch.setattr(opened.camera.driver, "frame", lambda: (_ for _ in ()).throw(fault))
     with pytest.raises(DeviceFault, match="no light"):
-        cell.do("capture")
+        opened.do("capture")
 
 
-def test_a_signal_in_a_call_stops_all_and_is_an_interrupt(cell):
-    cell.clock.reached = lambda deadline: (cell.clock.now() > 0.3 and os.kill(os.getpid(), signal.SIGINT)) or True
+def test_a_signal_in_a_call_stops_all_and_is_an_interrupt(opened):
+    opened.clock.reached = lambda deadline: (opened.clock.now() > 0.3 and os.kill(os.getpid(), signal.SIGINT)) or True
     with pytest.raises(KeyboardInterrupt):
-        cell.do("retract", clearance=0.1)
-    del cell.clock.reached
-    assert stands(cell)
-    cell.do("retract", clearance=0.001)
+        opened.do("retract", clearance=0.1)
+    del opened.clock.reached
+    assert stands(opened)
+    opened.do("retract", clearance=0.001)
 
 
-def test_a_signal_between_two_calls_stops_what_still_moves(cell):
-    motion = cell.arm.move(cell.arm.pose(1.0).value.moved(z=0.05), speed=0.01, owner="by hand")
+def test_a_signal_between_two_calls_stops_what_still_moves(opened):
+    motion = opened.arm.move(opened.arm.pose(1.0).value.moved(z=0.05), speed=0.01, owner="by hand")
 
     def wait():
         os.kill(os.getpid(), signal.SIGINT)
@@ -212,21 +206,21 @@ def test_the_handlers_of_signals_come_back_in_whatever_order_cells_close(number,
     assert signal.getsignal(number) == before
 
 
-def test_a_handler_that_somebody_else_set_is_taken_again_at_the_next_use(cell):
+def test_a_handler_that_somebody_else_set_is_taken_again_at_the_next_use(opened):
     signal.signal(signal.SIGINT, signal.default_int_handler)  # as a notebook does before each of its cells
-    motion = cell.gripper.move(0.08, speed=0.001, owner="by hand")
+    motion = opened.gripper.move(0.08, speed=0.001, owner="by hand")
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
     assert motion.poll() is MotionState.STOPPED
 
 
-def test_a_library_that_was_edited_is_read_again(cell, tmp_path, monkeypatch):
+def test_a_library_that_was_edited_is_read_again(opened, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for stretch in ("30 mm", "10 mm"):
         body = f"trees: {{go: {{sequence: [set_stretch: {{stretch: {stretch}}}]}}}}\n"
         (tmp_path / "own.yaml").write_text(f"format: stretch-tree/1\ndevices: {{gripper: Gripper}}\n{body}")
-        cell.do("own.yaml.go")
-        assert cell.gripper.opening(1.0).value - 0.055 == pytest.approx(float(stretch.split()[0]) * 1e-3)
+        opened.do("own.yaml.go")
+        assert opened.gripper.opening(1.0).value - 0.055 == pytest.approx(float(stretch.split()[0]) * 1e-3)
 
 
 def test_what_does_not_open_is_closed_again(monkeypatch):
@@ -243,18 +237,22 @@ def test_what_does_not_open_is_closed_again(monkeypatch):
 
 
 def test_it_closes_by_with_or_by_close_and_says_so_afterwards():
-    cell = stretch_bt.open_cell(scene="calibration_sphere", only=["gripper"])
-    assert list(cell.devices) == ["gripper"]
+    opened = stretch_bt.open_cell(scene="calibration_sphere", only=["gripper"])
+    assert list(opened.devices) == ["gripper"]
     with pytest.raises(InvalidInput, match="capture needs a device of kind DepthCamera, and this cell has none open"):
-        cell.do("capture")
-    cell.close()
-    cell.close()
-    assert repr(cell) == "<a closed cell>"
-    for use in (lambda: cell.devices, lambda: cell.do("wait", duration=1), lambda: stretch_bt.run("x.yaml", cell=cell)):
+        opened.do("capture")
+    opened.close()
+    opened.close()
+    assert repr(opened) == "<a closed cell>"
+    for use in (
+        lambda: opened.devices,
+        lambda: opened.do("wait", duration=1),
+        lambda: stretch_bt.run("x.yaml", cell=opened),
+    ):
         with pytest.raises(InvalidInput, match="this cell is closed; open it again"):
             use()
     with pytest.raises(AttributeError, match="has no 'arm'; its devices: none while it is closed"):
-        _ = cell.arm
+        _ = opened.arm
 
 
 def test_a_simulated_cell_without_a_scene_says_what_to_write():
@@ -262,16 +260,16 @@ def test_a_simulated_cell_without_a_scene_says_what_to_write():
         stretch_bt.open_cell()
 
 
-def test_what_can_be_called_completes_with_its_ports(cell):
-    assert {"press", "approach", "fit_sphere"} <= set(dir(cell.do))
-    assert {"arm", "do", "clock"} <= set(dir(cell))
+def test_what_can_be_called_completes_with_its_ports(opened):
+    assert {"press", "approach", "fit_sphere"} <= set(dir(opened.do))
+    assert {"arm", "do", "clock"} <= set(dir(opened))
     import inspect
 
-    assert {"depth", "touch", "timeout", "guard"} <= set(inspect.signature(cell.do.press).parameters)
-    assert cell.do.press.__doc__ == called("press").doc
-    assert cell.do.wait(duration="50 ms") == {}
+    assert {"depth", "touch", "timeout", "guard"} <= set(inspect.signature(opened.do.press).parameters)
+    assert opened.do.press.__doc__ == called("press").doc
+    assert opened.do.wait(duration="50 ms") == {}
     with pytest.raises(AttributeError, match="did you mean 'press'"):
-        _ = cell.do.pres
+        _ = opened.do.pres
 
 
 def test_everything_that_can_be_called_tells_its_ports():
@@ -281,20 +279,20 @@ def test_everything_that_can_be_called_tells_its_ports():
         assert found.required <= found.ports.keys()
 
 
-def test_texts_are_short(cell):
-    script(cell)
-    frame = cell.do("capture")
+def test_texts_are_short(opened):
+    script(opened)
+    frame = opened.do("capture")
     assert len(repr(frame)) < 200
-    assert len(repr(cell)) < 200
+    assert len(repr(opened)) < 200
     with pytest.raises(AttributeError, match="capture gives no 'frme'; did you mean 'frame'"):
         _ = frame.frme
 
 
 def test_a_record_of_calls_holds_what_they_did(tmp_path):
-    with stretch_bt.open_cell(scene="calibration_sphere", out=tmp_path / "record") as cell:
-        cell.do("set_stretch", stretch=0.01)
+    with stretch_bt.open_cell(scene="calibration_sphere", out=tmp_path / "record") as opened:
+        opened.do("set_stretch", stretch=0.01)
         with pytest.raises(Refused):
-            cell.do("retract", clearance=0.1, timeout=0.1)
+            opened.do("retract", clearance=0.1, timeout=0.1)
     events = [json.loads(line) for line in (tmp_path / "record" / "events.jsonl").read_text().splitlines()]
     statuses = [(e["path"], e["status"]) for e in events if e.get("type") == "status"]
     assert ("do/set_stretch", "SUCCESS") in statuses
@@ -303,6 +301,6 @@ def test_a_record_of_calls_holds_what_they_did(tmp_path):
     assert ticks == sorted(ticks)
 
 
-def test_limit_errors_of_own_commands_are_refused_too(cell):
+def test_limit_errors_of_own_commands_are_refused_too(opened):
     with pytest.raises(LimitExceeded):
-        cell.arm.move(cell.arm.pose(1.0).value.moved(z=5.0), speed=0.01, owner="by hand")
+        opened.arm.move(opened.arm.pose(1.0).value.moved(z=5.0), speed=0.01, owner="by hand")

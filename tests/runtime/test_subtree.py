@@ -40,12 +40,6 @@ def _mark_node(monkeypatch):
 
 
 @pytest.fixture
-def cell():
-    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
-        yield opened
-
-
-@pytest.fixture
 def task(tmp_path):
     """Write a task, and return its path."""
 
@@ -64,8 +58,8 @@ def moving(task, name: str, device: str, speed: str = "") -> str:
     return task(f"  main:\n    sequence: [{begin}, {move}]\n    finally: [{end}]\n", name)
 
 
-def current(cell, device):
-    motion = cell.devices[device]._current
+def current(opened, device):
+    motion = opened.devices[device]._current
     return motion if motion is not None and motion.refresh() is MotionState.MOVING else None
 
 
@@ -77,52 +71,52 @@ def ticked(behaviour, most: int = 4000) -> Status:
     raise AssertionError("it does not end")
 
 
-def test_a_subtree_gives_what_a_run_gives(cell, task):
+def test_a_subtree_gives_what_a_run_gives(opened, task):
     body = "  main:\n    out: {h0: Length}\n    sequence: [set_stretch: {stretch: 30 mm}, approach: {contact_height: $h0}]\n"
     path = task(body, head=HEAD.replace("gripper: Gripper", "gripper: Gripper, camera: DepthCamera"))
-    tree = stretch_bt.subtree(path, cell)
+    tree = stretch_bt.subtree(path, opened)
     assert ticked(tree) is Status.SUCCESS, tree.feedback_message
     result = stretch_bt.run(path, scene="calibration_sphere")
     assert tree.outputs["h0"] * 1e3 == pytest.approx(result.outputs["h0"]["value"], rel=1e-9)
     assert tree.outputs["h0"].sd * 1e3 == pytest.approx(result.outputs["h0"]["sd"], rel=1e-6)
 
 
-def test_a_command_names_the_subtree_that_gave_it(cell, task):
+def test_a_command_names_the_subtree_that_gave_it(opened, task):
     path = task(
         "  main:\n    sequence: [retract: {clearance: 1 mm}]\n    finally: [retract: {clearance: 1 mm}]\n", "up"
     )
-    first, second = (stretch_bt.subtree(path, cell) for _ in range(2))
+    first, second = (stretch_bt.subtree(path, opened) for _ in range(2))
     second.name = "second"
     assert [ticked(tree) for tree in (first, second)] == [Status.SUCCESS] * 2
     places = ("main/retract", "main/finally/retract")
-    assert [c.owner for c in cell.commands] == [f"{name}/{place}" for name in ("up", "second") for place in places]
+    assert [c.owner for c in opened.commands] == [f"{name}/{place}" for name in ("up", "second") for place in places]
 
 
-def test_it_begins_anew_each_time(cell, task):
-    tree = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+def test_it_begins_anew_each_time(opened, task):
+    tree = stretch_bt.subtree(moving(task, "a", "arm"), opened)
     assert [ticked(tree), ticked(tree)] == [Status.SUCCESS] * 2
     assert MarkForTest.marks == ["a/main/begin_a", "a/main/finally/end_a"] * 2
 
 
-def test_an_interrupt_returns_at_once_and_the_finally_runs_before_anything_starts_again(cell, task):
-    a, b = (stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper")))
+def test_an_interrupt_returns_at_once_and_the_finally_runs_before_anything_starts_again(opened, task):
+    a, b = (stretch_bt.subtree(moving(task, n, d), opened) for n, d in (("a", "arm"), ("b", "gripper")))
     for _ in range(3):
         a.tick_once()
-    assert current(cell, "arm") is not None
+    assert current(opened, "arm") is not None
     a.stop(Status.INVALID)
     assert a.feedback_message == "interrupted in a/main/a"
-    assert cell.pending_finally
-    assert current(cell, "arm") is None
+    assert opened.pending_finally
+    assert current(opened, "arm") is None
     assert MarkForTest.marks == ["a/main/begin_a"]
     b.tick_once()
     assert MarkForTest.marks == ["a/main/begin_a", "a/main/finally/end_a"]
     assert ticked(b) is Status.SUCCESS
 
 
-def test_a_tree_that_is_attended_ticks_what_is_owed(cell, task):
-    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+def test_a_tree_that_is_attended_ticks_what_is_owed(opened, task):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), opened)
     tree = py_trees.trees.BehaviourTree(py_trees.behaviours.Running("r"))
-    cell.attend(tree)
+    opened.attend(tree)
     a.tick_once()
     a.stop(Status.INVALID)
     tree.tick()
@@ -130,114 +124,114 @@ def test_a_tree_that_is_attended_ticks_what_is_owed(cell, task):
 
 
 @pytest.mark.parametrize("leave", ["close", "do", "run"])
-def test_what_is_owed_runs_before_whatever_comes_next_on_the_cell(cell, task, leave):
-    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+def test_what_is_owed_runs_before_whatever_comes_next_on_the_cell(opened, task, leave):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), opened)
     a.tick_once()
     a.stop(Status.INVALID)
     {
-        "close": cell.close,
-        "do": lambda: cell.do("wait", duration=0.1),
-        "run": lambda: stretch_bt.run(moving(task, "b", "gripper"), cell=cell),
+        "close": opened.close,
+        "do": lambda: opened.do("wait", duration=0.1),
+        "run": lambda: stretch_bt.run(moving(task, "b", "gripper"), cell=opened),
     }[leave]()
     assert MarkForTest.marks[1] == "a/main/finally/end_a"
 
 
-def test_a_finally_that_moves_goes_on_over_ticks_and_no_interrupt_cuts_it_short(cell, task):
+def test_a_finally_that_moves_goes_on_over_ticks_and_no_interrupt_cuts_it_short(opened, task):
     end = "{retract: {clearance: 5 mm, speed: 20 mm/s}}, {mark_for_test: {}}"
     a = stretch_bt.subtree(
-        task(f"  main:\n    sequence: [{MOVES['gripper'].replace('NAME', 'x')}]\n    finally: [{end}]\n"), cell
+        task(f"  main:\n    sequence: [{MOVES['gripper'].replace('NAME', 'x')}]\n    finally: [{end}]\n"), opened
     )
     a.tick_once()
     a.stop(Status.INVALID)
     a.stop(Status.INVALID)
-    before = cell.arm.pose(1.0).value.height
+    before = opened.arm.pose(1.0).value.height
     a.tick_once()  # which waits
     assert a.status is Status.RUNNING
     a.stop(Status.INVALID)
-    cell.close()
+    opened.close()
     assert MarkForTest.marks == ["task/main/finally/mark_for_test"]
     assert before == pytest.approx(0.12)
 
 
-def test_two_of_them_in_parallel_go_at_the_speed_of_one(cell, task):
-    both = [stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper"))]
+def test_two_of_them_in_parallel_go_at_the_speed_of_one(opened, task):
+    both = [stretch_bt.subtree(moving(task, n, d), opened) for n, d in (("a", "arm"), ("b", "gripper"))]
     tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=both)
     for _ in range(9):
         tree.tick_once()
-    assert cell.clock.now() == pytest.approx(8 * 0.05)
+    assert opened.clock.now() == pytest.approx(8 * 0.05)
 
 
-def test_an_interrupt_leaves_the_motion_of_another_one_alone(cell, task):
-    a, b = (stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper")))
-    guard = py_trees.decorators.EternalGuard("g", a, condition=lambda: cell.clock.now() < 0.1, blackboard_keys=[])
+def test_an_interrupt_leaves_the_motion_of_another_one_alone(opened, task):
+    a, b = (stretch_bt.subtree(moving(task, n, d), opened) for n, d in (("a", "arm"), ("b", "gripper")))
+    guard = py_trees.decorators.EternalGuard("g", a, condition=lambda: opened.clock.now() < 0.1, blackboard_keys=[])
     children = [py_trees.decorators.FailureIsSuccess("f", guard), b]
     tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=children)
     for _ in range(6):
         tree.tick_once()
     assert a.status is Status.INVALID
-    assert current(cell, "arm") is None
-    assert current(cell, "gripper") is not None
+    assert current(opened, "arm") is None
+    assert current(opened, "gripper") is not None
     assert ticked(tree) is Status.SUCCESS
     assert MarkForTest.marks.count("b/main/begin_b") == 1
 
 
-def test_a_pause_that_is_too_long_is_an_error_after_a_safe_stop(cell, task):
-    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+def test_a_pause_that_is_too_long_is_an_error_after_a_safe_stop(opened, task):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), opened)
     a.tick_once()
     a.tick_once()
-    cell.clock.advance(0.19)
+    opened.clock.advance(0.19)
     a.tick_once()
-    assert current(cell, "arm") is not None
-    cell.clock.advance(0.21)
+    assert current(opened, "arm") is not None
+    opened.clock.advance(0.21)
     with pytest.raises(StretchError, match=r"0\.21 s lie between two ticks, and it may be 0\.2 s; tick the tree every"):
         a.tick_once()
-    assert current(cell, "arm") is None
-    cell.close()
+    assert current(opened, "arm") is None
+    opened.close()
     assert MarkForTest.marks[-1] == "a/main/finally/end_a"
 
 
-def test_a_behaviour_of_py_trees_inside_lets_the_clock_go_no_faster_than_the_machine(cell, task):
+def test_a_behaviour_of_py_trees_inside_lets_the_clock_go_no_faster_than_the_machine(opened, task):
     head = HEAD.replace("devices:", "imports: {timer: py_trees.timers.Timer}\ndevices:")
     path = task("  main:\n    sequence: [{timer: {duration: 0.3}, timeout: 3 s}]\n", head=head)
-    tree = stretch_bt.subtree(path, cell)
+    tree = stretch_bt.subtree(path, opened)
     assert ticked(tree) is Status.SUCCESS, tree.feedback_message
-    assert 0.25 <= cell.clock.now() <= 1.0
+    assert 0.25 <= opened.clock.now() <= 1.0
 
 
-def test_a_fault_stops_the_cell_and_is_raised_from_the_tick(cell, task, monkeypatch):
-    both = [stretch_bt.subtree(moving(task, n, d), cell) for n, d in (("a", "arm"), ("b", "gripper"))]
+def test_a_fault_stops_the_cell_and_is_raised_from_the_tick(opened, task, monkeypatch):
+    both = [stretch_bt.subtree(moving(task, n, d), opened) for n, d in (("a", "arm"), ("b", "gripper"))]
     tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=both)
     tree.tick_once()
     tree.tick_once()
     fault = DeviceFault("arm", "protective stop")
-    monkeypatch.setattr(cell.arm._current, "_poll", lambda: (_ for _ in ()).throw(fault))
+    monkeypatch.setattr(opened.arm._current, "_poll", lambda: (_ for _ in ()).throw(fault))
     with pytest.raises(DeviceFault, match="protective stop"):
         tree.tick_once()
-    assert current(cell, "gripper") is None
+    assert current(opened, "gripper") is None
 
 
-def test_what_breaks_in_an_interrupt_is_raised_at_the_next_tick(cell, task, monkeypatch):
-    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+def test_what_breaks_in_an_interrupt_is_raised_at_the_next_tick(opened, task, monkeypatch):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), opened)
     a.tick_once()
     a.tick_once()
-    monkeypatch.setattr(cell.arm.driver, "stop", lambda: (_ for _ in ()).throw(DeviceFault("arm", "no brake")))
+    monkeypatch.setattr(opened.arm.driver, "stop", lambda: (_ for _ in ()).throw(DeviceFault("arm", "no brake")))
     a.stop(Status.INVALID)
     monkeypatch.undo()
     with pytest.raises(DeviceFault, match="no brake"):
         a.tick_once()
-    cell.close()
+    opened.close()
 
 
-def test_a_cell_that_closes_amid_a_subtree_runs_its_finally(cell, task):
-    a = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+def test_a_cell_that_closes_amid_a_subtree_runs_its_finally(opened, task):
+    a = stretch_bt.subtree(moving(task, "a", "arm"), opened)
     for _ in range(3):
         a.tick_once()
-    cell.close()
+    opened.close()
     assert MarkForTest.marks == ["a/main/begin_a", "a/main/finally/end_a"]
     assert a.status is Status.INVALID
 
 
-def test_two_that_owe_are_done_one_after_the_other(cell, task):
+def test_two_that_owe_are_done_one_after_the_other(opened, task):
     back = "{set_stretch: {stretch: STRETCH, speed: 10 mm/s}}"
     both = [
         stretch_bt.subtree(
@@ -245,7 +239,7 @@ def test_two_that_owe_are_done_one_after_the_other(cell, task):
                 f"  main:\n    sequence: [wait: {{duration: 9 s}}]\n    finally: [{back.replace('STRETCH', way)}]\n",
                 way[0],
             ),
-            cell,
+            opened,
         )
         for way in ("5 mm", "2 mm")
     ]
@@ -253,38 +247,38 @@ def test_two_that_owe_are_done_one_after_the_other(cell, task):
         tree.tick_once()
     for tree in both:
         tree.stop(Status.INVALID)
-    cell.do("wait", duration=0.01)
-    assert cell.gripper.opening(1.0).value == pytest.approx(0.057)
+    opened.do("wait", duration=0.01)
+    assert opened.gripper.opening(1.0).value == pytest.approx(0.057)
 
 
-def test_a_fault_in_what_is_owed_stops_the_cell_and_is_raised_by_the_tree_that_is_attended(cell, task, monkeypatch):
-    a = stretch_bt.subtree(task("  main:\n    sequence: [wait: {duration: 9 s}]\n    finally: [retract: {}]\n"), cell)
+def test_a_fault_in_what_is_owed_stops_the_cell_and_is_raised_by_the_tree_that_is_attended(opened, task, monkeypatch):
+    a = stretch_bt.subtree(task("  main:\n    sequence: [wait: {duration: 9 s}]\n    finally: [retract: {}]\n"), opened)
     tree = py_trees.trees.BehaviourTree(py_trees.behaviours.Running("r"))
-    cell.attend(tree)
+    opened.attend(tree)
     a.tick_once()
     a.stop(Status.INVALID)
-    motion = cell.gripper.move(0.08, speed=0.001, owner="by hand")
-    monkeypatch.setattr(cell.arm.driver, "pose", lambda: (_ for _ in ()).throw(DeviceFault("arm", "cut off")))
+    motion = opened.gripper.move(0.08, speed=0.001, owner="by hand")
+    monkeypatch.setattr(opened.arm.driver, "pose", lambda: (_ for _ in ()).throw(DeviceFault("arm", "cut off")))
     with pytest.raises(DeviceFault, match="cut off"):
         tree.tick()
     assert motion.poll() is MotionState.STOPPED
 
 
-def test_the_clock_goes_on_where_a_subtree_ends_in_its_first_tick(cell, task):
-    a = stretch_bt.subtree(task("  main: {sequence: [check: arm.height > 1 m]}\n"), cell)
+def test_the_clock_goes_on_where_a_subtree_ends_in_its_first_tick(opened, task):
+    a = stretch_bt.subtree(task("  main: {sequence: [check: arm.height > 1 m]}\n"), opened)
     for _ in range(20):
         a.tick_once()
         assert a.status is Status.FAILURE
-    assert cell.clock.now() == pytest.approx(0.95)
+    assert opened.clock.now() == pytest.approx(0.95)
 
 
 @pytest.mark.parametrize("slow_first", [True, False])
-def test_subtrees_of_different_ticks_go_together(cell, task, slow_first):
+def test_subtrees_of_different_ticks_go_together(opened, task, slow_first):
     slow = stretch_bt.subtree(
         task("  main: {sequence: [wait: {duration: 2 s}]}\n", "slow", HEAD.replace("trees:", "tick: 500 ms\ntrees:")),
-        cell,
+        opened,
     )
-    fast = stretch_bt.subtree(moving(task, "a", "arm"), cell)
+    fast = stretch_bt.subtree(moving(task, "a", "arm"), opened)
     children = [slow, fast] if slow_first else [fast, slow]
     tree = py_trees.composites.Parallel("p", ParallelPolicy.SuccessOnAll(), children=children)
     assert ticked(tree) is Status.SUCCESS
@@ -300,12 +294,12 @@ def test_the_params_that_a_scene_asks_for_are_taken(tmp_path):
         assert tree.outputs["f"] < 5.0
 
 
-def test_a_tree_of_other_devices_and_a_library_are_refused_before_anything_moves(cell, task):
+def test_a_tree_of_other_devices_and_a_library_are_refused_before_anything_moves(opened, task):
     with pytest.raises(CellError, match="left"):
-        stretch_bt.subtree(task("  main: {retract: {arm: left}}\n", head=HEAD.replace("arm:", "left:")), cell)
+        stretch_bt.subtree(task("  main: {retract: {arm: left}}\n", head=HEAD.replace("arm:", "left:")), opened)
     with pytest.raises(InvalidInput, match="library for import"):
-        stretch_bt.subtree(task("  other: {in: [speed], sequence: [retract: {speed}]}\n"), cell)
-    assert cell.commands == []
+        stretch_bt.subtree(task("  other: {in: [speed], sequence: [retract: {speed}]}\n"), opened)
+    assert opened.commands == []
 
 
 DECORATORS = {
@@ -325,8 +319,8 @@ DECORATORS = {
 class Composer:
     """Draws trees of py_trees around subtrees of ours."""
 
-    def __init__(self, cell, paths, generator):
-        self.cell, self.paths, self.random = cell, dict(paths), generator
+    def __init__(self, opened, paths, generator):
+        self.cell, self.paths, self.random = opened, dict(paths), generator
         self.subtrees = {}
 
     def tree(self, depth: int = 3):
@@ -370,40 +364,40 @@ def test_whatever_is_around_it_no_motion_outlives_its_interrupt_and_no_other_is_
     generator = random.Random(seed)
     names = {f"{device[0]}{k}": device for k in range(2) for device in MOVES}
     paths = {name: moving(task, name, device) for name, device in names.items()}
-    with stretch_bt.open_cell(scene="calibration_sphere") as cell:
+    with stretch_bt.open_cell(scene="calibration_sphere") as opened:
         for _ in range(25):
-            composer = Composer(cell, paths, generator)
+            composer = Composer(opened, paths, generator)
             root = composer.tree()
             tree = py_trees.trees.BehaviourTree(root)
             if generator.random() < 0.5:
-                cell.attend(tree)
+                opened.attend(tree)
             for _ in range(generator.randint(1, 25)):
                 running = {n for n, s in composer.subtrees.items() if s.status is Status.RUNNING}
-                seen, before = len(cell.commands), motions(cell)
+                seen, before = len(opened.commands), motions(opened)
                 tree.tick()
-                check(cell, composer, running, cell.commands[seen:], before)
+                check(opened, composer, running, opened.commands[seen:], before)
             running = {n for n, s in composer.subtrees.items() if s.status is Status.RUNNING}
-            seen, before = len(cell.commands), motions(cell)
+            seen, before = len(opened.commands), motions(opened)
             tree.interrupt()
             root.stop(Status.INVALID)
-            check(cell, composer, running, cell.commands[seen:], before)
-            assert not any(current(cell, device) for device in MOVES)
-            cell.settle()
+            check(opened, composer, running, opened.commands[seen:], before)
+            assert not any(current(opened, device) for device in MOVES)
+            opened.settle()
             begun = [mark for mark in MarkForTest.marks if "/begin_" in mark]
             ended = [mark for mark in MarkForTest.marks if "/end_" in mark]
             assert sorted(m.rpartition("_")[2] for m in begun) == sorted(m.rpartition("_")[2] for m in ended)
             py_trees.blackboard.Blackboard.clear()
 
 
-def motions(cell):
-    return [motion for device in MOVES if (motion := current(cell, device)) is not None]
+def motions(opened):
+    return [motion for device in MOVES if (motion := current(opened, device)) is not None]
 
 
-def check(cell, composer, running, commands, before):
+def check(opened, composer, running, commands, before):
     """After a tick or an interrupt: only what runs moves, and only what stopped was stopped."""
     now = {name for name, tree in composer.subtrees.items() if tree.status is Status.RUNNING}
     for device in MOVES:
-        motion = current(cell, device)
+        motion = current(opened, device)
         if motion is not None:
             assert motion.owner.partition("/")[0] in now
     for motion in before:
@@ -415,5 +409,5 @@ def check(cell, composer, running, commands, before):
     assert stopped <= restarted
 
 
-def test_the_clock_of_a_simulated_cell_is_virtual(cell):
-    assert isinstance(cell.clock, VirtualClock)
+def test_the_clock_of_a_simulated_cell_is_virtual(opened):
+    assert isinstance(opened.clock, VirtualClock)

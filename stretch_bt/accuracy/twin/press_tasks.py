@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
+from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.accuracy.twin.press import press_once
 from stretch_bt.errors import MissingExtra
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.case import Case
@@ -35,6 +37,7 @@ __all__ = [
     "scene_with",
     "shared",
     "solved",
+    "warm",
     "with_effects",
 ]
 
@@ -174,11 +177,15 @@ def apart(one: Press, other: Press) -> dict[str, float]:
     return {"force": one.force / other.force - 1, "height": one.height - other.height, "size": one.size - other.size}
 
 
+@cache
+def warm() -> None:
+    """Load what the first press of a process loads."""
+    press_once(scene_with(drawn(np.random.default_rng(0), "sphere"), ("sag", "bending", "wrinkling", "friction")), 0)
+
+
 def shared(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterable[Result]:
     """Yield what some work makes of each item, in their order, on several processes of one thread each."""
-    pressed(
-        scene_with(drawn(np.random.default_rng(0), "sphere"), ("sag", "bending", "wrinkling", "friction"))
-    )  # compiles
+    warm()  # compiles, so that the processes need not
     if jobs == 1:
         yield from map(work, items)
         return

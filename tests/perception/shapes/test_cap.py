@@ -4,42 +4,22 @@ import pytest
 from stretch_bt.accuracy.perception.noise import CORRELATED, Noise, observe
 from stretch_bt.accuracy.perception.view import PLANE_DISTANCE, Press, seen
 from stretch_bt.errors import IllConditioned
+from stretch_bt.hardcases.domains.fits.contacts import BALL, RADIUS, cut_out
 from stretch_bt.perception import (
-    Contact,
     SurfaceNoise,
     deproject,
     find_contact,
     fit_contact_sphere,
     surface_noise,
     to_membrane,
-    view_rays,
 )
 from stretch_bt.perception.shapes.blocks_kernel import blocks_within
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
-RADIUS = 15e-3
-
 
 @pytest.fixture(scope="module")
 def press():
-    return seen(Press(Sphere(2 * RADIUS), 0.03, 0.018, (4e-3, -3e-3)))
-
-
-def contact_of(view, noise, seed, *, long=1.0, wide=1.0):
-    """Return an ellipse about the true contact, `long` times its size along i and `wide` times along j, as a contact."""
-    frame = observe(view, noise, seed)
-    points, valid = deproject(frame)
-    points = to_membrane(points, PLANE_DISTANCE)
-    true = points[view.touching & valid, :2]
-    scale = 2.0 * true.std(axis=0) * [long, wide]
-    with np.errstate(invalid="ignore"):
-        mask = valid & (np.linalg.norm((points[..., :2] - true.mean(axis=0)) / scale, axis=-1) < 1.0)
-    points[~valid] = np.nan
-    labels = np.where(mask, 2, np.where(valid, 1, 255)).astype(np.uint8)
-    rays = view_rays(points[mask], (0.0, 0.0, PLANE_DISTANCE))
-    shown = surface_noise(points)
-    sure = mask.astype(np.float32)
-    return Contact(points[mask], rays, labels, shown.sd, 0.0, 0.03, 0.0, points, sure, noise_area=shown.area)
+    return seen(BALL)
 
 
 def test_a_sphere_under_noise_that_neighbours_share_is_stated_wide_or_refused(press):
@@ -47,7 +27,7 @@ def test_a_sphere_under_noise_that_neighbours_share_is_stated_wide_or_refused(pr
     for view, radius in ((press, RADIUS), (small, 0.01)):
         for seed in range(3):
             try:
-                fit = fit_contact_sphere(contact_of(view, CORRELATED, seed))
+                fit = fit_contact_sphere(cut_out(view, CORRELATED, seed))
             except IllConditioned:
                 continue
             assert abs(fit.curvature - 1 / radius) < 4 * fit.curvature_sd
@@ -64,7 +44,7 @@ def test_a_sphere_under_noise_that_neighbours_share_is_stated_wide_or_refused(pr
     ],
 )
 def test_the_noise_of_a_surface_and_over_how_many_pixels_it_is_alike(press, noise, sd, area):
-    found = [surface_noise(contact_of(press, noise, seed).surface) for seed in range(3)]
+    found = [surface_noise(cut_out(press, noise, seed).surface) for seed in range(3)]
     assert np.mean([f.sd for f in found]) == pytest.approx(sd, rel=0.12)
     assert area[0] <= np.mean([f.area for f in found]) <= area[1]
 

@@ -4,34 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.hardcases.domains.balloons.responses import BODY, RESPONSES, after
 from stretch_bt.hardcases.strategies.balloons import DROPS, PATHS, TIMES
-from stretch_bt.simulation.balloons.compacting import Compacting
-from stretch_bt.simulation.balloons.elastic import Elastic
-from stretch_bt.simulation.balloons.laws import hertz, together
-from stretch_bt.simulation.balloons.lessened import Lessened
-from stretch_bt.simulation.balloons.relaxing import Relaxing
-from stretch_bt.simulation.balloons.softened import Softened
 from stretch_bt.simulation.coupling import couple
-
-RADIUS, TIME = 0.03, 2.0
-SKIN, GEL = hertz(50e3, RADIUS), hertz(20e3, RADIUS)
-BODY = Elastic(together(SKIN, GEL))
-RESPONSES = {
-    "elastic": BODY,
-    "lessened": Lessened(BODY, hertz(5e3, RADIUS)),
-    "softened": Softened(BODY, SKIN, 0.2),
-    "compacting": Compacting(BODY, 3.0),
-    "relaxing": Relaxing(BODY, GEL, TIME),
-    "relaxing and softened": Relaxing(Softened(BODY, SKIN, 0.2), GEL, TIME),
-    "relaxing and compacting": Relaxing(Compacting(BODY, 3.0), GEL, TIME),
-}
-
-
-def after(response, path, state=None):
-    state = response.start() if state is None else state
-    for drop, dt in path:
-        state = response.after(state, drop, dt)
-    return state
 
 
 @pytest.mark.parametrize("name", RESPONSES)

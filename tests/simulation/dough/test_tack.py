@@ -5,36 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.frames import Pose
+from stretch_bt.hardcases.domains.dough.runs import STICKY, stuck
 from stretch_bt.hardcases.strategies.dough import BONDS
 from stretch_bt.simulation.advisor.advise import advise
 from stretch_bt.simulation.hanging import Grip, between, pulled_by
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.scene import parse_scene
-from stretch_bt.simulation.world import World
-
-WEIGHT = 0.1916  # N, of 25 mm of dough
-SCENE = """\
-format: stretch-scene/1
-object: {type: dough}
-hand: {frame: 12 mm}
-tolerance: {roundness: 1 %, height: 0.5 mm}
-conditions: {stretch: 60 mm, depth: 5 mm, hold: 0 s, speed: 30 mm/s, frames: 1, travel: 2 m}
-"""
-
-
-def led(effects, stretch, *path):
-    """Lead a hand through (x, height), m, over the cube; return the world, and the contact and the truth at the end."""
-    world, time = World(parse_scene(f"{SCENE}effects: {{{effects}}}\n")), 0.0
-    for x, z in path:
-        time += 0.1
-        pose = Pose((x, 0.0, z))
-        world.advance(pose, stretch, time)
-    return world, world.contact(pose, stretch, time), world.truth(pose, stretch, time)
 
 
 def test_a_sketch_shows_it_in_the_air():
-    world, _, truth = led("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040))
+    world, _, truth = stuck("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040))
     assert np.array(world.sketch(world.latest)["side"])[:, 1].max() == pytest.approx(truth["height"], abs=5e-4)
 
 
@@ -47,14 +27,14 @@ def test_a_sketch_shows_it_in_the_air():
     ],
 )
 def test_the_advisor_says_that_it_comes_along(effects, on, least, why):
-    (verdict,) = [v for v in advise(parse_scene(f"{SCENE}effects: {{{effects}}}\n")) if v.name == "tack"]
+    (verdict,) = [v for v in advise(parse_scene(f"{STICKY}effects: {{{effects}}}\n")) if v.name == "tack"]
     assert verdict.on == on
     assert why in verdict.why
     assert verdict.estimate >= least
 
 
 def test_only_the_sheet_can_be_pulled_down():
-    scene = parse_scene(f"{SCENE}fidelity: hertz\neffects: auto\n")
+    scene = parse_scene(f"{STICKY}fidelity: hertz\neffects: auto\n")
     (verdict,) = [v for v in advise(scene) if v.name == "tack"]
     assert not verdict.on
     assert "hertz fidelity" in verdict.why

@@ -2,24 +2,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from stretch_bt.hardcases.domains.membrane.guards import FORMS, SPAN
 from stretch_bt.hardcases.strategies.membrane import DEPTHS
 from stretch_bt.simulation.membrane.surface import pressed_surface
 from stretch_bt.simulation.objects.base import HertzForm
 
-SPAN = 0.045
-SOLIDS = {
-    "small sphere": HertzForm("sphere", 0.005),
-    "sphere": HertzForm("sphere", 0.010),
-    "large sphere": HertzForm("sphere", 0.030),
-    "cylinder": HertzForm("cylinder", 0.010),
-    "wide cylinder": HertzForm("cylinder", 0.030),
-}
 
-
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize("name", FORMS)
 @given(depth=DEPTHS)
 def test_the_surface_meets_the_object_and_the_border(name, depth):
-    surface = pressed_surface(SOLIDS[name], depth, SPAN)
+    surface = pressed_surface(FORMS[name], depth, SPAN)
     assert surface.height(0.0) == pytest.approx(depth, rel=1e-12)
     assert surface.height(SPAN * (1 - 1e-12)) == pytest.approx(0.0, abs=1e-9)
     assert surface.height(2 * SPAN) == 0.0
@@ -29,7 +21,7 @@ def test_the_surface_meets_the_object_and_the_border(name, depth):
 
 @pytest.mark.parametrize("depth", [0.002, 0.005, 0.010, 0.015])
 def test_the_skirt_of_a_sphere_has_no_mean_curvature_and_no_kink(depth):
-    surface = pressed_surface(SOLIDS["large sphere"], depth, SPAN)
+    surface = pressed_surface(FORMS["large sphere"], depth, SPAN)
     step = 1e-6
     a = surface.edge
     slopes = [(surface.height(r + step) - surface.height(r)) / step for r in (a - 2 * step, a + step)]

@@ -107,7 +107,7 @@ def _cut_elsewhere() -> float:
     return spreads[1] - spreads[0]
 
 
-def _stuck(effects: str, stretch: float, *path: tuple[float, float]) -> tuple[World, Any, dict[str, float]]:
+def stuck(effects: str, stretch: float, *path: tuple[float, float]) -> tuple[World, Any, dict[str, float]]:
     """Lead a hand through (x, height), m, over a cube; return the world, and contact and truth at the end."""
     world, time, pose = World(parse_scene(f"{STICKY}effects: {{{effects}}}\n")), 0.0, Pose((0.0, 0.0, 0.1))
     for x, z in path:
@@ -118,7 +118,7 @@ def _stuck(effects: str, stretch: float, *path: tuple[float, float]) -> tuple[Wo
 
 def _raised(effects: str, stretch: float) -> Any:
     """Return what hangs under the hand, 10 mm up and 20 mm on, m and N: its place, top and pull, and the membrane's lowest place."""
-    world, contact, truth = _stuck(effects, stretch, (0.0, 0.024), (0.0, 0.035), (0.02, 0.035))
+    world, contact, truth = stuck(effects, stretch, (0.0, 0.024), (0.0, 0.035), (0.02, 0.035))
     lowest = _points(world.skin(contact, stretch))[..., 2].min()
     held = world.specimen.grip(world._past[-1].thing) is not None
     return held, _lump(world).x, truth["height"], contact.force[2], float(lowest), truth["depth"]
@@ -141,11 +141,11 @@ def _stays(found: Any) -> bool:
 
 
 def _pulls() -> list[float]:
-    return [_stuck("tack: on", 0.0, (0.0, 0.024), (0.0, z))[1].force[2] for z in (0.0253, 0.0256, 0.0259, 0.030)]
+    return [stuck("tack: on", 0.0, (0.0, 0.024), (0.0, z))[1].force[2] for z in (0.0253, 0.0256, 0.0259, 0.030)]
 
 
 def _put_down(*across: tuple[float, float]) -> bool:
-    world, contact, truth = _stuck("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040), *across, (0.03, 0.023))
+    world, contact, truth = stuck("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040), *across, (0.03, 0.023))
     low = np.array(world.sketch(world.latest)["side"])[:, 1].min()
     put = contact.force[2] > 0 and truth["height"] < 0.0255 and abs(low) < 1e-9
     return bool(put and abs(_lump(world).x - 0.03) < 1e-6)
@@ -246,7 +246,7 @@ CASES: tuple[Hard, ...] = (
                 ),
             ),
             "let go, and not touched again": (
-                lambda: _stuck("tack: on", 0.0, (0.0, 0.024), (0.0, 0.030), (0.0, 0.0255))[1].force,
+                lambda: stuck("tack: on", 0.0, (0.0, 0.024), (0.0, 0.030), (0.0, 0.0255))[1].force,
                 Value((0.0, 0.0, 0.0)),
             ),
             "put down after it was over the place": (partial(_put_down, (0.03, 0.040)), Value(True)),

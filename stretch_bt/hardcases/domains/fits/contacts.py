@@ -40,9 +40,12 @@ def _view(wanted: Press = BALL) -> Seen:
 
 
 def _cut_out(wanted: Press, seed: int, long: float = 1.0, wide: float = 1.0) -> Contact:
+    return cut_out(_view(wanted), WHITE_03, seed, long, wide)
+
+
+def cut_out(view: Seen, noise: Noise, seed: int, long: float = 1.0, wide: float = 1.0) -> Contact:
     """Return an ellipse about the true contact, `long` times its size along i and `wide` times along j, as a contact."""
-    view = _view(wanted)
-    points, valid = deproject(observe(view, WHITE_03, seed))
+    points, valid = deproject(observe(view, noise, seed))
     points = to_membrane(points, PLANE_DISTANCE)
     true = points[view.touching & valid, :2]
     scale = 2.0 * true.std(axis=0) * [long, wide]
