@@ -1,7 +1,7 @@
 """The advisor's estimate of bending against sheets solved with it and without, under random bodies.
 
-    python -m benchmarks.bending [check] [--bodies 100] [--first 1000] [--keep FILE]
-    python -m benchmarks.bending fit [--bodies 140] [--first 0] [--keep FILE]
+    python benchmarks/bending.py [check] [--bodies 100] [--first 1000] [--keep FILE]
+    python benchmarks/bending.py fit [--bodies 140] [--first 0] [--keep FILE]
 
 Each body has a kind, sizes, a heading, a hand and a press drawn at random. `check` prints, by result and kind, the estimate over what
 bending changed: the median, the extremes, and how many are within a factor of 1.5. What is less than a tenth of the usual tolerance
@@ -12,13 +12,13 @@ bending changed: the median, the extremes, and how many are within a factor of 1
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from kept import kept
 
 from stretch_bt.accuracy.twin.press import length_at
 from stretch_bt.errors import NoEquilibrium, SceneError
@@ -112,20 +112,20 @@ def _pressed(scene: Scene, bending: bool) -> tuple[float, float, float]:
 
 def rows(first: int, count: int, keep: Path | None) -> Iterator[Row]:
     """Yield what bending changes for bodies from a seed on; those that a file holds are not solved again."""
-    lines = keep.read_text(encoding="utf-8").splitlines() if keep is not None and keep.exists() else []
-    known = {row["text"]: row["changes"] for row in map(json.loads, lines)}
-    for seed in range(first, first + count):
-        kind, text = drawn(np.random.default_rng(seed))
-        if text not in known:
-            try:
-                known[text] = changes(parse_scene(text))
-            except (NoEquilibrium, SceneError) as error:
-                print(f"seed {seed}, {kind}: {error}")
-                continue
-            if keep is not None:
-                with keep.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps({"text": text, "changes": known[text]}) + "\n")
-        yield Row(kind, text, known[text])
+    for (seed,), (kind, text, changed, why) in kept(_changed, [(first + k,) for k in range(count)], keep):
+        if why:
+            print(f"seed {seed}, {kind}: {why}")
+        else:
+            yield Row(kind, text, changed)
+
+
+def _changed(seed: int) -> tuple[str, str, dict[str, float], str]:
+    """Return the kind and the scene of a body, what bending changes, and why nothing is known of that."""
+    kind, text = drawn(np.random.default_rng(seed))
+    try:
+        return kind, text, changes(parse_scene(text)), ""
+    except (NoEquilibrium, SceneError) as error:
+        return kind, text, {}, str(error)
 
 
 def check(found: list[Row]) -> None:

@@ -1,6 +1,6 @@
 """Cookies from drawn cubes of dough: what both trees make of them; rows are kept and can be taken up again.
 
-    python -m benchmarks.cookie --keep FILE [--trees form_cookie form_cookie_fast] [--seeds 0-49] [--spin 0] [--table]
+    python benchmarks/cookie.py --keep FILE [--trees form_cookie form_cookie_fast] [--seeds 0-49] [--spin 0] [--table]
 
 Each seed's lump is fixed: edge 20 to 30 mm, yield stress 2 to 10 kPa (log-uniform), modulus 10 to 30 yield stresses, spin noise 0
 to 0.2, edge cracks 0 to 2 %. The scene is `dough_cube` with these numbers, the effects that the advisor switches on, and beside
@@ -14,7 +14,6 @@ the stop rules read it. Parameters were set on seeds from 1000 on; seed 0 taught
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import tempfile
 from collections.abc import Iterable
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kept import kept
 
 from stretch_bt import run
 from stretch_bt.accuracy.cookie.lumps import draw, scene
@@ -123,13 +123,6 @@ def made(tree: str, seed: int, spin: float | None = None) -> dict[str, Any]:
     }
 
 
-def kept(path: Path | None) -> list[dict[str, Any]]:
-    """Return the rows of a file."""
-    if path is None or not path.exists():
-        return []
-    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-
-
 def seeds(text: str) -> list[int]:
     """Return the seeds of `0-49` or `3,7`."""
     parts = [part.split("-") for part in text.split(",")]
@@ -144,20 +137,15 @@ def main() -> None:
     parser.add_argument("--seeds", type=seeds, default=seeds("0-49"))
     parser.add_argument("--spin", type=float)
     parser.add_argument("--table", action="store_true", help="print the table of the rows that are kept, run nothing")
+    parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
-    rows = kept(given.keep)
-    known = {(row["tree"], row["seed"], row["spun"]) for row in rows}
-    wanted = [(t, s) for s in given.seeds for t in given.trees if (t, s, given.spin) not in known and not given.table]
-    for tree, seed in wanted:
-        row = made(tree, seed, given.spin)
+    calls = [(tree, seed, given.spin) for seed in given.seeds for tree in given.trees]
+    rows = []
+    for _, row in kept(made, calls, given.keep, given.workers, call=not given.table):
         rows.append(row)
-        if given.keep is not None:
-            with given.keep.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
         print(line(row), flush=True)
-    chosen = [r for r in rows if r["seed"] in given.seeds and r["spun"] == given.spin]
     for tree in given.trees:
-        print(table(tree, [r for r in chosen if r["tree"] == tree]))
+        print(table(tree, [r for r in rows if r["tree"] == tree]))
 
 
 def line(row: dict[str, Any]) -> str:

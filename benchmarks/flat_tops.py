@@ -1,6 +1,6 @@
 """Random blocks and discs under a membrane that resists bending: errors of their dimensions beside what is stated, and the coverage.
 
-    python -m benchmarks.flat_tops [--bodies 20] [--first 0] [--keep FILE]
+    python benchmarks/flat_tops.py [--bodies 20] [--first 0] [--keep FILE]
 
 Sizes, heading, place, the radius of the edges (1 +- 0.2 mm, which the fit is told), the stretch of the mounts
 and with it the length over which the sheet bends, the depths of the presses and all noise of the bench camera are drawn at random;
@@ -11,14 +11,15 @@ Errors are in mm, with `error / stated` beside each; `told` is the share of the 
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from kept import kept
 
 from stretch_bt.accuracy.twin.cell import Bench
 from stretch_bt.errors import NoAnswer, NoEquilibrium
@@ -142,16 +143,14 @@ def _looks(bench: Bench, above: Pose, depth: float) -> tuple[DepthFrame, DepthFr
 
 def rows(first: int, count: int, keep: Path | None) -> Iterator[tuple[str, Found]]:
     """Yield what came of bodies from a seed on; those that a file holds are not pressed again."""
-    lines = keep.read_text(encoding="utf-8").splitlines() if keep is not None and keep.exists() else []
-    known = {row["text"]: Found(**row) for row in map(json.loads, lines)}
-    for seed in range(first, first + count):
-        kind, text = drawn(np.random.default_rng(seed))
-        if text not in known:
-            known[text] = reconstructed(kind, text, seed)
-            if keep is not None:
-                with keep.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(asdict(known[text])) + "\n")
-        yield kind, known[text]
+    for _, (kind, found) in kept(_found, [(first + k,) for k in range(count)], keep):
+        yield kind, Found(**found)
+
+
+def _found(seed: int) -> tuple[str, dict[str, Any]]:
+    """Return the kind of a body, and what came of it."""
+    kind, text = drawn(np.random.default_rng(seed))
+    return kind, asdict(reconstructed(kind, text, seed))
 
 
 def main() -> None:

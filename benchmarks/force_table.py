@@ -11,13 +11,13 @@ softened sheet has been pressed by 10 mm and 60 mm hemispheres, 15 mm deep, at a
 from __future__ import annotations
 
 import argparse
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from joblib import Parallel, delayed
 
 from stretch_bt.errors import NoEquilibrium
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
@@ -66,12 +66,12 @@ def make(workers: int) -> None:
     """Write the table."""
     places = [(float(d), float(x)) for d in DIAMETERS for x in SPANS]
     found = np.zeros((len(TERMS), len(DIAMETERS), len(SPANS), len(DEPTHS)))
-    with ProcessPoolExecutor(workers) as pool:
-        for k, forces in enumerate(pool.map(_forces, places)):
-            found[:, k // len(SPANS), k % len(SPANS)] = forces
-            print(f"{k + 1} of {len(places)}", flush=True)
-        softer = np.array(list(pool.map(_softening, map(float, DIAMETERS))))
-        print("softening", flush=True)
+    pool = Parallel(workers, return_as="generator")
+    for k, forces in enumerate(pool(delayed(_forces)(place) for place in places)):
+        found[:, k // len(SPANS), k % len(SPANS)] = forces
+        print(f"{k + 1} of {len(places)}", flush=True)
+    softer = np.array(list(pool(delayed(_softening)(float(diameter)) for diameter in DIAMETERS)))
+    print("softening", flush=True)
     base, *others = found
     reached = np.isfinite(found).all(axis=0)
     deepest = np.where(reached, DEPTHS, 0.0).max(axis=-1)

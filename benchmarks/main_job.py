@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from stretch_bt import check, run
+from stretch_bt.sweep import sweep
 
 ROOT = Path(__file__).parents[1]
 PRESS = ROOT.parent / "shared" / "data" / "membrane_press" / "punyo_press_z.npz"
@@ -26,14 +27,20 @@ def stiffness(folder: Path, seeds: int) -> None:
     print(
         f"{'scene':16s} {'truth':>6s} {'mean':>7s} {'rms error':>10s} {'stated sd':>10s} {'ticks':>6s} {'task s':>7s} {'CPU s':>6s}"
     )
+    file = folder / "stiffness.yaml"
+    file.write_text(
+        f"format: stretch-sweep/1\ntree: palpate_stiffness\nscene: [{', '.join(BALLOONS)}]\nseeds: {seeds}\n"
+    )
+    swept = sweep(file, out=folder / "stiffness")
+    rows = [json.loads(line) for line in (swept.folder / "rows.jsonl").read_text().splitlines()]
+    assert all(row["status"] == "SUCCESS" for row in rows), [row["reason"] for row in rows]
     for scene in BALLOONS:
-        results = [run("palpate_stiffness", scene=scene, seed=s, out=folder / f"{scene}{s}") for s in range(seeds)]
-        assert all(r.status == "SUCCESS" for r in results), [r.reason for r in results]
-        truth = np.array([r.truth["stiffness"]["value"] for r in results])
-        found = np.array([r.outputs["stiffness"]["value"] for r in results])
-        sd = np.mean([r.outputs["stiffness"]["sd"] for r in results])
+        results = [row for row in rows if row["scene"] == scene]
+        truth = np.array([row["truth"]["stiffness"]["value"] for row in results])
+        found = np.array([row["outputs"]["stiffness"]["value"] for row in results])
+        sd = np.mean([row["outputs"]["stiffness"]["sd"] for row in results])
         rms = float(np.sqrt(np.mean((found / truth - 1) ** 2)))
-        mean = [float(np.mean([getattr(r, n) for r in results])) for n in ("ticks", "task_seconds", "cpu_seconds")]
+        mean = [float(np.mean([row[n] for row in results])) for n in ("ticks", "task_seconds", "cpu_seconds")]
         print(
             f"{scene:16s} {truth[0]:6.2f} {found.mean():7.3f} {100 * rms:8.2f} % {100 * sd / found.mean():8.2f} %"
             f" {mean[0]:6.0f} {mean[1]:7.1f} {mean[2]:6.2f}"

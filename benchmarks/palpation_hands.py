@@ -1,7 +1,7 @@
 """Palpation of the four balloons by hands that no force model knows: stiffness against the scene's truth, and their order.
 
     python -m benchmarks.force_hands FOLDER --hands 25
-    python -m benchmarks.palpation_hands FOLDER [--seeds 100] [--tree palpate_stiffness] [--keep FILE] [--plot FILE]
+    python benchmarks/palpation_hands.py FOLDER [--seeds 100] [--tree palpate_stiffness] [--keep FILE] [--plot FILE]
 
 Each seed takes a hand of the folder (of its own thickness, modulus and pre-stretch, half of them Mooney-Rivlin, with friction and
 softening), draws the noise of a characterisation of it, fits the membrane model to that, and palpates the four balloons with that
@@ -15,18 +15,15 @@ stiffer by a ratio, felt by the same hand with the error that its real neighbour
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from itertools import pairwise
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import yaml
+from kept import kept
 
 import stretch_bt
 from stretch_bt.accuracy.force.hands import ROBOT, STRETCHES, TrueHand, measured
@@ -55,27 +52,9 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
     hands = sorted(given.folder.glob("hand_*.npz"))
-    rows = list(_kept(given.keep))
-    done = {(row["seed"], row["balloon"]) for row in rows}
     seeds = range(given.first, given.first + given.seeds)
-    with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
-        jobs = [
-            pool.submit(palpated, hands[seed % len(hands)], given.tree, balloon, seed)
-            for seed in seeds
-            for balloon in BALLOONS
-            if (seed, balloon) not in done
-        ]
-        for job in as_completed(jobs):
-            rows.append(job.result())
-            if given.keep:
-                with given.keep.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(rows[-1]) + "\n")
-    report([row for row in rows if row["seed"] in seeds], len(hands), given.plot)
-
-
-def _kept(path: Path | None) -> Iterator[dict[str, Any]]:
-    if path is not None and path.exists():
-        yield from map(json.loads, path.read_text("utf-8").splitlines())
+    calls = [(hands[seed % len(hands)], given.tree, balloon, seed) for seed in seeds for balloon in BALLOONS]
+    report([row for _, row in kept(palpated, calls, given.keep, given.workers)], len(hands), given.plot)
 
 
 def palpated(hand: Path, tree: str, balloon: str, seed: int) -> dict[str, Any]:

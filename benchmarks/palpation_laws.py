@@ -1,6 +1,6 @@
 """Palpation of own objects of four kinds of force law: bias, error over stated deviation, answers, presses and robot seconds.
 
-    python -m benchmarks.palpation_laws [--objects 40] [--tree palpate_stiffness] [--hand drawn] [--set NAME=VALUE ...] [--keep FILE]
+    python benchmarks/palpation_laws.py [--objects 40] [--tree palpate_stiffness] [--hand drawn] [--set NAME=VALUE ...] [--keep FILE] [--workers 1]
 
 Each seed draws an object of a class: a spring, an elastic ball (Hertz, power 1.5), a gel (power 1.2 to 1.8, a tenth to a half harder to a
 sudden push, where the shipped pudding is 0.29 harder) or one of the four balloons,
@@ -21,12 +21,12 @@ import argparse
 import json
 import math
 import tempfile
-from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kept import kept
 
 from stretch_bt.accuracy.palpation.palpated import Seen
 from stretch_bt.accuracy.summary import rms
@@ -69,26 +69,15 @@ def main() -> None:
     parser.add_argument(
         "--keep", type=Path, help="file of runs, one JSON object a line, which a later call goes on with"
     )
+    parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
     extra = {**(BEFORE if given.protocol == "before" else {}), **dict(pair.split("=", 1) for pair in given.set)}
     if given.tree != "palpate_stiffness":
         for name in ("last_deflection", "early_settle", "touches", "touch_frames"):
             extra.pop(name, None)
-    rows = list(_kept(given.keep))
-    done = {(row["kind"], row["seed"]) for row in rows}
-    for seed in range(given.first, given.first + given.objects):
-        for kind in given.kinds:
-            if (kind, seed) not in done:
-                rows.append(palpated(kind, seed, given.tree, given.hand, extra))
-                if given.keep:
-                    with given.keep.open("a", encoding="utf-8") as file:
-                        file.write(json.dumps(rows[-1]) + "\n")
-    report([row for row in rows if row["kind"] in given.kinds], given.kinds)
-
-
-def _kept(path: Path | None) -> Iterator[dict[str, Any]]:
-    if path is not None and path.exists():
-        yield from map(json.loads, path.read_text("utf-8").splitlines())
+    seeds = range(given.first, given.first + given.objects)
+    calls = [(kind, seed, given.tree, given.hand, extra) for seed in seeds for kind in given.kinds]
+    report([row for _, row in kept(palpated, calls, given.keep, given.workers)], given.kinds)
 
 
 def drawn_object(kind: str, seed: int) -> str:

@@ -1,26 +1,27 @@
 """palpate_stiffness under the noise of a depth camera: its error, its stated error, its seconds and its CPU time.
 
-python benchmarks/palpation_noise.py [--seeds 10] [--fidelity hertz sheet]
+python benchmarks/palpation_noise.py [--seeds 10] [--fidelity hertz sheet] [--workers 1]
 
 Spheres of 60 mm, as stiff as the four balloons, under all noise of the `bench` camera (white 0.05 mm, correlated 0.3 mm over
 3 pixels and 0.6 from frame to frame, fixed pattern 0.5 mm, drift 0.2 mm/min, counts of 0.125 mm, 1 % dropouts, 0.1 % flying
 pixels); friction and Mullins effect off. At sheet fidelity the error holds that of the force model, which the column
-`model` shows apart: force predicted over force. Each run is a process of its own, so that CPU seconds hold all it imports;
-kernels are cached by a run before that is not counted.
+`model` shows apart: force predicted over force. The runs are a sweep; CPU seconds are those of a run alone, without what its
+process imports and compiles before.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from stretch_bt.sweep import sweep
+from stretch_bt.sweep.engines import engine_of
 
 SCENE = """format: stretch-scene/1
 object: {{type: sphere, diameter: 60 mm, stiffness: {stiffness} N/mm}}
@@ -37,17 +38,20 @@ HEAD = (
 )
 
 
-def palpated(fidelity: str, stiffness: float, seed: int, folder: Path) -> dict[str, Any]:
-    """Return the result of one run, as `run --json` prints it."""
-    scene = folder / "scene.yaml"
-    scene.write_text(SCENE.format(fidelity=fidelity, stiffness=stiffness), encoding="utf-8")
-    out = folder / f"{fidelity}_{stiffness}_{seed}"
-    command = [sys.executable, "-m", "stretch_bt.cli", "run", "palpate_stiffness", "--scene", str(scene), "--json"]
-    done = subprocess.run(
-        [*command, "--seed", str(seed), "--out", str(out)], capture_output=True, text=True, check=False
+def palpated(fidelity: str, seeds: int, workers: int, folder: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return the rows of the runs at a fidelity, by the balloon, in the order of their seeds."""
+    for name, stiffness in BALLOONS.items():
+        (folder / f"{name}.yaml").write_text(SCENE.format(fidelity=fidelity, stiffness=stiffness), encoding="utf-8")
+    scenes = ", ".join(f"{name}.yaml" for name in BALLOONS)
+    file = folder / f"{fidelity}.yaml"
+    file.write_text(
+        f"format: stretch-sweep/1\ntree: palpate_stiffness\nscene: [{scenes}]\nseeds: {seeds}\n", encoding="utf-8"
     )
-    result: dict[str, Any] = json.loads(done.stdout)
-    return result
+    engine = engine_of("local", workers, None) if workers > 1 else engine_of("serial", None, None)
+    found = sweep(file, engine, out=folder / f"rows of {fidelity}")
+    rows = [json.loads(line) for line in (found.folder / "rows.jsonl").read_text("utf-8").splitlines()]
+    rows.sort(key=lambda row: row["seed"])
+    return {name: [row for row in rows if row["scene"] == f"{name}.yaml"] for name in BALLOONS}
 
 
 def row(fidelity: str, name: str, results: list[dict[str, Any]]) -> str:
@@ -82,18 +86,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--fidelity", nargs="+", default=["hertz", "sheet"])
+    parser.add_argument("--workers", type=int, default=1)
     chosen = parser.parse_args()
     print(HEAD)
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
         for fidelity in chosen.fidelity:
-            palpated(fidelity, 0.9, 1000, folder)
-            for balloon, stiffness in BALLOONS.items():
-                results = [palpated(fidelity, stiffness, seed, folder) for seed in range(chosen.seeds)]
+            for balloon, results in palpated(fidelity, chosen.seeds, chosen.workers, Path(name)).items():
                 print(row(fidelity, balloon, results), flush=True)
-                for seed, result in enumerate(results):
+                for result in results:
                     if result["status"] != "SUCCESS":
-                        print(f"    seed {seed}: {result['status']}: {result['reason']}", flush=True)
+                        print(f"    seed {result['seed']}: {result['status']}: {result['reason']}", flush=True)
 
 
 if __name__ == "__main__":

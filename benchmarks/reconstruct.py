@@ -27,10 +27,11 @@ from typing import Any
 
 import numpy as np
 
-import stretch_bt
 from stretch_bt.accuracy.reconstruction.run import Found, Unfinished, grid, reconstructed
 from stretch_bt.errors import SceneError
 from stretch_bt.simulation.scene import load_scene
+from stretch_bt.sweep.package_digest import package_digest
+from stretch_bt.sweep.rows import RowFile
 
 SHIPPED = (
     "wooden_cube",
@@ -91,9 +92,10 @@ class Rows:
     """What runs came to, in a file where there is one: those of the same code and scene are not run again."""
 
     def __init__(self, path: Path | None) -> None:
-        self.path = path
-        lines = path.read_text(encoding="utf-8").splitlines() if path and path.exists() else []
-        self.known: dict[str, Any] = {row["key"]: row["found"] for row in map(json.loads, lines)}
+        self.file = None if path is None else RowFile(path)
+        self.known: dict[str, Any] = {}
+        if self.file is not None:
+            self.known = {row["key"]: row["found"] for row in self.file.rows(iter([*self.file.statuses]))}
 
     def line(self, label: str, scene: str | Path, seed: int, params: Mapping[str, Any]) -> Found | str:
         """Print what came of a run, or why nothing did, and return it."""
@@ -109,19 +111,16 @@ class Rows:
         return found
 
     def _keep(self, key: str, found: Found | str) -> None:
-        if self.path is not None:
-            row = {"key": key, "found": found if isinstance(found, str) else asdict(found)}
-            with self.path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
+        if self.file is not None:
+            told = found if isinstance(found, str) else asdict(found)
+            self.file.write({"key": key, "status": "SUCCESS", "found": told})
 
 
 @cache
 def _state() -> str:
-    """Return a hash of the package's code, trees and data, and of this file."""
-    folder, digest = Path(stretch_bt.__file__).parent, hashlib.sha256(Path(__file__).read_bytes())
-    for path in sorted(p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts):
-        digest.update(str(path.relative_to(folder)).encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
+    """Return a hash of the package, and of this file."""
+    own = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    return hashlib.sha256((package_digest() + own).encode()).hexdigest()[:16]
 
 
 def _scene_text(scene: str | Path) -> str:

@@ -11,12 +11,12 @@ hands that differ in thickness, modulus, energy, friction and softening, and fit
 from __future__ import annotations
 
 import argparse
-from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from joblib import Parallel, delayed
 
 from stretch_bt.accuracy.force.hands import TrueHand
 from stretch_bt.errors import NoEquilibrium
@@ -65,11 +65,11 @@ def make(workers: int) -> None:
     shape = len(DIAMETERS), len(SPANS), len(DEPTHS), len(ALONG), len(ACROSS)
     lifted, hung = np.zeros((len(THICKNESSES), *shape)), np.zeros(shape)
     deepest, free = np.zeros(shape[:2]), np.zeros(len(SPANS))
-    with ProcessPoolExecutor(workers) as pool:
-        for k, (*parts, free_hang, depth) in enumerate(pool.map(_shapes, places)):
-            i, j = divmod(k, len(SPANS))
-            (lifted[:, i, j], hung[i, j]), free[j], deepest[i, j] = parts, free_hang, depth
-            print(f"{k + 1} of {len(places)}", flush=True)
+    pool = Parallel(workers, return_as="generator")
+    for k, (*parts, free_hang, depth) in enumerate(pool(delayed(_shapes)(place) for place in places)):
+        i, j = divmod(k, len(SPANS))
+        (lifted[:, i, j], hung[i, j]), free[j], deepest[i, j] = parts, free_hang, depth
+        print(f"{k + 1} of {len(places)}", flush=True)
     TABLE.parent.mkdir(exist_ok=True)
     np.savez_compressed(
         TABLE,

@@ -17,7 +17,7 @@ __all__ = ["blurred", "highest_of", "outline_at"]
 BLUR = 2.5  # pixels, over which noise is averaged; half a millimetre of a surface seen from 200 mm
 TOP = 0.5  # per cent of the pixels that count as the top: a disc 8 mm across of a membrane of 100 x 90 mm
 # Of a circularity, by what it lacks of 1: the membrane's shoulder takes some three tenths off corners and cracks, and its tensions make a disc
-# look no rounder than 0.99; cookies of 0.87 to 0.99 under a membrane that bends (`python -m benchmarks.cookie --seeds 0-6`, both trees).
+# look no rounder than 0.99; cookies of 0.87 to 0.99 under a membrane that bends (`python benchmarks/cookie.py --seeds 0-6`, both trees).
 HIDDEN, SHOULDER = 0.008, 0.3
 LEAST = 1e-3  # m over the flat membrane, below which nothing stands in it
 
