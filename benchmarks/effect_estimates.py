@@ -1,7 +1,7 @@
 """The advisor's estimate of each effect of membrane and object against the twin with everything on, and with everything on but it.
 
-    python -m benchmarks.effect_estimates [press] [--scenes 40] [--first 5000] [--jobs 1] [--keep FILE]
-    python -m benchmarks.effect_estimates stiffness [--scenes 6] [--first 5000] [--jobs 1] [--keep FILE]
+    python benchmarks/effect_estimates.py [press] [--scenes 40] [--first 5000] [--workers 1] [--keep FILE]
+    python benchmarks/effect_estimates.py stiffness [--scenes 6] [--first 5000] [--workers 1] [--keep FILE]
 
 `press` presses random bodies and balloons that no estimate was fitted to, the settings of the sheet those of 1 % for all. Printed are,
 by effect and result, the estimate over what the effect changed: the median, the extremes, how many are within a factor of two, and how
@@ -13,14 +13,13 @@ estimated at less than a third of it is left out; so are the estimates of effect
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kept import kept
 
 import stretch_bt
 from stretch_bt.accuracy.twin.press_tasks import (
@@ -30,7 +29,6 @@ from stretch_bt.accuracy.twin.press_tasks import (
     possible,
     pressed,
     scene_with,
-    shared,
     with_effects,
 )
 from stretch_bt.errors import NoAnswer, SceneError
@@ -90,19 +88,6 @@ def _stiffness(text: str, on: set[str], seed: int) -> float:
     return float(found.outputs["stiffness"]["value"])
 
 
-def rows(what: str, scenes: int, first: int, jobs: int, keep: Path | None) -> Iterator[dict[str, Any]]:
-    """Yield what came of scenes from a seed on; those that a file holds are not worked out again."""
-    lines = keep.read_text("utf-8").splitlines() if keep is not None and keep.exists() else []
-    known = {row["seed"]: row for row in map(json.loads, lines)}
-    seeds = range(first, first + scenes)
-    yield from (known[seed] for seed in seeds if seed in known)
-    for row in shared(of_press if what == "press" else of_palpation, [s for s in seeds if s not in known], jobs):
-        if keep is not None:
-            with keep.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
-        yield row
-
-
 def show(found: list[dict[str, Any]]) -> None:
     """Print estimates over changes."""
     shares: dict[tuple[str, str], list[tuple[float, bool]]] = {}
@@ -137,11 +122,13 @@ def main() -> None:
     parser.add_argument("what", nargs="?", choices=("press", "stiffness"), default="press")
     parser.add_argument("--scenes", type=int)
     parser.add_argument("--first", type=int, default=5000, help="first seed")
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--keep", type=Path, help="file of rows, to begin or to go on with")
     given = parser.parse_args()
     scenes = given.scenes or (40 if given.what == "press" else 6)
-    show(list(rows(given.what, scenes, given.first, given.jobs, given.keep)))
+    calls = [(seed,) for seed in range(given.first, given.first + scenes)]
+    work = of_press if given.what == "press" else of_palpation
+    show([row for _, row in kept(work, calls, given.keep, given.workers)])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What each setting of the sheet is worth and what it costs: the table that the advisor predicts with.
 
-    python -m benchmarks.sheet_tolerance [--presses 20] [--first 0] [--jobs 1] [--keep FILE] [--write]
+    python benchmarks/sheet_tolerance.py [--presses 20] [--first 0] [--workers 1] [--keep FILE] [--write]
 
 Bodies of each kind of top, sizes, depth and stretch drawn at random, are pressed by the settings of `fidelity/rungs.py`, with weight
 and bending, and by one with elements two fifths as long that grow by 1.2. Printed are, by what holds the membrane up and by range of
@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from kept import kept
 
 import stretch_bt
 from stretch_bt.accuracy.twin.press import press_once
@@ -32,7 +33,6 @@ from stretch_bt.accuracy.twin.press_tasks import (
     apart,
     pressed,
     scene_with,
-    shared,
     solved,
     warm,
 )
@@ -150,8 +150,9 @@ def _timed(scene: Scene) -> float:
 MEASURES: Mapping[str, Callable[[Item], dict[str, Any]]] = {"errors": errors, "ms": ms, "costs": costs}
 
 
-def measured(item: Item) -> dict[str, Any]:
+def measured(*what: Any) -> dict[str, Any]:
     """Return a row; with a reason where there is no press."""
+    item = Item(*what)
     warm()
     try:
         return {**item._asdict(), **MEASURES[item.what](item)}
@@ -159,24 +160,14 @@ def measured(item: Item) -> dict[str, Any]:
         return {**item._asdict(), "reason": str(error)[:200]}
 
 
-def rows(presses: int, first: int, jobs: int, keep: Path | None) -> Iterator[dict[str, Any]]:
-    """Yield a row for each press; those that a file holds are not made again."""
+def items(presses: int, first: int) -> Iterator[Item]:
+    """Yield what is measured: by seed, so that less of all of it is there when it is broken off."""
     seeds = range(first, first + presses)
-    items = [Item("errors", holds, k, seed) for seed in seeds for holds in HOLDS for k in range(len(RANGES))]
+    ranges = range(len(RANGES))
+    yield from (Item("errors", holds, k, seed) for seed in seeds for holds in HOLDS for k in ranges)
     few = seeds[: max(presses // 12, 1)]
-    items += [
-        Item("ms", kind, k, seed) for seed in few for kind in ("sphere", "cone", "cylinder") for k in range(len(RANGES))
-    ]
-    items += [Item("costs", effect, k, seed) for seed in few for effect in ADDED for k in (0, 2)]
-    lines = keep.read_text("utf-8").splitlines() if keep is not None and keep.exists() else []
-    known = {Item(*(row[name] for name in Item._fields)): row for row in map(json.loads, lines)}
-    yield from (known[item] for item in items if item in known)
-    missing = [item for item in items if item not in known]
-    for row in shared(measured, missing, jobs):
-        if keep is not None:
-            with keep.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
-        yield row
+    yield from (Item("ms", kind, k, seed) for seed in few for kind in ("sphere", "cone", "cylinder") for k in ranges)
+    yield from (Item("costs", effect, k, seed) for seed in few for effect in ADDED for k in (0, 2))
 
 
 def table(found: list[dict[str, Any]]) -> dict[str, Any]:
@@ -195,7 +186,7 @@ def table(found: list[dict[str, Any]]) -> dict[str, Any]:
     times = {effect: [r["times"] for r in good if r["what"] == "costs" and r["of"] == effect] for effect in ADDED}
     factors = {effect: round(max(statistics.median(each), 1.0), 3) for effect, each in times.items() if each}
     presses = {rung: [_press_ms(good, rung, k) for k in range(len(RANGES))] for rung in RUNGS}
-    about = {"made_by": "python -m benchmarks.sheet_tolerance --write", "processor": processor()}
+    about = {"made_by": "python benchmarks/sheet_tolerance.py --write", "processor": processor()}
     return {**about, "stretches": STRETCHES, "errors": listed, "press_ms": presses, "factors": factors}
 
 
@@ -237,11 +228,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--presses", type=int, default=_LEAST, help="of each kind of top in each range of stretch")
     parser.add_argument("--first", type=int, default=0, help="first seed")
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--keep", type=Path, help="file of rows, to begin or to go on with")
     parser.add_argument("--write", action="store_true", help=f"into {FILE.name} of the advisor")
     given = parser.parse_args()
-    found = list(rows(given.presses, given.first, given.jobs, given.keep))
+    found = [row for _, row in kept(measured, items(given.presses, given.first), given.keep, given.workers)]
     made = table(found)
     show(made, found)
     least = min(row["n"] for shapes in made["errors"].values() for ranges in shapes.values() for row in ranges)

@@ -1,7 +1,7 @@
 """Whether a press that asks for a tolerance stays within it, and what its choice costs beside the cheapest one that does.
 
-    python -m benchmarks.tolerance_held_out [press] [--tasks 60] [--priced 20] [--first 9300] [--jobs 1] [--keep FILE]
-    python -m benchmarks.tolerance_held_out palpation [--percent 5] [--seeds 8] [--jobs 1] [--keep FILE]
+    python benchmarks/tolerance_held_out.py [press] [--tasks 60] [--priced 20] [--first 9300] [--workers 1] [--keep FILE]
+    python benchmarks/tolerance_held_out.py palpation [--percent 5] [--seeds 8] [--workers 1] [--keep FILE]
 
 `press`: random spheres, cones, boxes and balloons under stretches of 0 to 80 mm, pressed straight down without noise, each with a
 tolerance of the force from 0.5 to 10 % and `fidelity: auto`; no table or law was made from them. The error of the force is that
@@ -16,20 +16,19 @@ difference of the stiffness beside the tolerance, once two standard errors of it
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import statistics
 import tempfile
-from collections.abc import Callable, Iterator
 from importlib.resources import files
 from itertools import chain, combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kept import kept
 
 import stretch_bt
-from stretch_bt.accuracy.twin.press_tasks import REFERENCE, Press, drawn, possible, pressed, scene_with, shared, solved
+from stretch_bt.accuracy.twin.press_tasks import REFERENCE, Press, drawn, possible, pressed, scene_with, solved
 from stretch_bt.errors import NoAnswer, SceneError
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.advisor.choose import NOISE, Chosen, choose
@@ -123,10 +122,6 @@ def _priced(text: str, part: float, known: Press, chosen: Chosen) -> dict[str, A
     return {"cheapest": chosen.cost_ms, "cheapest_rung": chosen.rung, "cheapest_on": sorted(chosen.on), "tried": tried}
 
 
-def _press_row(item: tuple[int, bool]) -> dict[str, Any]:
-    return press_task(*item)
-
-
 def show_presses(found: list[dict[str, Any]]) -> None:
     """Print a line for each task, the share within the tolerance and the ratios of cost."""
     print("seed kind    tolerance predicted (plain sum) error    setting, effects; cheapest by cost")
@@ -155,9 +150,8 @@ def show_presses(found: list[dict[str, Any]]) -> None:
         )
 
 
-def palpated(item: tuple[str, int, float]) -> dict[str, Any]:
+def palpated(name: str, seed: int, part: float) -> dict[str, Any]:
     """Return the stiffness that palpation tells of a scene with the choice of a tolerance, and with everything on, N/mm."""
-    name, seed, part = item
     text = (files("stretch_bt") / "trees" / "scenes" / f"{name}.yaml").read_text("utf-8")
     every = "".join(f"  {effect}: on\n" for effect in possible(text))
     row: dict[str, Any] = {"scene": name, "seed": seed, "tolerance": part}
@@ -193,21 +187,6 @@ def show_palpations(found: list[dict[str, Any]]) -> None:
         )
 
 
-def kept(
-    items: list[Any], work: Callable[[Any], dict[str, Any]], jobs: int, keep: Path | None
-) -> Iterator[dict[str, Any]]:
-    """Yield the row of each item; those that a file holds are not worked out again."""
-    lines = keep.read_text("utf-8").splitlines() if keep is not None and keep.exists() else []
-    known = {json.dumps(row["item"]): row for row in map(json.loads, lines)}
-    yield from (known[json.dumps(item)] for item in items if json.dumps(item) in known)
-    missing = [item for item in items if json.dumps(item) not in known]
-    for item, row in zip(missing, shared(work, missing, jobs), strict=True):
-        if keep is not None:
-            with keep.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"item": item, **row}) + "\n")
-        yield row
-
-
 def main() -> None:
     """Print what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -217,15 +196,15 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=9300, help="first seed of the tasks")
     parser.add_argument("--percent", type=float, default=5.0, help="tolerance of the stiffness")
     parser.add_argument("--seeds", type=int, default=8, help="of a palpation")
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--keep", type=Path, help="file of rows, to begin or to go on with")
     given = parser.parse_args()
     if given.what == "press":
-        tasks = [[given.first + k, k < given.priced] for k in range(given.tasks)]
-        show_presses(list(kept(tasks, _press_row, given.jobs, given.keep)))
+        tasks = [(given.first + k, k < given.priced) for k in range(given.tasks)]
+        show_presses([row for _, row in kept(press_task, tasks, given.keep, given.workers)])
     else:
-        runs = [[name, seed, given.percent / 100] for seed in range(given.seeds) for name in BALLOONS]
-        show_palpations(list(kept(runs, palpated, given.jobs, given.keep)))
+        runs = [(name, seed, given.percent / 100) for seed in range(given.seeds) for name in BALLOONS]
+        show_palpations([row for _, row in kept(palpated, runs, given.keep, given.workers)])
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.accuracy.twin.press import press_once
-from stretch_bt.errors import MissingExtra
 from stretch_bt.frames import Pose
 from stretch_bt.simulation.advisor.case import Case
 from stretch_bt.simulation.advisor.choose import NOISE, judge
@@ -36,7 +35,6 @@ __all__ = [
     "possible",
     "pressed",
     "scene_with",
-    "shared",
     "solved",
     "warm",
     "with_effects",
@@ -184,16 +182,3 @@ def apart(one: Press, other: Press) -> dict[str, float]:
 def warm() -> None:
     """Load what the first press of a process loads."""
     press_once(scene_with(drawn(np.random.default_rng(0), "sphere"), ("sag", "bending", "wrinkling", "friction")), 0)
-
-
-def shared(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterable[Result]:
-    """Yield what some work makes of each item, in their order, on several processes of one thread each."""
-    warm()  # compiles, so that the processes need not
-    if jobs == 1:
-        yield from map(work, items)
-        return
-    try:
-        from joblib import Parallel, delayed
-    except ImportError:
-        raise MissingExtra("several processes need joblib: pip install joblib") from None
-    yield from Parallel(n_jobs=jobs, return_as="generator", batch_size=1)(delayed(work)(item) for item in items)
