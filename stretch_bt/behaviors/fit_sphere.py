@@ -37,6 +37,7 @@ class FitSphere(Behavior):
         fit = perception.fit_contact_sphere(self.contact)
         if fit.curvature < self.min_significance * fit.curvature_sd:
             raise IllConditioned(
-                f"the cap carries no convex radius: curvature {fit.curvature:.3g} 1/m with a standard deviation of {fit.curvature_sd:.2g}"
+                f"the cap carries no convex radius: its curvature is {fit.curvature:.3g} 1/m with a standard deviation of "
+                f"{fit.curvature_sd:.2g}, less than {self.min_significance:g} of them"
             )
         return fit

@@ -14,7 +14,10 @@ MAX_AGE = 0.2
 
 @node
 class Press(LimitedMotion):
-    """Move the hand to a depth past first contact, up or down; FAILURE when the force exceeds its limit."""
+    """Move the hand to a depth past first contact, up or down; FAILURE when the force exceeds its limit.
+
+    The arm's own force holds the limit; where that is too noisy for it, the force sensor does.
+    """
 
     arm: Uses[Arm]
     force_sensor: Uses[ForceSensor | None]

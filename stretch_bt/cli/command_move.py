@@ -84,7 +84,7 @@ def _faulty(name: str, fault: DeviceFault) -> Finding:
     fix = (
         "go less far, or more slowly"
         if isinstance(fault, BeyondLimits)
-        else "see what the fault says, and the page of faults"
+        else "see what the fault says, and the page of the device"
     )
     return Finding(name, False, fault.reason, fix)
 

@@ -111,7 +111,7 @@ def _seen(device: DeviceSpec, driver: Driver, over: float = 0.0) -> Finding:
         finally:
             driver.close()
     except Exception as error:  # also what the client of a driver raises
-        return Finding(check, False, _said(error), "see what the fault says, and the page of faults")
+        return Finding(check, False, _said(error), "see what the fault says, and the page of the device")
 
 
 def _held(device: DeviceSpec, driver: ArmDriver | GripperDriver) -> Finding:
@@ -167,7 +167,7 @@ def _ready(device: DeviceSpec, driver: Driver) -> Finding:
             finally:
                 driver.close()
     except Exception as error:  # also what the client of a driver raises
-        return Finding(check, False, _said(error), "see what the fault says, and the page of faults")
+        return Finding(check, False, _said(error), "see what the fault says, and the page of the device")
     return Finding(check, reason is None, reason or "it takes commands", "" if reason is None else "do what it says")
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import platform
+import sys
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +22,20 @@ def record_of_calls(out: Path, cell: str, *, scene: str | None, seed: int) -> Ru
     RecordError
         The folder holds something, or cannot be written.
     """
-    from stretch_bt.runtime.prepare import versions
+    from stretch_bt.runtime.prepare import VERSIONS, versions
+    from stretch_bt.runtime.provenance import machine
     from stretch_bt.runtime.record import RunRecord
 
     record = RunRecord(out)
     name = Path(scene).name if scene else None
     header: dict[str, Any] = {"tree": None, "calls": True, "seed": seed, "scene": name, "cell": cell, "keys": {}}
-    record.start({**header, "versions": versions("stretch-bt", "py_trees", "numpy")}, {"tree": None, **header})
+    about = {
+        "started": datetime.now().astimezone().isoformat(timespec="seconds"),
+        "host": platform.node(),
+        "command": sys.argv,
+        "python": platform.python_version(),
+        "versions": versions(*VERSIONS),
+        "machine": machine(compiled=True),
+    }
+    record.start({**header, "versions": versions("stretch-bt", "py_trees", "numpy")}, {**header, **about})
     return record

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from stretch_bt.clock import VirtualClock
 from stretch_bt.errors import DeviceFault, InvalidInput, NodeError, Refused, StretchError
 from stretch_bt.hardware.cell import Cell
 from stretch_bt.runtime.foreign_nodes import kept_for, paced_for
-from stretch_bt.runtime.one_call import MODIFIERS, OneCall, called, names
+from stretch_bt.runtime.one_call import OneCall, called, names
 from stretch_bt.runtime.outcome import Outcome
 from stretch_bt.runtime.outputs import Outputs
 from stretch_bt.runtime.runner import LONGEST, Runner
@@ -67,17 +65,13 @@ class Do:
             target = called(name)
         except InvalidInput as error:
             raise AttributeError(str(error)) from None
-        bound = partial(self, name)
-        bound.__doc__ = target.doc
-        keyword = inspect.Parameter.KEYWORD_ONLY
-        words = (*target.ports, *target.devices, *MODIFIERS)
-        bound.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-            [
-                inspect.Parameter(word, keyword, default=None, annotation=str(target.ports.get(word, "str")))
-                for word in words
-            ]
-        )
-        return bound
+
+        def call(**ports: Any) -> Outputs:
+            return self(name, **ports)
+
+        call.__name__, call.__qualname__, call.__doc__ = name, f"do.{name}", target.help()
+        call.__signature__ = target.signature()  # type: ignore[attr-defined]
+        return call
 
     def __repr__(self) -> str:
         return f"<do of {self._open!r}>"

@@ -119,7 +119,12 @@ class Mocks:
             raise MocksError(list(dict.fromkeys(self.diagnostics)))
 
     def _idle(self, rule: Mock, paths: list[str], every: list[str]) -> None:
-        if any(rule.fits(path) for path in self.replaced):
+        above = self.rules[: self.rules.index(rule)]
+        if any(other.pattern == rule.pattern for other in above):
+            message = f"a rule above it has the same pattern, {rule.pattern!r}, and takes every node that it means"
+            remedy = "remove one; for one call after another give a list, as in `status: [success, failure]`"
+            self._error(rule.mark, "mock-unmatched", message, remedy)
+        elif any(rule.fits(path) for path in self.replaced):
             message = f"every node that {rule.pattern!r} means is taken by a rule above it"
             self._error(rule.mark, "mock-unmatched", message, "move it up, or make the other pattern narrower")
         elif any(rule.fits(path) for path in every):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -49,6 +50,36 @@ class Called:
     def ports(self) -> dict[str, Type]:
         """The ports that a caller may give."""
         return self.ins | self.inouts
+
+    def signature(self) -> inspect.Signature:
+        """Return what a caller may give, by keyword; records may be left out, as those of earlier calls stand in for them."""
+        must = {name for name in self.required if not self.ports[name].is_record}
+        words = {
+            **self.ports,
+            **{name: kind for name, (kind, _) in self.devices.items()},
+            **dict.fromkeys(MODIFIERS, str),
+        }
+        return inspect.Signature(
+            [
+                inspect.Parameter(
+                    word,
+                    inspect.Parameter.KEYWORD_ONLY,
+                    default=inspect.Parameter.empty if word in must else ...,
+                    annotation=kind if isinstance(kind, type) else str(kind),
+                )
+                for word, kind in words.items()
+            ]
+        )
+
+    def help(self) -> str:
+        """Return what it does, and its ports with their types, for `help()`."""
+        parts = {"Takes": self.ports, "Gives": self.outs | self.inouts}
+        lists = (
+            f"{title}\n" + "\n".join(f"    {name}: {type_}" for name, type_ in ports.items())
+            for title, ports in parts.items()
+            if ports
+        )
+        return "\n\n".join((self.doc, *lists))
 
     def check(self, given: Mapping[str, Any]) -> None:
         """Raise InvalidInput for a name that is no port."""

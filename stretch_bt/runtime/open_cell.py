@@ -246,7 +246,8 @@ class OpenCell:
 
     def _end_record(self, status: str, reason: str) -> None:
         if self._record is not None:
-            self._record.close({"status": status, "reason": reason, "outputs": {}})
+            counts = {"ticks": self.ticks, "task_seconds": self.clock.now()}
+            self._record.close({"status": status, "reason": reason, "outputs": {}, **counts})
 
     def _stop_devices(self) -> list[StretchError]:
         return [] if self._cell is None else self._cell.stop()

@@ -47,7 +47,7 @@ class FieldReader(Generic[V]):
 def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark: Mark, read: FieldReader[V]) -> Any:
     """Return a record of fields by their names, each with the place of its name.
 
-    It is one of its class where these are all fields, else one that says so where another field is read.
+    It is one of its class where these are all fields without a default, else one that says so where another field is read.
 
     Raises
     ------
@@ -64,12 +64,21 @@ def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark:
         else:
             hint = did_you_mean(name, {**known, **arrays})
             refuse(at, "attribute-unknown", f"{cls.__name__} has no {name!r}", hint)
-    if not dataclasses.is_dataclass(cls) or {f.name for f in dataclasses.fields(cls) if f.init} != given.keys():
-        return _Partial(cls, given, read.origin, read.remedy)
+    missing = _missing(cls, given)
+    if missing or not dataclasses.is_dataclass(cls):
+        return _Partial(cls, given, missing, read)
     try:
         return cls(**_as_annotated(given, cls))
     except InvalidInput as error:
         refuse(mark, "value", f"{what}: {error}", "correct the fields, or give only those that are read")
+
+
+def _missing(cls: type, given: Mapping[str, Any]) -> list[str]:
+    """Return the fields that a record of its class needs beside those given."""
+    fields = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    none = dataclasses.MISSING
+    needed = (f.name for f in fields if f.init and f.default is none and f.default_factory is none)
+    return [name for name in needed if name not in given]
 
 
 def _as_annotated(given: Mapping[str, Any], cls: type) -> dict[str, Any]:
@@ -88,11 +97,13 @@ class _FieldNotGiven(UnsetKey, AttributeError):
 class _Partial:
     """A record of which some fields are given."""
 
-    def __init__(self, cls: type, given: Mapping[str, Any], origin: str, remedy: str) -> None:
+    def __init__(self, cls: type, given: Mapping[str, Any], missing: list[str], read: FieldReader[Any]) -> None:
         self.__dict__.update(given)
         self._cls = cls
-        self._called = origin.format(cls.__name__)
-        self._remedy = remedy
+        self._missing = missing
+        self._fields = {field.name for field in dataclasses.fields(cls)} if dataclasses.is_dataclass(cls) else set()
+        self._called = read.origin.format(cls.__name__)
+        self._remedy = read.remedy
 
     @property  # type: ignore[misc]
     def __class__(self) -> type:  # a node may write it to a port of its class
@@ -103,4 +114,7 @@ class _Partial:
         return f"<{self._called} with {', '.join(f'{name}={brief(value)}' for name, value in fields) or 'no field'}>"
 
     def __getattr__(self, field_name: str) -> Any:
-        raise _FieldNotGiven(f"the {self._called} has no {field_name!r}; {self._remedy.format(field_name)}")
+        remedy = self._remedy.format(field_name)
+        if self._missing and hasattr(self._cls, field_name) and field_name not in self._fields:
+            remedy = f"it is worked out from all fields: give {', '.join(self._missing)} too"
+        raise _FieldNotGiven(f"the {self._called} has no {field_name!r}; {remedy}")

@@ -12,6 +12,7 @@ import stretch_bt
 from stretch_bt.errors import DeviceFault, InvalidInput, LimitExceeded, NodeError, Refused
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.runtime.one_call import called, names
+from stretch_bt.runtime.report import write_report
 from stretch_bt.tree import registry
 from stretch_bt.units import Estimate
 
@@ -266,7 +267,9 @@ def test_what_can_be_called_completes_with_its_ports(opened):
     import inspect
 
     assert {"depth", "touch", "timeout", "guard"} <= set(inspect.signature(opened.do.press).parameters)
-    assert opened.do.press.__doc__ == called("press").doc
+    assert opened.do.press.__doc__.startswith(called("press").doc)
+    assert "    depth: Length\n" in opened.do.press.__doc__
+    assert inspect.signature(opened.do.press).parameters["depth"].default is inspect.Parameter.empty
     assert opened.do.wait(duration="50 ms") == {}
     with pytest.raises(AttributeError, match="did you mean 'press'"):
         _ = opened.do.pres
@@ -293,6 +296,9 @@ def test_a_record_of_calls_holds_what_they_did(tmp_path):
         opened.do("set_stretch", stretch=0.01)
         with pytest.raises(Refused):
             opened.do("retract", clearance=0.1, timeout=0.1)
+    ended = json.loads((tmp_path / "record" / "result.json").read_text())
+    assert (ended["ticks"], ended["task_seconds"]) == (opened.ticks, opened.clock.now())
+    assert "calls from Python" in write_report(tmp_path / "record").read_text("utf-8")
     events = [json.loads(line) for line in (tmp_path / "record" / "events.jsonl").read_text().splitlines()]
     statuses = [(e["path"], e["status"]) for e in events if e.get("type") == "status"]
     assert ("do/set_stretch", "SUCCESS") in statuses

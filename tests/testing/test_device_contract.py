@@ -117,7 +117,7 @@ DEAD = ((READ, "        return 0.0, 0.0, 0.0\n"),)
             "skipped",
             "what zero() does cannot be seen: the sensor read 0 N before it",
         ),
-        ((*DEAD, (HOST, "        pass\n")), LOADED, "failed", "the sensor reads 0 N also under its load"),
+        ((*DEAD, (HOST, "        pass\n")), LOADED, "failed", "the sensor reads 0 N before its load and under it"),
     ],
     ids=[
         "of the host",

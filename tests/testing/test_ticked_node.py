@@ -209,6 +209,26 @@ def test_a_field_that_is_read_and_was_not_given_is_named_with_its_port(tick_node
     assert result.reason == "the Contact of the test has no 'surface'; give it too, as in contact={'surface': ...}"
 
 
+LENS = {"fx": 300.0, "fy": 300.0, "cx": 80.0, "cy": 60.0, "width": 160, "height": 120}
+
+
+def test_all_fields_without_a_default_make_a_whole_record(tick_node):
+    frame = {
+        "raw": np.full((120, 160), 1500, np.uint16),
+        "unit": 1e-4,
+        "intrinsics": LENS,
+        "time": 0.0,
+        "plane_distance": 0.15,
+    }
+    result = tick_node("segment_contact", frame=frame)
+    assert (
+        result.reason
+        == "the DepthFrame of the test has no 'depth'; it is worked out from all fields: give sequence too"
+    )
+    result = tick_node("segment_contact", frame={**frame, "sequence": 0})
+    assert "has no" not in result.reason
+
+
 # --- behaviours of py_trees
 
 

@@ -89,6 +89,14 @@ def replay(record: str | Path, *, trust: bool = False, say: Callable[[str], None
         The folder holds no record that can be replayed.
     """
     reader = RecordReader(Path(record), changed_log=True)
+    if reader.run_info.get("calls"):
+        what = "it is of calls from Python, which have no tree to tick again"
+        raise refuse(
+            reader.folder,
+            "record-calls",
+            what,
+            "look at it by `stretch-bt report`; put what should be replayed in a tree file",
+        )
     if not reader.has_readings:
         what = "it holds the events alone, and a replay needs what the devices read"
         raise refuse(reader.folder, "record-readings", what, "record the run again with --record full")

@@ -77,6 +77,8 @@ def _listed(value: Any) -> list[Any]:
 
 def _tree_name(header: dict[str, Any]) -> str:
     tree = header.get("tree", "run")
+    if tree is None:
+        return "calls from Python"
     return str(tree.get("name", "run")) if isinstance(tree, dict) else str(tree)
 
 

@@ -85,16 +85,17 @@ class ForceClauses(ReadingClauses):
         """Put a load on the sensor, and return what it reads once that stands."""
         trial, most = self.trial, self.contract.tolerance
         trial.put_load(device)
-        wrench = before
+        wrench, seen = before, {(before.force, before.torque)}
         for _ in trial.ticks(_LOADING + self.contract.latency):
             wrench = trial.read(device, "wrench").value
+            seen.add((wrench.force, wrench.torque))
             if math.dist(wrench.force, before.force) > 2 * most:
                 break
         else:
-            fault(
-                f"the sensor reads {wrench.magnitude:.3g} N also under its load, within {2 * most:g} N of what it read without: "
-                "it gives what it measures, N, and `load` puts on more than that"
-            )
+            what = f"the sensor reads {wrench.magnitude:.3g} N before its load and under it"
+            if len(seen) == 1:
+                fault(f"{what}, alike to the last digit: it repeats one value for ever, whatever it measures")
+            fault(f"{what}, less than {2 * most:g} N apart: let it give newtons, and put on a larger `load`")
         trial.wait(_STANDING + self.contract.latency)
         loaded: Wrench = trial.read(device, "wrench").value
         return loaded
