@@ -1,12 +1,14 @@
 """The same rows from every engine of a sweep, whatever is killed; what an item costs, and what memory a worker keeps.
 
-    python benchmarks/sweep_engines.py [ITEMS] [--workers 2] [--engines local dask] [--seed 0] [--tree FILE] [--memory 60] [--keep DIR]
+    python benchmarks/sweep_engines.py [ITEMS] [--workers 2] [--engines local dask] [--seed 0] [--fidelity NAME] [--tree FILE] [--memory 60]
+        [--keep DIR]
 
 ITEMS palpations of the four balloons (12 by default) run one after the other in one process; then on worker processes by joblib
 and by Dask, undisturbed, and each with SIGKILL to a worker, to the sweep, and to both at a random moment, gone on with by --resume.
 Rows are compared sorted by their keys, but for times and workers. Then one item of ITEMS ends its own process. `--memory` adds
 the resident memory of each Dask worker after its items 20 and 60. Ends with 1 where anything is another than the first run.
-`--tree` is another tree than the palpation, which needs no scene, for a quick look at the engines themselves.
+`--fidelity` is another one than the scenes have. `--tree` is another tree than the palpation, which needs no scene, for a quick look at
+the engines themselves.
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ from pathlib import Path
 from typing import Any
 
 import psutil
+
+from stretch_bt.simulation.scene import scene_text
 
 BALLOONS = ("air_balloon", "water_balloon", "pudding_balloon", "seeds_balloon")
 DISTURBED = ("worker", "sweep", "both")
@@ -133,12 +137,21 @@ def _gone(processes: list[psutil.Process]) -> None:
     assert not left, f"workers outlive their sweep: {left}"
 
 
-def palpations(folder: Path, items: int) -> Path:
-    """Write a sweep of palpations of the four balloons."""
+def palpations(folder: Path, items: int, fidelity: str | None) -> Path:
+    """Write a sweep of palpations of the four balloons, at a fidelity where one is given."""
     path = folder / "palpations.yaml"
-    scenes = f"scene: [{', '.join(BALLOONS)}]\nseeds: {max(items // len(BALLOONS), 1)}\n"
+    names = BALLOONS if fidelity is None else [_at(folder, name, fidelity) for name in BALLOONS]
+    scenes = f"scene: [{', '.join(names)}]\nseeds: {max(items // len(BALLOONS), 1)}\n"
     path.write_text(f"format: stretch-sweep/1\ntree: palpate_stiffness\n{scenes}", encoding="utf-8")
     return path
+
+
+def _at(folder: Path, scene: str, fidelity: str) -> str:
+    """Write a shipped scene at another fidelity; return its file's name."""
+    lines = scene_text(scene).splitlines()
+    text = "\n".join([line for line in lines if not line.startswith("fidelity:")] + [f"fidelity: {fidelity}\n"])
+    (folder / f"{scene}.yaml").write_text(text, encoding="utf-8")
+    return f"{scene}.yaml"
 
 
 def of_tree(folder: Path, tree: Path, items: int) -> Path:
@@ -164,7 +177,11 @@ def deadly(folder: Path, items: int) -> Path:
 
 def compared(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, bool, str]]:
     """Yield what was run, whether its rows are those of the first run, and what it took."""
-    file = palpations(folder, given.items) if given.tree is None else of_tree(folder, given.tree, given.items)
+    file = (
+        palpations(folder, given.items, given.fidelity)
+        if given.tree is None
+        else of_tree(folder, given.tree, given.items)
+    )
     began = time.perf_counter()
     _, found = swept(file, folder / "serial", "serial", 1)
     wanted, rng = rows_of(folder / "serial"), random.Random(given.seed)
@@ -197,7 +214,7 @@ def _cost(found: dict[str, Any], wall: float) -> str:
     return f"{cpu['median']:.2f} s CPU an item (p95 {cpu['p95']:.2f}), wall {wall:.0f} s, {found['statuses']}"
 
 
-def memory(folder: Path, workers: int, last: int) -> Iterator[tuple[str, bool, str]]:
+def memory(folder: Path, workers: int, last: int, fidelity: str | None) -> Iterator[tuple[str, bool, str]]:
     """Yield the resident memory of each worker after its items 20 and `last`, MB, and whether the two are within 5 %."""
     from stretch_bt.sweep import sweep
     from stretch_bt.sweep.engines import engine_of
@@ -209,7 +226,7 @@ def memory(folder: Path, workers: int, last: int) -> Iterator[tuple[str, bool, s
         pid = int(row["worker"].rpartition(":")[2])
         resident.setdefault(row["worker"], []).append(psutil.Process(pid).memory_info().rss / 1e6)
 
-    file = palpations(folder, workers * (last + 8))
+    file = palpations(folder, workers * (last + 8), fidelity)
     sweep(file, engine_of("dask", workers, None), out=folder / "memory", progress=note)
     for name, sizes in resident.items():
         if len(sizes) >= last:
@@ -225,6 +242,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engines", nargs="+", default=["local", "dask"], choices=["local", "dask"])
     parser.add_argument("--seed", type=int, default=0, help="of the moments of killing")
+    parser.add_argument("--fidelity", help="of the scenes, in place of their own")
     parser.add_argument("--tree", type=Path, help="instead of the palpation")
     parser.add_argument("--memory", type=int, default=0, help="items after which the memory of a worker is read again")
     parser.add_argument("--keep", type=Path, help="new folder for all rows")
@@ -233,7 +251,9 @@ def main() -> int:
         folder = given.keep or Path(name)
         folder.mkdir(parents=True, exist_ok=True)
         bad = 0
-        parts = [compared(given, folder)] + ([memory(folder, given.workers, given.memory)] if given.memory else [])
+        parts = [compared(given, folder)] + (
+            [memory(folder, given.workers, given.memory, given.fidelity)] if given.memory else []
+        )
         for part in parts:
             for what, good, told in part:
                 bad += not good
