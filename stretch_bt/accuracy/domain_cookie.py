@@ -31,7 +31,7 @@ def take(found: Found) -> str:
     fast = found.setting(Setting("form_cookie_fast", "as shipped"), "circularity", ROBOT_MIN)
     return (
         f"So take {fast} in place of the paper's tree, {found.default('circularity', ROBOT_MIN)}, "
-        f"whose rule stops on lumps that are hardly rounder than the cube."
+        "whose rule stops too soon on stiff lumps. A square would lack 0.21."
     )
 
 

@@ -11,10 +11,10 @@ from stretch_bt.accuracy.points import Kind
 __all__ = ["DOMAIN"]
 
 ABOUT = """\
-Cubes of 25 mm that lie at random, yield stress 5 kPa, modulus 10 to 30 times that, rolled for 2 m on a circle and on a figure-eight with a
-spin noise of 0.1. The error is of the spread, the standard deviation of the radius over its mean (0.125 of a cube, 0 of a ball): how far it
-is off the same body with 8000 directions, whose own error is its change from 4000. The rows also have medians of 15 lumps against
-those of a separate program of the same model, 0.024 to 0.098, which scatter by some 0.004 themselves."""
+Cubes of 25 mm that lie at random, yield stress 5 kPa, modulus 10 to 30 times that, rolled for 2 m on a circle and on a figure-eight with
+a spin noise of 0.1. The error is of the spread, the standard deviation of the radius over its mean (0.125 of a cube, 0 of a ball): how
+far it is off the same body with 8000 directions, whose own error is its change from 4000. The rows also have the spread of 15 lumps in
+the median against that of a separate program of the same model, whose medians are 0.024 to 0.098 and scatter by some 0.004."""
 
 KINDS = {"spread": Kind("1", 1.0), "known_spread": Kind("1", 1.0)}
 OMITTED = {
@@ -28,8 +28,9 @@ OMITTED = {
 def take(found: Found) -> str:
     """Say how many directions to take."""
     return (
-        f"So take the default, {found.default('spread', CPU_MS)}; what the model leaves out is more than what directions add: "
-        f"for 0.002 take {found.cheapest('spread', CPU_MS, 0.002)}."
+        f"So take the default, {found.default('spread', CPU_MS)}; material points, another model, differ from it by 0.01 to 0.08, "
+        f"more than directions add. "
+        f"For 0.002 take {found.cheapest('spread', CPU_MS, 0.002)}."
     )
 
 

@@ -28,8 +28,8 @@ def take(found: Found) -> str:
     """Say which model to take."""
     least = found.setting(Setting("calibrated", "the paper's law"), "force", CPU_MS)
     return (
-        f"So take the default of the palpation trees, {found.default('force', CPU_MS)}; the paper's law, {least}, costs about as much. "
-        f"The sheet itself is worth its time only where a hand leaves the table."
+        f"So take the default of the palpation trees, {found.default('force', CPU_MS)}; the paper's law, {least}, is as cheap. "
+        f"The sheet itself is worth its time only for hands that the table does not cover: other lengths, thicknesses or mounts."
     )
 
 

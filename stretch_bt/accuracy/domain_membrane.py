@@ -13,10 +13,11 @@ __all__ = ["DOMAIN"]
 
 ABOUT = """\
 Presses of 3, 8 and 15 mm, at stretch 0 to 80 mm, by spheres, a cylinder, a cone, a cube, a wire and two spheres. `from the last press` is
-the last step of 1 mm after two others. Errors are against the sheet on graded elements of 0.5 mm (0.3 mm under the wire, 0.2 mm
-under the cone) that grow by 1.2, exact. The reference's own error is stated as 2.5 times its change from elements 1.4 times as
-long, right for first order and too much for any higher; for one press that change can be small by chance, so read its line as a
-whole. hertz and axisymmetric stand a round membrane in for the rectangular one: their error on a press is the model's."""
+the last step of 1 mm after two others. Errors are against the sheet on graded elements of 0.5 mm (0.3 mm under the wire, 0.2 mm under the
+cone) that grow by 1.2, solved to the last digit. The reference's own error is stated as 2.5 times its change from elements 1.4 times as
+long, right for first order and too much for any higher. `coarsen` is by how much longer the elements are than usual; `within(x)` stops
+when steps change the force by less than x, and `settled` series are those. hertz and axisymmetric stand a round membrane in for the
+rectangular one: their error on a press is the model's."""
 
 KINDS = {"force": Kind("%", 100.0), "surface": Kind("um", 1e6, "m"), "contact_radius": Kind("%", 100.0)}
 FLAT, LAST = "sheet from flat", "sheet from the last press"
@@ -27,7 +28,7 @@ OMITTED = {
     "surface and contact radius": "they rank the settings as the force does; the rows have them",
     "uniform elements": "at the same error they cost several times as much as graded ones; the rows have them",
     "the axisymmetric solver on its own round membrane": "it is within 1e-7 of known forces, so that its error here is the model's",
-    "friction, softening and weight": "no reference without them says anything of what they are worth; the twin's part does",
+    "friction, softening and weight": "the part twin shows what they change",
 }
 
 

@@ -13,8 +13,8 @@ __all__ = ["DOMAIN"]
 ABOUT = """\
 Balloons of water, pudding and seeds in the twin at hertz fidelity with all noise of the bench camera, seeds 0 to 3; the force model is
 that of the twin's own hand, so none of its error is in these. Errors are relative, of the stiffness at the last press, against what
-the scene knows at that moment, which is exact. Robot seconds are of the run's clock, from its begin to the last look, of a run that
-failed to its end. A variant is how much is averaged. `from zero` presses at each stretch from zero depth in steps of that size."""
+the scene knows at that moment, which is exact. Robot seconds are of the run's clock, from its begin to the last look; of a run
+that failed, to its end. A variant is how much is averaged. `from zero` presses at each stretch from zero depth in steps of that size."""
 
 KINDS = {"stiffness": Kind("%", 100.0), "stiffness_at_drop": Kind("%", 100.0)}
 DRAWN = ("palpate_stiffness", "palpate_active", "from zero by 0.5 mm", "from zero by 1 mm", "from zero by 2 mm")
@@ -30,8 +30,8 @@ def take(found: Found) -> str:
     """Say which protocol to take."""
     active = found.setting(Setting("palpate_active", "as shipped"), "stiffness", ROBOT_S)
     return (
-        f"So take {found.default('stiffness', ROBOT_S)}; palpate_active, {active}, chooses its presses by their stated error; "
-        f"the least time for 10 % is {found.cheapest('stiffness', ROBOT_S, 0.10)}."
+        f"So take {found.default('stiffness', ROBOT_S)}, or palpate_active, which chooses its presses by their stated error, {active}: "
+        f"these runs do not tell the two apart. The least time in which every run is within 10 % is {found.cheapest('stiffness', ROBOT_S, 0.10)}."
     )
 
 

@@ -50,7 +50,9 @@ def take(found: Found) -> str:
     """Say which settings to take."""
     return (
         f"So take the defaults: of a height {found.default('height', CPU_MS)}, of a sphere {found.default('radius', CPU_MS)}, "
-        f"of a flat contact {found.default('diameter', CPU_MS)}, of an outline {found.default('circularity', CPU_MS)}."
+        f"of a flat contact {found.default('diameter', CPU_MS)}, of an outline {found.default('circularity', CPU_MS)}. "
+        f"Of the pixels in contact the default finds the edge to some pixels: {found.default('overlap', CPU_MS)} under these noises. "
+        "`true labels` and `true contact` are no settings: they show what is left where the contact is known."
     )
 
 

@@ -11,14 +11,14 @@ from stretch_bt.accuracy.points import Kind, Setting
 __all__ = ["DOMAIN"]
 
 ABOUT = """\
-Six shipped objects under `reconstruct` in the twin, `bench` camera, effects as the advisor has them, seed 0. `planned` goes where most is
+Six shipped objects under `reconstruct` in the twin, `bench` camera, effects as the advisor chooses them, seed 0. `planned` goes where most is
 expected that was not felt yet, up to so many presses; `square grid` presses over the object's outline. The surface's error is the distance of
 the cloud's points from the true surface, which is exact, root mean square over cells of 1 mm where the object has upper surface; `missed` is
 the part of that surface, normals within 45 degrees of the vertical, without a point in its cell."""
 
 KINDS = {"surface": Kind("mm", 1e3, "m"), "missed": Kind("%", 100.0), "cloud": Kind("mm", 1e3, "m")}
 OMITTED = {
-    "points beyond the object's edges": "they err by ten times as much, as the membrane goes on over a side; the rows have them as `cloud`",
+    "points beyond the object's edges": "they err by ten times as much, as the membrane hangs free there; the rows have them as `cloud`",
     "dimensions": "their errors are stated with deviations; [figures](../figures.md#reconstruction) has 20 seeds",
     "wires, random bodies": "up to a minute a run; `python -m benchmarks.reconstruct` has them",
     "robot seconds and CPU time": "they go as the presses; the rows have them",

@@ -11,11 +11,12 @@ from stretch_bt.accuracy.points import Kind, Setting
 __all__ = ["DOMAIN"]
 
 ABOUT = """\
-The task of a shipped scene, one press, a roll or a palpation, with what the advisor switches on (`auto`), with every effect that the scene
-can have, with none, and with the `least` that agrees with everything on in the mean, found by taking away one effect after the other. A case
-is a run; its error is by how much it differs from the run of the same seed with everything on, over the scene's tolerance:
-the observable that differs most counts, and the chance of both runs' noise is in it. Everything on is the twin itself, so that it has no
-error of its own here and stands at the lower edge. Friction and softening remember, which costs ten times the CPU time."""
+The task of a shipped scene, one press, a roll or a palpation, with what the advisor switches on (`auto`), with every effect that the
+scene can have, with none, and with the `least` that agrees with everything on in the mean, found by taking away one effect after the
+other. A case is a run; its error is by how much it differs from the run of the same seed with everything on, over the scene's tolerance:
+the observable that differs most counts. Where a set of effects draws other noise than everything on does, that chance is in it, too.
+Everything on is the twin itself, so that it has no error of its own here and stands at the lower edge. Friction and softening depend on
+all that was before, which costs five to ten times the CPU time."""
 
 KINDS = {"apart": Kind("tolerances", 1.0)}
 OMITTED = {
@@ -28,10 +29,12 @@ OMITTED = {
 def take(found: Found) -> str:
     """Say which effects to switch on."""
     everything = found.setting(Setting("effects", "everything"), "apart", CPU_S)
+    few = found.setting(Setting("effects", "all but friction and softening"), "apart", CPU_S)
     nothing = found.setting(Setting("effects", "nothing"), "apart", CPU_S)
     return (
-        f"So take the default, {found.default('apart', CPU_S)}; everything, {everything}, is for the question what an "
-        f"effect is worth; nothing, {nothing}, for wiring a task."
+        f"So take the default, {found.default('apart', CPU_S)}; where a fifth of a tolerance counts, {few}; everything, {everything}, "
+        f"for the question how much an effect changes. Nothing is no way to save time, {nothing}: a sheet that does not bend takes "
+        "up to twice the time to solve."
     )
 
 

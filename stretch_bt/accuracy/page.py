@@ -21,8 +21,9 @@ _HEAD = """\
 
 One picture for each part of the package: what an answer costs, across, and how far it is off, up. Lower and further left is
 better. A point is a setting at its medians; the ring is the default. A bar goes up to the 95th percentile of the cases where
-these are 20 or more, with a flat end, else to the largest, with a pointed end. An open circle on the upper edge counts the cases
-without an answer. The dashed line is the reference's own error: what is below it cannot be told apart. Squares are other programs.
+these are 20 or more, with a flat end, else to the largest, with a pointed end. An open circle above counts the cases of a setting that
+have no answer. The dashed line is the reference's own error, in the median: differences below it mean nothing. Squares are other programs.
+Axes are logarithmic. "The cheapest within 1 %" is the setting with the least cost whose bar ends below 1 %.
 
 The page is drawn from the files of rows beside it, without measuring anything:
 

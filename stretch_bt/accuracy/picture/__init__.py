@@ -35,7 +35,8 @@ def draw(name: str, domain: Domain, rows: Iterable[Row]) -> str:
         f"{panel(which, domain.kinds[which.kind], _shown(which, found), colors, domain.peers)}</g>"
         for k, which in enumerate(domain.panels)
     ]
-    legend = [*(entry(color, series, series in domain.peers) for series, color in colors.items()), *KEY]
+    used = [words for mark, words in KEY.items() if any(mark in one for one in panels)]
+    legend = [*(entry(color, series, series in domain.peers) for series, color in colors.items()), *used]
     top, columns = HEIGHT * math.ceil(len(domain.panels) / across), across * _ENTRIES
     lines = math.ceil(len(legend) / columns)
     width, height = WIDTH * across, top + _LINE * (lines + 1)

@@ -43,11 +43,11 @@ def _key(mark: str, words: str) -> str:
     return f'{mark}<text x="32" y="4">{words}</text>'
 
 
-#: what the marks mean, as entries of the legend
-KEY = (
-    _key(point(12, 0, "#777", peer=False, default=True), "median; the ring is the default"),
-    _key(bar(12, 8, -6, "#777", many=True), f"95th percentile, of {MANY} cases or more"),
-    _key(bar(12, 8, -6, "#777", many=False), "largest, of fewer cases"),
-    _key(open_mark(12, 0, "#777"), "cases without an answer"),
-    _key('<path class="f" d="M0 0h24"/>', "the reference's own error, median"),
-)
+#: what a mark means, as an entry of the legend, by what a panel has in it where that mark is drawn
+KEY = {
+    "<circle": _key(point(12, 0, "#777", peer=False, default=True), "median; the ring is the default"),
+    f'h{2 * _CAP:g}" stroke': _key(bar(12, 8, -6, "#777", many=True), f"95th percentile, of {MANY} cases or more"),
+    'l4 -4l4 4" stroke': _key(bar(12, 8, -6, "#777", many=False), "largest, of fewer cases"),
+    'fill="#fff" stroke': _key(open_mark(12, 0, "#777"), "cases without an answer"),
+    'class="f"': _key('<path class="f" d="M0 0h24"/>', "the reference's own error, median"),
+}

@@ -42,7 +42,7 @@ class _Frame(NamedTuple):
 def panel(which: Panel, kind: Kind, found: Sequence[Summary], colors: Mapping[str, str], peers: frozenset[str]) -> str:
     """Return a diagram of some settings; empty where none has an error and a cost.
 
-    The dashed line is the median of the reference's own error, below which nothing can be told apart; what is below a
+    The dashed line is the median of the reference's own error, below which differences mean nothing; what is below a
     tenth of it stands at the lower edge.
     """
     dots = [dot for s in found if not s.is_reference and (dot := _dot(which, kind, s)) is not None]
@@ -140,7 +140,9 @@ def _floors(frame: _Frame, lines: Sequence[tuple[float, str, str]]) -> tuple[str
 
 def _series(frame: _Frame, dots: Sequence[_Dot], color: str, peer: bool) -> str:
     places = [(frame.x(dot.cost), frame.y(dot.errors.median)) for dot in dots]
-    parts = [f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in places)}" stroke="{color}" opacity="0.45"/>']
+    steps = sum(any(c.isdigit() for c in dot.summary.setting.variant) for dot in dots)
+    line = f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in places)}" stroke="{color}" opacity="0.45"/>'
+    parts = [line] if 2 * steps >= len(dots) > 1 else []  # what is no step of a number is no line
     for (x, y), dot in zip(places, dots, strict=True):
         errors = dot.errors
         if errors.count > 1:
@@ -169,7 +171,8 @@ def _labels(
         boxes += [Box(x - 6, y - 6, x + 6, y + 6), Box(x - 4, end, x + 4, y)]
     for summary, cost in failed:
         x, count = frame.x(cost), len({(r.case, r.seed) for r in summary.unanswered})
-        words = f"{count} of {count + summary.answered}"
+        setting = summary.setting
+        words = f"{setting.variant or setting.series}: {count} of {count + summary.answered}"
         labels.append(Label(x, _FAILED, words, colors[summary.setting.series]))
         boxes.append(Box(x - 6, _FAILED - 6, x + 6, _FAILED + 6))
     return placed(labels, boxes, Box(_ROOM.left - 50, 26.0, _ROOM.right + 12, _ROOM.bottom + 2))
