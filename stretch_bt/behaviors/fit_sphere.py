@@ -20,7 +20,11 @@ class FitSphere(Behavior):
     contact: In[Contact]  # the contact and the surface around it
     before: In[Sphere | None] = None  # an earlier fit of the same object
     sphere: Out[Sphere] = port(truth={"radius": "radius"})  # radius, centre and curvature with their deviations
-    min_significance: In[float] = port(3.0, min=1.0, doc="accept when the curvature exceeds this many sd")
+    min_significance: In[float] = port(
+        3.0,
+        min=1.0,
+        doc="accept when the curvature exceeds this many sd; below 5 the fit itself refuses",
+    )
 
     def update(self) -> Status:
         """Fit."""

@@ -90,6 +90,12 @@ def _as_annotated(given: Mapping[str, Any], cls: type) -> dict[str, Any]:
     }
 
 
+def _defaults(cls: type) -> dict[str, Any]:
+    """Return the fields that a class gives by itself."""
+    fields = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    return {f.name: f.default for f in fields if f.init and f.default is not dataclasses.MISSING}
+
+
 class _FieldNotGiven(UnsetKey, AttributeError):
     """A field of a record is read that was not given."""
 
@@ -102,6 +108,7 @@ class _Partial:
         self._cls = cls
         self._missing = missing
         self._fields = {field.name for field in dataclasses.fields(cls)} if dataclasses.is_dataclass(cls) else set()
+        self.__dict__.update({name: value for name, value in _defaults(cls).items() if name not in given})
         self._called = read.origin.format(cls.__name__)
         self._remedy = read.remedy
 

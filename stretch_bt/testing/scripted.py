@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from stretch_bt.clock import Clock
-from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer
+from stretch_bt.errors import DeviceFault, InvalidInput, NoAnswer, NotReady, StaleReading
 from stretch_bt.frames import Pose, Wrench
 from stretch_bt.hardware.interfaces import INTERFACES, DeviceState, MotionState, Reading, readings_of
 from stretch_bt.hardware.journal import Journal, Relay
@@ -110,6 +110,8 @@ class ScriptedDevice:
         self._ended = ended
         self._states = motion_states(kind, motion)
         self._sequence_number = 0
+        #: a fault that it told, after which it takes no command, as any device until it is opened again
+        self.fault: DeviceFault | None = None
         #: what the tree calls it
         self.name = ""
         self.journal: Journal = Relay()
@@ -130,6 +132,8 @@ class ScriptedDevice:
             return error
         if self.name and error.device == self.kind.lower():  # a script in words names the kind alone
             error = type(error)(self.name, error.reason)
+        if not isinstance(error, StaleReading):
+            self.fault = self.fault or error
         self.journal.fault(self.name, error)
         return error
 
@@ -159,11 +163,18 @@ class ScriptedDevice:
 
     def _command(self, name: str, owner: str, **arguments: Any) -> ScriptedMotion:
         check_owner(self.kind, owner)
+        self._refuse_in_fault()
         if self.moving is not None:
             self.moving.stopped = MotionState.PREEMPTED
         self.note(name, arguments, owner)
         self.moving = ScriptedMotion(self, owner, self._states)
         return self.moving
+
+    def _refuse_in_fault(self) -> None:
+        if self.fault is not None:
+            refused = NotReady(self.name or self.kind.lower(), f"in fault until a new run: {self.fault.reason}")
+            self.journal.fault(self.name, refused)
+            raise refused
 
     def move(self, target: Any, *, speed: float, owner: str) -> ScriptedMotion:
         """Begin a motion to a pose, or of a gripper to an opening."""
@@ -213,10 +224,12 @@ class ScriptedDevice:
 
     def zero(self) -> None:
         """Remember that the sensor was zeroed."""
+        self._refuse_in_fault()
         self.note("zero", {}, "")
 
     def open(self) -> None:
-        """Be ready."""
+        """Be ready, free of an earlier fault."""
+        self.fault = None
         self.state = DeviceState.READY
 
     def close(self) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from stretch_bt import Status
-from stretch_bt.errors import DeviceLost, InvalidInput
+from stretch_bt.errors import DeviceLost, InvalidInput, NotReady
 from stretch_bt.hardware.interfaces import MotionState
 from stretch_bt.units import Estimate
 
@@ -94,6 +94,20 @@ def test_a_fault_ends_it_in_the_tick_that_meets_it(tick_task, scripted_device):
     assert task.tick() is Status.RUNNING
     assert task.tick() is Status.INVALID
     assert (task.outcome.status, task.reason) == ("FAULT", "main/retract: arm: the connection broke")
+
+
+def test_a_device_in_fault_takes_no_command_any_more(tick_task, scripted_device):
+    arm = scripted_device("Arm", {"force": ["1 N", "fault: the cable is out"]})
+    tree = TREE.replace("wait: {duration: 0.5 s}", "{guard: arm.force < 2 N, wait: {duration: 1 s}}")
+    task = tick_task(tree, mocks=FELT, devices={"arm": arm})
+    assert task.tick() is Status.RUNNING
+    assert task.tick() is Status.INVALID
+    assert task.outcome.status == "FAULT"
+    assert arm.commands == []
+    with pytest.raises(NotReady, match="in fault until a new run: the cable is out"):
+        arm.move(0.1, speed=0.01, owner="by hand")
+    arm.open()
+    arm.move(0.1, speed=0.01, owner="by hand")
 
 
 def test_until_says_what_it_saw(tick_task, arm):

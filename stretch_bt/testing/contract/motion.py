@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NoReturn
 
 import pytest
 
@@ -89,7 +89,7 @@ class MotionClauses(ReadingClauses):
         least = _FASTEST * (way - 2 * self.contract.tolerance) / asked
         speed = f"{1e3 * asked:.0f} mm/s"
         if course.state is not MotionState.DONE:
-            fault(f"a motion to {shown(self._target)} with nothing in the way ended as {course.state}")
+            self._ended_before(device, course)
         here = course.states[-1][1]
         settled = self._settle(device)
         if distance(settled, self._target) > self.contract.tolerance:
@@ -110,6 +110,17 @@ class MotionClauses(ReadingClauses):
                 f"a way of {1e3 * way:.0f} mm took {course.ended:.2f} s; at {speed} it takes {way / asked:.2f} s: "
                 "the speed is not sent, or DONE is told late"
             )
+
+    def _ended_before(self, device: Any, course: Any) -> NoReturn:
+        """Say of a motion with nothing in the way that it ended otherwise than DONE, and whether the device got there all the same."""
+        there, settled = course.states[-1][1], self._settle(device)
+        what = (
+            f"a motion to {shown(self._target)} with nothing in the way ended as {course.state} after {course.ended:.2g} s, "
+            f"{1e3 * distance(there, self._target):.1f} mm from its target"
+        )
+        if distance(settled, self._target) <= self.contract.tolerance:
+            fault(f"{what}, which it then reached: the end is told too early")
+        fault(what)
 
     def test_readings_follow_the_motion(self) -> None:
         """Guards and depths go by what is read while it moves: what is read late is passed before anybody stops."""
@@ -133,8 +144,9 @@ class MotionClauses(ReadingClauses):
         )
         if end is not None and end > latency:
             fault(
-                f"when the motion was DONE, the reading was {1e3 * distance(course.states[-1][1], self._target):.1f} mm from the target and came "
-                f"there {end:.2g} s later, at most {latency:g} s allowed: the reading at DONE is {end:.2g} s old, or DONE is told too early"
+                f"when the motion ended as {course.state}, the reading was {1e3 * distance(course.states[-1][1], self._target):.1f} mm "
+                "from the target and came "
+                f"there {end:.2g} s later, at most {latency:g} s allowed: that reading is {end:.2g} s old, or the end is told too early"
             )
 
     def test_stop_ends_a_motion(self) -> None:
