@@ -36,12 +36,15 @@ class FieldReader(Generic[V]):
         What messages call a record with some fields, as in `mocked {}`.
     remedy
         What to do where another field is read, as in `add it to the mock's outputs`; `{}` stands for its name.
+    defaults
+        Whether fields that were not given have the defaults of the class.
     """
 
     array: Callable[[V, np.dtype[Any] | None, str], Any]
     value: Callable[[V, Type, Any, str], Any]
     origin: str
     remedy: str
+    defaults: bool = False
 
 
 def record_of(cls: type, fields: Iterable[tuple[str, Mark, V]], what: str, mark: Mark, read: FieldReader[V]) -> Any:
@@ -108,7 +111,8 @@ class _Partial:
         self._cls = cls
         self._missing = missing
         self._fields = {field.name for field in dataclasses.fields(cls)} if dataclasses.is_dataclass(cls) else set()
-        self.__dict__.update({name: value for name, value in _defaults(cls).items() if name not in given})
+        if read.defaults:
+            self.__dict__.update({name: value for name, value in _defaults(cls).items() if name not in given})
         self._called = read.origin.format(cls.__name__)
         self._remedy = read.remedy
 

@@ -120,7 +120,7 @@ def _record(given: Mapping[str, Any], type_: Type, name: str) -> Any:
             raise Refused(mark.error("value", f"{field}: {error}")) from None
 
     remedy = f"give it too, as in {name}={{{{'{{}}': ...}}}}"
-    reader = FieldReader(array, plain, "{} of the test", remedy)
+    reader = FieldReader(array, plain, "{} of the test", remedy, defaults=True)
     return record_of(type_.cls, ((str(field), mark, value) for field, value in given.items()), name, mark, reader)
 
 

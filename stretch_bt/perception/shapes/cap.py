@@ -33,11 +33,12 @@ SEARCHED, SEARCH_STEPS = (
 # j, whose tensions change over a steep skirt. Sheets of the finite-strain solver and of revolution, without noise.
 MODEL, MODEL_PULLED = 0.006, 0.025
 # The sheet bends, which the model does not: it leaves the body over some millimetres, not on a line. By that the curvature errs by a part
-# of itself, and where smooth noise hides the transition, more the fewer of these fit into the rim (m). A sheet that nothing pulls is never
-# rounder than a ball of a few bending lengths: errors of part (m / radius)^4 under smooth noise, and part (m / rim)^2 of small rims.
+# of itself, by part (m / rim)^4 where the rim is no wider than the transition, and where smooth noise hides that, more the fewer of these fit
+# into the rim (m). A sheet that nothing pulls is never rounder than a ball of a few bending lengths: part (m / radius)^4 under smooth noise.
 # Sheets of 2 mm under balls of 5 to 40 mm, 1 to 14 mm deep, stretched by 0 to 60 mm (benchmarks/perception_contact_bending.py).
-BENDING, HIDDEN = 0.008, 5e-3
-SLACK, SLACK_ROUND, SLACK_RIM = 2e-3, (0.35, 14e-3), (0.3, 1.2e-3)  # SLACK: stretch below which a sheet is, m
+BENDING, HIDDEN, HIDING = 0.008, 5e-3, 0.1e-3  # HIDING: m of smooth noise that hides all of it
+RIM, RIM_TAUT, RIM_SLACK = 0.25, 1.7e-3, 2.2e-3
+SLACK, ROUND, ROUND_SLACK = 2e-3, 0.35, 14e-3  # SLACK: m of stretch, below which nothing pulls
 OUTLYING = 6.0  # standard deviations beyond which a cell holds something else than the membrane
 FIRST_STEPS, FIRST_CLOSE = 8, 1.0  # by which it is known well enough what the noise is
 STEPS, CLOSE = 12, 0.02
@@ -101,7 +102,7 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     spreads = (
         np.array([f.covariance[3, 3] for f in fits]) * explained.scale * explained.wider**2 + (curvatures - mean) ** 2
     )
-    by_noise = math.sqrt(float(weights @ spreads)) * _hidden(explained, fits[0].surface)
+    by_noise = math.sqrt(float(weights @ spreads)) * _hidden(contact, explained, fits[0].surface)
     sd = math.hypot(by_noise, mean * _model_error(contact, explained, fits[0].surface))
     if (
         mean < (SIGNIFICANCE if explained.wider == 1.0 else SIGNIFICANCE_ALIKE) * sd
@@ -114,11 +115,14 @@ def fit_contact_sphere(contact: Contact) -> Sphere:
     return _sphere(next(f for f in fits if f.surface.kind == SPHERE), mean, sd, explained)
 
 
-def _hidden(explained: _Explained, surface: PressedSurface) -> float:
-    """Return by how much deviations grow since smooth noise hides where the sheet leaves the body."""
-    if explained.wider == 1.0:
-        return 1.0
-    return math.hypot(1.0, (HIDDEN / (surface.rim * explained.cells.size)) ** 2)
+def _hiding(contact: Contact, explained: _Explained) -> float:
+    """Return how much of the transition from body to sheet noise hides: none of it where noise is white, all where it is smooth and large."""
+    return min(contact.noise / HIDING, 1.0) if explained.wider > 1.0 else 0.0
+
+
+def _hidden(contact: Contact, explained: _Explained, surface: PressedSurface) -> float:
+    """Return by how much deviations grow since noise hides where the sheet leaves the body."""
+    return math.hypot(1.0, _hiding(contact, explained) * (HIDDEN / (surface.rim * explained.cells.size)) ** 2)
 
 
 def _model_error(contact: Contact, explained: _Explained, surface: PressedSurface) -> float:
@@ -126,11 +130,10 @@ def _model_error(contact: Contact, explained: _Explained, surface: PressedSurfac
     curvature, size = abs(float(surface.q[3])), explained.cells.size
     steep = min(curvature * surface.rim, 1.0)
     pulled = steep**2 * math.hypot(MODEL, MODEL_PULLED * min(abs(float(surface.q[8])), 1.0))
-    if contact.stretch is None or contact.stretch > SLACK:
-        return math.hypot(pulled, BENDING)
-    (wide, radius), (part, rim) = SLACK_ROUND, SLACK_RIM
-    round_ = wide * (radius * curvature / size) ** 4 if explained.wider > 1.0 else 0.0
-    return math.hypot(pulled, BENDING, round_, part * (rim / (size * surface.rim)) ** 2)
+    slack = contact.stretch is not None and contact.stretch < SLACK
+    small = RIM * ((RIM_SLACK if slack else RIM_TAUT) / (size * surface.rim)) ** 4
+    round_ = ROUND * _hiding(contact, explained) * (ROUND_SLACK * curvature / size) ** 4 if slack else 0.0
+    return math.hypot(pulled, BENDING, small, round_)
 
 
 def _check_shape(explained: _Explained) -> None:
