@@ -178,7 +178,9 @@ def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: l
 def _of_ellipse(left: LeftByEllipse, rows: Array, found: Array, variances: Array) -> Array:
     """Return variances (k,), m^2, that explain what narrow means and an ellipse leave; each sum of squares has an error in proportion to itself."""
     wanted = left.expected(LENGTHS)
-    seen = np.maximum(left.variances, wanted[:, :SHORT] @ variances[:SHORT])  # membrane hides no noise of a short length
+    seen = np.maximum(
+        left.variances, wanted[:, :SHORT] @ variances[:SHORT]
+    )  # membrane hides no noise of a short length
     for _ in range(ROUNDS):
         size = np.maximum(wanted @ variances, LEAST_SIZE * seen)
         design = np.concatenate([rows, wanted / size[:, None]])
