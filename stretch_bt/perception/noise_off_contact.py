@@ -31,10 +31,8 @@ STEP = 4  # pixels of a bin, by side; a power of 2
 RADIUS = 16.0  # pixels, the geometric mean of the semi-axes: the noise that passes is up to half as long
 RATIOS: tuple[float, ...] = tuple(np.geomspace(1.0, 5.0, 9).tolist())  # of the semi-axes along j and i
 FIRST = (4, 2, 6, 0, 8)  # of RATIOS, the likeliest first
-MEANS = (
-    1.0,
-    2.0,
-)  # bins; Gaussians after which the variance of what is left is taken, as bins alone hold more white noise than long
+# bins; Gaussians after which the variance of what is left is taken, as bins alone hold more white noise than long
+MEANS = (1.0, 2.0)
 BENT = 2.0  # bins; of the Gaussian with which curvatures are seen
 SEEN = 0.8  # share of a bin's pixels that must be valid
 WHOLE = 0.95  # share of the ellipse that must be

@@ -144,7 +144,8 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskA
     apart : (h, w) bool, of the cleaned part
         Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
     free : (h, w) bool, of the cleaned part
-        Where the membrane touches nothing: there an ellipse stands for the widest mean, and tells noise up to some 9 pixels from membrane.
+        Where the membrane touches nothing: there the mean over an ellipse tells noise up to some 9 pixels from membrane. It counts where means
+        show noise of more than 3 pixels, and where it leaves clearly more than the noise that they show.
     """
     rows, found = list[Array](), list[Array]()
     for step, width, times in WIDTHS:
@@ -170,7 +171,7 @@ def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: l
     other = _of_ellipse(left, np.concatenate(rows[few]), np.concatenate(found[few]), variances)
     if is_long:
         return other
-    more = math.log(left.variances[-1] / float(left.expected(LENGTHS)[-1] @ variances))
+    more = math.log(left.variances[-1] / max(float(left.expected(LENGTHS)[-1] @ variances), 1e-30))
     trust = min((more - DOUBT[0]) / (DOUBT[1] - DOUBT[0]), 1.0)
     return np.asarray(variances + trust * (other - variances))
 
@@ -178,9 +179,8 @@ def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: l
 def _of_ellipse(left: LeftByEllipse, rows: Array, found: Array, variances: Array) -> Array:
     """Return variances (k,), m^2, that explain what narrow means and an ellipse leave; each sum of squares has an error in proportion to itself."""
     wanted = left.expected(LENGTHS)
-    seen = np.maximum(
-        left.variances, wanted[:, :SHORT] @ variances[:SHORT]
-    )  # membrane hides no noise of a short length
+    short = wanted[:, :SHORT] @ variances[:SHORT]  # that membrane does not hide
+    seen = np.maximum(left.variances, short)
     for _ in range(ROUNDS):
         size = np.maximum(wanted @ variances, LEAST_SIZE * seen)
         design = np.concatenate([rows, wanted / size[:, None]])
