@@ -1,11 +1,12 @@
 """Heights of tops under noise that pixels share: error, stated deviation and answers, by shape and by noise.
 
-    python -m benchmarks.height_noise [--draws 200] [--noise NAME ...] [--shape NAME ...]
+    python -m benchmarks.height_noise [--draws 200] [--noise NAME ...] [--shape NAME ...] [--jobs 1]
 
 The membrane is a linear one, T_i z_xx + T_j z_yy = 0 wherever it does not lie on the body, relaxed on a grid of 0.5 mm, so that it leaves
-caps, cylinders and boxes tangentially; its tensions, the bodies and their places are drawn. It shares nothing with the solver of the sheet
-nor with what the estimators assume. Noise is white, or white noise after a Gaussian of some pixels, or both, with the counts of a camera.
-Of two bodies side by side the higher top is asked for.
+caps, cylinders and boxes tangentially; its tensions, the bodies and their places are drawn. It shares nothing with the solver of the sheet.
+Beside it stand the sheet of that solver, and surfaces in closed form that end in a kink, as no membrane does. Noise is white, or white noise
+after a Gaussian of some pixels, or both, with the counts of a camera. Of two bodies side by side the higher top is asked for.
+`free` is a membrane that touches nothing: how many of its frames have a height.
 """
 
 from __future__ import annotations
@@ -13,16 +14,25 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
+from itertools import repeat
+from multiprocessing import get_context
 from time import process_time
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.accuracy.perception import analytic
+from stretch_bt.accuracy.perception.view import Press
+from stretch_bt.accuracy.perception.view import seen as view_of
 from stretch_bt.errors import NoAnswer
 from stretch_bt.frames import DepthFrame, Intrinsics
 from stretch_bt.perception import find_contact, track_height
+from stretch_bt.simulation.membrane.indenters.cube import Cube
+from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
+from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.threads import one_thread
 from stretch_bt.units import Estimate
 
@@ -76,15 +86,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--noise", nargs="*", default=list(NOISES))
-    parser.add_argument("--shape", nargs="*", default=list(SHAPES))
+    parser.add_argument("--shape", nargs="*", default=[*SHAPES, *OTHERS])
+    parser.add_argument("--jobs", type=int, default=1, help="lines that are worked out side by side")
     given = parser.parse_args()
     print(
-        "noise                     shape     error/stated  error, mm: bias  rms   most  stated, median  answers at 1 mm"
+        "noise                     shape              error/stated, most  error, mm: bias  rms   most  stated, median  answers at 1 mm"
     )
+    asked = [(noise, shape) for noise in given.noise for shape in given.shape]
+    with ProcessPoolExecutor(given.jobs, get_context("spawn")) as pool:
+        for (noise, shape), row in zip(asked, pool.map(_line, asked, repeat(given.draws)), strict=True):
+            print(f"{noise:25s} {shape:16s} {row}", flush=True)
+
+
+def _line(asked: tuple[str, str], draws: int) -> str:
     with one_thread():
-        for noise in given.noise:
-            for shape in given.shape:
-                print(f"{noise:25s} {shape:9s} {_row(shape, NOISES[noise], given.draws)}", flush=True)
+        return _row(asked[1], NOISES[asked[0]], draws)
 
 
 def _row(shape: str, noise: Noise, draws: int) -> str:
@@ -106,9 +122,10 @@ def _row(shape: str, noise: Noise, draws: int) -> str:
     if not errors:
         return f"no answer {dict(refused)}"
     e, s = 1e3 * np.array(errors), 1e3 * np.array(stated)
-    answers = 1.0 - sum(refused.values()) / max(asked, 1)
+    answers = 1.0 - sum(refused.values()) / asked if asked else len(errors) / draws
     return (
-        f"{np.sqrt(np.mean((e / s) ** 2)):10.2f} {e.mean():16.3f} {np.sqrt(np.mean(e**2)):9.3f} {np.abs(e).max():6.2f} {np.median(s):10.3f}"
+        f"{np.sqrt(np.mean((e / s) ** 2)):14.2f} {np.abs(e / s).max():5.1f} {e.mean():16.3f} {np.sqrt(np.mean(e**2)):9.3f} {np.abs(e).max():6.2f}"
+        f" {np.median(s):10.3f}"
         f" {100 * answers:12.0f} %  {1e3 * np.median(spent):.1f} ms {dict(refused) if refused else ''}"
     )
 
@@ -206,10 +223,41 @@ def _two(x: Array, y: Array, rng: np.random.Generator) -> tuple[Array, float]:
 SHAPES: dict[str, Body] = {**{kind: _one(kind) for kind in ("sphere", "cap", "cylinder", "box")}, "two": _two}
 
 
+def _of_sheet(kind: str, rng: np.random.Generator) -> Surface:
+    """Return a press of the finite-strain sheet, stretched by 5 to 60 mm."""
+    body = {"sphere": Sphere, "cylinder": Cylinder, "box": Cube}[kind](float(rng.uniform(12e-3, 36e-3)))
+    view = view_of(Press(body, float(rng.uniform(5e-3, 60e-3)), float(rng.uniform(2e-3, 12e-3)), _place(rng)))
+    heights = DISTANCE - view.depth[view.touching].astype(np.float64)
+    return Surface(view.depth.astype(np.float64), float(heights.max() if kind == "sphere" else np.median(heights)))
+
+
+def _in_closed_form(kind: str, rng: np.random.Generator) -> Surface:
+    """Return a cap or a disc in a skirt that falls as a logarithm and ends in the flat plane with a kink."""
+    if kind == "sphere":
+        profile = analytic.sphere_press(float(rng.uniform(8e-3, 30e-3)), float(rng.uniform(0.2, 0.65)))
+    else:
+        profile = analytic.disc_press(float(rng.uniform(5e-3, 15e-3)), float(rng.uniform(1e-3, 12e-3)))
+    depth = analytic.render(profile, CAMERA, *_place(rng))
+    return Surface(depth, DISTANCE - float(depth.min()))
+
+
+def _free(kind: str, rng: np.random.Generator) -> Surface:
+    return Surface(np.full((CAMERA.height, CAMERA.width), DISTANCE), 0.0)
+
+
+OTHERS: dict[str, Callable[[str, np.random.Generator], Surface]] = {
+    **dict.fromkeys(("sheet sphere", "sheet cylinder", "sheet box"), _of_sheet),
+    **dict.fromkeys(("analytic sphere", "analytic disc"), _in_closed_form),
+    "free": _free,
+}
+
+
 @cache
 def surface_of(shape: str, number: int) -> Surface:
     """Return one surface of a shape; the same number gives the same."""
     rng = np.random.default_rng((number, *shape.encode()))
+    if shape in OTHERS:
+        return OTHERS[shape](shape.rsplit(maxsplit=1)[-1], rng)
     x, y = np.arange(-WIDE, WIDE + PITCH / 2, PITCH), np.arange(-LONG, LONG + PITCH / 2, PITCH)
     body, top = SHAPES[shape](x[None, :], y[:, None], rng)
     return Surface(viewed(x, y, relaxed(body, float(rng.uniform(2.0, 8.0)))), top)

@@ -31,7 +31,7 @@ Image = npt.NDArray[np.float32]
 
 SHARE = 0.9  # of the height of the top, from which a place counts as the top
 SHARE_SD = 0.045  # how much that share differs between contacts
-CERTAIN = 12.0  # standard deviations by which the top must rise
+CERTAIN = 6.0  # standard deviations by which the top must rise
 AROUND = 0.5  # share of the width of a convex part that is looked at on all sides of it at first
 ENOUGH = 1500  # bins from which a plane or a quadratic is fitted
 MOST_BINS = 620_000  # of all windows that are searched for faces in one frame: a press takes a twentieth of that
@@ -158,8 +158,8 @@ def _flat_face(surface: Surface, whole: MaskArray, inside: MaskArray, raised: Ma
     return Patch(surface, touching(widened(whole, 2.0 * s) & raised & (score > 0.0), inside), score, sd)
 
 
-def highest(surface: Surface, plane: float) -> list[Patch]:
-    """Return what stands within a tenth of the highest place, where curvature says nothing; none if it may be noise.
+def highest(surface: Surface, plane: float, sd: float) -> list[Patch]:
+    """Return what stands within a tenth of the highest place, where curvature says nothing; none if it may be noise of `sd`, m.
 
     A membrane in tension has no summit off contact, so the summit at least is in contact. None either where the top
     reaches the edge of what is seen, because the summit may be beyond.
@@ -167,7 +167,7 @@ def highest(surface: Surface, plane: float) -> list[Patch]:
     rise = surface.smooth - np.float32(plane)
     seen = np.where(surface.trusted, rise, np.float32(0))
     peak = float(seen.max(initial=0.0))
-    if peak <= CERTAIN * surface.smooth_sd or peak <= 0.1 * surface.sigma * surface.pitch:
+    if peak <= CERTAIN * sd or peak <= 0.1 * surface.sigma * surface.pitch:
         return []
     top = float(np.median(seen[seen > SHARE * peak]))
     at = np.zeros(rise.shape, dtype=bool)
@@ -176,4 +176,4 @@ def highest(surface: Surface, plane: float) -> list[Patch]:
     mask = touching((score > 0.0) | at, at)
     if (mask & ~surface.trusted).any():
         return []
-    return [Patch(surface, mask, score, float(np.hypot(surface.smooth_sd, SHARE_SD * top)))]
+    return [Patch(surface, mask, score, float(np.hypot(sd, SHARE_SD * top)))]

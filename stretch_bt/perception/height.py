@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -162,12 +163,14 @@ def _tops(
     """Yield the tops of the contact at some pixels (n,): of one, or of two that look like a long one."""
     touching = _points(points.reshape(-1, 3)[places], places, valid.shape[1], noise)
     step = step_of(touching.cloud[2], others)
+    noise = None if noise is None else noise.beside_counts(step)
+    touching = replace(touching, step=step, noise=noise)
     if noise is None:
-        yield _best(touching, step, curvature)
+        yield _best(touching, curvature)
         return
     around = surroundings(points, valid, touching, noise)
-    for part in summits(touching, around, max(noise.white_sd, step / math.sqrt(12.0))):
-        top = _best(part, step, curvature)
+    for part in summits(touching, around, max(noise.white_sd, touching.step / math.sqrt(12.0))):
+        top = _best(part, curvature)
         yield top if noise.area <= 1.0 else _Top(by_wide_discs(top.height, part, around), top.is_curved)
 
 
@@ -178,7 +181,7 @@ def top_of_points(points: FloatArray) -> Estimate:
     """
     some = _some(np.arange(len(points)))
     seen = _points(points[some], some, 1, None)
-    return _best(seen, step_of(seen.cloud[2], seen.cloud[2])).height
+    return _best(replace(seen, step=step_of(seen.cloud[2], seen.cloud[2]))).height
 
 
 def _within(height: Estimate, reach: float | None) -> Estimate:
@@ -217,7 +220,7 @@ def _points(points: FloatArray, places: Places, wide: int, noise: NoiseSpectrum 
     return found
 
 
-def _best(points: Points, step: float, known: Estimate | None = None) -> _Top:
+def _best(points: Points, known: Estimate | None = None) -> _Top:
     """Return the top from a disc that the membrane's bend at the rim leaves alone."""
     cloud = points.cloud
     middle, away, radius = disc_of(cloud)
@@ -234,8 +237,27 @@ def _best(points: Points, step: float, known: Estimate | None = None) -> _Top:
             top = Top(near, middle, even=False).bent(known)
     if top.is_curved:
         found = top.estimate(radius)
-        return _Top(Estimate(found.value, math.hypot(found.sd, shared_step(step, top.sd))), True)
-    return _Top(_faint(Top(near, middle, even=True), _flat(near, step)), False)
+        unlike = _unlike_half(found, near, middle, radius, known)
+        return _Top(Estimate(found.value, math.hypot(found.sd, unlike, shared_step(points.step, top.sd))), True)
+    top, flat = Top(near, middle, even=True), _flat(near)
+    return _Top(_faint(top, Estimate(flat.value, math.hypot(flat.sd, top.misfit))), False)
+
+
+def _unlike_half(found: Estimate, near: Points, middle: Array, radius: float, known: Estimate | None) -> float:
+    """Return by how much, m, the inner half of a disc tells another height than the disc, past what noise explains (Hausman, 1978).
+
+    Then the disc holds skirt, which no quadratic follows.
+    """
+    away = _away(near.cloud, middle)
+    inner = np.flatnonzero(away <= 0.5 * float(away.max()))
+    if inner.size < LEAST_POINTS:
+        return 0.0
+    half = Top(near.at(inner), middle, even=False).bent(known)
+    if not half.is_curved:
+        return 0.0
+    other = half.estimate(radius)
+    by_chance = max(other.sd**2 - found.sd**2, 0.0)
+    return math.sqrt(max((other.value - found.value) ** 2 - by_chance, 0.0))
 
 
 def _of_highest(points: Points, top: Top, reach: float, known: Estimate | None) -> tuple[Top, float]:
@@ -299,10 +321,11 @@ def _disc(points: Points, away: Array, radius: float) -> Points:
     return points.at(near) if near.size >= LEAST_POINTS else points
 
 
-def _flat(points: Points, step: float) -> Estimate:
+def _flat(points: Points) -> Estimate:
     """Return Tukey's robust mean of heights that come in steps, m, and its standard deviation."""
     z, n = points.cloud[2], len(points)
     center, one = quantile(z), np.ones((1, n))
-    q, sd = settled(one, z - center)
+    q, sd = settled(one, z - center, points.step)
     own = sd * sd / n + float(points.shared(one)[0, 0]) / n**2
-    return Estimate(center + float(q[0]), math.hypot(math.sqrt(own), shared_step(step, sd)))
+    evens = sd if points.noise is None else min(points.noise.sd_beside_counts(points.step), sd)
+    return Estimate(center + float(q[0]), math.hypot(math.sqrt(own), shared_step(points.step, evens)))

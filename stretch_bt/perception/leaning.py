@@ -22,8 +22,8 @@ Image = npt.NDArray[np.float32]
 LEAST_WIDE = 5  # pixels along a side, of the means that are held against the plane
 LENGTHS = 2.0  # sides of a square of pixels that share one error, that such a mean is wide
 SHARE = 0.4  # of a side of the contact, that such a mean is wide at most
-MEDIAN = 5  # pixels along a side, of the median that takes away single wild ones
-EFFICIENCY = 1.6  # by which the variance of such a median exceeds that of a mean
+MEDIAN = 5  # pixels along a side, of the median that takes the place of single wild ones
+WILD = 4.0  # standard deviations of noise, past which a pixel is
 BESIDE = 2.5  # standard deviations of a mean, within which it lies in the plane
 LEAST_BESIDE = 0.1e-3  # m; no more shows of the membrane's own bend at a rim
 AROUND = 1.5  # sides of the contact, as far as which the face is looked for
@@ -172,12 +172,14 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
     here = here & np.isfinite(cloud[..., 2])
     x, y, z = (np.where(here, cloud[..., k], 0.0).astype(np.float32) for k in range(3))
     share = cv2.blur(here.astype(np.float32), (wide, wide))
-    z = np.where(here, cv2.medianBlur(z, MEDIAN), np.float32(0))
+    middle = cv2.medianBlur(z, MEDIAN)
+    wild = np.abs(z - middle) > WILD * math.sqrt(float(noise.variances.sum()))
+    z = np.where(here, np.where(wild, middle, z), np.float32(0))
     mean = cv2.blur(z, (wide, wide)) / np.maximum(share, np.float32(0.5))
     every = -(-max(here.shape) // MOST_SIDE)
     some = np.s_[::every, ::every]
     rows, columns = np.arange(here.shape[0])[:, None] + box[0].start, np.arange(here.shape[1]) + box[1].start
-    one = math.sqrt(noise.of_mean(wide**2) + EFFICIENCY * noise.white_sd**2 / wide**2)
+    one = math.sqrt(noise.of_mean(wide**2) + noise.white_sd**2 / wide**2)
     start = touching[box]
     return _Seen(
         x[some],

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.perception.noise_off_contact import LeftByEllipse, left_by_ellipse
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
 from stretch_bt.perception.smooth import covered, derivative
-from stretch_bt.perception.surface import Cleaned
+from stretch_bt.perception.surface import Cleaned, Surface
 from stretch_bt.perception.types import MaskArray
 
 __all__ = ["NoiseSpectrum", "noise_spectrum"]
@@ -25,11 +26,20 @@ WIDTHS = ((1, 3.0, 2), (2, 4.5, 2), (4, 9.0, 3))  # of bins and of the Gaussian,
 LAGS = 4
 #: of what a mean leaves, that noise of each length must explain: the longest differ little from membrane, and from chance
 LEAST_SHARE = (0.0, 0.02, 0.02, 0.02, 0.05, 0.1, 0.15)
+FREE_SHARE = (0.0, *[0.02] * 6)  # the same with what ellipses leave, which holds no membrane
 MOST = 96  # bins along a side that are looked at
 CUT = 3.0  # standard deviations past which a residual is no noise: a rim, or a pixel that flies
 WHOLE = 0.97  # share of the kernel that must see valid pixels
 LEAST = 60  # bins from which a width tells anything
+ROUNDS = 4  # of variances, and the errors of sums of squares that follow from them
+SHORT = 3  # lengths that narrow means tell from membrane
+LONG = 4  # lengths that only the widest mean shows, and takes part of for membrane
+# logarithm of the variance that an ellipse leaves over that of noise which means show: below the first it is chance, a kink or a clamp, and
+# from the second noise
+DOUBT = (0.45, 0.9)
+LEAST_SIZE = 0.3  # of a sum of squares, that its error follows from at least
 SWEEPS, SETTLED = 100, 1e-5
+MOSTLY_COUNTS = 1.3  # of the variance of counts, below which there is hardly other noise
 CELLS = 1.5  # cells in a length, in which its correlation is summed
 
 
@@ -51,6 +61,12 @@ class NoiseSpectrum:
         return float(self.variances @ areas) / total if total > 0.0 else 1.0
 
     @property
+    def shared_area(self) -> float:
+        """How many pixels share one error of all parts but the white, at least 1."""
+        shared = self.variances * (self.lengths > 0.0)
+        return NoiseSpectrum(shared, self.lengths).area if shared.any() else 1.0
+
+    @property
     def shared_sd(self) -> float:
         """Standard deviation, m, of all parts but the white."""
         return math.sqrt(float(self.variances @ (self.lengths > 0.0)))
@@ -59,6 +75,26 @@ class NoiseSpectrum:
     def white_sd(self) -> float:
         """Standard deviation, m, of the white part."""
         return math.sqrt(float(self.variances @ (self.lengths == 0.0)))
+
+    def sd_beside_counts(self, step: float) -> float:
+        """Return the standard deviation, m, of what is not due to heights that come in steps, m."""
+        return math.sqrt(max(float(self.variances.sum()) - step**2 / 12.0, 0.0))
+
+    def beside_counts(self, step: float) -> NoiseSpectrum:
+        """Return it as white where it is that of steps, m, alone: they follow the surface, and only seem to be shared."""
+        total = float(self.variances.sum())
+        alone = total < MOSTLY_COUNTS * step**2 / 12.0
+        return NoiseSpectrum(np.array([total]), np.zeros(1)) if alone else self
+
+    def after(self, surface: Surface, *orders: tuple[int, int, float]) -> float:
+        """Return the standard deviation, m, of a sum of derivatives (along u, along v, weight) per bin of a smoothed surface."""
+        parts = zip(np.sqrt(self.variances), self.lengths, strict=True)
+        each = (
+            replace(surface, noise=float(sd), length=float(length)).noise_after(*(orders or ((0, 0, 1.0),)))
+            for sd, length in parts
+            if sd
+        )
+        return math.hypot(*each)
 
     def of_mean(self, pixels: float) -> float:
         """Return the variance, m^2, of the mean of a block of so many pixels, of all parts but the white."""
@@ -96,16 +132,20 @@ def _alike(
     return np.asarray(summed.reshape(len(design), -1) @ blurred.reshape(len(design), -1).T)
 
 
-def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpectrum:
+def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None, free: MaskArray | None = None) -> NoiseSpectrum:
     """Return the noise of a frame.
 
-    What means of three widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
-    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane.
+    What means of some widths leave is compared, a few pixels apart, with what they leave of noise of each length; variances are
+    those of least squares that are not negative. Noise alike over more than some ten pixels passes for membrane, and without `free`
+    part of that over more than five.
 
     Parameters
     ----------
     apart : (h, w) bool, of the cleaned part
         Where the membrane bends least, as away from the contact: the widest mean is compared there only, if that is enough.
+    free : (h, w) bool, of the cleaned part
+        Where the membrane touches nothing: there the mean over an ellipse tells noise up to some 9 pixels from membrane. It counts where means
+        show noise of more than 3 pixels, and where it leaves clearly more than the noise that they show.
     """
     rows, found = list[Array](), list[Array]()
     for step, width, times in WIDTHS:
@@ -116,7 +156,36 @@ def noise_spectrum(cleaned: Cleaned, apart: MaskArray | None = None) -> NoiseSpe
     if not rows:
         return NoiseSpectrum(np.zeros(1), np.zeros(1))
     variances = _not_negative(np.concatenate(rows), np.concatenate(found))
+    if free is not None:
+        variances = _with_ellipse(cleaned, free, rows, found, variances)
     return NoiseSpectrum(variances, np.array(LENGTHS))
+
+
+def _with_ellipse(cleaned: Cleaned, free: MaskArray, rows: list[Array], found: list[Array], variances: Array) -> Array:
+    """Return variances (k,), m^2, of what means leave; those of what an ellipse leaves where they are long, or as far as it shows they are."""
+    is_long = bool(variances[LONG:].any())
+    left = left_by_ellipse(cleaned, free, LENGTHS, (0.0 if is_long else math.exp(DOUBT[0])) * variances)
+    if left is None:
+        return variances
+    few = slice(len(WIDTHS) - 1)
+    other = _of_ellipse(left, np.concatenate(rows[few]), np.concatenate(found[few]), variances)
+    if is_long:
+        return other
+    more = math.log(left.variances[-1] / max(float(left.expected(LENGTHS)[-1] @ variances), 1e-30))
+    trust = min((more - DOUBT[0]) / (DOUBT[1] - DOUBT[0]), 1.0)
+    return np.asarray(variances + trust * (other - variances))
+
+
+def _of_ellipse(left: LeftByEllipse, rows: Array, found: Array, variances: Array) -> Array:
+    """Return variances (k,), m^2, that explain what narrow means and an ellipse leave; each sum of squares has an error in proportion to itself."""
+    wanted = left.expected(LENGTHS)
+    short = wanted[:, :SHORT] @ variances[:SHORT]  # that membrane does not hide
+    seen = np.maximum(left.variances, short)
+    for _ in range(ROUNDS):
+        size = np.maximum(wanted @ variances, LEAST_SIZE * seen)
+        design = np.concatenate([rows, wanted / size[:, None]])
+        variances = _not_negative(design, np.concatenate([found, seen / size]), FREE_SHARE)
+    return variances
 
 
 def _left(cleaned: Cleaned, step: int, width: float, times: int, apart: MaskArray | None) -> Array | None:
@@ -187,12 +256,12 @@ def _covariance_left(square: float, sigma: float, times: int, d: float) -> float
     return total
 
 
-def _not_negative(design: Array, wanted: Array) -> Array:
-    """Return least squares (k,) of design (n, k) that are not negative, of the columns that explain at least their LEAST_SHARE."""
+def _not_negative(design: Array, wanted: Array, least: tuple[float, ...] = LEAST_SHARE) -> Array:
+    """Return least squares (k,) of design (n, k) that are not negative, of the columns that explain at least their share."""
     size = np.sqrt((design * design).sum(axis=0))
     scaled = design / size
     normal, right = scaled.T @ scaled, scaled.T @ wanted
-    some = _descent(normal, right - np.array(LEAST_SHARE), np.ones(len(right), dtype=bool)) > 0.0
+    some = _descent(normal, right - np.array(least), np.ones(len(right), dtype=bool)) > 0.0
     found: Array = _descent(normal, right, some) / size
     return found
 

@@ -16,6 +16,7 @@ from stretch_bt.perception.correlation import area_of
 from stretch_bt.perception.faces import Effort, Patch, flat_or_round, highest, holds_summit, with_above_plane
 from stretch_bt.perception.held import check_held
 from stretch_bt.perception.lateral import lateral
+from stretch_bt.perception.noise_spectrum import NoiseSpectrum, noise_spectrum
 from stretch_bt.perception.regions import Box, border, bounds, parts, placed
 from stretch_bt.perception.robust import quantile
 from stretch_bt.perception.scale import SEED, Ground, Scale, Signal, either_scale, ground_of, mean_scale
@@ -125,18 +126,36 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
             patches, crowded = _patches(scale, effort), None
         except IllConditioned as error:
             patches, crowded = [], error
-            if kernel != COARSE:
-                _patches(coarse, effort)  # what is crowded there is so at every finer kernel
+            if kernel != COARSE and _is_crowded(coarse, effort):
+                best = None
+                break  # what is crowded there is so at every finer kernel
         if _holds_top(scale.ground, patches) and (best is None or best[0].clearness <= scale.clearness):
             best = scale, patches
         if best and best[0].clearness >= CLEAR:
             return best
     if best is not None:
         return best
-    if crowded is not None:
+    frame_noise = noise_spectrum(cleaned, free=np.ones(cleaned.valid.shape, dtype=bool))
+    if crowded is not None and not _hides(frame_noise, coarse):
         raise crowded
     place = ground(HIGHEST)
-    return Scale(place, (), coarse.ratio), highest(place.surface, place.plane) if rule == "mean" else []
+    found = highest(place.surface, place.plane, frame_noise.after(place.surface)) if rule == "mean" else []
+    return Scale(place, (), coarse.ratio), found
+
+
+def _is_crowded(scale: Scale, effort: Effort) -> bool:
+    try:
+        _patches(scale, effort)
+    except IllConditioned:
+        return True
+    return False
+
+
+def _hides(noise: NoiseSpectrum, scale: Scale) -> bool:
+    """Tell whether noise of a length that a narrow kernel takes for membrane makes all that looks curved."""
+    surface = scale.ground.surface
+    signals = noise.after(surface, (2, 0, 1.0)) / surface.pitch**2
+    return all(scale.clearness * signal.sd < SEED * signals for signal in scale.signals)
 
 
 def _kernels(clearness: float) -> list[float]:

@@ -35,7 +35,7 @@ EVEN: Array = np.array(
 class Points:
     """Points (3, n), m, of an image `wide` pixels wide at the numbers (n,) of their pixels, row by row, and its noise where that is known.
 
-    `every` says that they are those of every second, third ... row and column.
+    `every` says that they are those of every second, third ... row and column, `step`, m, in which steps heights come.
     """
 
     cloud: Array
@@ -43,6 +43,7 @@ class Points:
     wide: int = 1
     noise: NoiseSpectrum | None = None
     every: int = 1
+    step: float = 0.0
 
     def __len__(self) -> int:
         return int(self.places.size)
@@ -66,10 +67,11 @@ def disc_of(cloud: Array) -> tuple[Array, Array, float]:
     return middle, away, math.sqrt(2.0 * quantile(away))
 
 
-def settled(design: Array, z: Array) -> tuple[Array, float]:
+def settled(design: Array, z: Array, least: float = 0.0) -> tuple[Array, float]:
     """Return the parameters (k,) of a robust fit of z (n,) by design (k, n), and the standard deviation of one residual.
 
-    The deviation holds what Tukey's weights cost, so that it goes with the covariance of plain least squares.
+    The deviation holds what Tukey's weights cost, so that it goes with the covariance of plain least squares. Weights know no noise
+    less than `least`: where most heights are one count of a camera, the few others say where in the count the mean lies.
     """
     from stretch_bt.perception.top_kernel import m_sd, settle
 
@@ -82,7 +84,7 @@ def settled(design: Array, z: Array) -> tuple[Array, float]:
             )
         residuals = z - q @ design
         if turn < SCALES:
-            scale = max(scale_of(residuals, free), 1e-12)
+            scale = max(scale_of(residuals, free), least, 1e-12)
             cut, close = TUKEY * scale, 0.01 * scale / math.sqrt(len(z))
     return q, m_sd(residuals, cut, free)
 
@@ -95,7 +97,9 @@ def _misfit(x: Array, y: Array, left: Array, sd: float, points: Points) -> float
     means = np.bincount(block, left)[count > 0] / count[count > 0]
     count = count[count > 0]
     pixels = float(np.mean(count)) * points.every**2
-    by_chance = sd * sd / count + (points.noise.of_mean(pixels) if points.noise is not None else 0.0)
+    noise = points.noise
+    white = max(sd, noise.white_sd) if noise is not None else sd  # all of a face may lie in one count
+    by_chance = white * white / count + (noise.of_mean(pixels) if noise is not None else 0.0)
     return math.sqrt(max(float(np.average(means**2 - by_chance, weights=count)), 0.0))
 
 
@@ -111,7 +115,7 @@ class Top:
         x, y = x / self.size, y / self.size
         bent = [-0.5 * (x * x + y * y)] if even else [-0.5 * x * x, -x * y, -0.5 * y * y]
         design = np.stack([np.ones_like(x), x, y, *bent])
-        self.q, self.sd = settled(design, cloud[2] - offset)  # `sd` of one point, m
+        self.q, self.sd = settled(design, cloud[2] - offset, points.step)  # `sd` of one point, m
         self._points, self._design, self._left = points, design, cloud[2] - offset - self.q @ design
         self.q[0] += offset
         if even:

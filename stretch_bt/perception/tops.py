@@ -35,6 +35,7 @@ LONGER = 1.2
 REACH = 2.5  # half lengths of a contact, as far as which the membrane is looked at for a place to which it rises
 MEDIAN = 1.6  # by which the variance of a median exceeds that of a mean
 SEEN = 110, 160  # rows and columns to either side of the contact in which noise is measured
+BESIDE = 7  # pixels from what was taken for contact, of which noise may have cut off a rim, beyond which the membrane is free
 FAR = 18  # pixels from the contact at which the skirt bends little
 WIDEST = 3.2  # radii of the contact, as far as which the surroundings reach
 LEAST_FAR = 6.0  # lengths of noise, as far as which they reach at least
@@ -139,8 +140,8 @@ def _highest(side: list[Window], fall: float) -> Window:
     return best
 
 
-def window_of(places: Places, shape: tuple[int, ...]) -> tuple[Box, MaskArray]:
-    """Return the box of an image, around some of its pixels (n,), in which noise is measured, and where in it (h, w) none of them is near."""
+def window_of(places: Places, shape: tuple[int, ...], far: int = FAR) -> tuple[Box, MaskArray]:
+    """Return the box of an image, around some of its pixels (n,), in which noise is measured, and where in it (h, w) none is `far` or nearer."""
     import cv2
 
     rows, columns = places // shape[1], places % shape[1]
@@ -150,7 +151,7 @@ def window_of(places: Places, shape: tuple[int, ...]) -> tuple[Box, MaskArray]:
     )
     there = np.zeros(shape, dtype=np.uint8)
     there.reshape(-1)[places] = 1
-    near = cv2.dilate(there[box[0], box[1]], np.ones((2 * FAR + 1, 2 * FAR + 1), dtype=np.uint8))
+    near = cv2.dilate(there[box[0], box[1]], np.ones((2 * far + 1, 2 * far + 1), dtype=np.uint8))
     return (box[0], box[1]), np.asarray(near == 0)
 
 
@@ -163,7 +164,10 @@ def noise_around(points: FloatArray, valid: MaskArray, places: Places) -> NoiseS
         cleaned = clean(points[window], valid[window], 1)
     except InvalidInput:
         return None
-    return None if cleaned is None else noise_spectrum(cleaned, apart[cleaned.box])
+    if cleaned is None:
+        return None
+    free = window_of(places, valid.shape, BESIDE)[1]
+    return noise_spectrum(cleaned, apart[cleaned.box], free[cleaned.box])
 
 
 def surroundings(points: FloatArray, valid: MaskArray, touching: Points, noise: NoiseSpectrum) -> Points:
@@ -183,4 +187,4 @@ def surroundings(points: FloatArray, valid: MaskArray, touching: Points, noise: 
     places = places[valid.reshape(-1)[places]]
     cloud = np.asarray(points.reshape(-1, 3)[places].T, dtype=np.float64)
     finite = np.isfinite(cloud).all(axis=0)
-    return Points(np.ascontiguousarray(cloud[:, finite]), places[finite], valid.shape[1], noise, step)
+    return Points(np.ascontiguousarray(cloud[:, finite]), places[finite], valid.shape[1], noise, step, touching.step)

@@ -23,6 +23,11 @@ OFF = (0.012, 0.035, 0.055, 0.065, 0.070)
 PATCHES = 5.0  # independent values that a disc must hold before its quadratic tells anything
 # times what the surest of some states: it is taken because its own noise made it look sure
 SURER = 1.15
+# share of what a disc and the contact alone disagree by, which is an error of the one or the other: noise chose the contact, and
+# the skirt within the disc is not that of the shapes from which OFF is
+HALFWAY = 0.5
+# standard deviations of shared noise by which the height is off where it holds less than PATCHES in what it made pass for contact
+CHOSEN = 0.7
 CLEAR = 0.03  # of the depth, below whose error no wider disc can tell the height better
 SMALL = 3.0  # times noise that is alike, which if it is below CLEAR does not choose what is taken for contact
 LEAST_POINTS = 30
@@ -33,11 +38,17 @@ def by_wide_discs(top: Estimate, contact: Points, around: Points) -> Estimate:
     """Return the surest of the height of a contact's top by the contact alone and those by wider discs, m."""
     assert contact.noise is not None
     faint = SMALL * contact.noise.shared_sd < CLEAR * abs(top.value)
+    chosen = faint or _pixels(contact) >= PATCHES * contact.noise.shared_area
+    if not chosen:
+        top = Estimate(top.value, math.hypot(top.sd, CHOSEN * contact.noise.shared_sd))
     enough = faint or _pixels(contact) >= PATCHES * contact.noise.area
     if enough and top.sd < CLEAR * abs(top.value):
         return top
     best = _surest(top if enough else None, contact, around)
-    return top if best is None else Estimate(best.value, SURER * best.sd)
+    if best is None:
+        return top
+    apart = HALFWAY * (best.value - top.value)  # 0 where the contact alone is the surest
+    return Estimate(best.value, math.hypot(SURER * best.sd, apart))
 
 
 def _surest(best: Estimate | None, contact: Points, around: Points) -> Estimate | None:

@@ -1,0 +1,246 @@
+"""Noise of long correlation, measured where the membrane is free: there its mean over an ellipse is its height in the middle.
+
+The free membrane obeys T_i z_xx + T_j z_yy = 0 (the shallow membrane). With y scaled by sqrt(T_i / T_j) it is harmonic, and the mean of a
+harmonic function over a disc is its value in the middle of the disc. What an ellipse of that shape leaves of the middle is therefore noise,
+however steep the membrane is, and noise of a length up to half the ellipse passes nearly whole.
+
+No surface is quite harmonic: a steep sheet is not shallow, and a clamp bends it. That error grows with the curvature of the membrane, and noise
+is alike everywhere, so that the variance of what is left is taken at no curvature.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from stretch_bt.perception.robust import MAD_TO_SD, quantile
+from stretch_bt.perception.smooth import covered, derivative, gaussian, shrink, smooth
+from stretch_bt.perception.surface import Cleaned
+from stretch_bt.perception.types import MaskArray
+
+__all__ = ["LeftByEllipse", "left_by_ellipse"]
+
+Array = npt.NDArray[np.float64]
+Image = npt.NDArray[np.float32]
+
+STEP = 4  # pixels of a bin, by side; a power of 2
+RADIUS = 16.0  # pixels, the geometric mean of the semi-axes: the noise that passes is up to half as long
+RATIOS: tuple[float, ...] = tuple(np.geomspace(1.0, 5.0, 9).tolist())  # of the semi-axes along j and i
+FIRST = (4, 2, 6, 0, 8)  # of RATIOS, the likeliest first
+# bins; Gaussians after which the variance of what is left is taken, as bins alone hold more white noise than long
+MEANS = (1.0, 2.0)
+BENT = 2.0  # bins; of the Gaussian with which curvatures are seen
+SEEN = 0.8  # share of a bin's pixels that must be valid
+WHOLE = 0.95  # share of the ellipse that must be
+LEAST = 60  # bins from which a residual tells anything
+CUT, ROUNDS = 3.5, 3  # standard deviations past which a residual is no noise, and how often they are taken
+AROUND = np.ones((5, 5), dtype=np.uint8)  # bins around it that are not either
+LEAST_KEPT = 0.3  # of the bins
+# Variance that the curvature brings at its median, over that of noise; and the logarithm of a likelihood that makes it believed
+BY_CURVATURE: Image = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0], dtype=np.float32)
+GAIN = 1.0
+PATCH = 400.0  # pixels that count as one independent value: as of noise alike over 5.6 pixels
+
+
+@dataclass(frozen=True, slots=True)
+class LeftByEllipse:
+    """Variances (k,), m^2, of what an ellipse leaves after each of MEANS, with the `ratio` of its semi-axes."""
+
+    variances: Array
+    ratio: float
+
+    def expected(self, lengths: tuple[float, ...]) -> Array:
+        """Return the same (k, n) of noise of variance 1 of each length, pixels."""
+        return _expected(self.ratio, lengths)
+
+
+@dataclass(frozen=True, slots=True)
+class _Free:
+    """Bins (h, w) of a frame: height, share that is valid, places, slopes along both, and where the membrane touches nothing."""
+
+    height: Image
+    share: Image
+    places: tuple[Image, Image]
+    slopes: tuple[Image, Image]
+    bends: tuple[Image, Image, Image]  # second differences along u and v and of both, m
+    free: Image
+
+
+def left_by_ellipse(
+    cleaned: Cleaned, free: MaskArray, lengths: tuple[float, ...], enough: Array
+) -> LeftByEllipse | None:
+    """Return what the ellipse that leaves least leaves of a frame; None where too little of it is free, or one leaves little enough.
+
+    Parameters
+    ----------
+    free : (h, w) bool, of the cleaned part
+        Where the membrane touches nothing.
+    lengths : pixels
+        Of noise; what is left is compared with what is left of the last.
+    enough : (k,) m^2
+        Variances of noise of these lengths: an ellipse that leaves no more than of such noise leaves nothing to find.
+    """
+    bins, found = _bins(cleaned, free), dict[int, _View]()
+
+    def least() -> int:
+        return min(found, key=lambda n: found[n].size(lengths))
+
+    for n in FIRST:
+        found[n] = _View(bins, RATIOS[n])
+        if found[n].leaves_no_more(lengths, enough):
+            return None
+    best = least()
+    found |= {n: _View(bins, RATIOS[n]) for n in (best - 1, best + 1) if 0 <= n < len(RATIOS)}
+    view = found[least()]
+    if view.leaves_no_more(lengths, enough):
+        return None
+    left = np.array([view.variance(k) for k in range(len(MEANS))])
+    return LeftByEllipse(left, view.ratio) if np.isfinite(left).all() and left.all() else None
+
+
+def _bins(cleaned: Cleaned, free: MaskArray) -> _Free:
+    raw, share = cleaned.bins(STEP)
+    points = cleaned.points.reshape(len(cleaned.points), -1, 3)[cleaned.box]
+    x, y = (_means(points[..., axis].astype(np.float32), cleaned.valid) for axis in range(2))
+    filled = np.where(share > 0.0, raw, smooth(raw, share, BENT)[0])
+    pitch = np.float32(cleaned.pitch * STEP)
+    slopes = derivative(filled, BENT, 1, 0) / pitch, derivative(filled, BENT, 0, 1) / pitch
+    bends = (derivative(filled, BENT, 2, 0), derivative(filled, BENT, 0, 2), derivative(filled, BENT, 1, 1))
+    beside = np.zeros(raw.shape, dtype=np.float32)
+    cut = free[::STEP, ::STEP][: raw.shape[0], : raw.shape[1]]
+    beside[: cut.shape[0], : cut.shape[1]] = cut
+    return _Free(raw, share, (x, y), slopes, bends, beside)
+
+
+def _means(image: Image, valid: MaskArray) -> Image:
+    mean, share = shrink(np.where(valid, image, np.float32(0)), valid)
+    for _ in range(STEP.bit_length() - 2):
+        mean, share = shrink(mean, share)
+    return mean
+
+
+class _View:
+    """What an ellipse leaves of bins (h, w), m, and where that is seen."""
+
+    def __init__(self, bins: _Free, ratio: float) -> None:
+        self.ratio, self._bent = ratio, _bent(bins, ratio)
+        self._rest, self._whole = _rest(bins, ratio)
+        self._last = self.variance(-1)
+
+    def size(self, lengths: tuple[float, ...]) -> float:
+        """Return the variance after the last of MEANS, over that of noise of variance 1 of the last of the lengths, pixels."""
+        return self._last / float(_expected(self.ratio, lengths)[-1, -1])
+
+    def leaves_no_more(self, lengths: tuple[float, ...], variances: Array) -> bool:
+        """Tell whether no more is left after the last of MEANS than of noise of variances (k,), m^2, of the lengths (k,), pixels."""
+        return self._last <= float(_expected(self.ratio, lengths)[-1] @ variances)
+
+    def variance(self, number: int) -> float:
+        """Return the variance, m^2, after one of MEANS; infinite where too little is free."""
+        total, cover = covered(self._rest, self._whole.astype(np.float32), MEANS[number])
+        there = self._whole & (cover > SEEN)
+        if np.count_nonzero(there) < LEAST:
+            return math.inf
+        mean: Image = np.asarray(total / np.maximum(cover, np.float32(1e-3)), np.float32)
+        return _unbent(mean, there, self._bent)
+
+
+def _rest(bins: _Free, ratio: float) -> tuple[Image, MaskArray]:
+    """Return the height of the middle less the mean over an ellipse around it (h, w), m, and where that is seen.
+
+    Rows and columns of a camera are no even places, so that a slope makes a difference as well, which is taken away.
+    """
+    import cv2
+
+    kernel = _ellipse(ratio)
+
+    def mean(image: Image) -> Image:
+        return np.asarray(cv2.filter2D(image, cv2.CV_32F, kernel, borderType=cv2.BORDER_CONSTANT))
+
+    cover = mean(bins.share)
+    whole = (cover > WHOLE) & (mean(bins.free) > 0.999) & (bins.share > SEEN)
+    cover = np.maximum(cover, np.float32(1e-3))
+    rest = bins.height - mean(bins.height * bins.share) / cover
+    for place, slope in zip(bins.places, bins.slopes, strict=True):
+        rest += slope * (mean(place * bins.share) / cover - place)
+    return np.where(whole, rest, np.float32(0)), np.asarray(whole)
+
+
+def _bent(bins: _Free, ratio: float) -> Image:
+    """Return the squared curvature (h, w) of the membrane, in a unit of its own.
+
+    Of noise that is alike in all directions it says nothing of what the ellipse leaves in the same place, as the two do not correlate
+    there: E[z_xx z_yy] is a third of E[z_xx^2] = E[z_yy^2].
+    """
+    along_i, along_j, both = bins.bends
+    k = ratio**2
+    saddle = ((1.0 + 3.0 * k) * along_i - (3.0 + k) * along_j) / (8.0)
+    return np.asarray(saddle * saddle + k * both * both, dtype=np.float32)
+
+
+def _unbent(rest: Image, there: MaskArray, bent: Image) -> float:
+    """Return the variance, m^2, that a residual (h, w) has where it is seen and nothing is bent: the likeliest s^2 (1 + a c) of a curvature c."""
+    kept = _kept(rest, there)
+    square, c = rest[kept] ** 2, bent[kept]
+    grows = 1.0 + BY_CURVATURE[:, None] * (c / np.float32(max(quantile(c), 1e-30)))
+    variance = np.maximum((1.0 / grows) @ square / square.size, 1e-24)
+    count = square.size * STEP**2 / PATCH
+    likely = -0.5 * count * (np.log(variance) + np.log(grows).mean(axis=1))
+    best = int(likely[1:].argmax()) + 1
+    return float(variance[best if likely[best] > likely[0] + GAIN else 0])
+
+
+def _kept(rest: Image, there: MaskArray) -> MaskArray:
+    """Return where a residual is noise: what stands out, and what is around that, is a rim or a clamp."""
+    import cv2
+
+    size = np.abs(rest)
+    kept, sd = there, MAD_TO_SD * quantile(size[there])
+    least = max(LEAST_KEPT * np.count_nonzero(there), LEAST)
+    for _ in range(ROUNDS):
+        out = (there & (size > CUT * sd)).view(np.uint8)
+        less = there & (cv2.dilate(out, AROUND) == 0)
+        if np.count_nonzero(less) < least:
+            break
+        kept, sd = less, math.sqrt(float(np.mean(rest[less] ** 2)))
+    return np.asarray(kept)
+
+
+@lru_cache(maxsize=len(RATIOS))
+def _ellipse(ratio: float) -> Image:
+    """Return the mean over an ellipse as a kernel of bins, of odd shape."""
+    half_i, half_j = (RADIUS / STEP * factor for factor in (1.0 / math.sqrt(ratio), math.sqrt(ratio)))
+    v, u = (np.arange(-math.ceil(half), math.ceil(half) + 1) for half in (half_j, half_i))
+    past = (1.0 - np.hypot(u[None, :] / half_i, v[:, None] / half_j)) * min(half_i, half_j)
+    inside = np.clip(past + 0.5, 0.0, 1.0)
+    return np.asarray(inside / inside.sum(), dtype=np.float32)
+
+
+@lru_cache(maxsize=len(RATIOS))
+def _expected(ratio: float, lengths: tuple[float, ...]) -> Array:
+    """Return the variances (k, n) of what an ellipse leaves, after each of MEANS, of noise of variance 1 of each length, pixels."""
+    from scipy.signal import fftconvolve
+
+    left = -_ellipse(ratio).astype(np.float64)
+    left[left.shape[0] // 2, left.shape[1] // 2] += 1.0
+    rows = []
+    for mean in MEANS:
+        line = gaussian(mean, 0)
+        kernel = fftconvolve(left, np.outer(line, line))
+        own = fftconvolve(kernel, kernel[::-1, ::-1])
+        v, u = np.indices(own.shape) - (np.array(own.shape) // 2)[:, None, None]
+        rows.append([float((own * _alike(np.hypot(v, u), length)).sum()) for length in lengths])
+    return np.array(rows)
+
+
+def _alike(away: Array, length: float) -> Array:
+    """Return the covariance of bins so many bins apart, of noise of variance 1 of a length, pixels."""
+    if length == 0.0:
+        return np.asarray((away == 0.0) / STEP**2)
+    square = length**2 / STEP**2
+    wider = square + (1.0 - 1.0 / STEP**2) / 12.0  # the bins blur as a Gaussian of their own variance does
+    return np.asarray(square / wider * np.exp(-(away**2) / (4.0 * wider)))
