@@ -28,9 +28,10 @@ OMITTED = {
 def take(found: Found) -> str:
     """Say how many presses to take."""
     four = found.setting(Setting("square grid", "4"), "missed", PRESSES)
+    one = found.setting(Setting("planned", "at most 1"), "missed", PRESSES)
     return (
-        f"So take the default, {found.default('surface', PRESSES)}, which misses as much as this: "
-        f"{found.default('missed', PRESSES)}; a grid of four, {four}."
+        f"So take the default, {found.default('surface', PRESSES)}. More presses do not make the surface truer but miss less of large and round "
+        f"objects: {found.default('missed', PRESSES)}, with one press {one}, with a grid of four {four}."
     )
 
 
