@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -133,6 +134,14 @@ def _flattened() -> float:
     return float(np.abs(flatter - same).max() / np.linalg.norm(same))
 
 
+def _on_its_own_mesh() -> tuple[bool, float]:
+    """Whether a memory on its own mesh is itself, and by how much one on a mesh like it differs."""
+    found = _sheet(_rubbed(0.3, settings=ROUGH))
+    (held,), mesh = found.memory.frictions, found.shape.mesh
+    alike = held.on(mesh, replace(mesh))
+    return held.on(mesh, mesh) is held, float(np.abs(alike.traction - held.traction).max())
+
+
 def _dragged() -> list[tuple[float, float]]:
     """Return force along the way and along z of a sphere 10 mm further on, at its middle, and 10 mm back, at its middle."""
     state, met = _rubbed(0.3, at=(-0.005, 0.0), settings=ROUGH), []
@@ -238,6 +247,10 @@ CASES = (
             "after it let go of another ball": (partial(_let_go, "sphere:22mm"), Range(0.5, 0.99)),
             "under a ball that flattens": (_flattened, Range(0.0, 0.05)),
         },
+    ),
+    *group(
+        "each increment hands its tractions on, as they are where the mesh stays",
+        {"a memory on its own mesh": (_on_its_own_mesh, Value((True, 0.0)))},
     ),
     *group(
         "a path is divided into moves of at most a sheet unit, and ends exactly",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,18 @@ def _only_its_upper_side(relief: Relief) -> bool:
     return bool(felt and hidden(relief).height[hidden(relief).cells].min(initial=1.0) > 20 * MM)
 
 
+def _tried() -> tuple[float, float]:
+    """Return how far from a press that showed nothing the next one goes, m, and what it is to show over what that was to."""
+    ground = partial(box, half=(65 * MM, 20 * MM))
+    relief = mapped(ground, (0, 0, 0), height=12 * MM)
+    first = next_view(relief, **{**REACH, "depth": 18 * MM})
+    assert first is not None
+    place = first.x, first.y, first.yaw
+    then = next_view(relief, tried=[place] * 3, **{**REACH, "depth": 18 * MM})
+    assert then is not None
+    return float(np.hypot(then.x - first.x, then.y - first.y)), then.gain / first.gain
+
+
 CASES = (
     *group(
         "presses are put together as if the object had stayed where it was",
@@ -92,6 +105,10 @@ CASES = (
             "no contact to plan from": (
                 lambda: next_view(mapped(_nothing, (0, 0, 0)), **REACH),
                 Refusal(NoContact, "nothing was felt yet"),
+            ),
+            "presses that showed nothing": (
+                _tried,
+                Check("another place, which shows less", lambda f: f[0] > 5 * MM and 0 < f[1] < 1),
             ),
             "no place in reach": (
                 lambda: next_view(mapped(box, (0, 0, 0)), x=(0.4, 0.5), y=(0.4, 0.5), **REACH),
