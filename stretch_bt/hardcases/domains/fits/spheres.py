@@ -11,6 +11,7 @@ from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.hardcases.expect import Check, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.perception import fit_plane, fit_sphere
+from stretch_bt.perception.shapes.inliers import Inliers
 
 SIDE = np.linspace(-5e-3, 5e-3, 20)
 GRID = np.stack(np.meshgrid(SIDE, SIDE), axis=-1).reshape(-1, 2)
@@ -109,6 +110,18 @@ def _of_duplicates() -> float:
     return fit_sphere(np.vstack([NOISY] * 4)).curvature_sd / fit_sphere(NOISY).curvature_sd
 
 
+def _mixture(below: int, above: int, to: float = 10.0) -> list[float]:
+    """Return noise and outliers on each side, over the inliers, that a mixture of 4000 inliers finds, all over the true ones."""
+    rng = np.random.default_rng(1)
+    outliers = rng.uniform(0.0, to, below + above) * np.repeat([-1.0, 1.0], [below, above])
+    residuals = 1e-5 * np.concatenate([rng.normal(0.0, 1.0, 4000), outliers])
+    found = Inliers.first(residuals, 4, 1e-9)
+    for _ in range(30):
+        found = found.next(residuals, found.weights(residuals), 4, 1e-9)
+    true = np.maximum([below, above], 1) / 4000 / (to * 1e-5)
+    return [found.scale / 1e-5, *(np.array([found.below, found.above]) / true)]
+
+
 CASES: tuple[Hard, ...] = (
     *group(
         "holes, doubles, distance, precision, units and noise leave a sphere what it is",
@@ -129,6 +142,16 @@ CASES: tuple[Hard, ...] = (
         },
         {"doubles are no more evidence": (_of_duplicates, Value(1.0, abs=1e-9))},
         prefix="cap, ",
+    ),
+    *group(
+        "outliers so near that they could be noise, on one side or both, must be counted where they are",
+        {
+            "above": (partial(_mixture, 0, 1000), Value([1, 0, 1], abs=0.3)),
+            "below": (partial(_mixture, 1000, 0), Value([1, 1, 0], abs=0.3)),
+            "on both sides": (partial(_mixture, 500, 1500), Value([1, 1, 1], rel=0.15)),
+            "few of them near": (partial(_mixture, 500, 500, 40.0), Value([1, 1, 1], rel=0.25)),
+        },
+        prefix="near outliers, ",
     ),
     *group(
         "a plane, a ring, a line, too few points, and noise that hides the bend",
