@@ -74,7 +74,8 @@ def _missed() -> float:
     place = first.x, first.y, first.yaw
     pressed_there = next_view(replace(relief, poses=(*relief.poses, place)), **REACH)
     only_left_out = next_view(relief, tried=[place], **REACH)
-    assert pressed_there is not None and only_left_out is not None
+    assert pressed_there is not None
+    assert only_left_out is not None
     return pressed_there.gain / only_left_out.gain
 
 
