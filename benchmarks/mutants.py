@@ -14,14 +14,14 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from mutation.draw import Mutant, draw
-from mutation.judge import Judge
+from mutation.judge import Judge, Unfit
 from mutation.sources import DOMAINS
 
 from stretch_bt.hardcases import DOMAINS as CATALOGUE
@@ -33,28 +33,34 @@ COUNT, NEEDED = 4, 0.9
 def main() -> int:
     """Draw mutants, judge them, and print what became of them."""
     given = _given()
-    drawn = [m for domain in given.only or DOMAINS for m in draw(domain, given.count, given.seed)]
+    chosen = {domain: draw(domain, given.count, given.seed) for domain in given.only or DOMAINS}
+    drawn = [mutant for mutants in chosen.values() for mutant in mutants]
     if given.list:
         print("\n".join(map(str, drawn)))
         return 0
     with _rows(given.keep) as kept:
         judge = Judge(kept, given.limit)
-        # the code as it is first, which also compiles what the others take over
-        rows = {domain: judge.as_it_is(domain) for domain in ((given.own and given.only) or CATALOGUE)}
-        if wrong := [f"{d}: {name}: {said}" for d, row in rows.items() for name, said in row["wrong"].items()]:
-            print("\n".join(("the code as it is:", *wrong)))
+        # domain by domain, all that it asks for; else all domains are run with the code as it is before the first mutant
+        parts = [((domain,), mutants) for domain, mutants in chosen.items()] if given.own else [(CATALOGUE, drawn)]
+        try:
+            noticed = sum(_noticed(judge, domains, mutants, given) for domains, mutants in parts)
+        except Unfit as wrong:
+            print(wrong)
             return 1
-        return _count(judge, drawn, given)
-
-
-def _count(judge: Judge, drawn: list[Mutant], given: argparse.Namespace) -> int:
-    noticed = 0
-    with ThreadPoolExecutor(given.jobs) as pool:
-        for mutant, row in zip(drawn, pool.map(lambda m: judge.row(m, own=given.own), drawn), strict=True):
-            noticed += row["status"] == "noticed"
-            print(f"{mutant}\n    {_said(row)}", flush=True)
     print(f"{noticed} of {len(drawn)} mutants are noticed by the hard cases alone")
     return int(noticed < NEEDED * len(drawn))
+
+
+def _noticed(judge: Judge, domains: Sequence[str], mutants: list[Mutant], given: argparse.Namespace) -> int:
+    """Return how many mutants are noticed; prints what became of each."""
+    for domain in domains:  # also compiles what the mutants take over
+        judge.as_it_is(domain)
+    noticed = 0
+    with ThreadPoolExecutor(given.jobs) as pool:
+        for mutant, row in zip(mutants, pool.map(lambda m: judge.row(m, own=given.own), mutants), strict=True):
+            noticed += row["status"] == "noticed"
+            print(f"{mutant}\n    {_said(row)}", flush=True)
+    return noticed
 
 
 def _said(row: dict[str, Any]) -> str:

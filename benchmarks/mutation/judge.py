@@ -19,7 +19,7 @@ from stretch_bt.hardcases import DOMAINS, cases
 from stretch_bt.sweep.rows import RowFile
 from stretch_bt.threads import ONE_THREAD
 
-__all__ = ["Judge"]
+__all__ = ["Judge", "Unfit"]
 
 ROOT = Path(__file__).parents[2]
 #: CPU time that a case may take with a mutant: so many times its own, and so many seconds for what is compiled anew
@@ -39,6 +39,10 @@ class _Heard:
     imports: list[str] = field(default_factory=list)
 
 
+class Unfit(Exception):
+    """The code as it is does not pass the hard cases, so that they say nothing of mutants."""
+
+
 class Judge:
     """Runs hard cases with a mutant, in the order of the time that they take, up to the first that notices it.
 
@@ -53,7 +57,13 @@ class Judge:
         self._lock = Lock()
 
     def as_it_is(self, domain: str) -> Row:
-        """Return, and keep, how long each case of a domain takes with no mutant, and which modules they import."""
+        """Return, and keep, how long each case of a domain takes with no mutant, and which modules they import.
+
+        Raises
+        ------
+        Unfit
+            A case does not end as it must.
+        """
         row = self._kept(key := f"as it is: {domain}")
         if row is None or row["code"] != self._code(domain):
             heard, rest = self._heard("-", "-", [(domain, name, 600.0) for name in cases(domain)], dict(os.environ))
@@ -69,6 +79,9 @@ class Judge:
                 "wrong": wrong,
             }
             self._keep(row)
+        if row["wrong"]:
+            lines = [f"{domain}, the code as it is: {name}: {outcome}" for name, outcome in row["wrong"].items()]
+            raise Unfit("\n".join(lines))
         self.known[domain] = row
         return row
 
