@@ -56,10 +56,15 @@ def _of_no_friction() -> tuple[float, int]:
     return float(np.abs(found.friction).max()), len(found.memory.frictions)
 
 
-def _over_the_cone(shape: str) -> float:
+def _over_the_cone(mu: float = 0.3, **options: Any) -> float:
     """Return by how much tractions exceed mu times the pressure, as a part of that, over the contact."""
-    pressure, size, area = _loads(_rubbed(0.3, indenter=shape, depth=0.005))
-    return float(area @ np.maximum(size - 0.3 * pressure, 0.0) / (area @ (0.3 * pressure)))
+    pressure, size, area = _loads(_rubbed(mu, **{"depth": 0.005, **options}))
+    return float(area @ np.maximum(size - mu * pressure, 0.0) / (area @ (mu * pressure)))
+
+
+def _over_the_cone_dragged(depth: float) -> float:
+    """Return the same of a press that was dragged by 1 mm."""
+    return _over_the_cone(depth=depth, at=(0.001, 0.0), start=_rubbed(0.3, depth=depth))
 
 
 def _slip(mu: float) -> float:
@@ -189,8 +194,13 @@ CASES = (
     *group(
         "no traction exceeds mu times the pressure, where the pressure is that of the solve before",
         {
-            "the cone holds under a sphere": (partial(_over_the_cone, "sphere:20mm"), Range(0.0, 2e-3)),
-            "the cone holds under a rim": (partial(_over_the_cone, "cylinder:20mm"), Range(0.0, 2e-3)),
+            "the cone holds under a sphere": (_over_the_cone, Range(0.0, 2e-3)),
+            "the cone holds under a rim": (partial(_over_the_cone, indenter="cylinder:20mm"), Range(0.0, 2e-3)),
+            "the cone holds with little friction": (partial(_over_the_cone, 0.02), Range(0.0, 2e-3)),
+            "the cone holds under a light touch that is dragged": (
+                partial(_over_the_cone_dragged, 0.5e-3),
+                Range(0.0, 2e-3),
+            ),
         },
     ),
     *group(
