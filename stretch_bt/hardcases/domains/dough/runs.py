@@ -153,7 +153,7 @@ def _put_down(*across: tuple[float, float]) -> bool:
 
 def _sketched() -> tuple[float, float]:
     """Return how far the top of a sketch is off the height of a lump in the air, m, and how far its underside is above the table."""
-    world, _, truth = _stuck("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040))
+    world, _, truth = stuck("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040))
     side = np.array(world.sketch(world.latest)["side"])
     return float(side[:, 1].max() - truth["height"]), float(side[:, 1].min())
 
