@@ -162,7 +162,8 @@ class Judge:
                 child.wait()
             out.seek(0)
             err.seek(0)
-            return _read(out.read().splitlines()), ended and f"{ended}: {err.read()[-200:]}".rstrip(": \n")
+            whole = [line for line in out if line.endswith("\n")]
+            return _read(whole), ended and f"{ended}: {err.read()[-200:]}".rstrip(": \n")
 
 
 def _read(lines: list[str]) -> _Heard:
