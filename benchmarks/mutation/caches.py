@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import shutil
 from pathlib import Path
 
 from mutation.sources import PACKAGE, module_of
@@ -15,7 +16,7 @@ __all__ = ["seed"]
 _VIEWS = "simulation/membrane"
 
 
-def seed(folder: Path, changed: Path | None) -> None:
+def seed(folder: Path, changed: Path) -> None:
     """Fill a folder for NUMBA_CACHE_DIR with links to what is compiled already and to views of presses."""
     known = cache_folder()
     if known is None:
@@ -24,19 +25,22 @@ def seed(folder: Path, changed: Path | None) -> None:
     for old in known.rglob("*.nb[ic]"):
         if old.name.partition(".")[0] not in stale:
             _link(old, folder / "stretch-bt" / known.name / old.relative_to(known))
-    if changed is None or _VIEWS not in changed.as_posix():
+    if _VIEWS not in changed.as_posix():
         for old in (known.parent / "views").glob("*.npz"):
             _link(old, folder / "stretch-bt" / "views" / old.name)
 
 
 def _link(old: Path, new: Path) -> None:
     new.parent.mkdir(parents=True, exist_ok=True)
-    os.link(old, new)
+    try:
+        os.link(old, new)
+    except OSError:  # another file system
+        shutil.copy2(old, new)
 
 
-def _built_into(changed: Path | None) -> set[str]:
+def _built_into(changed: Path) -> set[str]:
     """Return the stems of the kernels that import a changed one, itself included."""
-    if changed is None or not changed.stem.endswith("_kernel"):
+    if not changed.stem.endswith("_kernel"):
         return set()
     kernels = {module_of(path): _imports(path) for path in PACKAGE.rglob("*_kernel.py")}
     found = {module_of(changed)}

@@ -1,7 +1,9 @@
-"""Run hard cases with one module changed: `python -m benchmarks.mutation.child MODULE SOURCE DOMAIN ...`.
+"""Run hard cases with one module changed: `python -m benchmarks.mutation.child MODULE SOURCE`.
 
-The module is imported from the text in the file SOURCE, in the place of its own; `-` changes nothing. Cases are run from the
-quick to the slow ones, those of the first domain first, up to the first that does not end as it must, which is printed as JSON.
+The module is imported from the text in the file SOURCE, in the place of its own; `-` changes nothing. Standard input is JSON: a list
+of cases as [domain, name, seconds of CPU that it may take], run in this order, with a change up to the first that does not end as it must. Each
+line of standard output is JSON: the address of a case before it is run, then what came of it, and last the modules that were imported.
+A case that takes longer ends the process by SIGPROF.
 """
 
 from __future__ import annotations
@@ -9,17 +11,23 @@ from __future__ import annotations
 import importlib.abc
 import importlib.util
 import json
+import os
+import resource
+import signal
 import sys
 from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer as Buffer
 
 __all__ = ["main"]
+
+#: of data, bytes: what a wrong count asks for must not take the machine's memory
+_MEMORY = 6 << 30
 
 
 class _Changed(SourceFileLoader):
@@ -44,42 +52,50 @@ class _Finder(importlib.abc.MetaPathFinder):
 
     def __init__(self, name: str, text: bytes) -> None:
         self.name, self.text = name, text
-        self.used = False
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         if fullname != self.name or path is None:
             return None
-        self.used = True
         file = str(Path(next(iter(path))) / f"{fullname.rpartition('.')[2]}.py")
         return importlib.util.spec_from_loader(fullname, _Changed(fullname, file, self.text))
 
 
-def main(module: str, source: str, domains: list[str]) -> int:
+def main(module: str, source: str) -> int:
     """Return 1 where a case does not end as it must, 0 where all do."""
-    finder = None if source == "-" else _Finder(module, Path(source).read_bytes())
-    if finder is not None:
-        sys.meta_path.insert(0, finder)
+    told = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what a case prints must not get among the lines
+    resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
+    if source != "-":
+        sys.meta_path.insert(0, _Finder(module, Path(source).read_bytes()))
+    wrong = False
+    for domain, name, seconds in json.load(sys.stdin):
+        _tell(told, {"at": [domain, name]})
+        signal.setitimer(signal.ITIMER_PROF, seconds)
+        wrong = not _ran(told, domain, name) or wrong
+        if wrong and source != "-":
+            break
+    _tell(told, {"imports": sorted(name for name in sys.modules if name.startswith("stretch_bt."))})
+    return int(wrong)
+
+
+def _ran(told: IO[str], domain: str, name: str) -> bool:
+    """Tell what came of a case, and return whether it ended as it must."""
     try:
-        found = _first_wrong(domains)
-    except Exception as broken:
-        found = {"case": "", "outcome": f"{type(broken).__name__}: {broken}"}
-    used = finder is None or finder.used
-    print(json.dumps({"noticed": found is not None, "used": used, **(found or {})}), flush=True)
-    return int(found is not None)
+        from stretch_bt.hardcases import case, run
+
+        row = run(domain, case(domain, name))
+    except Exception as broken:  # of the import: a case ends its own errors
+        _tell(told, {"ok": False, "outcome": f"{type(broken).__name__}: {broken}", "seconds": 0.0})
+        return False
+    _tell(told, {"ok": row.ok, "outcome": row.outcome, "seconds": row.seconds})
+    return row.ok
 
 
-def _first_wrong(domains: list[str]) -> dict[str, str] | None:
-    from stretch_bt.hardcases import cases, run
-
-    for slow in (False, True):
-        for domain in domains:
-            for hard in cases(domain).values():
-                if hard.costly == slow and not (row := run(domain, hard)).ok:
-                    return {"case": f"{domain}: {hard.name}", "expected": row.expected, "outcome": row.outcome}
-    return None
+def _tell(told: IO[str], what: dict[str, Any]) -> None:
+    print(json.dumps(what), file=told, flush=True)
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], sys.argv[2], sys.argv[3:]))
+    sys.exit(main(sys.argv[1], sys.argv[2]))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import stretch_bt
 
-__all__ = ["DOMAINS", "PACKAGE", "files", "module_of"]
+__all__ = ["DOMAINS", "PACKAGE", "code", "files", "module_of"]
 
 PACKAGE = Path(stretch_bt.__file__).parent
 #: patterns of files from the package on; one that begins with `!` takes files out again
@@ -77,3 +78,14 @@ def files(domain: str) -> list[Path]:
 def module_of(path: Path) -> str:
     """Return the name by which a file of the package is imported."""
     return ".".join(("stretch_bt", *path.relative_to(PACKAGE).with_suffix("").parts))
+
+
+def code(*domains: str) -> str:
+    """Return a digest of the package with the hard cases of some domains."""
+    cases = PACKAGE / "hardcases" / "domains"
+    of = [path for domain in domains for path in (cases / f"{domain}.py", cases / domain)]
+    digest = hashlib.sha256()
+    for path in sorted(path for path in PACKAGE.rglob("*") if path.is_file() and path.suffix != ".pyc"):
+        if cases not in path.parents or any(path == one or one in path.parents for one in of):
+            digest.update(f"{path.relative_to(PACKAGE)}\0".encode() + path.read_bytes())
+    return digest.hexdigest()[:16]

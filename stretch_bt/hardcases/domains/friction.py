@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -55,10 +56,15 @@ def _of_no_friction() -> tuple[float, int]:
     return float(np.abs(found.friction).max()), len(found.memory.frictions)
 
 
-def _over_the_cone(shape: str) -> float:
+def _over_the_cone(mu: float = 0.3, **options: Any) -> float:
     """Return by how much tractions exceed mu times the pressure, as a part of that, over the contact."""
-    pressure, size, area = _loads(_rubbed(0.3, indenter=shape, depth=0.005))
-    return float(area @ np.maximum(size - 0.3 * pressure, 0.0) / (area @ (0.3 * pressure)))
+    pressure, size, area = _loads(_rubbed(mu, **{"depth": 0.005, **options}))
+    return float(area @ np.maximum(size - mu * pressure, 0.0) / (area @ (mu * pressure)))
+
+
+def _over_the_cone_dragged(depth: float) -> float:
+    """Return the same of a press that was dragged by 1 mm."""
+    return _over_the_cone(depth=depth, at=(0.001, 0.0), start=_rubbed(0.3, depth=depth))
 
 
 def _slip(mu: float) -> float:
@@ -133,6 +139,14 @@ def _flattened() -> float:
     return float(np.abs(flatter - same).max() / np.linalg.norm(same))
 
 
+def _on_its_own_mesh() -> list[float]:
+    """Return by how much the tractions of a memory differ on its own mesh, and on a mesh like it."""
+    found = _sheet(_rubbed(0.3, settings=ROUGH))
+    (held,), mesh = found.memory.frictions, found.shape.mesh
+    moved = [held.on(mesh, other) for other in (mesh, replace(mesh))]
+    return [float(np.abs(other.traction - held.traction).max()) for other in moved]
+
+
 def _dragged() -> list[tuple[float, float]]:
     """Return force along the way and along z of a sphere 10 mm further on, at its middle, and 10 mm back, at its middle."""
     state, met = _rubbed(0.3, at=(-0.005, 0.0), settings=ROUGH), []
@@ -180,8 +194,13 @@ CASES = (
     *group(
         "no traction exceeds mu times the pressure, where the pressure is that of the solve before",
         {
-            "the cone holds under a sphere": (partial(_over_the_cone, "sphere:20mm"), Range(0.0, 2e-3)),
-            "the cone holds under a rim": (partial(_over_the_cone, "cylinder:20mm"), Range(0.0, 2e-3)),
+            "the cone holds under a sphere": (_over_the_cone, Range(0.0, 2e-3)),
+            "the cone holds under a rim": (partial(_over_the_cone, indenter="cylinder:20mm"), Range(0.0, 2e-3)),
+            "the cone holds with little friction": (partial(_over_the_cone, 0.02), Range(0.0, 2e-3)),
+            "the cone holds under a light touch that is dragged": (
+                partial(_over_the_cone_dragged, 0.5e-3),
+                Range(0.0, 2e-3),
+            ),
         },
     ),
     *group(
@@ -238,6 +257,10 @@ CASES = (
             "after it let go of another ball": (partial(_let_go, "sphere:22mm"), Range(0.5, 0.99)),
             "under a ball that flattens": (_flattened, Range(0.0, 0.05)),
         },
+    ),
+    *group(
+        "each increment hands its tractions on, as they are where the mesh stays",
+        {"a memory on its own mesh": (_on_its_own_mesh, Value([0.0, 0.0]))},
     ),
     *group(
         "a path is divided into moves of at most a sheet unit, and ends exactly",

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.errors import InvalidInput, NoEquilibrium
-from stretch_bt.hardcases.expect import Check, Refusal, Value
+from stretch_bt.hardcases.expect import Check, Range, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.simulation.balloons.balance import Balance
 from stretch_bt.simulation.balloons.cap import HAND, PLATE, Cap
@@ -169,6 +169,7 @@ CASES: tuple[Hard, ...] = (
                 lambda: _cap().press(0.0),
                 Check("no force, slope or contact", lambda s: (s.force, s.stiffness, s.contact_radius) == (0.0,) * 3),
             ),
+            "few rounds of Newton": (lambda: _cap().press(4e-3), Range(2, 40, of=lambda state: state.iterations)),
             "there and back": (_there_and_back, Value(1.0, abs=1e-7)),
             "in its own units": (_own_units, Value(1.0, abs=1e-8)),
         },

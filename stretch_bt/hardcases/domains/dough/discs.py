@@ -15,7 +15,8 @@ from stretch_bt.perception import circularity
 from stretch_bt.simulation.dough.disc import cracked, disc_force, edge_roughness, outline, thickness
 from stretch_bt.simulation.dough.lump import Lump, cube
 from stretch_bt.simulation.dough.material import Dough
-from stretch_bt.simulation.dough.surface import disc_side
+from stretch_bt.simulation.dough.surface import disc_side, upper_side
+from stretch_bt.simulation.membrane.press import press
 
 EDGE = 0.025
 DOUGH = Dough(5e3)
@@ -73,6 +74,20 @@ def _roughness() -> float:
     return float(edge_roughness(rough))
 
 
+def _upper(travel: float) -> float:
+    """Return how much higher the upper side of a lump is than the lump over its centroid, m, after so many metres of rolling."""
+    lump = cube(EDGE)
+    for k in range(round(travel / 0.02)):
+        lump, _ = lump.rolled((0.02 * math.cos(k), 0.02 * math.sin(k)), 1.0, Dough(5e3, 1e5))
+    return float(upper_side(lump).heights.max() - lump.extent[1])
+
+
+def _mirrored() -> float:
+    """Return how far the upper side of a cube is off its mirror images, m."""
+    heights = upper_side(cube(EDGE)).heights
+    return float(max(np.abs(heights - heights[::-1]).max(), np.abs(heights - heights[:, ::-1]).max()))
+
+
 CASES: tuple[Hard, ...] = (
     *group(
         "a disc without friction yields everywhere at once; with much of it, hardly in the middle",
@@ -111,6 +126,20 @@ CASES: tuple[Hard, ...] = (
                 Value([0.007, 0.0, 0.0155, 0.0155], abs=1e-9),
             )
             for part in (0.0, 0.1)
+        },
+    ),
+    *group(
+        "the upper side is drawn by angles, and looked up between them",
+        {
+            "the upper side of a cube": (partial(_upper, 0.0), Value(0.0, abs=5e-4)),
+            "the upper side of a rolled lump": (partial(_upper, 0.6), Value(0.0, abs=1e-3)),
+            "the upper side of a cube, mirrored": (_mirrored, Value(0.0, abs=1e-3)),
+        },
+        {
+            "the upper side of a ball is that of a sphere": (
+                lambda: press(upper_side(_ball()), 0.06, 3e-3).force / press("sphere:31mm", 0.06, 3e-3).force,
+                Value(1.0, abs=0.01),
+            ),
         },
     ),
     *group(

@@ -16,6 +16,7 @@ from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.simulation.dough.directions import directions
 from stretch_bt.simulation.dough.lump import STEP, Lump, cube
 from stretch_bt.simulation.dough.material import Dough
+from stretch_bt.simulation.dough.random import normals
 
 EDGE, WEIGHT = 0.025, 0.19
 DOUGH = Dough(5e3, 1e5)
@@ -122,6 +123,12 @@ def _of_the_seed() -> tuple[bool, bool]:
     return np.array_equal(one.radii, same.radii), np.array_equal(one.radii, other.radii)
 
 
+def _normality() -> tuple[float, float, float]:
+    """Return mean, variance and fourth moment of many numbers of a row."""
+    drawn = normals(3, 1000, 20_000)
+    return float(drawn.mean()), float(drawn.var()), float((drawn**4).mean())
+
+
 def _in_pieces(cuts: tuple[float, ...], heading: float) -> bool:
     """Whether a way in pieces leaves a lump just as the whole way does."""
     start, way = tumbled(cube(EDGE, 100), 2), 0.137 * np.array([math.cos(heading), math.sin(heading)])
@@ -186,7 +193,14 @@ CASES: tuple[Hard, ...] = (
                 (tuple(k / 12 for k in range(1, 12)), 2.9),
             )
         },
-        {"chance is that of the seed": (_of_the_seed, Value((True, False)))},
+        {
+            "chance is that of the seed": (_of_the_seed, Value((True, False))),
+            "chance is that of the place in a row": (
+                lambda: [*normals(7, 0, 4), *normals(7, 2, 2)],
+                Value([0.75331618, 0.67812846, -0.02071717, 0.94110652, -0.02071717, 0.94110652], abs=1e-8),
+            ),
+            "chance is normal": (_normality, Value((0.0, 1.0, 3.0), abs=0.1)),
+        },
         costly=("ten thousand revolutions",),
     ),
     *group(

@@ -151,6 +151,13 @@ def _put_down(*across: tuple[float, float]) -> bool:
     return bool(put and abs(_lump(world).x - 0.03) < 1e-6)
 
 
+def _sketched() -> tuple[float, float]:
+    """Return how far the top of a sketch is off the height of a lump in the air, m, and how far its underside is above the table."""
+    world, _, truth = stuck("tack: {pull: 0.5 N}", 0.06, (0.0, 0.024), (0.0, 0.040))
+    side = np.array(world.sketch(world.latest)["side"])
+    return float(side[:, 1].max() - truth["height"]), float(side[:, 1].min())
+
+
 def _torn(way: float) -> Any:
     raise NoEquilibrium("torn")
 
@@ -251,6 +258,7 @@ CASES: tuple[Hard, ...] = (
             ),
             "put down after it was over the place": (partial(_put_down, (0.03, 0.040)), Value(True)),
             "put down in one step": (_put_down, Value(True)),
+            "a sketch of it in the air": (_sketched, Value((0.0, 0.014), abs=5e-4)),
             "a membrane that has no answer": (
                 partial(pulled_by, _torn, Grip(1.0, 0.1, 0.1, Cylinder(0.015)), 0.01),
                 Refusal(NoEquilibrium, "torn"),

@@ -74,6 +74,14 @@ def _found(fits: list[Any]) -> bool:
     return right and bool(np.mean([fit.curvature_sd for fit in fits]) < 2.5 * touching.curvature_sd)
 
 
+def _hardly_seen() -> Any:
+    """Return the sphere of a contact around which nothing has depth."""
+    contact = _cut_out(BALL, 0)
+    surface = contact.surface.copy()
+    surface[:] = np.nan
+    return fit_contact_sphere(replace(contact, surface=surface))
+
+
 def _alone() -> Any:
     wide = _cut_out(BALL, 0, 1.6, 2.0)
     return fit_sphere(wide.points, rays=wide.rays, noise=wide.noise)
@@ -197,6 +205,9 @@ CASES: tuple[Hard, ...] = (
                 Check("radius within 3 %, centre within 0.5 mm, as sure as of the true contact", _found),
             )
             for long, wide in ((1.0, 1.0), (1.3, 1.0), (2.0, 2.0), (0.6, 0.8), (0.5, 1.0))
+        },
+        {
+            "hardly any pixel seen": (_hardly_seen, Refusal(IllConditioned, "hardly any pixel has depth")),
         },
         {"cut out too large, by itself": (_alone, Refusal(IllConditioned, "by the same amount"))},
         prefix="contact, ",

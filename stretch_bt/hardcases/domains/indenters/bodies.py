@@ -67,6 +67,18 @@ def _open_file(path: Path) -> None:
     trimesh.Trimesh(SQUARE, [[0, 1, 2], [0, 2, 3]]).export(path)
 
 
+def _beside_file(path: Path) -> None:
+    import trimesh
+
+    box = trimesh.creation.box((40, 30, 20))
+    box.apply_translation((70, -50, 300))
+    box.export(path)
+
+
+def _extent(body: Polyhedron) -> Any:
+    return [body.vertices.min(axis=0), body.vertices.max(axis=0)]
+
+
 def _box_in_scene() -> tuple[list[float], float]:
     """Return top and sizes, m, of a scene's object from a file that holds a box, and its force over that of the box."""
     import trimesh
@@ -119,6 +131,10 @@ FILES: tuple[Hard, ...] = (
                 ),
                 "an open file": (partial(_loaded, "open.ply", _open_file, 1e-4), Refusal(InvalidInput, "open")),
                 "a box in a file": (_box_in_scene, Check("the sizes and the force of the box", _is_that_box)),
+                "a box beside the origin of its file": (
+                    partial(_loaded, "beside.ply", _beside_file),
+                    Value([[-0.02, -0.015, -0.02], [0.02, 0.015, 0.0]], abs=1e-9, of=_extent),
+                ),
                 "spheres in files": (
                     _spheres_in_files,
                     Check("errors that fall, the last below 0.5 %", lambda e: e[0] > e[1] > e[2] and e[2] < 5e-3),

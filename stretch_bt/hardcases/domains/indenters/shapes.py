@@ -148,6 +148,7 @@ CASES: tuple[Hard, ...] = (
     *group(
         "the solver follows normals and curvatures: one that is not the derivative of the distance leads it astray",
         {f"{name}, derivatives": (partial(_consistent, shape), DERIVED) for name, shape in SHAPES.items()},
+        {"cone with a blunt tip, derivatives": (partial(_consistent, Cone(math.pi / 4, 0.008)), DERIVED)},
     ),
     *group(
         "depth counts to the highest point, which is another one on a tilted body",

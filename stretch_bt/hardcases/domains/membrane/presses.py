@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.hardcases.expect import Check, Expectation, Refusal
+from stretch_bt.hardcases.expect import Check, Expectation, Range, Refusal
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.simulation import PressResult, press
 from stretch_bt.simulation.membrane.indenters.wire import Wire
@@ -137,6 +137,21 @@ CLAMPS = {
 }
 
 
+#: place across of a sphere of 30 mm pressed by 4 mm, m, and what part of the force the error must be
+EDGES = {
+    "off the edge": (0.0, (0.0, 0.004)),
+    "beside the edge": (0.036, (0.005, 0.01)),
+    "over the edge": (0.040, (0.01, 0.05)),
+}
+
+
+def _error_at(x: float) -> float:
+    """Return the stated error of a press over its force."""
+    found = pressed(indenter="sphere:30mm", depth=0.004, at=(x, 0.0))
+    assert found.force_error is not None
+    return found.force_error / found.force
+
+
 def _refusal_at(at: tuple[float, float]) -> str:
     try:
         pressed(at=at)
@@ -169,6 +184,10 @@ CASES: tuple[Hard, ...] = (
         "contact that begins off the mesh's middle, ends at an edge or a clamp, or is nowhere",
         _rows(**PLACES),
         costly=("half over the free edge",),
+    ),
+    *group(
+        "a force over an edge of the sheet is known less well, by 0.5 % beside it and by 1 % over it",
+        {f"the error {name}": (partial(_error_at, x), Range(*ends)) for name, (x, ends) in EDGES.items()},
     ),
     *group("moduli, meshes and budgets far from the usual ones", _rows(**NUMBERS), costly=("modulus x 1e-6",)),
     *group(

@@ -135,6 +135,16 @@ def _rises() -> bool:
     )
 
 
+def _hardly_pressed() -> list[float]:
+    """Return forces at depths from 10 um down to 1 nm, N."""
+    return [MEMBRANE.predict(0.01, 0.02, 10.0**-k)[0] for k in (5, 6, 7, 8, 9)]
+
+
+def _one_power(forces: list[float]) -> bool:
+    steps = -np.diff(np.log(forces))
+    return bool(0 < forces[-1] < 1e-3 and (steps > 0.3).all() and np.ptp(steps) < 1e-6)
+
+
 def _hangs() -> list[Any]:
     """Return the deviation of a hang over it, what surer parameters leave of that, and where no hang is told."""
     told = MEMBRANE.hang(0.0)
@@ -198,6 +208,10 @@ CASES: tuple[Hard, ...] = (
         },
         {f"deviation by {name}": (partial(_deviation_of, name), Value(1.0, abs=0.03)) for name in PARAMETERS},
         {
+            "hardly any depth": (
+                _hardly_pressed,
+                Check("less and less force, by one power of the depth", _one_power),
+            ),
             "its table": (_rises, Value(True)),
             "its splines": (_spline, Value(0.0, abs=1e-12)),
         },

@@ -89,6 +89,18 @@ def _aside(**changes: Any) -> Any:
     return deproject(_frame(np.full((H, W), 1600), _lens(**changes)))
 
 
+def _distorted() -> float:
+    """Return how far rays through a lens that bends them every way are off the inverse Brown-Conrady model, at unit depth."""
+    k1, k2, p1, p2, k3 = distortion = (0.1, -0.2, 0.01, -0.02, 0.05)
+    rays = deproject(np.ones((H, W)), _lens(distortion=distortion))[0]
+    y, x = np.mgrid[:H, :W]
+    x, y = (x - LENS.cx) / LENS.fx, (y - LENS.cy) / LENS.fy
+    r2 = x**2 + y**2
+    radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
+    across, down = 2 * p1 * x * y + p2 * (r2 + 2 * x**2), 2 * p2 * x * y + p1 * (r2 + 2 * y**2)
+    return float(max(np.abs(rays[..., 0] - x * radial - across).max(), np.abs(rays[..., 1] - y * radial - down).max()))
+
+
 def _with(**changes: Any) -> DepthFrame:
     return dataclasses.replace(_flat(), **changes)
 
@@ -163,6 +175,7 @@ CASES: tuple[Hard, ...] = (
             "a centre far away": (partial(_aside, cx=1e12), ASIDE),
             "distortion of millions": (partial(_aside, distortion=(1e6, 0.0, 1e6, 0.0, 1e6)), ASIDE),
             "distortion past all numbers": (partial(_aside, distortion=(0.0, 0.0, 0.0, 0.0, 1e308)), ASIDE),
+            "tangential distortion": (_distorted, Value(0.0, abs=1e-12)),
             "rays that are all one": (
                 lambda: find_contact(_frame(np.full((H, W), 1600), _lens(fx=1e12))),
                 Refusal(InvalidInput, "from pixel to pixel"),

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.accuracy.perception import objects
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.hardcases.domains.perception.outlines import LABELS, scattered
-from stretch_bt.hardcases.expect import Refusal, Value
+from stretch_bt.hardcases.expect import Check, Refusal, Value
 from stretch_bt.hardcases.hard import group
 from stretch_bt.perception import Contact, cloud_of, fuse_contact, measure_object
 
@@ -34,6 +36,34 @@ def _top_height(points: Any) -> Any:
 
 def _fused(points: Any, **changes: Any) -> Any:
     return fuse_contact(_contact(points, **changes))
+
+
+def _only_ends(found: Any) -> bool:
+    off = np.abs(np.array([found.length - 0.06, found.width - 0.04]))
+    return (
+        found.how == ("faces", "extent", "extent")
+        and bool((off < [0.05e-3, 1e-3]).all())
+        and bool(abs(found.height - 0.02) < 3 * found.sd[2])
+    )
+
+
+def _far_block() -> Any:
+    """Return by how much a block's lengths differ a kilometre away, m."""
+    cloud = objects.block((0.03, 0.02, 0.03), 0.1e-3, np.random.default_rng(0))
+    far = replace(cloud, points=cloud.points + [1e3, -1e3, 0.0])
+    return measure_object(far).lengths - measure_object(cloud).lengths
+
+
+def _block(flanks: tuple[int, ...]) -> Any:
+    return measure_object(objects.block((0.04, 0.04, 0.04), 0.2e-3, np.random.default_rng(0), flanks=flanks))
+
+
+def _by_faces(how: tuple[str, ...]) -> Any:
+    def check(found: Any) -> bool:
+        right = np.abs(found.lengths + found.short - 0.04).max() < 1.5e-3
+        return sorted(found.how) == sorted(how) and bool(right)
+
+    return check
 
 
 def near(value: float, tolerance: float) -> Value:
@@ -96,6 +126,24 @@ CASES = (
             "exact plane at 1e6 mm": (lambda: _top_height(_flat(at=(1e3, -1e3, 0.0))), near(0.01, 1e-7)),
             "every point twice": (lambda: _top_height(np.repeat(_flat(), 2, axis=0)), near(0.01, 1e-9)),
             "float32": (lambda: _top_height(_flat().astype(np.float32)), near(0.01, 1e-7)),
+        },
+        prefix="dimensions, ",
+    ),
+    *group(
+        "a side that is bowed has no face, and a far place none of its own",
+        {
+            "a round side": (
+                lambda: measure_object(objects.half_cylinder(0.02, 0.06, 0.3e-3, np.random.default_rng(1))),
+                Check("only its ends are faces, and its sizes right", _only_ends),
+            ),
+            "a block far away": (_far_block, Value(np.zeros(3), abs=1e-6)),
+        },
+        {
+            f"a block with faces {flanks}": (
+                partial(_block, flanks),
+                Check("a size by the faces that are seen, else by what sticks out", _by_faces(how)),
+            )
+            for flanks, how in (((0, 1, 2), ("extent", "faces", "table")), ((), ("extent", "extent", "table")))
         },
         prefix="dimensions, ",
     ),

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from stretch_bt.errors import IllConditioned, NoContact
 from stretch_bt.hardcases.domains.perception.sheets import MM, box, dome, mapped, pressed
-from stretch_bt.hardcases.expect import Check, Refusal, Value
+from stretch_bt.hardcases.expect import Check, Range, Refusal, Value
 from stretch_bt.hardcases.hard import group
 from stretch_bt.perception.clouds.coverage import coverage, hidden
 from stretch_bt.perception.clouds.next_view import next_view
@@ -50,6 +52,31 @@ def _only_its_upper_side(relief: Relief) -> bool:
     """Whether of a plate on a stem the stem is neither felt nor looked for."""
     felt = np.abs(relief.height[relief.felt] - 30 * MM).max() < 3 * MM
     return bool(felt and hidden(relief).height[hidden(relief).cells].min(initial=1.0) > 20 * MM)
+
+
+def _tried() -> tuple[float, float]:
+    """Return how far from a press that showed nothing the next one goes, m, and what it is to show over what that was to."""
+    ground = partial(box, half=(65 * MM, 20 * MM))
+    relief = mapped(ground, (0, 0, 0), height=12 * MM)
+    first = next_view(relief, **{**REACH, "depth": 18 * MM})
+    assert first is not None
+    place = first.x, first.y, first.yaw
+    then = next_view(relief, tried=[place] * 3, **{**REACH, "depth": 18 * MM})
+    assert then is not None
+    return float(np.hypot(then.x - first.x, then.y - first.y)), then.gain / first.gain
+
+
+def _missed() -> float:
+    """Return what the next press counts after one that was to show a side and did not, over what it counts where that was no press."""
+    relief = mapped(box, (0, 0, 0), height=22 * MM)
+    first = next_view(relief, **REACH)
+    assert first is not None
+    place = first.x, first.y, first.yaw
+    pressed_there = next_view(replace(relief, poses=(*relief.poses, place)), **REACH)
+    only_left_out = next_view(relief, tried=[place], **REACH)
+    assert pressed_there is not None
+    assert only_left_out is not None
+    return pressed_there.gain / only_left_out.gain
 
 
 CASES = (
@@ -93,6 +120,11 @@ CASES = (
                 lambda: next_view(mapped(_nothing, (0, 0, 0)), **REACH),
                 Refusal(NoContact, "nothing was felt yet"),
             ),
+            "presses that showed nothing": (
+                _tried,
+                Check("another place, which shows less", lambda f: f[0] > 5 * MM and 0 < f[1] < 1),
+            ),
+            "a press that was to show a side and did not": (_missed, Range(0.5, 0.95)),
             "no place in reach": (
                 lambda: next_view(mapped(box, (0, 0, 0)), x=(0.4, 0.5), y=(0.4, 0.5), **REACH),
                 Value(None),
