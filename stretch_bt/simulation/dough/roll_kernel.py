@@ -34,6 +34,16 @@ def volume(radii: Any, w: Any) -> Any:
     return total * w / 3.0
 
 
+@kernel("float64(float64[::1], float64, float64)")
+def rescale(radii: Any, w: Any, content: Any) -> Any:
+    """Scale the lump to a volume, m^3; return the part of it that was missing."""
+    found = volume(radii, w)
+    factor = (content / found) ** (1.0 / 3.0)
+    for i in range(len(radii)):
+        radii[i] *= factor
+    return 1.0 - found / content
+
+
 @kernel("void(float64[:,::1], float64[::1], float64[::1])")
 def upward(vectors: Any, quaternion: Any, u: Any) -> None:
     """Fill u (n,) with the world z of the directions of a lump that is turned by a quaternion (w, x, y, z)."""
@@ -170,34 +180,37 @@ def centroid(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
     return scale * x, scale * y, scale * z
 
 
-@kernel("void(float64[::1], float64[:,::1], float64, float64)")
-def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
-    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume."""
+@kernel("float64(float64[::1], float64[:,::1], float64, float64)")
+def centre(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
+    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume.
+
+    Returns the part of the volume that was missing.
+    """
     x, y, z = centroid(radii, vectors, w, content)
     ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
     for i in range(len(radii)):
         moved = x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2]
         radii[i] = max(radii[i] - moved, _SMALLEST * ball)
-    factor = (content / volume(radii, w)) ** (1.0 / 3.0)
-    for i in range(len(radii)):
-        radii[i] *= factor
+    return rescale(radii, w, content)
 
 
 @kernel("void(float64[::1], float64[::1], float64, float64, float64, float64)")
-def ring(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> None:
-    """Give half of what was displaced to the points beside the contact with a plane at -plane."""
+def give_back(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> None:
+    """Give half of what was displaced to the points beside the contact with a plane at -plane, and the rest to all alike."""
     area = 0.0
     for i in range(len(u)):
         below = -radii[i] * u[i]
         if plane * (1.0 - 1e-12) > below > plane - _RIM * ball:
             area += radii[i] ** 2 * w
     lost = content - volume(radii, w)
-    if area <= 0.0 or lost <= 0.0:
+    if lost <= 0.0:
         return
+    half = 0.5 * lost if area > 0.0 else 0.0
     for i in range(len(u)):
         below = -radii[i] * u[i]
         if plane * (1.0 - 1e-12) > below > plane - _RIM * ball:
-            radii[i] += 0.5 * lost / area
+            radii[i] += half / area
+    rescale(radii, w, volume(radii, w) + lost - half)
 
 
 @kernel("void(float64[::1], float64[::1], float64, float64)")
@@ -227,7 +240,7 @@ def turn(quaternion: Any, x: Any, y: Any, z: Any) -> None:
 
 
 @kernel(
-    "float64[::1](float64[::1], float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1],"
+    "UniTuple(float64[::1], 2)(float64[::1], float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1],"
     " float64[:,::1], float64[:,::1], float64, float64[::1])"
 )
 def roll(
@@ -243,12 +256,13 @@ def roll(
 ) -> Any:
     """Roll a lump of a volume, m^3, by rotation vectors (m, 3), rad, under forces (m, 2), N, of the hand and of the table.
 
-    Changes radii (n,) and quaternion (4,) in place; returns its height (m,), m, under load, before each turn. A yield
-    stress that is infinite leaves the shape alone.
+    Changes radii (n,) and quaternion (4,) in place; returns its height (m,), m, under load, before each turn, and the part
+    of the volume (m,) that was missing there once what was displaced had been given back. A yield stress that is infinite
+    leaves the shape alone.
     """
     w = 4.0 * math.pi / len(radii)
     u = np.empty(len(radii))
-    heights = np.empty(len(turns))
+    heights, missing = np.empty(len(turns)), np.zeros(len(turns))
     ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
     for step in range(len(turns)):
         upward(vectors, quaternion, u)
@@ -261,10 +275,10 @@ def roll(
             cut(radii, u, low - plastic, math.inf)
             if dough[TENSION] > 0.0 and forces[step, 0] > 0.0:
                 smooth(radii, u, neighbours, weights, line, ball, dough)
-            ring(radii, u, w, content, low - plastic, ball)
-            centre(radii, vectors, w, content)
+            give_back(radii, u, w, content, low - plastic, ball)
+            missing[step] = centre(radii, vectors, w, content)
         turn(quaternion, turns[step, 0], turns[step, 1], turns[step, 2])
-    return heights
+    return heights, missing
 
 
 @kernel("void(float64[::1], float64[::1], float64[:,::1], float64, float64)")
@@ -299,6 +313,4 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
         for i in range(len(u)):
             if level[i] * u[i] > 0.0:  # what is flat stays flat
                 radii[i] = level[i] / u[i]
-    scale = (content / volume(radii, w)) ** (1.0 / 3.0)
-    for i in range(len(u)):
-        radii[i] *= scale
+    rescale(radii, w, content)
