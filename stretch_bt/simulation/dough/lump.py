@@ -124,8 +124,8 @@ class Lump:
             raise InvalidInput(f"a press takes at least 0 m of the height, not {plastic}")
         if self.height - plastic < _FLATTEST * 2 * self.ball:
             raise NoEquilibrium(f"a press by {plastic * 1e3:.3g} mm would make a flat disc of the dough")
-        radii = self.radii.copy()
-        flatten(radii, self.upward, self.directions.vectors, plastic, self.volume)
+        radii, found = self.radii.copy(), self.directions
+        flatten(radii, self.upward, found.vectors, found.neighbours, found.weights, plastic, self.volume)
         strain = self.strain + math.log(self.height / (self.height - plastic))
         return replace(self, radii=radii, strain=strain)
 

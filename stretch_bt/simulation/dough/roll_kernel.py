@@ -180,17 +180,35 @@ def centroid(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
     return scale * x, scale * y, scale * z
 
 
-@kernel("float64(float64[::1], float64[:,::1], float64, float64)")
-def centre(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
-    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume.
+@kernel("void(float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1], float64, float64, float64)")
+def shift(radii: Any, vectors: Any, neighbours: Any, weights: Any, x: Any, y: Any, z: Any) -> None:
+    """Measure the radii from a place c, m, a small part of them away: r becomes r - c d + (c grad r) / r, to first order.
 
-    Returns the part of the volume that was missing.
+    Without the gradient each flat side becomes a hollow, the deeper the nearer the places come that it is measured from.
     """
-    x, y, z = centroid(radii, vectors, w, content)
-    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
+    before = radii.copy()
+    along = np.empty(len(radii))
     for i in range(len(radii)):
-        moved = x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2]
-        radii[i] = max(radii[i] - moved, _SMALLEST * ball)
+        along[i] = x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2]
+    for i in range(len(radii)):
+        ru, rv, cu, cv = 0.0, 0.0, 0.0, 0.0
+        for k in range(neighbours.shape[1]):
+            rise, ahead = before[neighbours[i, k]] - before[i], along[neighbours[i, k]] - along[i]
+            ru += weights[i, k, 0] * rise
+            rv += weights[i, k, 1] * rise
+            cu += weights[i, k, 0] * ahead
+            cv += weights[i, k, 1] * ahead
+        radii[i] = before[i] - along[i] + (cu * ru + cv * rv) / before[i]
+
+
+@kernel("float64(float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1], float64, float64)")
+def centre(radii: Any, vectors: Any, neighbours: Any, weights: Any, w: Any, content: Any) -> Any:
+    """Measure the radii from the centroid again, and restore the volume; return the part of it that was missing."""
+    x, y, z = centroid(radii, vectors, w, content)
+    shift(radii, vectors, neighbours, weights, x, y, z)
+    least = _SMALLEST * (0.75 * content / math.pi) ** (1.0 / 3.0)
+    for i in range(len(radii)):
+        radii[i] = max(radii[i], least)
     return rescale(radii, w, content)
 
 
@@ -276,13 +294,13 @@ def roll(
             if dough[TENSION] > 0.0 and forces[step, 0] > 0.0:
                 smooth(radii, u, neighbours, weights, line, ball, dough)
             give_back(radii, u, w, content, low - plastic, ball)
-            missing[step] = centre(radii, vectors, w, content)
+            missing[step] = centre(radii, vectors, neighbours, weights, w, content)
         turn(quaternion, turns[step, 0], turns[step, 1], turns[step, 2])
     return heights, missing
 
 
-@kernel("void(float64[::1], float64[::1], float64[:,::1], float64, float64)")
-def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> None:
+@kernel("void(float64[::1], float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1], float64, float64)")
+def flatten(radii: Any, u: Any, vectors: Any, neighbours: Any, weights: Any, plastic: Any, content: Any) -> None:
     """Press a lump lower by a height, m, for good: its underside gets flat and its sides take the volume, in passes."""
     w = 4.0 * math.pi / len(radii)
     ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
@@ -309,7 +327,7 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
         for i in range(len(u)):
             z = radii[i] * u[i]
             level[i] = -plane - sunk if z < 1e-9 * ball - plane else (high - sunk if z > high - 1e-9 * ball else 0.0)
-        centre(radii, vectors, w, content)
+        centre(radii, vectors, neighbours, weights, w, content)
         for i in range(len(u)):
             if level[i] * u[i] > 0.0:  # what is flat stays flat
                 radii[i] = level[i] / u[i]
