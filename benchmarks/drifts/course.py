@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -73,6 +74,10 @@ class Course:
         self.paces.append(spent / (steps - self._steps) / self._beside())
         if len(self.paces) * HUNDRED % len(self._ends) == 0:
             self.sizes.append(self._memory())
+            if len(self.sizes) % 10 == 0:
+                print(
+                    f"{steps} done, {self.seconds:.0f} s of CPU, {self.sizes[-1]:.0f} MB", file=sys.stderr, flush=True
+                )
         self._steps, self._since = steps, self._clock()
 
     def findings(self) -> list[Finding]:

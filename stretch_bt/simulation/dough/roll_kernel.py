@@ -182,9 +182,10 @@ def centroid(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
 
 @kernel("void(float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1], float64, float64, float64)")
 def shift(radii: Any, vectors: Any, neighbours: Any, weights: Any, x: Any, y: Any, z: Any) -> None:
-    """Measure the radii from a place c, m, a small part of them away: r becomes r - c d + (c grad r) / r, to first order.
+    """Measure the radii from a place c, m, a small part of them away: r becomes r + (c grad r) / r - c d, to first order.
 
-    Without the gradient each flat side becomes a hollow, the deeper the nearer the places come that it is measured from.
+    Without the gradient each flat side becomes a hollow, the deeper the nearer the places come that it is measured from. With it
+    a radius stays among those beside it, so that nothing grows at an edge.
     """
     before = radii.copy()
     along = np.empty(len(radii))
@@ -192,13 +193,15 @@ def shift(radii: Any, vectors: Any, neighbours: Any, weights: Any, x: Any, y: An
         along[i] = x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2]
     for i in range(len(radii)):
         ru, rv, cu, cv = 0.0, 0.0, 0.0, 0.0
+        least, most = before[i], before[i]
         for k in range(neighbours.shape[1]):
+            least, most = min(least, before[neighbours[i, k]]), max(most, before[neighbours[i, k]])
             rise, ahead = before[neighbours[i, k]] - before[i], along[neighbours[i, k]] - along[i]
             ru += weights[i, k, 0] * rise
             rv += weights[i, k, 1] * rise
             cu += weights[i, k, 0] * ahead
             cv += weights[i, k, 1] * ahead
-        radii[i] = before[i] - along[i] + (cu * ru + cv * rv) / before[i]
+        radii[i] = min(max(before[i] + (cu * ru + cv * rv) / before[i], least), most) - along[i]
 
 
 @kernel("float64(float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1], float64, float64)")
