@@ -46,7 +46,7 @@ def test_the_pieces_of_a_path_do_not_matter(cuts, seed, heading):
 @pytest.mark.parametrize("flat", [0.6, 0.8])
 def test_a_flat_side_stays_flat_while_the_centroid_goes_away_from_it_or_comes_near(flat, way):
     """A ball of radius 1 that is cut flat, measured from a place that goes along its axis in small steps."""
-    from stretch_bt.simulation.dough.roll_kernel import shift
+    from stretch_bt.simulation.dough.centre_kernel import shift
 
     found, steps = directions(500), 1000
     up = found.vectors[:, 2]
