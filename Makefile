@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo cell-demo test slow fuzz mutants lint check clean
+.PHONY: demo cell-demo test slow fuzz mutants drift lint check clean
 
 $(VENV)/ready: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(0 if (3, 11) <= sys.version_info[:2] <= (3, 12) else "Python 3.11 or 3.12 is needed: make PYTHON=python3.12 ...")'
@@ -32,6 +32,10 @@ fuzz: $(VENV)/ready
 # changes one place of the code at a time, and says which changes no hard case notices
 mutants: $(VENV)/ready
 	$(BIN)/python benchmarks/mutants.py
+
+# a million ticks, a hundred thousand presses and ten thousand revolutions: what must stay the same, memory and time a step among it
+drift: $(VENV)/ready
+	$(BIN)/python benchmarks/drift.py
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
 __all__ = ["Onlooker", "Visits"]
+
+#: texts that a result keeps, the latest ones: a run may take days
+LOGGED = 10_000
 
 
 class Onlooker:
@@ -24,11 +28,11 @@ class Onlooker:
 
 
 class Visits(Onlooker):
-    """Notes which node came to which status, each once, in the order in which they came, and what was logged."""
+    """Notes which node came to which status, each once, in the order in which they came, and what was logged of late."""
 
     def __init__(self) -> None:
         self.statuses: dict[str, dict[str, None]] = {}
-        self.logged: list[tuple[str, str]] = []
+        self.logged: deque[tuple[str, str]] = deque(maxlen=LOGGED)
 
     @property
     def seen(self) -> set[tuple[str, str]]:

@@ -39,7 +39,7 @@ class RunResult:
     commands
         What nodes commanded the devices of a cell, or scripted ones, the latest 10,000.
     logged
-        The texts of `log`, each with the path of its place, in their order.
+        The texts of `log`, each with the path of its place, in their order, the latest 10,000.
     keys
         What the keys of `main` held at the end, records included, in SI; a number with a deviation is an Estimate.
     """
@@ -98,7 +98,7 @@ def result_of(task: Task, outcome: Outcome, truths: Truths, visits: Visits, seen
         readings=seen.shown(),
         visited={path: tuple(statuses) for path, statuses in visits.statuses.items()},
         commands=list(seen.commands),
-        logged=visits.logged,
+        logged=list(visits.logged),
         keys=keys_of_main(task.built),
     )
 

@@ -32,6 +32,7 @@ _LIGHT = 2e-3  # m
 _LEAST = 2.5e-4  # m; a lighter touch follows the table
 _WIDE = 0.2  # of the table's answer, that the sheet's is looked for within first
 _CLOSE = 1e-3  # of a force, by which solves of one press differ
+_KEPT = 24  # stretches at which it is known how far the sheet hangs
 
 
 @dataclass(frozen=True)
@@ -110,6 +111,8 @@ class SheetModel(MembraneModel):
         from stretch_bt.simulation.membrane.sheet.solver import solve
 
         if stretch not in self._hangs:
+            while len(self._hangs) >= _KEPT:
+                del self._hangs[next(iter(self._hangs))]
             self._hangs[stretch] = lowest(self._sheet, stretch)
         load = Load(Sphere(2 * radius), stretch, depth, (0.0, 0.0), (0.0, 0.0), self._hangs[stretch])
         self._last[:] = [solve(self._sheet, load, settings, self._last[0] if self._last else None)]

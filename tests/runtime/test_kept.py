@@ -7,6 +7,7 @@ from typing import Any, get_args
 import pytest
 
 from stretch_bt.errors import InvalidInput, RecordError
+from stretch_bt.runtime.onlooker import Visits
 from stretch_bt.runtime.record import RecordReader
 from stretch_bt.runtime.record.folder import EVENTS, KEPT, RESULT, RUN, Kept
 from stretch_bt.runtime.replay import replay
@@ -86,3 +87,11 @@ def test_what_is_no_choice_is_refused_with_those_there_are() -> None:
     assert get_args(Kept) == KEPT
     with pytest.raises(InvalidInput, match="full, events, none"):
         run("palpate_stiffness", record="event")  # type: ignore[arg-type]
+
+
+def test_what_a_long_run_logs_is_kept_of_late_alone() -> None:
+    visits = Visits()
+    for number in range(10_007):
+        visits.status("main/lap:log", "SUCCESS", f"lap {number}")
+    assert len(visits.logged) == 10_000
+    assert visits.logged[0] == ("main/lap:log", "lap 7")

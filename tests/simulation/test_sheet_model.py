@@ -61,3 +61,10 @@ def test_it_refuses_as_the_table_does(tmp_path):
     assert SHEET.depth_for(0.01, 0.02, 0.0) == 0.0
     SHEET.save(tmp_path / "hand.json")
     assert ForceModel.load(tmp_path / "hand.json").kind == "sheet"
+
+
+def test_it_keeps_no_more_of_stretches_than_it_may():
+    model = SheetModel(TABLE.hand, TABLE.covariance, 0.01, TABLE.range)
+    for stretch in np.linspace(0.02, 0.03, 30).tolist():
+        model.predict(0.01, stretch, 0.005)
+    assert len(model._hangs) <= 24

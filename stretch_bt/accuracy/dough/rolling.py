@@ -43,8 +43,8 @@ def roll(
     weight = _DENSITY * 9.81 * lump.volume
     for k in range(10**9):
         leg = legs[k % len(legs)]
-        lump, seen = lump.rolled((leg[0], leg[1]), force, dough, weight=weight, spin=spin, seed=seed)
-        heights.append(seen)
+        lump, steps = lump.rolled((leg[0], leg[1]), force, dough, weight=weight, spin=spin, seed=seed)
+        heights.append(steps.heights)
         done += math.hypot(*leg)
         while len(found) < len(marks) and done >= marks[len(found)]:
             found.append(lump.roundness)

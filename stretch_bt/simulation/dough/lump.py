@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,7 @@ from stretch_bt.simulation.dough.directions import Directions, directions
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.dough.random import normals
 
-__all__ = ["STEP", "Lump", "Path", "cube"]
+__all__ = ["STEP", "Lump", "Path", "Rolled", "cube"]
 
 Array = npt.NDArray[np.float64]
 
@@ -32,6 +33,16 @@ class Path:
     x: float = 0.0
     y: float = 0.0
     work: float = 0.0
+
+
+class Rolled(NamedTuple):
+    """What happened in full steps of rolling (m,): the height under load, m, and the part of the volume that was missing in each.
+
+    Dough that is displaced is given back; what is missing then is the error of doing so, and the lump is scaled to make up for it.
+    """
+
+    heights: Array
+    missing: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +124,8 @@ class Lump:
             raise InvalidInput(f"a press takes at least 0 m of the height, not {plastic}")
         if self.height - plastic < _FLATTEST * 2 * self.ball:
             raise NoEquilibrium(f"a press by {plastic * 1e3:.3g} mm would make a flat disc of the dough")
-        radii = self.radii.copy()
-        flatten(radii, self.upward, self.directions.vectors, plastic, self.volume)
+        radii, found = self.radii.copy(), self.directions
+        flatten(radii, self.upward, found.vectors, found.neighbours, found.weights, plastic, self.volume)
         strain = self.strain + math.log(self.height / (self.height - plastic))
         return replace(self, radii=radii, strain=strain)
 
@@ -128,8 +139,9 @@ class Lump:
         spin: float = 0.0,
         seed: int = 0,
         rate: float = 0.0,
-    ) -> tuple[Lump, Array]:
-        """Return what it is after the hand moved straight by (x, y), m, and its height, m, at each full step.
+        step: float = STEP,
+    ) -> tuple[Lump, Rolled]:
+        """Return what it is after the hand moved straight by (x, y), m, and what happened at each full step.
 
         It turns by the way over twice the radius of its ball, and goes half of the way. The shape changes on a fixed grid
         of rolled angle, so that the pieces in which a path is told do not matter.
@@ -144,29 +156,31 @@ class Lump:
             How far it turns about the vertical by chance, rad per square root of a rad of rolling.
         rate
             Plastic strain rate, 1/s.
+        step
+            Rolling between two changes of the shape, rad: one value for all of a path.
         """
         from stretch_bt.simulation.dough.roll_kernel import roll
 
-        ways, pushes, pending = self._steps(way, force)
+        ways, pushes, pending = self._steps(way, force, step)
         moved = replace(self, x=self.x + way[0] / 2, y=self.y + way[1] / 2, pending=pending)
         if not len(ways):
-            return moved, np.empty(0)
-        spins = spin * math.sqrt(STEP) * normals(seed, self.steps, len(ways)) if spin else np.zeros(len(ways))
+            return moved, Rolled(np.empty(0), np.empty(0))
+        spins = spin * math.sqrt(step) * normals(seed, self.steps, len(ways)) if spin else np.zeros(len(ways))
         turns = np.column_stack([-ways[:, 1], ways[:, 0], np.zeros(len(ways))]) / (2 * self.ball)
         turns = np.round(turns * _GRID) / _GRID + np.outer(spins, [0.0, 0.0, 1.0])
         loads = np.round(np.column_stack([pushes, pushes + weight]) * _GRID) / _GRID
         radii, quaternion = self.radii.copy(), self.quaternion.copy()
-        numbers = np.full(8, math.inf) if dough is None else dough.numbers(rate)
+        numbers = np.full(8, math.inf) if dough is None else dough.numbers(rate, step / STEP)
         found = self.directions
-        heights = roll(
+        rolled = roll(
             radii, quaternion, found.vectors, found.neighbours, found.weights, turns, loads, self.volume, numbers
         )
-        return replace(moved, radii=radii, quaternion=quaternion, steps=self.steps + len(ways)), heights
+        return replace(moved, radii=radii, quaternion=quaternion, steps=self.steps + len(ways)), Rolled(*rolled)
 
-    def _steps(self, way: tuple[float, float], force: float) -> tuple[Array, Array, Path]:
+    def _steps(self, way: tuple[float, float], force: float, step: float) -> tuple[Array, Array, Path]:
         """Return the ways (m, 2), m, and forces (m,), N, of the full steps of a straight move, and what is left of it."""
         length = math.hypot(*way)
-        full = 2 * self.ball * STEP
+        full = 2 * self.ball * step
         before = self.pending
         # a nanometre of slack: a path of whole steps ends on one, however it is cut
         count = int((before.length + length) / full + 1e-9)

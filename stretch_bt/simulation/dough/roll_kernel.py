@@ -13,25 +13,16 @@ from typing import Any
 import numpy as np
 
 from stretch_bt.compiled import kernel
+from stretch_bt.simulation.dough.centre_kernel import SMALLEST, centre, rescale, volume
 from stretch_bt.simulation.dough.law_kernel import FOUNDATION, MODULUS, RELAXATION, TENSION, YIELD, flow
 
 __all__ = ["flatten", "roll"]
 
 _RIM = 0.6  # of the mean radius above the plane: the ring that takes half of what the plane displaces
-_SMALLEST = 0.05  # of the mean radius: no direction gets shorter, whatever is asked
 _DEEPEST = 0.25  # of the mean radius: no step goes deeper
 _PASS = 0.02  # of the mean radius: what smoothing or one pass of a press takes away at most
 _SHARES = 10  # times that what is pressed away is given to the sides, some of which the plates cut off again
 _HALVINGS = 30
-
-
-@kernel("float64(float64[::1], float64)")
-def volume(radii: Any, w: Any) -> Any:
-    """Return the volume of the lump, m^3."""
-    total = 0.0
-    for r in radii:
-        total += r * r * r
-    return total * w / 3.0
 
 
 @kernel("void(float64[:,::1], float64[::1], float64[::1])")
@@ -157,47 +148,23 @@ def smooth(radii: Any, u: Any, neighbours: Any, weights: Any, line: Any, ball: A
             radii[i] -= min(step, _PASS * ball)
 
 
-@kernel("UniTuple(float64, 3)(float64[::1], float64[:,::1], float64, float64)")
-def centroid(radii: Any, vectors: Any, w: Any, content: Any) -> Any:
-    """Return the centroid, m, in the axes of the directions (n, 3)."""
-    x, y, z = 0.0, 0.0, 0.0
-    for i in range(len(radii)):
-        fourth = radii[i] ** 4
-        x += fourth * vectors[i, 0]
-        y += fourth * vectors[i, 1]
-        z += fourth * vectors[i, 2]
-    scale = 0.25 * w / content
-    return scale * x, scale * y, scale * z
-
-
-@kernel("void(float64[::1], float64[:,::1], float64, float64)")
-def centre(radii: Any, vectors: Any, w: Any, content: Any) -> None:
-    """Measure the radii from the centroid again, to first order in how far it went, and restore the volume."""
-    x, y, z = centroid(radii, vectors, w, content)
-    ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
-    for i in range(len(radii)):
-        moved = x * vectors[i, 0] + y * vectors[i, 1] + z * vectors[i, 2]
-        radii[i] = max(radii[i] - moved, _SMALLEST * ball)
-    factor = (content / volume(radii, w)) ** (1.0 / 3.0)
-    for i in range(len(radii)):
-        radii[i] *= factor
-
-
 @kernel("void(float64[::1], float64[::1], float64, float64, float64, float64)")
-def ring(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> None:
-    """Give half of what was displaced to the points beside the contact with a plane at -plane."""
+def give_back(radii: Any, u: Any, w: Any, content: Any, plane: Any, ball: Any) -> None:
+    """Give half of what was displaced to the points beside the contact with a plane at -plane, and the rest to all alike."""
     area = 0.0
     for i in range(len(u)):
         below = -radii[i] * u[i]
         if plane * (1.0 - 1e-12) > below > plane - _RIM * ball:
             area += radii[i] ** 2 * w
     lost = content - volume(radii, w)
-    if area <= 0.0 or lost <= 0.0:
+    if lost <= 0.0:
         return
+    half = 0.5 * lost if area > 0.0 else 0.0
     for i in range(len(u)):
         below = -radii[i] * u[i]
         if plane * (1.0 - 1e-12) > below > plane - _RIM * ball:
-            radii[i] += 0.5 * lost / area
+            radii[i] += half / area
+    rescale(radii, w, volume(radii, w) + lost - half)
 
 
 @kernel("void(float64[::1], float64[::1], float64, float64)")
@@ -227,7 +194,7 @@ def turn(quaternion: Any, x: Any, y: Any, z: Any) -> None:
 
 
 @kernel(
-    "float64[::1](float64[::1], float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1],"
+    "UniTuple(float64[::1], 2)(float64[::1], float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1],"
     " float64[:,::1], float64[:,::1], float64, float64[::1])"
 )
 def roll(
@@ -243,12 +210,13 @@ def roll(
 ) -> Any:
     """Roll a lump of a volume, m^3, by rotation vectors (m, 3), rad, under forces (m, 2), N, of the hand and of the table.
 
-    Changes radii (n,) and quaternion (4,) in place; returns its height (m,), m, under load, before each turn. A yield
-    stress that is infinite leaves the shape alone.
+    Changes radii (n,) and quaternion (4,) in place; returns its height (m,), m, under load, before each turn, and the part
+    of the volume (m,) that was missing there once what was displaced had been given back. A yield stress that is infinite
+    leaves the shape alone.
     """
     w = 4.0 * math.pi / len(radii)
     u = np.empty(len(radii))
-    heights = np.empty(len(turns))
+    heights, missing = np.empty(len(turns)), np.zeros(len(turns))
     ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
     for step in range(len(turns)):
         upward(vectors, quaternion, u)
@@ -261,14 +229,14 @@ def roll(
             cut(radii, u, low - plastic, math.inf)
             if dough[TENSION] > 0.0 and forces[step, 0] > 0.0:
                 smooth(radii, u, neighbours, weights, line, ball, dough)
-            ring(radii, u, w, content, low - plastic, ball)
-            centre(radii, vectors, w, content)
+            give_back(radii, u, w, content, low - plastic, ball)
+            missing[step] = centre(radii, vectors, neighbours, weights, w, content)
         turn(quaternion, turns[step, 0], turns[step, 1], turns[step, 2])
-    return heights
+    return heights, missing
 
 
-@kernel("void(float64[::1], float64[::1], float64[:,::1], float64, float64)")
-def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> None:
+@kernel("void(float64[::1], float64[::1], float64[:,::1], int64[:,::1], float64[:,:,::1], float64, float64)")
+def flatten(radii: Any, u: Any, vectors: Any, neighbours: Any, weights: Any, plastic: Any, content: Any) -> None:
     """Press a lump lower by a height, m, for good: its underside gets flat and its sides take the volume, in passes."""
     w = 4.0 * math.pi / len(radii)
     ball = (0.75 * content / math.pi) ** (1.0 / 3.0)
@@ -277,7 +245,7 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
     aim = low + high - plastic
     for k in range(passes + 1):  # the last one mends the height, and leaves the centroid
         low, high = extent(radii, u)
-        plane = max(low - (low + high - aim) / max(passes - k, 1), _SMALLEST * ball)
+        plane = max(low - (low + high - aim) / max(passes - k, 1), SMALLEST * ball)
         for _ in range(_SHARES):
             cut(radii, u, plane, high)
             lost, area = content - volume(radii, w), 0.0
@@ -295,10 +263,8 @@ def flatten(radii: Any, u: Any, vectors: Any, plastic: Any, content: Any) -> Non
         for i in range(len(u)):
             z = radii[i] * u[i]
             level[i] = -plane - sunk if z < 1e-9 * ball - plane else (high - sunk if z > high - 1e-9 * ball else 0.0)
-        centre(radii, vectors, w, content)
+        centre(radii, vectors, neighbours, weights, w, content)
         for i in range(len(u)):
             if level[i] * u[i] > 0.0:  # what is flat stays flat
                 radii[i] = level[i] / u[i]
-    scale = (content / volume(radii, w)) ** (1.0 / 3.0)
-    for i in range(len(u)):
-        radii[i] *= scale
+    rescale(radii, w, content)

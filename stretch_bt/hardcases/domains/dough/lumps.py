@@ -75,8 +75,8 @@ def _rolled(options: Mapping[str, Any]) -> tuple[Lump, bool]:
     lump, finite = tumbled(cube(EDGE, case["count"]), 4), True
     for k in range(40):
         way = (case["leg"] * math.cos(k), case["leg"] * math.sin(k))
-        lump, heights = lump.rolled(way, case["force"], case["dough"], weight=WEIGHT, spin=case["spin"], seed=k)
-        finite = finite and bool(np.isfinite(heights).all())
+        lump, steps = lump.rolled(way, case["force"], case["dough"], weight=WEIGHT, spin=case["spin"], seed=k)
+        finite = finite and bool(np.isfinite(steps).all())
     return lump, finite
 
 
@@ -156,9 +156,9 @@ def _slopes(count: int) -> tuple[float, float]:
 def _six_degrees() -> list[float]:
     """Return steps, heights, way over the ball, and turn in steps, after three steps and a half."""
     lump = cube(EDGE, 100)
-    rolled, heights = lump.rolled((2 * lump.ball * STEP * 3.5, 0.0), 1.0, None)
+    rolled, steps = lump.rolled((2 * lump.ball * STEP * 3.5, 0.0), 1.0, None)
     turn = 2 * math.acos(abs(rolled.quaternion[0]))
-    return [rolled.steps, len(heights), rolled.x / lump.ball / STEP, turn / STEP]
+    return [rolled.steps, len(steps.heights), rolled.x / lump.ball / STEP, turn / STEP]
 
 
 NONSENSE: dict[str, tuple[Any, Refusal]] = {

@@ -1,0 +1,1 @@
+"""Long runs of one thing each, and what must not change in their course."""
