@@ -84,7 +84,7 @@ def _given() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=COUNT, help="mutants a domain")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--limit", type=float, default=3600.0, help="seconds that all cases may take with a mutant")
+    parser.add_argument("--limit", type=float, default=3600.0, help="wall time, s, of all cases with a mutant")
     parser.add_argument("--only", action="append", choices=list(DOMAINS), help="only mutants of this domain")
     parser.add_argument("--own", action="store_true", help="run the cases of the mutant's own domain alone")
     parser.add_argument("--keep", type=Path, help="file of rows, to begin or to go on with")

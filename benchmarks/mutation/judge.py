@@ -40,7 +40,7 @@ class _Heard:
 
 
 class Unfit(Exception):
-    """The code as it is does not pass the hard cases, so that they say nothing of mutants."""
+    """The code as it is does not pass the hard cases, or there was too little time: nothing is known of mutants."""
 
 
 class Judge:
@@ -155,8 +155,9 @@ class Judge:
             try:
                 child.communicate(json.dumps(order), timeout=self.limit)
                 ended = "" if child.returncode in (0, 1) else f"the process ended by {child.returncode}"
-            except subprocess.TimeoutExpired:
-                ended = f"no end within {self.limit:.0f} s"
+            except subprocess.TimeoutExpired:  # a machine that is busy or was halted says nothing of a mutant
+                what = "the code as it is" if module == "-" else module
+                raise Unfit(f"{what}: no end within {self.limit:.0f} s of wall time; give more by --limit") from None
             finally:
                 child.kill()
                 child.wait()
