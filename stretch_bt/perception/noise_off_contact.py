@@ -223,18 +223,24 @@ def _ellipse(ratio: float) -> Image:
 @lru_cache(maxsize=len(RATIOS))
 def _expected(ratio: float, lengths: tuple[float, ...]) -> Array:
     """Return the variances (k, n) of what an ellipse leaves, after each of MEANS, of noise of variance 1 of each length, pixels."""
-    from scipy.signal import fftconvolve
-
     left = -_ellipse(ratio).astype(np.float64)
     left[left.shape[0] // 2, left.shape[1] // 2] += 1.0
     rows = []
     for mean in MEANS:
         line = gaussian(mean, 0)
-        kernel = fftconvolve(left, np.outer(line, line))
-        own = fftconvolve(kernel, kernel[::-1, ::-1])
+        kernel = _whole(left, np.outer(line, line))
+        own = _whole(kernel, kernel[::-1, ::-1])
         v, u = np.indices(own.shape) - (np.array(own.shape) // 2)[:, None, None]
         rows.append([float((own * _alike(np.hypot(v, u), length)).sum()) for length in lengths])
     return np.array(rows)
+
+
+def _whole(one: Array, other: Array) -> Array:
+    """Return the convolution of two images of odd shape, as far as it reaches."""
+    from scipy.ndimage import convolve
+
+    rows, columns = (size // 2 for size in other.shape)
+    return np.asarray(convolve(np.pad(one, ((rows, rows), (columns, columns))), other, mode="constant"))
 
 
 def _alike(away: Array, length: float) -> Array:

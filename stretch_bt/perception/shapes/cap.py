@@ -130,7 +130,8 @@ def _model_error(contact: Contact, explained: _Explained, surface: PressedSurfac
     curvature, size = abs(float(surface.q[3])), explained.cells.size
     steep = min(curvature * surface.rim, 1.0)
     pulled = steep**2 * math.hypot(MODEL, MODEL_PULLED * min(abs(float(surface.q[8])), 1.0))
-    slack = contact.stretch is not None and contact.stretch < SLACK
+    stretch = getattr(contact, "stretch", None)  # one made by hand may lack it
+    slack = stretch is not None and stretch < SLACK
     small = RIM * ((RIM_SLACK if slack else RIM_TAUT) / (size * surface.rim)) ** 4
     round_ = ROUND * _hiding(contact, explained) * (ROUND_SLACK * curvature / size) ** 4 if slack else 0.0
     return math.hypot(pulled, BENDING, small, round_)
