@@ -3,6 +3,7 @@
 import sys
 
 import pytest
+from py_trees.blackboard import Blackboard
 
 from stretch_bt.accuracy import Domain, domains, measure
 from stretch_bt.accuracy.camera import rendering
@@ -161,3 +162,9 @@ def test_quick_holds_to_its_time(name):
     rows = list(measure([name], quick=True))
     assert time.process_time() - began < 12  # 6 s on a core that has no other work, and what is compiled
     assert any(row.reason == "quick" for row in rows)
+
+
+def test_trees_that_are_timed_leave_the_blackboard_as_it_was():
+    before = dict(Blackboard.storage), dict(Blackboard.metadata), dict(Blackboard.clients)
+    ticks.warm()
+    assert (Blackboard.storage, Blackboard.metadata, Blackboard.clients) == before

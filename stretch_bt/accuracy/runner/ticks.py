@@ -19,6 +19,7 @@ from stretch_bt.accuracy.points import Answer, Cost, Setting
 from stretch_bt.accuracy.runner.leaf import Bare, BenchmarkLeaf, Ported
 from stretch_bt.clock import VirtualClock
 from stretch_bt.runtime.context import RunContext
+from stretch_bt.runtime.foreign_nodes import kept_blackboard
 from stretch_bt.runtime.record import RunRecord
 from stretch_bt.runtime.runner import Runner
 from stretch_bt.runtime.watcher import Watcher
@@ -104,7 +105,7 @@ def jobs() -> Iterator[Job]:
 
 
 def _round(series: str, leaves: int) -> list[Answer]:
-    with ExitStack() as close:
+    with kept_blackboard(), ExitStack() as close:
         tick = TREES[series](leaves, close)
         for _ in range(_FIRST):
             tick()
