@@ -12,8 +12,8 @@ import psutil
 
 from stretch_bt.accuracy.yardstick import yardstick
 
-#: a run is looked at so often; memory is compared from the tenth of a hundred equal parts on
-PARTS, HUNDRED, SETTLED = 500, 100, 10
+#: a run is a hundred blocks, of which memory is compared from the tenth on; the machine's pace is taken five times in each
+HUNDRED, SETTLED, LOOKS = 100, 10, 5
 #: what memory may grow by from then on, and times as long that a step may take in the last tenth as in the first
 GROWTH, SLOWER = 0.05, 1.1
 
@@ -57,9 +57,9 @@ class Course:
         if count < HUNDRED:
             raise SystemExit(f"a course has at least {HUNDRED} steps, not {count}")
         self.count, self._clock, self._beside, self._memory = count, clock, beside, memory
-        parts = min(PARTS, count // HUNDRED * HUNDRED)
-        self._ends = [count * k // parts for k in range(1, parts + 1)]
-        self.paces: list[float] = []
+        looks = HUNDRED * min(LOOKS, count // HUNDRED)
+        self._ends = [count * k // looks for k in range(1, looks + 1)]
+        self._looks: list[tuple[float, float]] = []  # CPU s a step, and of the computation beside
         self.sizes: list[float] = []
         self.seconds, self._steps = 0.0, 0
         beside()
@@ -67,12 +67,12 @@ class Course:
 
     def done(self, steps: int) -> None:
         """Say that so many steps are done."""
-        if len(self.paces) == len(self._ends) or steps < self._ends[len(self.paces)]:
+        if len(self._looks) == len(self._ends) or steps < self._ends[len(self._looks)]:
             return
         spent = self._clock() - self._since
         self.seconds += spent
-        self.paces.append(spent / (steps - self._steps) / self._beside())
-        if len(self.paces) * HUNDRED % len(self._ends) == 0:
+        self._looks.append((spent / (steps - self._steps), self._beside()))
+        if len(self._looks) * HUNDRED % len(self._ends) == 0:
             self.sizes.append(self._memory())
             if len(self.sizes) % 10 == 0:
                 print(
@@ -80,12 +80,19 @@ class Course:
                 )
         self._steps, self._since = steps, self._clock()
 
+    @property
+    def paces(self) -> list[float]:
+        """CPU time a step of each block over that of the computation beside."""
+        each = len(self._ends) // HUNDRED
+        blocks = [zip(*self._looks[k : k + each], strict=True) for k in range(0, len(self._looks), each)]
+        return [sum(spent) / sum(beside) for spent, beside in blocks]
+
     def findings(self) -> list[Finding]:
         """Return what became of memory and time in the course of the run."""
-        if len(self.paces) < len(self._ends):
+        if len(self._looks) < len(self._ends):
             return [Finding(f"steps of {self.count} that were not done", self.count - self._steps, 0)]
-        tenth = len(self.paces) // 10
-        slower = median(self.paces[-tenth:]) / median(self.paces[:tenth])
+        paces, tenth = self.paces, HUNDRED // 10
+        slower = median(paces[-tenth:]) / median(paces[:tenth])
         growth = self.sizes[-1] / self.sizes[SETTLED - 1] - 1
         return [
             Finding("CPU a step, ms", 1e3 * self.seconds / self.count),
