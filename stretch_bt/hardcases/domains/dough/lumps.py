@@ -166,6 +166,8 @@ NONSENSE: dict[str, tuple[Any, Refusal]] = {
     "pressed by less than nothing": (lambda: cube(EDGE).flattened(-1e-3), Refusal(InvalidInput)),
     "pressed by no number": (lambda: cube(EDGE).flattened(math.nan), Refusal(InvalidInput)),
     "a cube of no size": (partial(cube, math.nan), Refusal(InvalidInput)),
+    "a cube of less than no size": (partial(cube, -EDGE), Refusal(InvalidInput)),
+    "a cube without end": (partial(cube, math.inf), Refusal(InvalidInput)),
     "ten directions": (partial(cube, EDGE, 10), Refusal(InvalidInput)),
     "yields at 0 Pa": (partial(Dough, 0.0), Refusal(InvalidInput)),
     "yields at no number": (partial(Dough, math.nan), Refusal(InvalidInput)),
