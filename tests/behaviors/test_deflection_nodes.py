@@ -285,3 +285,23 @@ def test_touches_given_by_the_contact_alone_do_not_count_beside_two_given_by_the
     readings = [Reading(0.0, 0.001, 0.06, 3e-5, seen, asked=True, by_membrane=sign == "-") for sign in alone]
     readings.append(Reading(0.0, 0.01, 0.059, 3e-5))
     assert of_one_kind(readings) == [readings[i] for i in left]
+
+
+def test_what_settled_no_longer_counts_and_is_refused_until_the_hand_presses_harder() -> None:
+    first = [(depth, top_of(depth)) for depth in DEPTHS]
+    node = tracked(first, **OWN_POWER)
+    again = look(kept(node), 0.008, top_of(0.008) - 5e-4, **OWN_POWER)
+    assert again.status is Status.FAILURE
+    assert "did not come back as it went" in again.reason
+    assert "press with more than" in again.reason
+    harder = look(kept(again), 0.015, top_of(0.015), **OWN_POWER)
+    assert harder.status is Status.SUCCESS
+    assert heights(harder) == [height for _, height in [*first, (0.015, top_of(0.015))]]
+    assert harder.sinks["felt"].value.deflection == pytest.approx(0.06 - top_of(0.015), abs=5e-5)
+
+
+def test_an_object_that_comes_back_is_read_again_at_less_force() -> None:
+    node = tracked([(depth, top_of(depth)) for depth in DEPTHS], **OWN_POWER)
+    again = look(kept(node), 0.008, top_of(0.008), **OWN_POWER)
+    assert again.status is Status.SUCCESS
+    assert kept(again).count == len(DEPTHS) + 1

@@ -117,9 +117,10 @@ def test_past_its_limit_a_run_is_stopped_safely_at_its_next_tick(own, threaded):
 @pytest.mark.parametrize("body", ["os.kill(os.getpid(), signal.SIGTERM)", "raise KeyboardInterrupt"])
 def test_a_signal_ends_the_item_without_a_row_but_own_code_that_raises_alike_has_one(own, body):
     (spec,) = own(f"{body}\nreturn Status.RUNNING")
+    before = signal.getsignal(signal.SIGTERM)
     ran = run_item(spec)
     assert (ran.row["status"], ran.stopped) == ("INTERRUPTED", "kill" in body)
-    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert signal.getsignal(signal.SIGTERM) == before
 
 
 def test_a_worker_with_another_package_refuses(lab):

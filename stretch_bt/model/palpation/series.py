@@ -97,6 +97,12 @@ class Series:
         row = np.array([0.0, *by_law[0]])
         return Estimate(float(drops[0]), math.sqrt(float(row @ self.covariance @ row)))
 
+    def height_at(self, force: float) -> Estimate:
+        """Return the height of the top, m, at a force, N, with the sd of the readings."""
+        drops, _, by_law = self.law.deflection(np.log(np.array([force / self.reference])))
+        row = np.array([1.0, *-by_law[0]])
+        return Estimate(self.top.value - float(drops[0]), math.sqrt(float(row @ self.covariance @ row)))
+
     def _require_drop(self) -> None:
         if self.drop.value <= SIGNIFICANT * self.drop.sd or self.compliance.value <= 0:
             raise IllConditioned(self.too_little())
