@@ -39,5 +39,5 @@ class MeasureOutline(Behavior):
 
     def _line(self, contact: Contact, level: float | None) -> perception.Outline:
         if level is not None:
-            return perception.outline_at(contact.surface, level)
-        return perception.outline_of(contact.labels, contact.surface)
+            return perception.outline_at(contact.surface, level, noise=contact.surface_noise)
+        return perception.contact_outline(contact)

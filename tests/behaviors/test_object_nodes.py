@@ -45,15 +45,24 @@ def disc(radius: float, x: float = 0.0, cut: bool = False) -> Contact:
     return Contact(points, rays, labels, 1e-4, 0.05, 0.0, 0.0, surface, np.ones(labels.shape), Pose((x, 0.0, 0.05)))
 
 
+def pressed(radius: float, stretch: float | None = 0.02) -> Contact:
+    """A flat, round face under a membrane that falls off around it as one that is pulled alike does, in an image of 0.4 mm a pixel."""
+    v, u = np.mgrid[:200, :200]
+    away = np.hypot((u - 100) * 0.4e-3, (v - 100) * 0.4e-3)
+    heights = 0.01 * np.clip(np.log(0.038 / np.maximum(away, radius)) / np.log(0.038 / radius), 0.0, 1.0)
+    return Contact.from_heights(heights, 0.4e-3, noise=1e-5, labels=away < radius, stretch=stretch)
+
+
 def test_measure_outline_writes_what_it_measures_with_deviations() -> None:
-    measure = node("measure_outline", contact=disc(0.01))
-    assert tick(measure) is Status.SUCCESS
-    circularity, area = (measure.sinks[name] for name in ("circularity", "area"))
+    measure = node("measure_outline", contact=pressed(0.01))
+    assert tick(measure) is Status.SUCCESS, measure.reason
+    circularity, area, perimeter = (measure.sinks[name] for name in ("circularity", "area", "perimeter"))
     assert circularity.value == pytest.approx(1.0, abs=0.01)
-    assert area.value == pytest.approx(np.pi * 1e-4, rel=0.02)
-    assert circularity.sd is not None
-    assert 0 < circularity.sd < 0.01
-    by_chain = node("measure_outline", contact=disc(0.01), method="pixel_chain")
+    assert abs(area.value - np.pi * 1e-4) < 2 * area.sd
+    assert abs(perimeter.value - np.pi * 0.02) < 2 * perimeter.sd
+    assert 0.2e-3 < area.sd / perimeter.value < 1e-3  # of the border's place; its roughness alone says 0.01 mm
+    assert 0 < circularity.sd < 0.1
+    by_chain = node("measure_outline", contact=pressed(0.01), method="pixel_chain")
     assert tick(by_chain) is Status.SUCCESS
     assert by_chain.sinks["circularity"].value < 0.92
 
@@ -63,6 +72,14 @@ def test_measure_outline_refuses_a_cut_contact() -> None:
     assert tick(measure) is Status.FAILURE
     assert "edge of the image" in measure.reason
     assert measure.sinks["circularity"].value is MISSING
+
+
+def test_measure_outline_refuses_a_contact_under_a_membrane_that_is_not_pulled() -> None:
+    measure = node("measure_outline", contact=pressed(0.01, stretch=0.0))
+    assert tick(measure) is Status.FAILURE
+    assert "not pulled" in measure.reason
+    level = node("measure_outline", contact=pressed(0.01, stretch=0.0), level=0.0015)
+    assert tick(level) is Status.SUCCESS, level.reason
 
 
 def test_nodes_that_write_to_one_key_add_to_one_cloud_until_reset() -> None:

@@ -5,17 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from stretch_bt.errors import InvalidInput, NoContact
+from stretch_bt.perception.outlines.level_place import TOP, blurred, with_level_errors
 from stretch_bt.perception.outlines.outline import Outline, outline_of
-from stretch_bt.perception.types import FloatArray
+from stretch_bt.perception.types import FloatArray, SurfaceNoise
 from stretch_bt.units import Length
 
-__all__ = ["blurred", "highest_of", "outline_at"]
+__all__ = ["highest_of", "outline_at"]
 
-BLUR = 2.5  # pixels, over which noise is averaged; half a millimetre of a surface seen from 200 mm
-TOP = 0.5  # per cent of the pixels that count as the top: a disc 8 mm across of a membrane of 100 x 90 mm
 # Of a circularity, by what it lacks of 1: the membrane's shoulder takes some three tenths off corners and cracks, and its tensions make a disc
 # look no rounder than 0.99; cookies of 0.87 to 0.99 under a membrane that bends (`python benchmarks/cookie.py --seeds 0-6`, both trees).
 HIDDEN, SHOULDER = 0.008, 0.3
@@ -44,7 +42,7 @@ def highest_of(surface: FloatArray) -> Length:
     return top
 
 
-def outline_at(surface: FloatArray, below: float) -> Outline:
+def outline_at(surface: FloatArray, below: float, *, noise: SurfaceNoise | None = None) -> Outline:
     """Return the outline of the highest place of a membrane at a level below it, in the plane of the flat membrane.
 
     Over a flat body under a slack membrane it is the border of the body rounded by its shoulder: unlike the border of contact it
@@ -56,7 +54,9 @@ def outline_at(surface: FloatArray, below: float) -> Outline:
     surface : (h, w, 3) float, m, membrane frame
         The point of each pixel, NaN where invalid.
     below
-        How far below the top, m.
+        How far below the top that `highest_of` tells, m.
+    noise
+        Of the surface, as a contact has it; unless given, none is counted.
 
     Raises
     ------
@@ -81,19 +81,7 @@ def outline_at(surface: FloatArray, below: float) -> Outline:
     over = ((heights > top - below) & valid).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(over)
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])) if count > 1 else 0
-    outline = outline_of(np.asarray(labels == largest), surface)
-    return replace(outline, hidden=HIDDEN + SHOULDER * max(1.0 - outline.roundness().circularity, 0.0))
-
-
-def blurred(surface: FloatArray) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Return heights (h, w), m, blurred as far as pixels are valid, and which are."""
-    import cv2
-
-    surface = np.asarray(surface)
-    if surface.ndim != 3 or surface.shape[2] != 3:
-        raise InvalidInput(f"a surface has shape (h, w, 3), got {surface.shape}")
-    heights = surface[..., 2].astype(np.float64)
-    valid = np.isfinite(heights)
-    weight = cv2.GaussianBlur(valid.astype(np.float64), (0, 0), BLUR)
-    total = cv2.GaussianBlur(np.where(valid, heights, 0.0), (0, 0), BLUR)
-    return total / np.maximum(weight, 1e-9), valid
+    region = np.asarray(labels == largest)
+    outline = outline_of(region, surface)
+    outline = replace(outline, hidden=HIDDEN + SHOULDER * max(1.0 - outline.roundness().circularity, 0.0))
+    return with_level_errors(outline, surface, region, noise)

@@ -26,7 +26,7 @@ from stretch_bt.perception.outlines.trace import BLUR, trace
 from stretch_bt.perception.types import CONTACT, INVALID, FloatArray, MaskArray
 from stretch_bt.units import Area, Length
 
-__all__ = ["Outline", "outline_of"]
+__all__ = ["Outline", "outline_of", "placed"]
 
 HOLE = 9  # pixels across, from which pixels without depth are an area and no dropouts
 UNLABELLED = 7.5e-3  # m from such an area, within which curvature cannot be told and nothing is labelled as contact
@@ -38,9 +38,10 @@ LEAST_PIXEL_NOISE = 0.07  # pixels: what drawing an edge on a grid and blurring 
 class Outline(BriefRepr):
     """A closed line around a region, with what it encloses.
 
-    `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations are
-    those of the border's own roughness: that a region is a pixel too wide all around cannot be seen from it. `hidden` is the
-    standard deviation of what a circularity misses of the body that is not in the line.
+    `vertices` (n, 2), m, x and y of the membrane frame, in order; the last joins the first. The standard deviations count the
+    border's own roughness and `place_sd`, m, the deviation of an error by which all of the line lies too far out or in: it moves the area
+    by perimeter x error and the perimeter by 2 pi x error. A region of pixels has none. `hidden` is the standard deviation of what a
+    circularity misses of the body that is not in the line.
     """
 
     vertices: FloatArray
@@ -49,6 +50,7 @@ class Outline(BriefRepr):
     perimeter: Length
     perimeter_sd: Length
     hidden: float = 0.0
+    place_sd: Length = 0.0
 
     def roundness(self, method: Method = "contour") -> Roundness:
         """Return the circularity with its standard deviation and the method."""
@@ -95,6 +97,22 @@ def outline_of(region: npt.NDArray[Any], where: FloatArray | float, *, label: in
     pitch = perimeter_of(_curve(vertices)) / perimeter_of(_curve(line))
     _check_seen(line, inside, valid, pitch)
     return _outline(vertices, pitch)
+
+
+def placed(outline: Outline, sd: float, uneven: float = 0.0) -> Outline:
+    """Return an outline with the deviation, m, of an error of place of all of it added to what it states.
+
+    `uneven`, m, is a further deviation of its perimeter; what shortens a perimeter takes area, too, which halves what a circularity loses.
+    """
+    ratio, perimeter = outline.roundness().circularity, outline.perimeter
+    lost = ratio * math.hypot((perimeter / outline.area - 4.0 * math.pi / perimeter) * sd, uneven / perimeter)
+    return replace(
+        outline,
+        area_sd=math.hypot(outline.area_sd, perimeter * sd),
+        perimeter_sd=math.hypot(outline.perimeter_sd, 2.0 * math.pi * sd, uneven),
+        hidden=math.hypot(outline.hidden, lost),
+        place_sd=math.hypot(outline.place_sd, sd),
+    )
 
 
 def _check_seen(line: Array, inside: MaskArray, valid: MaskArray, pitch: float) -> None:

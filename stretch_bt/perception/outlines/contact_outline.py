@@ -1,0 +1,66 @@
+"""The outline of a contact: the labels' border, moved to where the membrane leaves the body, with what its place may be off."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stretch_bt.errors import IllConditioned, NoAnswer
+from stretch_bt.perception.outlines.border import border_of, past_labels
+from stretch_bt.perception.outlines.outline import Outline, outline_of, placed
+from stretch_bt.perception.surface import pitch_of
+from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact, MaskArray
+from stretch_bt.units import Estimate
+
+__all__ = ["contact_outline"]
+
+LEAST_SOLID = 0.85  # area of a region over that of its convex hull
+VAGUE = 0.5  # deviation of the border's place over the radius of the disc of the contact's area
+
+
+def contact_outline(contact: Contact) -> Outline:
+    """Return the outline of a contact, in the plane of the flat membrane; the deviations count an error of place of all of it.
+
+    The labels reach too far: the border lies where their region, less what `border_of` tells, ends.
+
+    Raises
+    ------
+    NoContact
+        No pixel is in contact.
+    IllConditioned
+        As `outline_of`, and where curvature does not show the border: of a membrane that is not pulled, of a contact that is seen in part,
+        of one that noise or the bending of the sheet hides.
+    """
+    outline_of(contact.labels, contact.surface)  # refuses what is cut, in pieces or beside a hole
+    valid = contact.labels != INVALID
+    border, past = border_of(contact), past_labels(contact)
+    shift = border.shift
+    _check_solid(past < 0.0)
+    inside = past * pitch_of(contact.surface, valid) < -shift.value
+    try:
+        found = outline_of(np.where(valid, np.where(inside, CONTACT, DEFORMED), INVALID).astype(np.uint8), contact.surface)
+    except NoAnswer as error:
+        raise _vague(shift) from error
+    if shift.sd > VAGUE * math.sqrt(found.area / math.pi):
+        raise _vague(shift)
+    return placed(found, shift.sd, border.uneven)
+
+
+def _check_solid(region: MaskArray) -> None:
+    import cv2
+
+    corners = cv2.convexHull(np.argwhere(region).astype(np.int32))
+    solid = np.count_nonzero(region) / max(cv2.contourArea(corners), 1.0)
+    if solid < LEAST_SOLID:
+        raise IllConditioned(
+            f"what is labelled as contact fills {solid:.0%} of its convex hull, as a part of a rim does and no contact of a convex body;"
+            " level the hand, press deeper, or give a `level`"
+        )
+
+
+def _vague(shift: Estimate) -> IllConditioned:
+    return IllConditioned(
+        f"the border of the contact lies {shift.value * 1e3:.1f} +- {shift.sd * 1e3:.1f} mm within what is labelled, which is too vague for"
+        " a contact of this size; average more frames, press deeper, or give a `level`"
+    )
