@@ -1,6 +1,6 @@
 """Errors of the outline of a contact, and of a level line, over what is stated.
 
-    python -m benchmarks.outline_errors [--seeds 12] [--first 0] [--level MM]
+    python benchmarks/outline_errors.py [--seeds 12] [--first 0] [--level MM]
 
 Balls, cylinders, blocks and ovals with fillets of 0.7 to 2 mm are pressed into the sheet solver (elements of 0.6 mm), 2 to 12 mm deep, pulled by
 3 to 60 mm, one in five not at all, half of the sheets bending, off the middle and leaning by 1.5 degrees; the noises are those of shipped
@@ -18,20 +18,21 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from outline_kinds import ellipse, prism
 from scipy.spatial import ConvexHull
 
-from benchmarks.outline_kinds import ellipse, prism
 from stretch_bt.accuracy.perception.noise import CLEAN, WHITE_03, Noise, observe
 from stretch_bt.accuracy.perception.view import CAMERA, PLANE_DISTANCE, Press, Seen, seen_of
 from stretch_bt.accuracy.summary import rms
 from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import contact_outline, deproject, find_contact, highest_of, outline_at, to_membrane
-from stretch_bt.perception.outlines import outline
+from stretch_bt.perception.outlines.polyline import area_of, perimeter_of
 from stretch_bt.simulation.membrane.indenters.base import Indenter
 from stretch_bt.simulation.membrane.indenters.box import Box
 from stretch_bt.simulation.membrane.indenters.cylinder import Cylinder
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 from stretch_bt.simulation.membrane.press import press
+from stretch_bt.simulation.membrane.sheet.result import SheetPress
 from stretch_bt.simulation.membrane.sheet.settings import Settings
 
 MM = 1e3
@@ -77,6 +78,7 @@ def pressed(shape: str, seed: int) -> Pressed:
     effects = ["bending"] if rng.integers(2) else []
     settings = Settings(mesh=0.6e-3, growth=1.4, budget=3000)
     solved = press(drawn, stretch, depth, at=at, tilt=tilt, effects=effects, settings=settings).detail
+    assert isinstance(solved, SheetPress)
     fine = solved.shape.points(900, 1000).reshape(-1, 3)
     near = fine[np.hypot(*(fine[:, :2] - at).T) < 0.03]
     hull = ConvexHull(near[solved.touches(near)][:, :2])
@@ -89,10 +91,10 @@ def level_line(view: Seen, below: float) -> tuple[float, float]:
 
     surface = to_membrane(*_points(view))
     level = highest_of(surface) - below
-    lines = contour_generator(z=np.nan_to_num(surface[..., 2], nan=-1.0)).lines(level)
+    lines: list[npt.NDArray[np.float64]] = contour_generator(z=np.nan_to_num(surface[..., 2], nan=-1.0)).lines(level)  # type: ignore[assignment]
     line = (max(lines, key=len) - [CAMERA.cx, CAMERA.cy]) / [CAMERA.fx, CAMERA.fy] * (PLANE_DISTANCE - level)
     curve = line[:-1, 0] + 1j * line[:-1, 1]
-    return outline.area_of(curve), outline.perimeter_of(curve)
+    return area_of(curve), perimeter_of(curve)
 
 
 def _points(view: Seen) -> tuple[npt.NDArray[np.floating], float]:
@@ -147,7 +149,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=12)
     parser.add_argument("--first", type=int, default=0, help="first seed")
-    parser.add_argument("--level", type=float, help="mm below the top; without it the border of the contact is measured")
+    parser.add_argument(
+        "--level", type=float, help="mm below the top; without it the border of the contact is measured"
+    )
     given = parser.parse_args()
     level = None if given.level is None else given.level / MM
     for line in rows(range(given.first, given.first + given.seeds), level):

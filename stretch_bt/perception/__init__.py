@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from stretch_bt.perception.noise import frame_noise as frame_noise
     from stretch_bt.perception.noise import pixel_noise as pixel_noise
     from stretch_bt.perception.normals import estimate_normals as estimate_normals
-    from stretch_bt.perception.outlines.level import highest_of as highest_of
     from stretch_bt.perception.outlines.contact_outline import contact_outline as contact_outline
+    from stretch_bt.perception.outlines.level import highest_of as highest_of
     from stretch_bt.perception.outlines.level import outline_at as outline_at
     from stretch_bt.perception.outlines.outline import Outline as Outline
     from stretch_bt.perception.outlines.outline import outline_of as outline_of

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from stretch_bt.brief import BriefRepr
 from stretch_bt.errors import IllConditioned, InvalidInput
-from stretch_bt.perception.outlines.level import blurred, highest_of
+from stretch_bt.perception.outlines.level import highest_of
+from stretch_bt.perception.outlines.level_place import blurred
 from stretch_bt.perception.types import Contact
 from stretch_bt.units import Estimate, Length
 

@@ -179,7 +179,7 @@ trees:
       - approach
       - feel: {depth: 6 mm}
       - feel: {depth: 8 mm}
-      - measure_outline: {circularity}
+      - measure_outline: {level: 1.5 mm, circularity}  # a membrane that is not pulled shows no border
       - measure_object: {height}
       - set: {contacts: cloud.contacts, disagreement: cloud.disagreement}
 """

@@ -20,7 +20,7 @@ from stretch_bt.perception.curvature import bending
 from stretch_bt.perception.lateral import lateral
 from stretch_bt.perception.regions import filled
 from stretch_bt.perception.scale import SEED, Scale, ground_of, mean_scale
-from stretch_bt.perception.surface import Cleaned, binned_surface, clean
+from stretch_bt.perception.surface import Cleaned, Surface, binned_surface, clean
 from stretch_bt.perception.tension import LEAST_PULL, expected_ratio
 from stretch_bt.perception.types import CONTACT, INVALID, Contact, MaskArray
 from stretch_bt.units import Estimate, Length
@@ -42,8 +42,14 @@ ALONE = 4.58
 INWARD, FORM = 0.45e-3, 0.35e-3
 # Kernels by which labels reach too far, mean and deviation: a half of a smoothed curvature lies by 0 (straight border) to 1.2 kernels (a point) out
 REACH, REACH_SD = 0.6, 0.45
-BEYOND, AS_CURVED, ELSEWHERE = 6e-3, 0.3, 5.0  # m; share of the curvature at the border; and standard deviations, of some hundred places
-CORNERS = (8.0 - 2.0 * math.pi) * KERNELS[0]  # m, what four right corners that are rounded by the finest kernel lose of a perimeter
+BEYOND, AS_CURVED, ELSEWHERE = (
+    6e-3,
+    0.3,
+    5.0,
+)  # m; share of the curvature at the border; and standard deviations, of some hundred places
+CORNERS = (8.0 - 2.0 * math.pi) * KERNELS[
+    0
+]  # m, what four right corners that are rounded by the finest kernel lose of a perimeter
 UNEVEN = 0.4  # of a shift: what it differs along a border across which the tensions differ
 FREE = 6.0  # independent values of a mean by distance, less shift, length and size
 BLUR = 1.0  # pixels over which dropouts in a region are bridged
@@ -101,7 +107,9 @@ def border_of(contact: Contact) -> Border:
         )
     cleaned = clean(contact.surface, contact.labels != INVALID, 1)
     if cleaned is None:
-        raise IllConditioned("too little of the surface has depth to show the border; keep reflections off the membrane")
+        raise IllConditioned(
+            "too little of the surface has depth to show the border; keep reflections off the membrane"
+        )
     scale = _scale(cleaned, contact.stretch)
     surface = scale.ground.surface
     rings = _Rings.of(_in_bins(past_labels(contact) * cleaned.pitch, cleaned, surface), surface.trusted)
@@ -174,7 +182,8 @@ def _curved(cleaned: Cleaned, scale: Scale, ratio: float) -> tuple[Image, Image]
     Divided by powers of the slope it is even on a sphere; the plain second derivative has its peak at a kink, the other one inside.
     """
     bent = bending(scale.ground.surface, lateral(cleaned, scale.ground.kernel))
-    return scale.signals[0].curvature, -(bent.xx + np.float32(ratio) * bent.yy) / np.float32(1.0 + ratio)
+    along = -(bent.xx + np.float32(ratio) * bent.yy) / np.float32(1.0 + ratio)
+    return scale.signals[0].curvature, along.astype(np.float32)
 
 
 def _misfits(rings: _Rings, curved: tuple[Image, Image], scale: Scale) -> tuple[Array, Array]:

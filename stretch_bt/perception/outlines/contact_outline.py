@@ -34,12 +34,15 @@ def contact_outline(contact: Contact) -> Outline:
     """
     outline_of(contact.labels, contact.surface)  # refuses what is cut, in pieces or beside a hole
     valid = contact.labels != INVALID
-    border, past = border_of(contact), past_labels(contact)
-    shift = border.shift
+    past = past_labels(contact)
     _check_solid(past < 0.0)
+    border = border_of(contact)
+    shift = border.shift
     inside = past * pitch_of(contact.surface, valid) < -shift.value
     try:
-        found = outline_of(np.where(valid, np.where(inside, CONTACT, DEFORMED), INVALID).astype(np.uint8), contact.surface)
+        found = outline_of(
+            np.where(valid, np.where(inside, CONTACT, DEFORMED), INVALID).astype(np.uint8), contact.surface
+        )
     except NoAnswer as error:
         raise _vague(shift) from error
     if shift.sd > VAGUE * math.sqrt(found.area / math.pi):

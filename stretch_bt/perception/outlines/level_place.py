@@ -24,9 +24,7 @@ FIRST = 1.6  # what the first blur does over what the second does: 1 on smooth s
 PIXEL = 0.07  # pixels: what drawing a line on a grid leaves of its place
 
 
-def with_level_errors(
-    outline: Outline, surface: FloatArray, region: MaskArray, noise: SurfaceNoise | None
-) -> Outline:
+def with_level_errors(outline: Outline, surface: FloatArray, region: MaskArray, noise: SurfaceNoise | None) -> Outline:
     """Return the outline of a region (h, w) above a level, with what its place and its length may be off added to what it states.
 
     An error of height moves the line by itself over the slope there: where it is alike, all of the line; elsewhere it wriggles, and is too
