@@ -1,6 +1,6 @@
 """Errors of the outline of a contact, and of a level line, over what is stated.
 
-    python benchmarks/outline_errors.py [--seeds 12] [--first 0] [--level MM]
+    python benchmarks/outline_errors.py [--seeds 12] [--first 0] [--shapes SHAPE ...] [--level MM]
 
 Balls, cylinders, blocks and ovals with fillets of 0.7 to 2 mm are pressed into the sheet solver (elements of 0.6 mm), 2 to 12 mm deep, pulled by
 3 to 60 mm, one in five not at all, half of the sheets bending, off the middle and leaning by 1.5 degrees; the noises are those of shipped
@@ -119,10 +119,10 @@ def errors(case: Pressed, noise: Noise, seed: int, level: float | None) -> tuple
     )
 
 
-def rows(seeds: range, level: float | None) -> Iterator[str]:
+def rows(shapes: list[str], seeds: range, level: float | None) -> Iterator[str]:
     """Yield a line for each shape and noise."""
     yield "shape     noise      answers  area  perimeter  circularity  out, mm: mean    rms  stated"
-    for shape in SHAPES:
+    for shape in shapes:
         found: dict[str, list[tuple[float, ...]]] = defaultdict(list)
         for seed in seeds:
             try:
@@ -149,12 +149,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=12)
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
     parser.add_argument(
         "--level", type=float, help="mm below the top; without it the border of the contact is measured"
     )
     given = parser.parse_args()
     level = None if given.level is None else given.level / MM
-    for line in rows(range(given.first, given.first + given.seeds), level):
+    for line in rows(given.shapes, range(given.first, given.first + given.seeds), level):
         print(line, flush=True)
 
 
