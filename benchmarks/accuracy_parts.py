@@ -62,6 +62,7 @@ def run(part: Part, folder: Path, commit: str) -> None:
 def one(name: str, share: str, path: str, commit: str) -> None:
     number, _, count = share.partition("/")
     unfinished, rows = Path(f"{path}.part"), []
+    write(unfinished, rows)  # a part may have none, where a group is longer than a part
     for row in measure([name], part=(int(number), int(count)), commit=commit or None):
         rows.append(row)
         write(unfinished, rows)
