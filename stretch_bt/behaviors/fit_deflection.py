@@ -9,8 +9,7 @@ from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import Reading, creep_of, infer_again, of_one_kind, of_press
 from stretch_bt.behaviors.records import Felt, Mounting, TopReadings, Touch
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.palpation.reloading import left_behind, reloads
-from stretch_bt.model.palpation.series import SIGNIFICANT
+from stretch_bt.model.palpation.reloading import of_first_loading
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.pressed.height import FORM_OFF
 from stretch_bt.perception.types import Sphere
@@ -70,35 +69,13 @@ class FitDeflection(ModelBehavior):
             past = {id(reading) for reading in older}
             readings = [reading for reading in readings if id(reading) not in past]
             series = self._fit(readings)
-        readings, series = self._of_first_loading(readings, series)
+        with within_range():
+            readings, series = of_first_loading(
+                readings, series, self._fit, self.force_model(), self.sphere.radius, self.robot_sd
+            )
         self.top_readings = TopReadings(tuple(readings))
         self.felt = Felt.of(series, creep, latest)
         return Status.SUCCESS
-
-    def _of_first_loading(
-        self, readings: list[Reading], series: mechanics.Series
-    ) -> tuple[list[Reading], mechanics.Series]:
-        """Return the readings without those of an object that did not come back as it went, and their curve."""
-        model, radius = self.force_model(), self.sphere.radius
-        with within_range():
-            most = reloads(model, radius, readings)
-        first = [reading for reading, force in zip(readings, most, strict=True) if force == 0]
-        if len(first) == len(readings):
-            return readings, series
-        try:
-            loading = self._fit(first)
-        except IllConditioned:
-            return readings, series  # too few to tell
-        again = [reading for reading, force in zip(readings, most, strict=True) if force > 0]
-        below = left_behind(loading, model, radius, again, self.robot_sd)
-        if below.value <= SIGNIFICANT * below.sd:
-            return readings, series
-        if most[-1] > 0:
-            raise IllConditioned(
-                f"the object did not come back as it went: under less force than an earlier press its top stands {below.value * 1e3:.2f} mm below"
-                f" the curve of first loading, with a standard deviation of {below.sd * 1e3:.2f} mm; press with more than {most[-1]:.2f} N"
-            )
-        return first, loading
 
     def _inferred(self, readings: Sequence[Reading]) -> list[Reading]:
         """Return the readings with the heights of first touches inferred with the radius."""

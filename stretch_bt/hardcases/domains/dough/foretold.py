@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from stretch_bt.hardcases.expect import Check, Range, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.simulation.advisor.case import Case
@@ -12,7 +14,8 @@ from stretch_bt.simulation.scene import load_scene
 def _flow(springy: float) -> Flow:
     """Return what happens to the shipped cube, of a modulus of so many yield stresses."""
     scene = load_scene("dough_cube")
-    spec = scene.object.model_copy(update={"modulus": springy * scene.object.yield_stress})
+    cube: Any = scene.object
+    spec = cube.model_copy(update={"modulus": springy * cube.yield_stress})
     return flow(Case(scene.with_(object=spec), spec.rough()))
 
 
