@@ -31,9 +31,9 @@ class FitDeflection(ModelBehavior):
     of the sphere, and by the whole membrane where that gave the latest height, since heights of two kinds do not go together. Without
     first touches the height of `touch` counts instead.
 
-    Where the newer half of the latest press' readings differs from the older by three standard deviations, the object creeps, and the
-    older half no longer counts. Where readings under less force than an earlier press had stand three standard deviations below the curve of
-    the others, the object did not come back as it went: they no longer count, and where the latest is one of them the node fails.
+    Where the newer half of the latest press' readings differs from the older by three deviations, the object creeps, and the older half no
+    longer counts. Nor do readings under less force than an earlier press that stand three deviations below the curve of the others: the
+    object did not come back as it went. FAILURE where the latest is one.
     """
 
     touch: In[Touch]  # first contact
@@ -49,9 +49,7 @@ class FitDeflection(ModelBehavior):
         mechanics.STIFFENING.value, min=-1.0, max=2.0, doc="Growth of p with each millimetre of deflection, expected."
     )
     stiffening_sd: In[float] = port(mechanics.STIFFENING.sd, min=1e-4, max=2.0, doc="standard deviation of stiffening")
-    robot_sd: In[Length] = port(
-        mechanics.ROBOT, min=0.0, max=0.001, doc="Standard deviation of the hand's positioning error."
-    )
+    robot_sd: In[Length] = port(mechanics.ROBOT, min=0.0, max=0.001, doc="standard deviation of the hand's place")
     felt: Out[Felt] = port(
         truth={"top": "contact_height", "height": "height", "deflection": "deflection", "force": "force"},
         doc="the object's force law, and the latest press on it",
@@ -70,9 +68,8 @@ class FitDeflection(ModelBehavior):
             readings = [reading for reading in readings if id(reading) not in past]
             series = self._fit(readings)
         with within_range():
-            readings, series = of_first_loading(
-                readings, series, self._fit, self.force_model(), self.sphere.radius, self.robot_sd
-            )
+            given = (self._fit, self.force_model(), self.sphere.radius, self.robot_sd)
+            readings, series = of_first_loading(readings, series, *given)
         self.top_readings = TopReadings(tuple(readings))
         self.felt = Felt.of(series, creep, latest)
         return Status.SUCCESS
