@@ -22,6 +22,7 @@ from typing import NamedTuple
 from stretch_bt.accuracy import domains, measure, page
 from stretch_bt.accuracy.file import merged, read, write
 from stretch_bt.accuracy.kernels import load_kernels
+from stretch_bt.accuracy.points import Row
 
 ONE = "one"  # word by which this script calls itself
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -61,7 +62,9 @@ def run(part: Part, folder: Path, commit: str) -> None:
 
 def one(name: str, share: str, path: str, commit: str) -> None:
     number, _, count = share.partition("/")
-    unfinished, rows = Path(f"{path}.part"), []
+    unfinished = Path(f"{path}.part")
+    rows: list[Row] = []
+    write(unfinished, rows)  # a part may have none, where a group is longer than a part
     for row in measure([name], part=(int(number), int(count)), commit=commit or None):
         rows.append(row)
         write(unfinished, rows)

@@ -1,5 +1,8 @@
 import os
+import shutil
 import signal
+import sys
+import tempfile
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,6 +15,11 @@ from stretch_bt.threads import ONE_THREAD
 os.environ.update(
     ONE_THREAD
 )  # before numpy is loaded: more threads wait for each other, and take the cores from the other tests
+
+# where a shell forbids bytecode, each of the hundreds of processes that tests start would compile all that it imports
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
+    sys.dont_write_bytecode, sys.pycache_prefix = False, tempfile.mkdtemp(prefix="stretch-bt-bytecode-")
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
 
 # a shell that runs the tests in the background, or under nohup, has them ignored, and the processes of the tests would ignore them too
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -82,6 +90,12 @@ def own_nodes(monkeypatch):
     from stretch_bt.tree import registry
 
     monkeypatch.setattr(registry, "_nodes", registry.load_all())
+
+
+def pytest_unconfigure(config):
+    """Leave no bytecode behind; the processes of xdist have that of the first."""
+    if "PYTEST_XDIST_WORKER" not in os.environ and "stretch-bt-bytecode-" in (sys.pycache_prefix or ""):
+        shutil.rmtree(sys.pycache_prefix, ignore_errors=True)
 
 
 def pytest_xdist_auto_num_workers():

@@ -9,8 +9,7 @@ from stretch_bt.behaviors._models import ModelBehavior, within_range
 from stretch_bt.behaviors._readings import Reading, creep_of, infer_again, of_one_kind, of_press
 from stretch_bt.behaviors.records import Felt, Mounting, TopReadings, Touch
 from stretch_bt.errors import IllConditioned
-from stretch_bt.model.palpation.reloading import left_behind, reloads
-from stretch_bt.model.palpation.series import SIGNIFICANT
+from stretch_bt.model.palpation.reloading import of_first_loading
 from stretch_bt.perception.pattern import Pattern
 from stretch_bt.perception.pressed.height import FORM_OFF
 from stretch_bt.perception.types import Sphere
@@ -32,9 +31,9 @@ class FitDeflection(ModelBehavior):
     of the sphere, and by the whole membrane where that gave the latest height, since heights of two kinds do not go together. Without
     first touches the height of `touch` counts instead.
 
-    Where the newer half of the latest press' readings differs from the older by three standard deviations, the object creeps, and the
-    older half no longer counts. Where readings under less force than an earlier press had stand three standard deviations below the curve of
-    the others, the object did not come back as it went: they no longer count, and where the latest is one of them the node fails.
+    Where the newer half of the latest press' readings differs from the older by three deviations, the object creeps, and the older half no
+    longer counts. Nor do readings under less force than an earlier press that stand three deviations below the curve of the others: the
+    object did not come back as it went. FAILURE where the latest is one.
     """
 
     touch: In[Touch]  # first contact
@@ -50,9 +49,7 @@ class FitDeflection(ModelBehavior):
         mechanics.STIFFENING.value, min=-1.0, max=2.0, doc="Growth of p with each millimetre of deflection, expected."
     )
     stiffening_sd: In[float] = port(mechanics.STIFFENING.sd, min=1e-4, max=2.0, doc="standard deviation of stiffening")
-    robot_sd: In[Length] = port(
-        mechanics.ROBOT, min=0.0, max=0.001, doc="Standard deviation of the hand's positioning error."
-    )
+    robot_sd: In[Length] = port(mechanics.ROBOT, min=0.0, max=0.001, doc="standard deviation of the hand's place")
     felt: Out[Felt] = port(
         truth={"top": "contact_height", "height": "height", "deflection": "deflection", "force": "force"},
         doc="the object's force law, and the latest press on it",
@@ -70,35 +67,12 @@ class FitDeflection(ModelBehavior):
             past = {id(reading) for reading in older}
             readings = [reading for reading in readings if id(reading) not in past]
             series = self._fit(readings)
-        readings, series = self._of_first_loading(readings, series)
+        with within_range():
+            given = (self._fit, self.force_model(), self.sphere.radius, self.robot_sd)
+            readings, series = of_first_loading(readings, series, *given)
         self.top_readings = TopReadings(tuple(readings))
         self.felt = Felt.of(series, creep, latest)
         return Status.SUCCESS
-
-    def _of_first_loading(
-        self, readings: list[Reading], series: mechanics.Series
-    ) -> tuple[list[Reading], mechanics.Series]:
-        """Return the readings without those of an object that did not come back as it went, and their curve."""
-        model, radius = self.force_model(), self.sphere.radius
-        with within_range():
-            most = reloads(model, radius, readings)
-        first = [reading for reading, force in zip(readings, most, strict=True) if force == 0]
-        if len(first) == len(readings):
-            return readings, series
-        try:
-            loading = self._fit(first)
-        except IllConditioned:
-            return readings, series  # too few to tell
-        again = [reading for reading, force in zip(readings, most, strict=True) if force > 0]
-        below = left_behind(loading, model, radius, again, self.robot_sd)
-        if below.value <= SIGNIFICANT * below.sd:
-            return readings, series
-        if most[-1] > 0:
-            raise IllConditioned(
-                f"the object did not come back as it went: under less force than an earlier press its top stands {below.value * 1e3:.2f} mm below"
-                f" the curve of first loading, with a standard deviation of {below.sd * 1e3:.2f} mm; press with more than {most[-1]:.2f} N"
-            )
-        return first, loading
 
     def _inferred(self, readings: Sequence[Reading]) -> list[Reading]:
         """Return the readings with the heights of first touches inferred with the radius."""

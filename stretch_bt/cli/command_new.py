@@ -21,9 +21,12 @@ KINDS = {
     "tree": {"NAME.yaml": "tree.yaml"},
     "scene": {"NAME.yaml": "scene.yaml"},
     "cell": {"NAME.yaml": "cell.yaml"},
-    "node": {"NAME.py": "node.py"},
+    "mocks": {"NAME.yaml": "mocks.yaml"},
+    "node": {"NAME.py": "node_KIND.py"},
     "device": {"NAME.py": "device_KIND.py", "NAME.yaml": "device.yaml", "test_NAME.py": "device_test.py"},
 }
+#: of a node, the first unless another is asked for
+NODES = ("model", "perception", "actuation")
 #: of each kind of device: its name in the cell, and what its test names besides
 _POSES = "from stretch_bt.frames import Pose\n"
 DEVICES = {
@@ -42,9 +45,11 @@ DEVICES = {
 
 
 def command(
-    what: Annotated[str, typer.Argument(help="tree, scene, cell, node or device")],
+    what: Annotated[str, typer.Argument(help="tree, scene, cell, mocks, node or device")],
     name: Annotated[str, typer.Argument(help="Its name, and that of the file.")],
-    kind: Annotated[str | None, typer.Option("--kind", help=f"Of a device: {', '.join(DEVICES)}.")] = None,
+    kind: Annotated[
+        str | None, typer.Option("--kind", help=f"Of a device: {', '.join(DEVICES)}; of a node: {', '.join(NODES)}.")
+    ] = None,
 ) -> None:
     """Write commented files to begin with, in the present folder."""
     if what not in KINDS:
@@ -53,7 +58,7 @@ def command(
         )
     if not name.isidentifier() or not name.islower():
         raise InvalidInput(f"{name!r} is not a name; use small letters, digits and _")
-    words = {**_of_device(what, kind), "NAME": name, "TITLE": _title(name)}
+    words = {**_of_kind(what, kind), "NAME": name, "TITLE": _title(name)}
     wanted = {Path(_filled(file, words)): _template(template, words) for file, template in KINDS[what].items()}
     if there := [str(path) for path in wanted if path.exists()]:
         raise InvalidInput(f"{there[0]} is there already; choose another name")
@@ -98,15 +103,19 @@ def _bound(text: str) -> list[str]:
     return found
 
 
-def _of_device(what: str, kind: str | None) -> dict[str, str]:
-    """Return the words of a kind of device."""
-    if what != "device":
+def _of_kind(what: str, kind: str | None) -> dict[str, str]:
+    """Return the words of a kind of node or device."""
+    kinds = {"node": NODES, "device": tuple(DEVICES)}.get(what)
+    if kinds is None:
         if kind is not None:
-            raise InvalidInput("only a device has a kind; leave --kind out")
+            raise InvalidInput("only a node or a device has a kind; leave --kind out")
         return {}
-    if kind not in DEVICES:
-        given = "a device needs --kind" if kind is None else f"{kind!r} is not a kind of device"
-        raise InvalidInput(f"{given}; write --kind {(kind and closest(kind, list(DEVICES))) or ', '.join(DEVICES)}")
+    kind = NODES[0] if what == "node" and kind is None else kind
+    if kind not in kinds:
+        given = f"a {what} needs --kind" if kind is None else f"{kind!r} is not a kind of {what}"
+        raise InvalidInput(f"{given}; write --kind {(kind and closest(kind, list(kinds))) or ', '.join(kinds)}")
+    if what == "node":
+        return {"KIND": kind}
     device, more = DEVICES[kind]
     return {**more, "KIND": kind, "DEVICE": device}
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from stretch_bt.model.palpation.series import TopReading as TopReading
     from stretch_bt.model.palpation.series import fit_series as fit_series
     from stretch_bt.model.palpation.stiffness import estimate_stiffness as estimate_stiffness
+    from stretch_bt.model.palpation.zero_force import drop_power as drop_power
     from stretch_bt.model.palpation.zero_force import undeformed_height as undeformed_height
 
 _HOMES = {
@@ -58,6 +59,7 @@ _HOMES = {
     "StretchState": "force.calibrated",
     "TopReading": "palpation.series",
     "Table": "calibration.characterization",
+    "drop_power": "palpation.zero_force",
     "estimate_stiffness": "palpation.stiffness",
     "fit_series": "palpation.series",
     "hertz_depth": "hertz",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -158,22 +159,23 @@ def _flat_face(surface: Surface, whole: MaskArray, inside: MaskArray, raised: Ma
     return Patch(surface, touching(widened(whole, 2.0 * s) & raised & (score > 0.0), inside), score, sd)
 
 
-def highest(surface: Surface, plane: float, sd: float) -> list[Patch]:
-    """Return what stands within a tenth of the highest place, where curvature says nothing; none if it may be noise of `sd`, m.
+def highest(surface: Surface, plane: float, noise: Callable[[], float]) -> list[Patch]:
+    """Return what stands within a tenth of the highest place, where curvature says nothing; none if it may be noise.
 
     A membrane in tension has no summit off contact, so the summit at least is in contact. None either where the top
-    reaches the edge of what is seen, because the summit may be beyond.
+    reaches the edge of what is seen, because the summit may be beyond. `noise` gives the standard deviation of a height, m;
+    it costs most of all here, and is asked last.
     """
     rise = surface.smooth - np.float32(plane)
     seen = np.where(surface.trusted, rise, np.float32(0))
     peak = float(seen.max(initial=0.0))
-    if peak <= CERTAIN * sd or peak <= 0.1 * surface.sigma * surface.pitch:
+    if peak <= 0.1 * surface.sigma * surface.pitch:
         return []
     top = float(np.median(seen[seen > SHARE * peak]))
     at = np.zeros(rise.shape, dtype=bool)
     at[np.unravel_index(int(seen.argmax()), at.shape)] = True
     score = rise - np.float32(SHARE * top)
     mask = touching((score > 0.0) | at, at)
-    if (mask & ~surface.trusted).any():
+    if (mask & ~surface.trusted).any() or peak <= CERTAIN * (sd := noise()):
         return []
     return [Patch(surface, mask, score, float(np.hypot(sd, SHARE_SD * top)))]

@@ -12,12 +12,12 @@ import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned, InvalidInput, NoContact
 from stretch_bt.perception.clean import without_flying
-from stretch_bt.perception.high_part import high_part
+from stretch_bt.perception.high_part import HighMeans
 from stretch_bt.perception.leaning import lean_of
 from stretch_bt.perception.noise_spectrum import NoiseSpectrum
 from stretch_bt.perception.robust import quantile, sample
 from stretch_bt.perception.steps import shared_step, step_of
-from stretch_bt.perception.surface import check_points, pitch_of
+from stretch_bt.perception.surface import check_points, finite, pitch_of
 from stretch_bt.perception.top import Places, Points, Top, disc_of, settled
 from stretch_bt.perception.tops import contacts, noise_around, summits, surroundings
 from stretch_bt.perception.types import CONTACT, FloatArray, LabelArray, MaskArray
@@ -89,7 +89,7 @@ def track_height(
         raise InvalidInput(f"labels need the shape of the frame, {valid.shape}, got {labels.shape}")
     if curvature is not None and not (math.isfinite(curvature.value) and 0 < curvature.sd < math.inf):
         raise InvalidInput(f"curvature must be finite, 1/m, with a standard deviation above 0, not {curvature}")
-    valid = without_flying(points, valid & np.isfinite(points).all(axis=2), pitch_of(points, valid))
+    valid = without_flying(points, finite(points, valid), pitch_of(points, valid))
     found = [places[valid.reshape(-1)[places]] for places in contacts(labels)]
     found = [places for places in found if places.size >= LEAST_POINTS] or found[:1]
     if not found or not found[0].size:
@@ -141,9 +141,10 @@ def _highest_part(
     tops: list[_Top],
 ) -> Estimate:
     """Return the highest of tops, m, or that of the part of all pixels in contact (h, w) that stands clearly higher."""
+    means = HighMeans.of(points, valid, touching)
     for left in range(PARTS, -1, -1):
         top = max((top.height for top in tops), key=lambda height: height.value)
-        part = high_part(points, valid, touching, noise, top)
+        part = means.above(noise, top)
         if part is None:
             break
         if left == 0 or not part.is_enough:

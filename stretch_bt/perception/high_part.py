@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ from stretch_bt.perception.top import Places
 from stretch_bt.perception.types import FloatArray, MaskArray
 from stretch_bt.units import Estimate
 
-__all__ = ["HighPart", "high_part"]
+__all__ = ["HighMeans", "HighPart"]
 
 WIDE = 9  # pixels along a side, of the means that are compared
 MEDIAN = 5  # pixels along a side, of the median that takes away single wild ones
@@ -39,36 +40,53 @@ class HighPart:
     is_enough: bool
 
 
-def high_part(
-    points: FloatArray, valid: MaskArray, touching: MaskArray, noise: NoiseSpectrum, top: Estimate
-) -> HighPart | None:
-    """Return the high part of all pixels in contact (h, w), or None where its highest mean is not clearly above `top`, m.
+@dataclass(frozen=True, slots=True)
+class HighMeans:
+    """Means (h, w), m, of squares about each of `count` pixels in contact, -infinity elsewhere.
 
-    A membrane that touches nothing has no summit: where it stands higher, there is the top.
+    `corner` is the row and column of the first in an image `wide` pixels wide.
     """
-    import cv2
 
-    box = _box(touching)
-    touching = touching[box]
-    seen = valid[box] & np.isfinite(points[box][..., 2])
-    z = np.where(seen, points[box][..., 2], 0.0).astype(np.float32)
-    share = cv2.blur(seen.astype(np.float32), (WIDE, WIDE))
-    mean = cv2.blur(np.where(seen, cv2.medianBlur(z, MEDIAN), np.float32(0)), (WIDE, WIDE)) / np.maximum(share, 0.5)
-    mean[~touching | (share < 0.9)] = -np.inf
-    off = math.sqrt(noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2)
-    highest = float(mean.max())
-    above = max(
-        LEAST_ABOVE, BEYOND + math.sqrt(2.0 * math.log(1.0 + np.count_nonzero(touching) / max(noise.area, WIDE**2)))
-    )
-    if not highest > top.value + above * math.hypot(top.sd, off):
-        return None
-    _, parts = cv2.connectedComponents((mean > highest - max(above * off, FALL * abs(highest))).view(np.uint8))
-    rows, columns = np.nonzero(np.asarray(parts) == int(np.asarray(parts).flat[int(mean.argmax())]))
-    if rows.size < LEAST:
-        return None
-    found: npt.NDArray[np.intp] = (rows + box[0].start) * valid.shape[1] + columns + box[1].start
-    enough = rows.size >= PATCHES * noise.area
-    return HighPart(found, Estimate(highest, math.hypot(off, BENT * highest)), enough)
+    mean: FloatArray
+    count: int
+    corner: tuple[int, int]
+    wide: int
+
+    @classmethod
+    def of(cls, points: FloatArray, valid: MaskArray, touching: MaskArray) -> Self:
+        """Take the means of all pixels in contact (h, w)."""
+        import cv2
+
+        box = _box(touching)
+        touching = touching[box]
+        seen = valid[box] & np.isfinite(points[box][..., 2])
+        z = np.where(seen, points[box][..., 2], 0.0).astype(np.float32)
+        share = cv2.blur(seen.astype(np.float32), (WIDE, WIDE))
+        middle = np.where(seen, cv2.medianBlur(z, MEDIAN), np.float32(0))
+        mean = cv2.blur(middle, (WIDE, WIDE)) / np.maximum(share, 0.5)
+        mean[~touching | (share < 0.9)] = -np.inf
+        return cls(mean, int(np.count_nonzero(touching)), (box[0].start, box[1].start), valid.shape[1])
+
+    def above(self, noise: NoiseSpectrum, top: Estimate) -> HighPart | None:
+        """Return the high part, or None where the highest mean is not clearly above `top`, m.
+
+        A membrane that touches nothing has no summit: where it stands higher, there is the top.
+        """
+        import cv2
+
+        off = math.sqrt(noise.of_mean(WIDE**2) + noise.white_sd**2 / WIDE**2)
+        highest = float(self.mean.max())
+        means = self.count / max(noise.area, WIDE**2)
+        above = max(LEAST_ABOVE, BEYOND + math.sqrt(2.0 * math.log(1.0 + means)))
+        if not highest > top.value + above * math.hypot(top.sd, off):
+            return None
+        _, parts = cv2.connectedComponents((self.mean > highest - max(above * off, FALL * abs(highest))).view(np.uint8))
+        rows, columns = np.nonzero(np.asarray(parts) == int(np.asarray(parts).flat[int(self.mean.argmax())]))
+        if rows.size < LEAST:
+            return None
+        found: npt.NDArray[np.intp] = (rows + self.corner[0]) * self.wide + columns + self.corner[1]
+        enough = rows.size >= PATCHES * noise.area
+        return HighPart(found, Estimate(highest, math.hypot(off, BENT * highest)), enough)
 
 
 def _box(touching: MaskArray) -> tuple[slice, slice]:

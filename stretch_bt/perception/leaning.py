@@ -31,6 +31,7 @@ MOST_SIDE = 200  # means along a side of what is looked at
 GROWTH = 4  # means, by which the face may grow in a round
 ROUNDS = 24
 LEAST = 30  # means of a face
+MOST = 2_500  # means that show a plane well enough to tell what lies in it
 SAME = 0.005  # of the means, that change where it has settled
 CLEARLY = 3.0  # standard deviations of a lean, and of a bend
 BENT = 7.8  # chi2 of three values beyond which 5 % lie: a face that is taken for bent costs less than a flank that is taken for a face
@@ -88,11 +89,11 @@ def lean_of(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: No
     `top`, m, is the height of their middle. They are a part of the face only where its high edge alone bends the membrane clearly.
     """
     seen = _seen(points, valid, touching, noise)
+    if seen.beside < FINE:
+        return _by_plane(points, seen, noise, top)
     start = _plane(seen, seen.start)
     if start is None:
         return Lean(None, 0.0)
-    if seen.beside < FINE:
-        return _by_plane(points, seen, noise, top)
     sd = _slope_sd(start, int(np.count_nonzero(seen.start)) * seen.every**2, noise)
     return Lean(None, OFF_HIDDEN * math.sqrt(max(start.slope**2 - 2.0 * sd**2, 0.0)) * seen.radius, True)
 
@@ -162,15 +163,15 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
     """Return what is seen around pixels in contact (h, w)."""
     import cv2
 
-    v, u = np.nonzero(touching)
-    side = math.sqrt(v.size)
+    left, top, across, down = cv2.boundingRect(touching.view(np.uint8))
+    side = math.sqrt(np.count_nonzero(touching))
     alike = LENGTHS * math.sqrt(noise.area) if noise.area > 1.5 else 0.0
     wide = max(int(min(alike, SHARE * side)) | 1, LEAST_WIDE)
     more = int(AROUND * side) + 2 * wide
-    box = tuple(slice(max(int(w.min()) - more, 0), int(w.max()) + more + 1) for w in (v, u))
+    box = tuple(slice(max(first - more, 0), first + size + more) for first, size in ((top, down), (left, across)))
     cloud, here = points[box], valid[box]
     here = here & np.isfinite(cloud[..., 2])
-    x, y, z = (np.where(here, cloud[..., k], 0.0).astype(np.float32) for k in range(3))
+    z = np.where(here, cloud[..., 2], 0.0).astype(np.float32)
     share = cv2.blur(here.astype(np.float32), (wide, wide))
     middle = cv2.medianBlur(z, MEDIAN)
     wild = np.abs(z - middle) > WILD * math.sqrt(float(noise.variances.sum()))
@@ -178,46 +179,50 @@ def _seen(points: FloatArray, valid: MaskArray, touching: MaskArray, noise: Nois
     mean = cv2.blur(z, (wide, wide)) / np.maximum(share, np.float32(0.5))
     every = -(-max(here.shape) // MOST_SIDE)
     some = np.s_[::every, ::every]
+    x, y = (np.where(here[some], cloud[..., k][some], 0.0).astype(np.float32) for k in range(2))
     rows, columns = np.arange(here.shape[0])[:, None] + box[0].start, np.arange(here.shape[1]) + box[1].start
     one = math.sqrt(noise.of_mean(wide**2) + noise.white_sd**2 / wide**2)
     start = touching[box]
     return _Seen(
-        x[some],
-        y[some],
+        x,
+        y,
         np.asarray(mean[some], dtype=np.float32),
         np.asarray(share[some] > 0.9) & here[some],
         start[some],
-        (rows * valid.shape[1] + columns)[some],
+        rows[::every] * valid.shape[1] + columns[::every],
         every,
         wide,
         max(BESIDE * one, LEAST_BESIDE),
-        _radius(x, y, start & here),
+        _radius(cloud, start & here),
     )
 
 
-def _radius(x: Image, y: Image, there: MaskArray) -> float:
-    """Return the radius, m, of a disc as large as what is there of an image (h, w) of places, m."""
-    v, u = np.nonzero(there)
-    if not v.size:
+def _radius(cloud: FloatArray, there: MaskArray) -> float:
+    """Return the radius, m, of a disc as large as what is there of points (h, w, 3), m."""
+    import cv2
+
+    count = np.count_nonzero(there)
+    if not count:
         return 0.0
-    wide, high = (float(w[there].max() - w[there].min()) for w in (x, y))
-    pixels = max(int(v.max() - v.min()) * int(u.max() - u.min()), 1)
-    return math.sqrt(wide * high / pixels * v.size / math.pi)
+    wide, high = (float(np.ptp(cloud[..., k][there].astype(np.float32))) for k in range(2))
+    _, _, across, down = cv2.boundingRect(there.view(np.uint8))
+    return math.sqrt(wide * high / max((down - 1) * (across - 1), 1) * count / math.pi)
 
 
 def _grown(seen: _Seen) -> tuple[MaskArray, _Plane, bool] | None:
     """Return what lies in the plane of the contact and hangs together with it, that plane, and whether it has settled; None if there is none."""
-    mask = seen.start
-    for left in reversed(range(ROUNDS)):
-        plane = _plane(seen, mask)
+    mask, done = seen.start, False
+    for _ in range(ROUNDS):
+        plane = _plane(seen, mask, MOST)
         found = None if plane is None else _near(seen, plane, mask, seen.beside, GROWTH)
         if plane is None or found is None:
             return None
-        done = bool(np.count_nonzero(found ^ mask) < SAME * np.count_nonzero(found))
-        mask = found
-        if done or not left:
-            return mask, plane, done
-    return None
+        before, mask = mask, found
+        done = bool(np.count_nonzero(found ^ before) < SAME * np.count_nonzero(found))
+        if done:
+            break
+    whole = plane if np.count_nonzero(before) <= MOST else _plane(seen, before)
+    return None if whole is None else (mask, whole, done)
 
 
 def _inner(seen: _Seen, mask: MaskArray) -> npt.NDArray[np.intp]:
@@ -230,11 +235,12 @@ def _inner(seen: _Seen, mask: MaskArray) -> npt.NDArray[np.intp]:
     return at if at.size >= LEAST else np.flatnonzero(mask & seen.seen)
 
 
-def _plane(seen: _Seen, mask: MaskArray) -> _Plane | None:
-    """Return the plane through the means of a mask (h, w)."""
+def _plane(seen: _Seen, mask: MaskArray, most: int | None = None) -> _Plane | None:
+    """Return the plane through the means of a mask (h, w), or through so many of them at most."""
     at = _inner(seen, mask)
     if at.size < LEAST:
         return None
+    at = at[:: -(-at.size // (most or at.size))]
     x, y, z = (image.reshape(-1)[at].astype(np.float64) for image in (seen.x, seen.y, seen.mean))
     x0, y0, z0 = float(x.mean()), float(y.mean()), float(z.mean())
     x, y = x - x0, y - y0

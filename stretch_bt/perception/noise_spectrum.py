@@ -41,6 +41,8 @@ LEAST_SIZE = 0.3  # of a sum of squares, that its error follows from at least
 SWEEPS, SETTLED = 100, 1e-5
 MOSTLY_COUNTS = 1.3  # of the variance of counts, below which there is hardly other noise
 CELLS = 1.5  # cells in a length, in which its correlation is summed
+FEWEST = 0.5  # the same where that would take more than MOST_CELLS
+MOST_CELLS = 20_000  # as of a contact 140 pixels across: beyond, its edge is a small part of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,10 +123,13 @@ def _alike(
 
     from stretch_bt.perception.noise_spectrum_kernel import fill_cells
 
+    sides = tuple(int(np.ptp(places)) + 1 for places in (rows, columns))
     step = every * max(1, int(length / CELLS / every))
+    if sides[0] * sides[1] > MOST_CELLS * step**2:
+        step = every * max(1, int(length / FEWEST / every))
     reach = math.ceil(5.0 * length / step)
     kernel = np.exp(-((np.arange(-reach, reach + 1) * step / length) ** 2) / 4.0)
-    h, w = (int(np.ptp(places)) // step + 1 for places in (rows, columns))
+    h, w = ((side - 1) // step + 1 for side in sides)
     summed, blurred = np.zeros((len(design), h, w)), np.empty((len(design), h, w))
     fill_cells(design, rows, columns, step, summed)
     for image, found in zip(summed, blurred, strict=True):

@@ -33,8 +33,11 @@ def parts(mask: MaskArray, seeds: MaskArray) -> Iterator[tuple[Box, MaskArray]]:
     """Yield each 8-connected part of a mask that holds a seed: its box of rows and columns, and the part there."""
     import cv2
 
+    seeds = seeds & mask
+    if not seeds.any():
+        return
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8))
-    for k in set(labels[seeds & mask].tolist()):
+    for k in set(labels[seeds].tolist()):
         u, v, w, h = stats[k, :4].tolist()
         box = slice(v, v + h), slice(u, u + w)
         yield box, labels[box] == k

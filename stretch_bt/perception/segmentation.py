@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache, partial
 from itertools import islice
 from typing import Literal
 
@@ -135,11 +136,11 @@ def _best_scale(cleaned: Cleaned, rule: Rule, expected: Estimate) -> tuple[Scale
             return best
     if best is not None:
         return best
-    frame_noise = noise_spectrum(cleaned, free=np.ones(cleaned.valid.shape, dtype=bool))
-    if crowded is not None and not _hides(frame_noise, coarse):
+    spectrum = cache(partial(noise_spectrum, cleaned, free=np.ones(cleaned.valid.shape, dtype=bool)))
+    if crowded is not None and not _hides(spectrum(), coarse):
         raise crowded
     place = ground(HIGHEST)
-    found = highest(place.surface, place.plane, frame_noise.after(place.surface)) if rule == "mean" else []
+    found = highest(place.surface, place.plane, lambda: spectrum().after(place.surface)) if rule == "mean" else []
     return Scale(place, (), coarse.ratio), found
 
 

@@ -16,7 +16,7 @@ from stretch_bt.perception.robust import MAD_TO_SD, quantile, sample
 from stretch_bt.perception.smooth import covered, derivative, shrink
 from stretch_bt.perception.types import FloatArray, MaskArray
 
-__all__ = ["Cleaned", "Surface", "binned_surface", "camera_side", "check_points", "clean", "surface_of"]
+__all__ = ["Cleaned", "Surface", "binned_surface", "camera_side", "check_points", "clean", "finite", "surface_of"]
 
 Image = npt.NDArray[np.float32]
 Box = tuple[slice, slice]
@@ -145,6 +145,11 @@ def pitch_of(points: FloatArray, valid: MaskArray) -> float:
     return 0.0
 
 
+def finite(points: FloatArray, valid: MaskArray) -> MaskArray:
+    """Return which valid points (h, w, 3) are finite; a reduction over so short an axis takes twenty times as long."""
+    return valid & np.isfinite(points[..., 0]) & np.isfinite(points[..., 1]) & np.isfinite(points[..., 2])
+
+
 def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | None:
     """Crop points (h, w, 3), m, to their valid pixels, and drop those that fly, are saturated or not finite.
 
@@ -157,7 +162,7 @@ def clean(points: FloatArray, valid: MaskArray, towards: int = 0) -> Cleaned | N
     check_points(points, valid)
     box = valid_box(valid)
     near = points[box]
-    seen = valid[box] & np.isfinite(near[..., 0]) & np.isfinite(near[..., 1]) & np.isfinite(near[..., 2])
+    seen = finite(near, valid[box])
     pitch = pitch_of(near, seen)
     if pitch == 0.0:
         return None

@@ -52,6 +52,11 @@ class Points:
         """Return the chosen of the points."""
         return replace(self, cloud=np.ascontiguousarray(self.cloud[:, chosen]), places=self.places[chosen])
 
+    @property
+    def least_sd(self) -> float:
+        """Standard deviation, m, of one point that no residual may show, as where all heights of a disc are one count."""
+        return max(self.noise.white_sd if self.noise is not None else 0.0, self.step / math.sqrt(12.0))
+
     def shared(self, design: Array) -> Array:
         """Return the covariance (k, k), m^2, of sums of the points' noise weighed by `design` (k, n), but for the white part of it."""
         if self.noise is None:
@@ -130,8 +135,12 @@ class Top:
     def covariance(self) -> Array:
         """Covariance (6, 6) of `q`."""
         gain = np.linalg.inv(self._design @ self._design.T)
-        own = gain * self.sd**2 + gain @ self._points.shared(self._design) @ gain
+        own = gain * (self.sd or self._points.least_sd) ** 2 + gain @ self._points.shared(self._design) @ gain
         return np.asarray(EVEN @ own @ EVEN.T if len(own) < len(EVEN) else own, dtype=np.float64)
+
+    def _sd_along(self, row: Array) -> float:
+        """Return the standard deviation of what changes with `q` like this; rounding may leave less than none."""
+        return math.sqrt(max(float(row @ self.covariance @ row), 0.0))
 
     def bent(self, known: Estimate | None) -> Top:
         """Return it with the curvature, 1/m, that something else knows, the same in all directions; or as it is where it is clearly not so."""
@@ -158,15 +167,13 @@ class Top:
     def curvature_sd(self) -> float:
         """Standard deviation of that, 1/m."""
         row = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.5])
-        return math.sqrt(max(float(row @ self.covariance @ row), 0.0)) / self.size**2
+        return self._sd_along(row) / self.size**2
 
     @property
     def sag(self) -> Estimate:
         """How far it falls, m, as far out as makes the mean of a disc half of that lower than its top."""
         row = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 1.0])
-        return Estimate(
-            float(row @ self.q) / 2.0, math.hypot(float(np.sqrt(row @ self.covariance @ row)) / 2.0, self.misfit)
-        )
+        return Estimate(float(row @ self.q) / 2.0, math.hypot(self._sd_along(row) / 2.0, self.misfit))
 
     @property
     def is_convex(self) -> bool:
@@ -178,7 +185,7 @@ class Top:
         """Return the convexity along an axis (2,), in standard deviations."""
         x, y = axis.tolist()
         row = np.array([0.0, 0.0, 0.0, x * x, 2.0 * x * y, y * y])
-        return float(row @ self.q) / max(math.sqrt(float(row @ self.covariance @ row)), 1e-300)
+        return float(row @ self.q) / max(self._sd_along(row), 1e-300)
 
     @property
     def significance(self) -> float:
@@ -206,7 +213,7 @@ class Top:
         """Return the height of the vertex; where it lies does not matter to first order, and to second order noise raises it."""
         x, y = self._offset(most)
         row = np.array([1.0, x, y, -0.5 * x * x, -x * y, -0.5 * y * y])
-        sd = float(np.sqrt(row @ self.covariance @ row))
+        sd = self._sd_along(row)
         kx, kxy, ky = self.q[3:]
         raised = 0.5 * float(np.trace(np.linalg.solve([[kx, kxy], [kxy, ky]], self.covariance[1:3, 1:3])))
         return Estimate(float(row @ self.q) - min(max(raised, 0.0), sd), math.hypot(sd, self.misfit))

@@ -140,24 +140,27 @@ def _highest(side: list[Window], fall: float) -> Window:
     return best
 
 
-def window_of(places: Places, shape: tuple[int, ...], far: int = FAR) -> tuple[Box, MaskArray]:
-    """Return the box of an image, around some of its pixels (n,), in which noise is measured, and where in it (h, w) none is `far` or nearer."""
+def window_of(places: Places, shape: tuple[int, ...], *far: int) -> tuple[Box, list[MaskArray]]:
+    """Return the box of an image, around some of its pixels (n,), in which noise is measured, and for each distance where none is so near.
+
+    Those masks are (h, w), of the box alone; the distances are pixels along both axes.
+    """
     import cv2
 
-    rows, columns = places // shape[1], places % shape[1]
-    box = tuple(
-        slice(max(int(w.min()) - more, 0), min(int(w.max()) + more + 1, size))
-        for w, more, size in zip((rows, columns), SEEN, shape, strict=True)
-    )
     there = np.zeros(shape, dtype=np.uint8)
     there.reshape(-1)[places] = 1
-    near = cv2.dilate(there[box[0], box[1]], np.ones((2 * far + 1, 2 * far + 1), dtype=np.uint8))
-    return (box[0], box[1]), np.asarray(near == 0)
+    left, top, across, down = cv2.boundingRect(there)
+    rows, columns = (
+        slice(max(first - more, 0), min(first + size + more, whole))
+        for first, size, more, whole in zip((top, left), (down, across), SEEN, shape, strict=True)
+    )
+    squares = (np.ones((2 * away + 1, 2 * away + 1), dtype=np.uint8) for away in far)
+    return (rows, columns), [np.asarray(cv2.dilate(there[rows, columns], square) == 0) for square in squares]
 
 
 def noise_around(points: FloatArray, valid: MaskArray, places: Places) -> NoiseSpectrum | None:
     """Return the noise of a frame around some of its pixels (n,); None where too little is seen."""
-    window, apart = window_of(places, valid.shape)
+    window, (apart, free) = window_of(places, valid.shape, FAR, BESIDE)
     if not valid[window].any():
         return None
     try:
@@ -166,7 +169,6 @@ def noise_around(points: FloatArray, valid: MaskArray, places: Places) -> NoiseS
         return None
     if cleaned is None:
         return None
-    free = window_of(places, valid.shape, BESIDE)[1]
     return noise_spectrum(cleaned, apart[cleaned.box], free[cleaned.box])
 
 

@@ -150,8 +150,9 @@ class OpenCell:
     @property
     def devices(self) -> Mapping[str, Any]:
         """The devices by their names."""
+        cell = self.cell
         self.between.listen()
-        return self.cell.devices
+        return cell.devices
 
     @property
     def hand(self) -> Hand:

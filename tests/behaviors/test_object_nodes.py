@@ -74,12 +74,12 @@ def test_measure_outline_refuses_a_cut_contact() -> None:
     assert measure.sinks["circularity"].value is MISSING
 
 
-def test_measure_outline_refuses_a_contact_under_a_membrane_that_is_not_pulled() -> None:
-    measure = node("measure_outline", contact=pressed(0.01, stretch=0.0))
-    assert tick(measure) is Status.FAILURE
-    assert "not pulled" in measure.reason
-    level = node("measure_outline", contact=pressed(0.01, stretch=0.0), level=0.0015)
-    assert tick(level) is Status.SUCCESS, level.reason
+def test_measure_outline_states_a_border_that_curvature_does_not_show() -> None:
+    pulled, free = (node("measure_outline", contact=pressed(0.01, stretch=stretch)) for stretch in (0.02, 0.0))
+    for measure in (pulled, free):
+        assert tick(measure) is Status.SUCCESS, measure.reason
+    assert free.sinks["area"].sd > 5 * pulled.sinks["area"].sd
+    assert free.sinks["circularity"].sd < 0.05
 
 
 def test_nodes_that_write_to_one_key_add_to_one_cloud_until_reset() -> None:
@@ -179,7 +179,7 @@ trees:
       - approach
       - feel: {depth: 6 mm}
       - feel: {depth: 8 mm}
-      - measure_outline: {level: 1.5 mm, circularity}  # a membrane that is not pulled shows no border
+      - measure_outline: {circularity}
       - measure_object: {height}
       - set: {contacts: cloud.contacts, disagreement: cloud.disagreement}
 """

@@ -105,6 +105,8 @@ BAD = [
     (["new", "device", "mine"], "--kind Arm, Gripper, DepthCamera, ForceSensor"),
     (["new", "device", "mine", "--kind", "Griper"], "--kind Gripper"),
     (["new", "tree", "mine", "--kind", "Arm"], "leave --kind out"),
+    (["new", "node", "mine", "--kind", "perceptive"], "--kind perception"),
+    (["new", "node", "mine", "--kind", "Arm"], "--kind model, perception, actuation"),
     (["frobnicate"], "frobnicate"),
 ]
 
@@ -193,7 +195,7 @@ def test_schema_is_json(cli, kind):
     assert json.loads(out)["type"] == "object"
 
 
-@pytest.mark.parametrize("kind", ["tree", "scene", "cell"])
+@pytest.mark.parametrize("kind", ["tree", "scene", "cell", "mocks"])
 def test_new_files_check_clean_and_are_not_overwritten(cli, tmp_path, kind):
     assert cli("new", kind, "mine")[0] == 0
     assert cli("check", "mine.yaml", "--json")[:2] == (0, "[]\n")
@@ -248,6 +250,30 @@ def test_a_new_node_runs_in_a_tree(cli, tmp_path):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["outputs"]["k"] == {"value": 0.5, "unit": "N/mm", "sd": None}
+
+
+def test_new_nodes_of_other_kinds_see_and_move(cli, tmp_path):
+    assert cli("new", "node", "mean_height", "--kind", "perception")[0] == 0
+    assert cli("new", "node", "nudge_hand", "--kind", "actuation")[0] == 0
+    (tmp_path / "t.yaml").write_text(
+        "format: stretch-tree/1\nimports: {see: mean_height, do: nudge_hand}\n"
+        "devices: {arm: Arm, gripper: Gripper, camera: DepthCamera}\nscene: calibration_sphere\n"
+        "trees:\n  main:\n    out: [mean_height]\n    sequence:\n"
+        "      - approach: {speed: 40 mm/s}\n      - press: {depth: 8 mm}\n      - average_frames\n      - segment_contact\n"
+        "      - mean_height: {mean_height}\n      - nudge_hand: {distance: 2 mm}\n    finally: [retract]\n"
+    )
+    command = [sys.executable, "-m", "stretch_bt.cli", "run", "t.yaml", "--json", "-q"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    height = json.loads(done.stdout)["outputs"]["mean_height"]
+    assert 6 < height["value"] < 8.1
+    assert 0 < height["sd"] < 0.2
+
+
+def test_a_new_mocks_file_runs_its_tree(cli):
+    assert cli("new", "mocks", "quick")[0] == 0
+    code, out, _ = cli("run", "palpate_stiffness", "--mocks", "quick.yaml", "--set", "last_deflection=1.5 mm", "--json")
+    assert (code, json.loads(out)["status"]) == (0, "SUCCESS")
 
 
 @pytest.mark.slow

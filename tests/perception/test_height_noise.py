@@ -8,7 +8,7 @@ from stretch_bt.errors import NoAnswer
 from stretch_bt.perception import find_contact, track_height
 from stretch_bt.perception.noise_spectrum import noise_spectrum
 from stretch_bt.perception.surface import clean
-from stretch_bt.perception.tops import window_of
+from stretch_bt.perception.tops import FAR, window_of
 from stretch_bt.perception.types import CONTACT, DEFORMED
 
 
@@ -94,7 +94,7 @@ def test_the_noise_of_a_frame_is_found_with_the_length_over_which_pixels_share_i
     frame = seen(surface_of("cylinder", 1), NOISES[noise], np.random.default_rng(4))
     contact = find_contact(frame)
     valid = np.isfinite(contact.surface[..., 2])
-    window, apart = window_of(np.flatnonzero(contact.labels == CONTACT), valid.shape)
+    window, (apart,) = window_of(np.flatnonzero(contact.labels == CONTACT), valid.shape, FAR)
     cleaned = clean(contact.surface[window], valid[window], 1)
     spectrum = noise_spectrum(cleaned, apart[cleaned.box])
     made = NOISES[noise]

@@ -21,3 +21,16 @@ def test_a_surface_that_is_no_quadratic_shows_as_much_by_fewer_of_its_pixels(eve
     spectrum = NoiseSpectrum(np.array([SD**2]), np.array([LENGTH]))
     seen = Points(np.stack([x, y, z])[:, near], (v * SIDE + u)[near], SIDE, spectrum, every)
     assert Top(seen, np.zeros(2), even=False).misfit == pytest.approx(0.1e-3, rel=0.25)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_pixels_of_one_count_show_no_curvature_and_a_deviation(seed):
+    """Their residuals are nothing, and noise that all of them share leaves a covariance that rounding makes negative."""
+    draws = np.random.default_rng(seed)
+    v, u = (w.reshape(-1)[:13] for w in np.mgrid[0:4, 0:4])
+    cloud = np.stack([u * PITCH, v * PITCH, np.full(13, 1e-3)]) + draws.normal(0, 1e-6, 3)[:, None]
+    spectrum = NoiseSpectrum(np.array([7e-12, 1.2e-9]), np.array([0.0, 9.0]))
+    top = Top(Points(cloud, v * SIDE + u, SIDE, spectrum, 1, 1e-5), cloud[:2].mean(axis=1), even=False)
+    assert not top.is_curved
+    assert np.isfinite(top.significance)
+    assert 0 < top.curvature_sd < np.inf

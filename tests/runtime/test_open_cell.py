@@ -238,6 +238,7 @@ def test_what_does_not_open_is_closed_again(monkeypatch):
 
 
 def test_it_closes_by_with_or_by_close_and_says_so_afterwards():
+    before = signal.getsignal(signal.SIGINT)
     opened = stretch_bt.open_cell(scene="calibration_sphere", only=["gripper"])
     assert list(opened.devices) == ["gripper"]
     with pytest.raises(InvalidInput, match="capture needs a device of kind DepthCamera, and this cell has none open"):
@@ -254,6 +255,7 @@ def test_it_closes_by_with_or_by_close_and_says_so_afterwards():
             use()
     with pytest.raises(AttributeError, match="has no 'arm'; its devices: none while it is closed"):
         _ = opened.arm
+    assert signal.getsignal(signal.SIGINT) is before, "what is closed hears no signal"
 
 
 def test_a_simulated_cell_without_a_scene_says_what_to_write():

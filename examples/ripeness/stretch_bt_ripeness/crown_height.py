@@ -27,5 +27,6 @@ class CrownHeight(Behavior):
         if not seen.size:
             raise NoContact("no pixel of the membrane is seen")
         top = seen[-math.ceil(self.share * seen.size) or -1 :]
-        self.crown = Estimate(float(top.mean()), self.contact.noise / math.sqrt(top.size))
+        alike = min(self.contact.noise_area, top.size)  # pixels that share their noise
+        self.crown = Estimate(float(top.mean()), self.contact.noise * math.sqrt(alike / top.size))
         return Status.SUCCESS

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from stretch_bt.errors import IllConditioned
 from stretch_bt.model.force.local import Pressed, local_forces
 from stretch_bt.model.palpation.balance import presses_of
 from stretch_bt.units import Estimate
@@ -16,9 +17,49 @@ if TYPE_CHECKING:
     from stretch_bt.model.force.force_model import ForceModel
     from stretch_bt.model.palpation.series import Series
 
-__all__ = ["left_behind", "reloads"]
+__all__ = ["left_behind", "of_first_loading", "reloads"]
+
+R = TypeVar("R", bound=Pressed)
 
 CLEAR = 3.0  # standard deviations by which a force must lie below an earlier one to count as less
+LOST = 3.0  # standard deviations by which a top must stand lower to have been left behind
+
+
+def of_first_loading(
+    readings: list[R],
+    series: Series,
+    fit: Callable[[list[R]], Series],
+    model: ForceModel,
+    radius: float,
+    robot_sd: float,
+) -> tuple[list[R], Series]:
+    """Return the readings without those of an object that did not come back as it went, and the curve that `fit` gives them.
+
+    `series` is the curve of all; where too few are of first loading to have one of their own, it stays.
+
+    Raises
+    ------
+    IllConditioned
+        The object did not come back, and the latest reading is under less force than an earlier press.
+    """
+    most = reloads(model, radius, readings)
+    first = [reading for reading, force in zip(readings, most, strict=True) if force == 0]
+    again = [reading for reading, force in zip(readings, most, strict=True) if force > 0]
+    if not again:
+        return readings, series
+    try:
+        loading = fit(first)
+    except IllConditioned:
+        return readings, series
+    below = left_behind(loading, model, radius, again, robot_sd)
+    if below.value <= LOST * below.sd:
+        return readings, series
+    if most[-1] > 0:
+        raise IllConditioned(
+            f"the object did not come back as it went: under less force than an earlier press its top stands {below.value * 1e3:.2f} mm"
+            f" below the curve of first loading, with a standard deviation of {below.sd * 1e3:.2f} mm; press with more than {most[-1]:.2f} N"
+        )
+    return first, loading
 
 
 def reloads(model: ForceModel, radius: float, readings: Sequence[Pressed]) -> npt.NDArray[np.float64]:

@@ -10,15 +10,33 @@ import numpy.typing as npt
 from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.units import Estimate
 
-__all__ = ["undeformed_height"]
+__all__ = ["HERTZ", "drop_power", "undeformed_height"]
+
+Array = npt.NDArray[np.float64]
+
+#: power of the depth by which a linear object gives way under a Hertzian membrane
+HERTZ = Estimate(1.5, 0.0)
+# Power of the depth by which the force of the sheet on spheres of 40 and 50 mm grows between 2 and 6 mm, by the strain of the free sheet:
+# `stretch-bt press --indenter sphere:50mm --stretch 14mm --depth 4mm`. A slack one has 3, a drum 1.
+STRAINS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
+POWERS = (3.1, 1.8, 1.67, 1.54, 1.46, 1.4, 1.34, 1.29)
 
 
-def undeformed_height(depths: npt.ArrayLike, heights: npt.ArrayLike, sds: npt.ArrayLike) -> Estimate:
+def drop_power(strain: Estimate, power: Estimate) -> Estimate:
+    """Return the power of the depth by which an object gives way under a membrane of a strain, whose force is a `power` of its deflection."""
+    membrane, less = (float(np.interp(at, STRAINS, POWERS)) for at in (strain.value, strain.value - strain.sd))
+    value = membrane / power.value
+    return Estimate(value, value * math.hypot((less - membrane) / membrane, power.sd / power.value))
+
+
+def undeformed_height(
+    depths: npt.ArrayLike, heights: npt.ArrayLike, sds: npt.ArrayLike, *, power: Estimate = HERTZ
+) -> Estimate:
     """Extrapolate the height of the object's top to zero force, m.
 
-    A sphere meets a force that grows as depth^1.5 (Hertz), and an elastic object gives way in proportion to it, so
-    height = h0 - c depth^1.5 with c at least 0, fitted by weighted least squares. The standard deviation is that of the
-    fit with c free of its bound; where the bound holds, as for rigid objects, it is at most 1.4 times too large.
+    The object gives way by a power of the membrane's depth, so height = h0 - c depth^power with c at least 0, fitted by weighted least
+    squares. The standard deviation is that of the fit with c free of its bound, with half of what the height changes between the
+    power less and plus its deviation; where the bound holds, as for rigid objects, it is at most 1.4 times too large.
 
     Parameters
     ----------
@@ -29,6 +47,8 @@ def undeformed_height(depths: npt.ArrayLike, heights: npt.ArrayLike, sds: npt.Ar
         (n,) float, m, world: tracked height of the top at each reading.
     sds
         (n,) float, m: standard deviation of each height, above 0.
+    power
+        Above its standard deviation, by which what an object gives way grows with the depth; see `drop_power`.
 
     Raises
     ------
@@ -37,17 +57,27 @@ def undeformed_height(depths: npt.ArrayLike, heights: npt.ArrayLike, sds: npt.Ar
     """
     depth, height, sd = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (depths, heights, sds))
     _check(depth, height, sd)
-    basis = np.column_stack([np.ones_like(depth), -(depth**1.5)]) / sd[:, None]
-    scale = np.linalg.norm(basis, axis=0)
     if not np.ptp(depth) > 1e-6 * depth.max():
         raise IllConditioned("the readings stand at one depth, so their height cannot be extrapolated to zero force")
+    if not 0 <= power.sd < power.value < math.inf:
+        raise InvalidInput(f"power must be finite and above its standard deviation, not {power}")
+    found = _extrapolated(depth, height, sd, power.value)
+    if not power.sd:
+        return found
+    ends = [_extrapolated(depth, height, sd, power.value + off).value for off in (-power.sd, power.sd)]
+    return Estimate(found.value, math.hypot(found.sd, (ends[1] - ends[0]) / 2))
+
+
+def _extrapolated(depth: Array, height: Array, sd: Array, power: float) -> Estimate:
+    basis = np.column_stack([np.ones_like(depth), -((depth / depth.max()) ** power)]) / sd[:, None]
+    scale = np.linalg.norm(basis, axis=0)
     (h0, c), *_ = np.linalg.lstsq(basis / scale, height / sd)
     covariance = np.linalg.inv((basis / scale).T @ (basis / scale))
     value = h0 / scale[0] if c >= 0 else float(np.average(height, weights=sd**-2))
     return Estimate(float(value), math.sqrt(covariance[0, 0]) / float(scale[0]))
 
 
-def _check(depth: npt.NDArray[np.float64], height: npt.NDArray[np.float64], sd: npt.NDArray[np.float64]) -> None:
+def _check(depth: Array, height: Array, sd: Array) -> None:
     if depth.ndim != 1 or not depth.shape == height.shape == sd.shape:
         raise InvalidInput(f"depths, heights and sds must be (n,), got {depth.shape}, {height.shape} and {sd.shape}")
     if not all(np.all(np.isfinite(values)) for values in (depth, height, sd)):

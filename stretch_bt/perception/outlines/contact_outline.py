@@ -11,42 +11,47 @@ from stretch_bt.perception.outlines.border import border_of, past_labels
 from stretch_bt.perception.outlines.outline import Outline, outline_of, placed
 from stretch_bt.perception.surface import pitch_of
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact, MaskArray
-from stretch_bt.units import Estimate
 
 __all__ = ["contact_outline"]
 
 LEAST_SOLID = 0.85  # area of a region over that of its convex hull
+#: m, by which labels end off a border that curvature does not show: 3 to 15 mm of sheets that are not pulled, 4 mm of a face of which one rim shows
+UNSEEN = 6e-3
 VAGUE = 0.5  # deviation of the border's place over the radius of the disc of the contact's area
 
 
 def contact_outline(contact: Contact) -> Outline:
     """Return the outline of a contact, in the plane of the flat membrane; the deviations count an error of place of all of it.
 
-    The labels reach too far: the border lies where their region, less what `border_of` tells, ends.
+    The labels reach too far: the border lies where their region, less what `border_of` tells, ends. Where curvature does not show it, as
+    of a membrane that is not pulled, of a contact that is seen in part, or of one that noise or the bending of the sheet hides, the labels
+    are taken as they are and the border is stated with `UNSEEN`.
 
     Raises
     ------
-    NoContact
-        No pixel is in contact.
-    IllConditioned
-        As `outline_of`, and where curvature does not show the border: of a membrane that is not pulled, of a contact that is seen in part,
-        of one that noise or the bending of the sheet hides.
+    NoContact, IllConditioned
+        As `outline_of`.
     """
-    outline_of(contact.labels, contact.surface)  # refuses what is cut, in pieces or beside a hole
-    valid = contact.labels != INVALID
-    past = past_labels(contact)
+    labelled = outline_of(contact.labels, contact.surface)
+    try:
+        return _moved(contact)
+    except NoAnswer:
+        return placed(labelled, UNSEEN)
+
+
+def _moved(contact: Contact) -> Outline:
+    """Return the outline moved to the border; raises NoAnswer where curvature does not show that."""
+    valid, past = contact.labels != INVALID, past_labels(contact)
     _check_solid(past < 0.0)
     border = border_of(contact)
     shift = border.shift
     inside = past * pitch_of(contact.surface, valid) < -shift.value
-    try:
-        found = outline_of(
-            np.where(valid, np.where(inside, CONTACT, DEFORMED), INVALID).astype(np.uint8), contact.surface
-        )
-    except NoAnswer as error:
-        raise _vague(shift) from error
+    labels = np.where(valid, np.where(inside, CONTACT, DEFORMED), INVALID).astype(np.uint8)
+    found = outline_of(labels, contact.surface)
     if shift.sd > VAGUE * math.sqrt(found.area / math.pi):
-        raise _vague(shift)
+        raise IllConditioned(
+            f"the border of the contact lies {shift.value * 1e3:.1f} +- {shift.sd * 1e3:.1f} mm within what is labelled, too vague for its size"
+        )
     return placed(found, shift.sd, border.uneven)
 
 
@@ -57,13 +62,5 @@ def _check_solid(region: MaskArray) -> None:
     solid = np.count_nonzero(region) / max(cv2.contourArea(corners), 1.0)
     if solid < LEAST_SOLID:
         raise IllConditioned(
-            f"what is labelled as contact fills {solid:.0%} of its convex hull, as a part of a rim does and no contact of a convex body;"
-            " level the hand, press deeper, or give a `level`"
+            f"what is labelled as contact fills {solid:.0%} of its convex hull, as a part of a rim does and no contact of a convex body"
         )
-
-
-def _vague(shift: Estimate) -> IllConditioned:
-    return IllConditioned(
-        f"the border of the contact lies {shift.value * 1e3:.1f} +- {shift.sd * 1e3:.1f} mm within what is labelled, which is too vague for"
-        " a contact of this size; average more frames, press deeper, or give a `level`"
-    )

@@ -8,7 +8,7 @@ import numpy as np
 
 from stretch_bt.compiled import kernel
 
-__all__ = ["blocks_within", "squares_of"]
+__all__ = ["blocks_within", "fill_within", "squares_of"]
 
 SPARSE = 4  # pixels in rows and columns between those that are looked at to find the others
 CLEAR = 8  # of these that tell its extent; where fewer are met, all are looked at
@@ -57,6 +57,15 @@ def blocks_within(surface: Any, x: Any, y: Any, a: Any, b: Any, most: Any) -> An
                 means[found, 3] = seen
                 found += 1
     return means[:found].copy()
+
+
+@kernel([f"void({kind}[:,:,:],{kind},{kind},{kind},{kind},boolean[:,::1])" for kind in ("float32", "float64")])
+def fill_within(surface: Any, x: Any, y: Any, a: Any, b: Any, within: Any) -> None:
+    """Fill which pixels (h, w) of a surface (h, w, 3) lie in an ellipse about (x, y) of semi-axes a and b."""
+    for v in range(within.shape[0]):
+        for u in range(within.shape[1]):
+            dx, dy = (surface[v, u, 0] - x) / a, (surface[v, u, 1] - y) / b
+            within[v, u] = dx * dx + dy * dy < 1.0
 
 
 @kernel([f"float64[:,:,::1]({kind}[:,:,:],int64)" for kind in ("float32", "float64")])

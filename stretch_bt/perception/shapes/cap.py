@@ -9,13 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.errors import IllConditioned
+from stretch_bt.perception.regions import Box, bounds
 from stretch_bt.perception.robust import MAD_TO_SD, quantile
+from stretch_bt.perception.shapes.blocks_kernel import fill_within
 from stretch_bt.perception.shapes.contact_cells import Cells, Window, cells_of, window_of
 from stretch_bt.perception.shapes.contact_fit import BodyFit, fit_bodies, starts, starts_around
 from stretch_bt.perception.shapes.contact_noise import NoiseParts, noise_left, whitener
 from stretch_bt.perception.shapes.pressed_surface import COMMON, CONE, FACE, SPHERE, PressedSurface
 from stretch_bt.perception.shapes.sphere import center_of
-from stretch_bt.perception.types import Contact, Sphere
+from stretch_bt.perception.types import Contact, MaskArray, Sphere
 
 __all__ = ["fit_contact_sphere"]
 
@@ -56,6 +58,7 @@ THINNED, BESIDE = (
 NEAR = 0.4  # of the logarithm of a rim's size, within which a start is the same
 SMALL, WIDER = 0.35, 2.8  # of the window's size, below which a rim is small in it; rims that it is then made wide
 MISFIT = 2.0  # of the noise's variance, beyond which a contact is no such shape
+MOST_SIDE = 200  # pixels, of the middle of a window, which show its noise to a hundredth
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,18 +222,27 @@ def _rough(contact: Contact, window: Window) -> tuple[Window, Cells, list[BodyFi
 
 
 def _residuals(contact: Contact, surface: PressedSurface, window: Window, cells: Cells) -> Array:
-    """Return what the pixels of the window are above a surface, m, NaN outside."""
-    with np.errstate(invalid="ignore"):
-        inside = ((contact.surface[..., 0] - window.x) / window.a) ** 2 + (
-            (contact.surface[..., 1] - window.y) / window.b
-        ) ** 2 < 1.0
-    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
-    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    """Return what the pixels of the window, or of the middle of a large one, are above a surface, m, NaN outside."""
+    inside = np.empty(contact.surface.shape[:2], dtype=bool)
+    fill_within(contact.surface, window.x, window.y, window.a, window.b, inside)
+    box = _seen_box(inside)
     within = inside[box]
     x, y, z = np.ascontiguousarray(((contact.surface[box][within] - cells.origin) / cells.size).T.astype(np.float64))
     left = np.full(within.shape, np.nan)
     left[within] = (z - surface.heights(x, y)) * cells.size
     return left
+
+
+def _seen_box(inside: MaskArray) -> Box:
+    """Return the box around a mask, or its middle, MOST_SIDE along a side, where most of that is in the mask: enough to see noise in."""
+    box = bounds(inside, 0)
+    middle = _middle(box[0]), _middle(box[1])
+    return middle if 2 * np.count_nonzero(inside[middle]) > inside[middle].size else box
+
+
+def _middle(line: slice) -> slice:
+    first = line.start + max(line.stop - line.start - MOST_SIDE, 0) // 2
+    return slice(first, min(first + MOST_SIDE, line.stop))
 
 
 def _sphere(fit: BodyFit, k: float, sd: float, explained: _Explained) -> Sphere:

@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stretch_bt.model import undeformed_height
+from stretch_bt.model import POWER, drop_power, undeformed_height
+from stretch_bt.units import Estimate
 
 DEPTHS = np.array([2e-3, 4e-3, 6e-3, 8e-3, 10e-3])
 
@@ -12,3 +13,19 @@ DEPTHS = np.array([2e-3, 4e-3, 6e-3, 8e-3, 10e-3])
 def test_noise_free_readings_give_the_exact_height(h0, c):
     found = undeformed_height(DEPTHS, h0 - c * DEPTHS**1.5, np.full(5, 1e-4))
     assert found.value == pytest.approx(h0, abs=1e-12)
+
+
+@given(h0=st.floats(0.01, 0.2), c=st.floats(0, 0.3), power=st.floats(0.6, 2.5))
+def test_they_do_so_at_any_power(h0, c, power):
+    heights = h0 - c * 1e-3 * (DEPTHS / 1e-3) ** power
+    found = undeformed_height(DEPTHS, heights, np.full(5, 1e-6), power=Estimate(power, 0.2))
+    assert found.value == pytest.approx(h0, abs=1e-9)
+    other = undeformed_height(DEPTHS, heights, np.full(5, 1e-6), power=Estimate(power + 0.2, 0.2))
+    assert abs(other.value - h0) <= 1.5 * other.sd
+
+
+def test_a_tense_membrane_lets_the_drop_grow_less_with_depth():
+    powers = [drop_power(Estimate(strain, 0.0), POWER).value for strain in (0.0, 0.05, 0.1, 0.4, 0.8, 2.0)]
+    assert powers == sorted(powers, reverse=True)
+    assert powers[0] * POWER.value == pytest.approx(3.1)
+    assert powers[-1] * POWER.value == pytest.approx(1.29)

@@ -13,7 +13,7 @@ from stretch_bt.perception import (
     surface_noise,
     to_membrane,
 )
-from stretch_bt.perception.shapes.blocks_kernel import blocks_within
+from stretch_bt.perception.shapes.blocks_kernel import blocks_within, fill_within
 from stretch_bt.simulation.membrane.indenters.sphere import Sphere
 
 
@@ -78,6 +78,17 @@ def test_the_noise_of_means_is_that_of_blocks(press, noise, tolerance):
     means = known.of_means(float(blocks[:, 3].mean()))
     assert blocks[:, 2].std() == pytest.approx(means.sd, rel=tolerance)
     assert means.area == pytest.approx(1.0 + (known.area - 1.0) / blocks[:, 3].mean())
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_pixels_of_a_window_are_those_of_its_ellipse(dtype):
+    surface = np.random.default_rng(0).normal(0.0, 0.03, (50, 70, 3)).astype(dtype)
+    surface[4, 5:30] = np.nan
+    found = np.empty((50, 70), dtype=bool)
+    fill_within(surface, 0.01, -0.02, 0.03, 0.02, found)
+    with np.errstate(invalid="ignore"):
+        wanted = ((surface[..., 0] - 0.01) / 0.03) ** 2 + ((surface[..., 1] + 0.02) / 0.02) ** 2 < 1.0
+    np.testing.assert_array_equal(found, wanted)
 
 
 def test_blocks_are_means_of_what_is_seen():

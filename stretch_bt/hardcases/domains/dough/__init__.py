@@ -1,7 +1,7 @@
 """Dough that is rolled, pressed and lifted."""
 
-from stretch_bt.hardcases.domains.dough import discs, lumps, resistances, runs
+from stretch_bt.hardcases.domains.dough import discs, foretold, lumps, resistances, runs
 
 __all__ = ["CASES"]
 
-CASES = (*lumps.CASES, *discs.CASES, *resistances.CASES, *runs.CASES)
+CASES = (*lumps.CASES, *discs.CASES, *resistances.CASES, *runs.CASES, *foretold.CASES)

@@ -17,6 +17,7 @@ from stretch_bt.simulation.dough.directions import directions
 from stretch_bt.simulation.dough.lump import STEP, Lump, cube
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.dough.random import normals
+from stretch_bt.simulation.dough.roll_kernel import smooth
 
 EDGE, WEIGHT = 0.025, 0.19
 DOUGH = Dough(5e3, 1e5)
@@ -116,6 +117,16 @@ def _rounded(kind: str, spin: float) -> float:
     """Return the median spread of radii of three lumps after 2 m at a force of 0.83 Y R^2."""
     found = [along(tumbled(cube(EDGE), s), kind, 2.0, spin=spin, seed=s).roundness for s in range(3)]
     return float(np.median(found))
+
+
+def _smoothed() -> tuple[float, float]:
+    """Return the largest change of a radius over it under a membrane that lies on the upper part of a cube, and below that part."""
+    lump = tumbled(cube(EDGE), 5)
+    line, found, radii = 0.6 * lump.extent[1], lump.directions, lump.radii.copy()
+    soft = Dough(1.0, tension=500.0).numbers()
+    smooth(radii, lump.upward, found.neighbours, found.weights, line, lump.ball, soft)
+    moved, under = np.abs(radii / lump.radii - 1), lump.radii * lump.upward > line
+    return float(moved[under].max()), float(moved[~under].max())
 
 
 def _of_the_seed() -> tuple[bool, bool]:
@@ -221,6 +232,15 @@ CASES: tuple[Hard, ...] = (
         {
             "rigid": (partial(_kept, None), Value((0.0, True), abs=1e-12)),
             "far from its yield": (partial(_kept, Dough(1e9, 1e10)), Value((0.0, True), abs=1e-12)),
+        },
+    ),
+    *group(
+        "a membrane smooths what it lies on, and no edge beside it",
+        {
+            "dough that hardly yields under a tense membrane": (
+                _smoothed,
+                Check("above the line alone", lambda m: m[0] > 1e-3 and m[1] == 0),
+            )
         },
     ),
     *group(

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from stretch_bt.errors import NoEquilibrium
-from stretch_bt.hardcases.expect import Check, Expectation, Range, Refusal
+from stretch_bt.hardcases.expect import Check, Expectation, Range, Refusal, Value
 from stretch_bt.hardcases.hard import Hard, group
 from stretch_bt.simulation import PressResult, press
 from stretch_bt.simulation.membrane.indenters.wire import Wire
@@ -160,6 +160,16 @@ def _refusal_at(at: tuple[float, float]) -> str:
     return ""
 
 
+#: stretch, depth, m, and force, N, of elements of 0.1 mm on a contact 64 times as stiff, of a cone of 45 degrees with a tip of 0.5 mm
+TIPS = ((0.04, 0.0024, 0.1555), (0.04, 0.006, 0.4243), (0.0, 0.012, 0.5259))
+
+
+def _tip(stretch: float, depth: float) -> float:
+    """Return the force on a tip that is sharper than the sheet, which bends, is thick."""
+    found = press("cone:45deg:0.5mm", stretch, depth, mount_prestretch=0.012, effects=["bending"])
+    return found.force
+
+
 def _overlaps(told: bool) -> Check:
     return Check(
         f"a clamp is {'named' if told else 'not named'} in a refusal", lambda reason: ("clamp" in reason) == told
@@ -188,6 +198,16 @@ CASES: tuple[Hard, ...] = (
     *group(
         "a force over an edge of the sheet is known less well, by 0.5 % beside it and by 1 % over it",
         {f"the error {name}": (partial(_error_at, x), Range(*ends)) for name, (x, ends) in EDGES.items()},
+    ),
+    *group(
+        "a plate gathers its pressure on a sharp tip, which sinks into a contact that is as soft as tension needs",
+        {
+            f"a tip {1e3 * depth:g} mm into a plate, stretch {1e3 * stretch:g} mm": (
+                partial(_tip, stretch, depth),
+                Value(force, rel=0.02),
+            )
+            for stretch, depth, force in TIPS
+        },
     ),
     *group("moduli, meshes and budgets far from the usual ones", _rows(**NUMBERS), costly=("modulus x 1e-6",)),
     *group(

@@ -21,6 +21,7 @@ _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less t
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _OVER_EDGE = 1.0  # sheet units between an indenter's axis and the edge of the sheet
 _OVER, _BESIDE = 0.010, 0.005  # of the force that is over an edge of the sheet, or beside it
+_PLATE = 4.0  # by which contact is stiffer where a plate gathers the pressure on a tip or an edge
 _SLACK = 0.003  # strain between the clamps
 
 Zones = tuple[list[Zone], list[Zone]]
@@ -49,7 +50,12 @@ class Layout:
     def stiffnesses(self) -> list[float]:
         """Return each body's pressure per penetration: tension then settles over about one element at the contact's edge."""
         factor = 4.5 * (self.scale**-2 if self.scale < 1 else 1 / self.scale)
-        return [factor / size**2 for size in self._finest]
+        stiffer = [_PLATE if self._is_sharp(body) else 1.0 for body in self.bodies]
+        return [factor * more / size**2 for more, size in zip(stiffer, self._finest, strict=True)]
+
+    def _is_sharp(self, body: Placed) -> bool:
+        """Whether a sheet that resists bending lies on a tip or an edge that is sharper than it is thick."""
+        return self.sheet.effects.bending and body.indenter.feature < self.sheet.thickness
 
     def fits(self, start: SheetPress) -> bool:
         """Whether the mesh of an earlier press still suits this contact."""
@@ -80,7 +86,7 @@ class Layout:
             nodes,
             flat=self.flat,
             edge=self._edge(),
-            sharp=self.sheet.effects.bending and any(b.indenter.feature < self.sheet.thickness for b in self.bodies),
+            sharp=any(self._is_sharp(body) for body in self.bodies),
             exact=self.settings.exact or self.settings.corrected,
             shallow=self.depth < _SHALLOW,
             tilted=self.load.tilt != (0.0, 0.0),
