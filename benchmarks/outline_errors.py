@@ -133,7 +133,7 @@ def rows(shapes: list[str], seeds: range, level: float | None) -> Iterator[str]:
             for name, noise in NOISES.items():
                 try:
                     each = errors(case, noise, 1000 * seed + 1, level)
-                    found[name if each[4] < MM * UNSEEN else f"{name}, unseen"].append(each)
+                    found[name if each[4] < MM * UNSEEN or level is not None else f"{name}, unseen"].append(each)
                 except NoAnswer:
                     continue
         for name in [name for noise in NOISES for name in (noise, f"{noise}, unseen") if found[name]]:

@@ -1,11 +1,11 @@
 """The same rows from every engine of a sweep, whatever is killed; what an item costs, and what memory a worker keeps.
 
-    python benchmarks/sweep_engines.py [ITEMS] [--workers 2] [--engines local dask] [--seed 0] [--fidelity NAME] [--tree FILE] [--memory 60]
-        [--keep DIR]
+    python benchmarks/sweep_engines.py [ITEMS] [--workers 2] [--engines local dask] [--kill none worker sweep both] [--seed 0]
+        [--fidelity NAME] [--tree FILE] [--memory 60] [--keep DIR]
 
 ITEMS palpations of the four balloons (12 by default) run one after the other in one process; then on worker processes by joblib
 and by Dask, undisturbed, and each with SIGKILL to a worker, to the sweep, and to both at a random moment, gone on with by --resume.
-Rows are compared sorted by their keys, but for times and workers. Then one item of ITEMS ends its own process. `--memory` adds
+`--kill` names which of these are run. Rows are compared sorted by their keys, but for times and workers. Then one item of ITEMS ends its own process. `--memory` adds
 the resident memory of each Dask worker after its items 20 and 60. Ends with 1 where anything is another than the first run.
 `--fidelity` is another one than the scenes have. `--tree` is another tree than the palpation, which needs no scene, for a quick look at
 the engines themselves.
@@ -187,10 +187,11 @@ def compared(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, boo
     wanted, rng = rows_of(folder / "serial"), random.Random(given.seed)
     yield "serial", len(wanted) == found["items"], _cost(found, time.perf_counter() - began)
     for engine in given.engines:
-        began = time.perf_counter()
-        _, found = swept(file, folder / engine, engine, given.workers)
-        yield engine, rows_of(folder / engine) == wanted, _cost(found, time.perf_counter() - began)
-        for what in DISTURBED:
+        if "none" in given.kill:
+            began = time.perf_counter()
+            _, found = swept(file, folder / engine, engine, given.workers)
+            yield engine, rows_of(folder / engine) == wanted, _cost(found, time.perf_counter() - began)
+        for what in [victim for victim in DISTURBED if victim in given.kill]:
             out, began = folder / f"{engine}-{what}", time.perf_counter()
             after = disturbed(file, out, engine, given.workers, what, len(wanted), rng)
             took = f"killed after {after} rows, {time.perf_counter() - began:.0f} s in all"
@@ -241,6 +242,7 @@ def main() -> int:
     parser.add_argument("items", type=int, nargs="?", default=12)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engines", nargs="+", default=["local", "dask"], choices=["local", "dask"])
+    parser.add_argument("--kill", nargs="+", default=["none", *DISTURBED], choices=["none", *DISTURBED])
     parser.add_argument("--seed", type=int, default=0, help="of the moments of killing")
     parser.add_argument("--fidelity", help="of the scenes, in place of their own")
     parser.add_argument("--tree", type=Path, help="instead of the palpation")

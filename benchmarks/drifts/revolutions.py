@@ -14,7 +14,7 @@ from drifts.course import Course, Finding
 from stretch_bt.accuracy.dough.rolling import path
 from stretch_bt.perception import circularity
 from stretch_bt.simulation.dough.disc import outline
-from stretch_bt.simulation.dough.lump import STEP, Lump, cube
+from stretch_bt.simulation.dough.lump import STEP, Lump, Rolled, cube
 from stretch_bt.simulation.dough.material import Dough
 from stretch_bt.simulation.objects.dough import DoughObject
 from stretch_bt.simulation.scene import load_scene
@@ -27,7 +27,10 @@ _DISC = 0.35  # of the diameter of the ball: how thick a lump is pressed to see 
 
 
 class Shape(NamedTuple):
-    """Mean radius of a lump, m, its mean height as it rolls, m, and the circularity of the disc that it is pressed to."""
+    """Mean radius of a lump, m, its mean height as it rolls, m, and the circularity of the discs that it is pressed to, in the mean of a revolution.
+
+    How it lies at one moment is the sum of all its revolutions, so that a disc of that moment alone says little of its shape.
+    """
 
     radius: float
     thickness: float
@@ -48,17 +51,25 @@ class Rolling:
     def revolve(self, revolutions: int) -> None:
         """Roll on until it has made so many revolutions in all."""
         while self.lump.steps < self.turn * revolutions:
-            x, y = next(self.legs)
-            self.lump, steps = self.lump.rolled((x, y), self.force, self.dough, weight=self.weight, step=self.step)
+            steps = self._roll()
             missing = np.abs(steps.missing)
             self.largest, self.sum = max(self.largest, missing.max(initial=0.0)), self.sum + float(missing.sum())
             self.heights = [*self.heights[-self.turn * _TURNS :], steps.heights]
 
+    def _roll(self) -> Rolled:
+        x, y = next(self.legs)
+        self.lump, steps = self.lump.rolled((x, y), self.force, self.dough, weight=self.weight, step=self.step)
+        return steps
+
     def shape(self) -> Shape:
-        """Return its shape now."""
-        lump = self.lump
-        line = outline(lump, 2 * _DISC * lump.ball)
-        return Shape(float(lump.radii.mean()), float(np.concatenate(self.heights).mean()), float(circularity(line)))
+        """Return its shape now; it rolls on by a revolution."""
+        radius, thickness = float(self.lump.radii.mean()), float(np.concatenate(self.heights).mean())
+        first, round_ = self.lump.steps, []
+        while self.lump.steps < first + self.turn:
+            line = outline(self.lump, 2 * _DISC * self.lump.ball)
+            round_.append(float(circularity(line)))
+            self._roll()
+        return Shape(radius, thickness, float(np.mean(round_)))
 
 
 def revolutions(

@@ -10,13 +10,15 @@ from stretch_bt.errors import IllConditioned, NoAnswer
 from stretch_bt.perception.outlines.border import border_of, past_labels
 from stretch_bt.perception.outlines.outline import Outline, outline_of, placed
 from stretch_bt.perception.surface import pitch_of
+from stretch_bt.perception.tension import LEAST_PULL
 from stretch_bt.perception.types import CONTACT, DEFORMED, INVALID, Contact, MaskArray
 
 __all__ = ["contact_outline"]
 
 LEAST_SOLID = 0.85  # area of a region over that of its convex hull
-#: m, by which labels end off a border that curvature does not show: 3 to 15 mm of sheets that are not pulled, 4 mm of a face of which one rim shows
-UNSEEN = 6e-3
+# m, by which labels end off a border that curvature does not show, of a membrane that is pulled and of others, and how unlike that is along the
+# border, as a part of it (`python benchmarks/outline_errors.py`)
+UNSEEN, UNPULLED, UNLIKE = 2.2e-3, 8e-3, 0.4
 VAGUE = 0.5  # deviation of the border's place over the radius of the disc of the contact's area
 
 
@@ -25,7 +27,7 @@ def contact_outline(contact: Contact) -> Outline:
 
     The labels reach too far: the border lies where their region, less what `border_of` tells, ends. Where curvature does not show it, as
     of a membrane that is not pulled, of a contact that is seen in part, or of one that noise or the bending of the sheet hides, the labels
-    are taken as they are and the border is stated with `UNSEEN`.
+    are taken as they are and the border is stated with `UNSEEN`, or `UNPULLED`.
 
     Raises
     ------
@@ -36,7 +38,8 @@ def contact_outline(contact: Contact) -> Outline:
     try:
         return _moved(contact)
     except NoAnswer:
-        return placed(labelled, UNSEEN)
+        place = UNSEEN if (contact.stretch or 0.0) >= LEAST_PULL else UNPULLED
+        return placed(labelled, place, 2.0 * math.pi * UNLIKE * place)
 
 
 def _moved(contact: Contact) -> Outline:

@@ -8,7 +8,7 @@ import pytest
 from stretch_bt.errors import IllConditioned
 from stretch_bt.perception import Contact, contact_outline, outline_of
 from stretch_bt.perception.outlines.border import border_of, past_labels
-from stretch_bt.perception.outlines.contact_outline import UNSEEN
+from stretch_bt.perception.outlines.contact_outline import UNPULLED, UNSEEN
 
 PIXEL, RIM = 0.4e-3, 0.038  # m
 
@@ -60,17 +60,16 @@ def test_what_is_labelled_may_have_dropouts():
     assert inside[100, 100] == pytest.approx(-0.006 / PIXEL, abs=1.5)
 
 
-def unseen(contact):
-    """Whether the labels are taken as they are, with a border that may be anywhere."""
+def unseen(contact, place=UNSEEN):
+    """Whether the labels are taken as they are, with a border that may be so far off."""
     found, labelled = contact_outline(contact), outline_of(contact.labels, contact.surface)
     assert found.area == labelled.area
-    return found.place_sd == UNSEEN and found.area_sd > 0.9 * found.perimeter * UNSEEN
+    return found.place_sd == place and found.area_sd > 0.9 * found.perimeter * place
 
 
 def test_a_membrane_that_is_not_pulled_shows_no_border():
     contact = ball(stretch=0.0)
-    assert unseen(contact)
-    assert contact_outline(contact).roundness().circularity_sd < 0.05, "a shift of a disc changes no circularity"
+    assert unseen(contact, UNPULLED)
     with pytest.raises(IllConditioned, match="not pulled"):
         border_of(contact)
 
