@@ -4,11 +4,11 @@
         [--fidelity NAME] [--tree FILE] [--memory 60] [--keep DIR]
 
 ITEMS palpations of the four balloons (12 by default) run one after the other in one process; then on worker processes by joblib
-and by Dask, undisturbed, and each with SIGKILL to a worker, to the sweep, and to both at a random moment, gone on with by --resume.
-`--kill` names which of these are run. Rows are compared sorted by their keys, but for times and workers. Then one item of ITEMS ends its own process. `--memory` adds
-the resident memory of each Dask worker after its items 20 and 60. Ends with 1 where anything is another than the first run.
-`--fidelity` is another one than the scenes have. `--tree` is another tree than the palpation, which needs no scene, for a quick look at
-the engines themselves.
+and by Dask, undisturbed, and each with SIGKILL to a worker, to the sweep, and to both at a random moment, gone on with by
+--resume. `--kill` names which of these are run. Rows are compared sorted by their keys, but for times and workers. Then one item
+of ITEMS ends its own process. `--memory` adds the resident memory of each Dask worker after its items 20 and 60. Ends with 1
+where anything is another than the first run. `--fidelity` is another one than the scenes have. `--tree` is another tree than the
+palpation, which needs no scene, for a quick look at the engines themselves.
 """
 
 from __future__ import annotations
