@@ -103,11 +103,13 @@ def border_of(contact: Contact) -> Border:
     if contact.stretch is not None and contact.stretch < LEAST_PULL:
         raise IllConditioned(
             f"the membrane is stretched by {contact.stretch * 1e3:.1f} mm: a sheet that is not pulled is curved far beyond where it"
-            f" touches, so that curvature does not show the border"
+            f" touches, so that curvature does not show the border; stretch it by {LEAST_PULL * 1e3:.0f} mm, or give a `level`"
         )
     cleaned = clean(contact.surface, contact.labels != INVALID, 1)
     if cleaned is None:
-        raise IllConditioned("too little of the surface has depth to show the border")
+        raise IllConditioned(
+            "too little of the surface has depth to show the border; keep reflections off the membrane"
+        )
     scale = _scale(cleaned, contact.stretch)
     surface = scale.ground.surface
     rings = _Rings.of(_in_bins(past_labels(contact) * cleaned.pitch, cleaned, surface), surface.trusted)
@@ -130,7 +132,7 @@ def _check_whole(rings: _Rings, scale: Scale) -> None:
     if there > max(AS_CURVED * float(rings.means(signal.curvature).max()), ELSEWHERE * signal.sd):
         raise IllConditioned(
             f"the membrane is curved by {there:.0f} per metre over {BEYOND * 1e3:.0f} mm beyond what is labelled as contact, which seems to be"
-            " a part of it, as the higher side of a leaning face is"
+            " a part of it, as the higher side of a leaning face is; press deeper, or give a `level`"
         )
 
 
@@ -159,7 +161,8 @@ def _scale(cleaned: Cleaned, stretch: float | None) -> Scale:
             break
     if scale.clearness < SEED:
         raise IllConditioned(
-            f"the curvature of the membrane stands out of the noise by {scale.clearness:.1f} standard deviations, and {SEED:g} show a border"
+            f"the curvature of the membrane stands out of the noise by {scale.clearness:.1f} standard deviations, and {SEED:g} show a border;"
+            " press deeper, average more frames, or give a `level`"
         )
     return scale
 

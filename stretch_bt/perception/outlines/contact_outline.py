@@ -53,7 +53,8 @@ def _moved(contact: Contact) -> Outline:
     found = outline_of(labels, contact.surface)
     if shift.sd > VAGUE * math.sqrt(found.area / math.pi):
         raise IllConditioned(
-            f"the border of the contact lies {shift.value * 1e3:.1f} +- {shift.sd * 1e3:.1f} mm within what is labelled, too vague for its size"
+            f"the border of the contact lies {shift.value * 1e3:.1f} +- {shift.sd * 1e3:.1f} mm within what is labelled, too vague for its size;"
+            " average more frames, press deeper, or give a `level`"
         )
     return placed(found, shift.sd, border.uneven)
 
@@ -65,5 +66,6 @@ def _check_solid(region: MaskArray) -> None:
     solid = np.count_nonzero(region) / max(cv2.contourArea(corners), 1.0)
     if solid < LEAST_SOLID:
         raise IllConditioned(
-            f"what is labelled as contact fills {solid:.0%} of its convex hull, as a part of a rim does and no contact of a convex body"
+            f"what is labelled as contact fills {solid:.0%} of its convex hull, as a part of a rim does and no contact of a convex body;"
+            " press deeper, or give a `level`"
         )
