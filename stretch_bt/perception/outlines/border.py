@@ -103,7 +103,7 @@ def border_of(contact: Contact) -> Border:
     if contact.stretch is not None and contact.stretch < LEAST_PULL:
         raise IllConditioned(
             f"the membrane is stretched by {contact.stretch * 1e3:.1f} mm: a sheet that is not pulled is curved far beyond where it"
-            f" touches, so that curvature does not show the border; stretch it by {LEAST_PULL * 1e3:.0f} mm, or give a `level`"
+            f" touches, so that curvature does not show the border; give a `level`, or stretch it by {LEAST_PULL * 1e3:.0f} mm"
         )
     cleaned = clean(contact.surface, contact.labels != INVALID, 1)
     if cleaned is None:
