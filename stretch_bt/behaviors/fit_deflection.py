@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from operator import attrgetter
 
 from stretch_bt import model as mechanics
 from stretch_bt.behaviors._membrane import is_mounted
@@ -49,7 +50,9 @@ class FitDeflection(ModelBehavior):
         mechanics.STIFFENING.value, min=-1.0, max=2.0, doc="Growth of p with each millimetre of deflection, expected."
     )
     stiffening_sd: In[float] = port(mechanics.STIFFENING.sd, min=1e-4, max=2.0, doc="standard deviation of stiffening")
-    robot_sd: In[Length] = port(mechanics.ROBOT, min=0.0, max=0.001, doc="standard deviation of the hand's place")
+    robot_sd: In[Length] = port(
+        mechanics.ROBOT, min=0.0, max=0.001, doc="Standard deviation of the hand's positioning error."
+    )
     felt: Out[Felt] = port(
         truth={"top": "contact_height", "height": "height", "deflection": "deflection", "force": "force"},
         doc="the object's force law, and the latest press on it",
@@ -68,7 +71,7 @@ class FitDeflection(ModelBehavior):
             readings = [reading for reading in readings if id(reading) not in past]
             series = self._fit(readings)
         with within_range():
-            given = (self._fit, self.force_model(), self.sphere.radius, self.robot_sd)
+            given = (self._fit, self.force_model(), self.sphere.radius, self.robot_sd, attrgetter("by_membrane"))
             readings, series = of_first_loading(readings, series, *given)
         self.top_readings = TopReadings(tuple(readings))
         self.felt = Felt.of(series, creep, latest)
@@ -85,8 +88,7 @@ class FitDeflection(ModelBehavior):
 
     def _fit(self, readings: list[Reading]) -> mechanics.Series:
         """Fit; first contact counts by its height alone where no first touch is among the readings."""
-        touch = self.touch
-        touched = any(reading.touch is not None for reading in readings)
+        touch, touched = self.touch, any(reading.touch is not None for reading in readings)
         with within_range():
             return mechanics.fit_series(
                 self.force_model(),

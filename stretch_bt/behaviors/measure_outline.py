@@ -11,12 +11,12 @@ from stretch_bt.units import Area, Estimate, Length
 
 @node
 class MeasureOutline(Behavior):
-    """Measure the area, perimeter and circularity of a contact; FAILURE when its border is cut, unseen or in pieces.
+    """Measure the area, perimeter and circularity of a contact; FAILURE where its border is cut, in pieces, or beside pixels without depth.
 
     Circularity is 4 pi area / perimeter^2: 1 for a disc, 0.785 for a square. The deviations count that the border as a whole may
-    lie too far out or in: by 2 mm where curvature does not show it, and by 8 mm under a membrane that is stretched by less than 5
-    mm. With a `level` it is the outline of the membrane that far below its highest place, which flat and low objects show better
-    than the curvature by which contact is told.
+    lie too far out or in: by 2.2 mm where curvature does not show it, and by 8 mm under a membrane whose stretch is unknown or
+    less than 5 mm. With a `level` it is the outline of the membrane that far below its highest place, which flat and low objects
+    show better than the curvature by which contact is told.
     """
 
     kind = "perception"

@@ -305,3 +305,10 @@ def test_an_object_that_comes_back_is_read_again_at_less_force() -> None:
     again = look(kept(node), 0.008, top_of(0.008), **OWN_POWER)
     assert again.status is Status.SUCCESS
     assert kept(again).count == len(DEPTHS) + 1
+
+
+def test_heights_of_two_kinds_are_not_held_against_each_other() -> None:
+    node = tracked([(depth, top_of(depth)) for depth in DEPTHS], **OWN_POWER)
+    whole = TopReadings(tuple(replace(r, asked=True, by_membrane=True) for r in kept(node).readings))
+    again = look(whole, 0.008, top_of(0.008) - 5e-4, **OWN_POWER)
+    assert again.status is Status.SUCCESS, again.reason

@@ -78,7 +78,7 @@ class Balance:
             self.covariance = np.asarray(np.linalg.inv(design.T @ design)) * max(1.0, self.chi2)
         except np.linalg.LinAlgError:
             raise IllConditioned("the readings do not tell how far the object gives way; press deeper") from None
-        if not np.all(np.abs(step) <= LEFT * np.sqrt(np.diag(self.covariance))):
+        if not np.all(np.abs(step) <= LEFT * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))):
             raise IllConditioned("the curve through the readings does not settle; look again, or press deeper")
 
     def _stepped(self, design: Array, left: Array) -> Array:
@@ -121,7 +121,7 @@ class Balance:
 
     def sd_along(self, row: Array) -> float:
         """Return the standard deviation of what changes with q like this."""
-        return float(np.sqrt(row @ self.covariance @ row))
+        return float(np.sqrt(max(float(row @ self.covariance @ row), 0.0)))
 
     def _drop(self, depth: Array, law: ObjectLaw) -> tuple[Array, Array, Array]:
         """Return the object's drop under the force at each depth (n,), its derivative by depth, and those by the law (n, 3)."""

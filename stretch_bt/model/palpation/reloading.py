@@ -32,10 +32,12 @@ def of_first_loading(
     model: ForceModel,
     radius: float,
     robot_sd: float,
+    kind: Callable[[R], object] = type,
 ) -> tuple[list[R], Series]:
     """Return the readings without those of an object that did not come back as it went, and the curve that `fit` gives them.
 
-    `series` is the curve of all; where too few are of first loading to have one of their own, it stays.
+    `series` is the curve of all; where too few are of first loading to have one of their own, it stays. Readings of another `kind` than
+    the latest of first loading are not held against it.
 
     Raises
     ------
@@ -44,8 +46,9 @@ def of_first_loading(
     """
     most = reloads(model, radius, readings)
     first = [reading for reading, force in zip(readings, most, strict=True) if force == 0]
-    again = [reading for reading, force in zip(readings, most, strict=True) if force > 0]
-    if not again:
+    alike = {kind(reading) for reading in first[-1:]}
+    again = [reading for reading, force in zip(readings, most, strict=True) if force > 0 and kind(reading) in alike]
+    if not again or (most[-1] > 0 and again[-1] is not readings[-1]):
         return readings, series
     try:
         loading = fit(first)

@@ -89,19 +89,25 @@ class Series:
         logarithm, by_law = self.law.log_force(drop)
         force = self.reference * math.exp(logarithm)
         row = np.array([0.0, *by_law])
-        return Estimate(force, force * math.sqrt(float(row @ self.covariance @ row)))
+        return Estimate(force, force * self._sd_along(row))
 
     def drop_at(self, force: float) -> Estimate:
-        """Return the drop, m, at a force, N, with the sd of the readings; also where it is not above zero yet."""
+        """Return the drop, m, at a force, N, above 0, with the sd of the readings; also where it is not above zero yet."""
+        _check_force(force)
         drops, _, by_law = self.law.deflection(np.log(np.array([force / self.reference])))
         row = np.array([0.0, *by_law[0]])
-        return Estimate(float(drops[0]), math.sqrt(float(row @ self.covariance @ row)))
+        return Estimate(float(drops[0]), self._sd_along(row))
 
     def height_at(self, force: float) -> Estimate:
-        """Return the height of the top, m, at a force, N, with the sd of the readings."""
+        """Return the height of the top, m, at a force, N, above 0, with the sd of the readings."""
+        _check_force(force)
         drops, _, by_law = self.law.deflection(np.log(np.array([force / self.reference])))
         row = np.array([1.0, *-by_law[0]])
-        return Estimate(self.top.value - float(drops[0]), math.sqrt(float(row @ self.covariance @ row)))
+        return Estimate(self.top.value - float(drops[0]), self._sd_along(row))
+
+    def _sd_along(self, row: Array) -> float:
+        """Return the standard deviation of what changes with the law like this; rounding may leave less than none."""
+        return math.sqrt(max(float(row @ self.covariance @ row), 0.0))
 
     def _require_drop(self) -> None:
         if self.drop.value <= SIGNIFICANT * self.drop.sd or self.compliance.value <= 0:
@@ -204,6 +210,11 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
         stiffening=Estimate(float(fit.q[3]), math.sqrt(fit.covariance[3, 3])),
         covariance=fit.covariance[:LAW, :LAW],
     )
+
+
+def _check_force(force: float) -> None:
+    if not (math.isfinite(force) and force > 0):
+        raise InvalidInput(f"force must be finite and above 0 N, not {force}")
 
 
 def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> None:

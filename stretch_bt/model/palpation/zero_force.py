@@ -23,7 +23,13 @@ POWERS = (3.1, 1.8, 1.67, 1.54, 1.46, 1.4, 1.34, 1.29)
 
 
 def drop_power(strain: Estimate, power: Estimate) -> Estimate:
-    """Return the power of the depth by which an object gives way under a membrane of a strain, whose force is a `power` of its deflection."""
+    """Return the power of the depth by which an object gives way under a membrane of a strain, whose force is a `power` of its deflection.
+
+    Raises InvalidInput where a number is not finite, a deviation is below 0 or the power is not above 0.
+    """
+    numbers = strain.value, strain.sd, power.value, power.sd
+    if not (all(map(math.isfinite, numbers)) and min(strain.sd, power.sd) >= 0 and power.value > 0):
+        raise InvalidInput(f"strain and power must be finite, and the power above 0, not {strain} and {power}")
     membrane, less = (float(np.interp(at, STRAINS, POWERS)) for at in (strain.value, strain.value - strain.sd))
     value = membrane / power.value
     return Estimate(value, value * math.hypot((less - membrane) / membrane, power.sd / power.value))
@@ -72,7 +78,12 @@ def _extrapolated(depth: Array, height: Array, sd: Array, power: float) -> Estim
     basis = np.column_stack([np.ones_like(depth), -((depth / depth.max()) ** power)]) / sd[:, None]
     scale = np.linalg.norm(basis, axis=0)
     (h0, c), *_ = np.linalg.lstsq(basis / scale, height / sd)
-    covariance = np.linalg.inv((basis / scale).T @ (basis / scale))
+    try:
+        covariance = np.linalg.inv((basis / scale).T @ (basis / scale))
+    except np.linalg.LinAlgError:
+        covariance = np.zeros((2, 2))
+    if not covariance[0, 0] > 0:
+        raise IllConditioned("the readings do not tell the height at no force; press at depths further apart")
     value = h0 / scale[0] if c >= 0 else float(np.average(height, weights=sd**-2))
     return Estimate(float(value), math.sqrt(covariance[0, 0]) / float(scale[0]))
 

@@ -42,14 +42,12 @@ ALONE = 4.58
 INWARD, FORM = 0.45e-3, 0.35e-3
 # Kernels by which labels reach too far, mean and deviation: a half of a smoothed curvature lies by 0 (straight border) to 1.2 kernels (a point) out
 REACH, REACH_SD = 0.6, 0.45
-BEYOND, AS_CURVED, ELSEWHERE = (
-    6e-3,
-    0.3,
-    5.0,
-)  # m; share of the curvature at the border; and standard deviations, of some hundred places
-CORNERS = (8.0 - 2.0 * math.pi) * KERNELS[
-    0
-]  # m, what four right corners that are rounded by the finest kernel lose of a perimeter
+BEYOND = 6e-3  # m past the labels, from where curvature belongs to another part of the contact
+AS_CURVED = 0.3  # of the curvature at the border, from which such a part is as clear
+ELSEWHERE = 5.0  # standard deviations at which the largest of some hundred places is curved
+EDGE = 1.5e-3  # m, within which of the largest shift the border may as well lie further in
+# m, what four right corners that are rounded by the finest kernel lose of a perimeter
+CORNERS = (8.0 - 2.0 * math.pi) * KERNELS[0]
 UNEVEN = 0.4  # of a shift: what it differs along a border across which the tensions differ
 FREE = 6.0  # independent values of a mean by distance, less shift, length and size
 BLUR = 1.0  # pixels over which dropouts in a region are bridged
@@ -120,6 +118,10 @@ def border_of(contact: Contact) -> Border:
     weights = np.exp(-0.5 * (misfits - misfits.min()))
     weights /= weights.sum()
     mean = float(weights @ shifts)
+    if not SHIFTS[0] < mean < SHIFTS[-1] - EDGE:
+        raise IllConditioned(
+            f"the border of the contact lies {mean * 1e3:.0f} mm or more within what is labelled; look again, press deeper, or give a `level`"
+        )
     sd = math.hypot(math.sqrt(float(weights @ (shifts - mean) ** 2)), FORM)
     return Border(Estimate(mean - INWARD, sd), scale.ground.kernel)
 
@@ -127,9 +129,14 @@ def border_of(contact: Contact) -> Border:
 def _check_whole(rings: _Rings, scale: Scale) -> None:
     """Refuse labels that are a part of a contact: then the membrane is curved at a rim that lies beyond them, too."""
     signal, ground = scale.signals[0], scale.ground
+    means, alone = rings.means(signal.curvature), rings.count / (ALONE * ground.surface.sigma**2)
+    if float((means * np.sqrt(np.maximum(alone, 1.0))).max()) < ELSEWHERE * signal.sd:
+        raise IllConditioned(
+            "the membrane is not clearly curved at the border of what is labelled; press deeper, average more frames, or give a `level`"
+        )
     beyond = (rings.distance > BEYOND) & ground.raised & rings.trusted
     there = float(signal.curvature.max(where=beyond, initial=0.0))
-    if there > max(AS_CURVED * float(rings.means(signal.curvature).max()), ELSEWHERE * signal.sd):
+    if there > max(AS_CURVED * float(means.max()), ELSEWHERE * signal.sd):
         raise IllConditioned(
             f"the membrane is curved by {there:.0f} per metre over {BEYOND * 1e3:.0f} mm beyond what is labelled as contact, which seems to be"
             " a part of it, as the higher side of a leaning face is; press deeper, or give a `level`"
@@ -227,6 +234,6 @@ def _smoothed(image: Array, sigma: float) -> Image:
 
 
 def _left(seen: Array, model: Array, weight: Array) -> float:
-    """Return the weighted squares that a model leaves of what is seen, at its best size."""
-    size = float((weight * model) @ seen) / max(float((weight * model) @ model), 1e-30)
+    """Return the weighted squares that a model leaves of what is seen, at its best size: a contact is convex."""
+    size = max(float((weight * model) @ seen) / max(float((weight * model) @ model), 1e-30), 0.0)
     return float(weight @ (seen - size * model) ** 2)

@@ -1,8 +1,11 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stretch_bt.errors import IllConditioned, InvalidInput
 from stretch_bt.model import POWER, drop_power, undeformed_height
 from stretch_bt.units import Estimate
 
@@ -29,3 +32,17 @@ def test_a_tense_membrane_lets_the_drop_grow_less_with_depth():
     assert powers == sorted(powers, reverse=True)
     assert powers[0] * POWER.value == pytest.approx(3.1)
     assert powers[-1] * POWER.value == pytest.approx(1.29)
+
+
+@pytest.mark.parametrize(
+    "numbers", [(0.1, 0.0, 0.0, 0.3), (0.1, 0.0, -1.0, 0.3), (math.nan, 0.0, 1.3, 0.3), (0.1, 0.0, 1.3, math.inf)]
+)
+def test_a_power_needs_numbers(numbers):
+    with pytest.raises(InvalidInput, match="must be finite"):
+        drop_power(Estimate(*numbers[:2]), Estimate(*numbers[2:]))
+
+
+@pytest.mark.parametrize("sds", [[1e-12, 1e3, 1e3, 1e3, 1e3], [1e-5, 1e20, 1e20, 1e20, 1e20]])
+def test_readings_of_which_one_alone_counts_tell_no_height(sds):
+    with pytest.raises(IllConditioned, match="depths further apart"):
+        undeformed_height(DEPTHS, np.full(5, 0.06), sds)

@@ -92,3 +92,11 @@ def test_noise_that_hides_the_curvature_hides_the_border():
     assert unseen(contact)
     with pytest.raises(IllConditioned, match="stands out of the noise"):
         border_of(contact)
+
+
+@pytest.mark.parametrize("far", [0.010, 0.026, 0.028])
+def test_labels_that_end_far_from_any_border_state_as_much(far):
+    """A border was fitted to the concave ring at the edge of the sheet, and stated with 0.35 mm."""
+    contact = ball(reach=far)
+    found = contact_outline(contact)
+    assert found.place_sd > 1e-3

@@ -48,7 +48,10 @@ class Layout:
         return self.sheet.outline.mesh(self.sheet.width / self.unit, x, y, self.settings.growth)
 
     def stiffnesses(self) -> list[float]:
-        """Return each body's pressure per penetration: tension then settles over about one element at the contact's edge."""
+        """Return each body's pressure per penetration: tension then settles over about one element at the contact's edge.
+
+        A plate on a sharp body gathers its pressure there, and is held by a stiffer contact.
+        """
         factor = 4.5 * (self.scale**-2 if self.scale < 1 else 1 / self.scale)
         stiffer = [_PLATE if self._is_sharp(body) else 1.0 for body in self.bodies]
         return [factor * more / size**2 for more, size in zip(stiffer, self._finest, strict=True)]
