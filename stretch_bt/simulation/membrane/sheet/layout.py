@@ -21,7 +21,7 @@ _SHALLOW = 2.0  # sheet units; a round tip pressed less than this touches less t
 _DRIFT = 1.5  # finest elements that a contact may move before the mesh follows
 _OVER_EDGE = 1.0  # sheet units between an indenter's axis and the edge of the sheet
 _OVER, _BESIDE = 0.010, 0.005  # of the force that is over an edge of the sheet, or beside it
-_PLATE = 4.0  # by which contact is stiffer where a plate gathers the pressure on a tip or an edge
+_PLATE = 4.0  # by which contact is stiffer where a plate gathers the pressure on a tip
 _SLACK = 0.003  # strain between the clamps
 
 Zones = tuple[list[Zone], list[Zone]]
@@ -50,10 +50,10 @@ class Layout:
     def stiffnesses(self) -> list[float]:
         """Return each body's pressure per penetration: tension then settles over about one element at the contact's edge.
 
-        A plate on a sharp body gathers its pressure there, and is held by a stiffer contact.
+        A plate on a sharp tip gathers its pressure there, and is held by a stiffer contact.
         """
         factor = 4.5 * (self.scale**-2 if self.scale < 1 else 1 / self.scale)
-        stiffer = [_PLATE if self._is_sharp(body) else 1.0 for body in self.bodies]
+        stiffer = [_PLATE if self._is_sharp(body) and not body.indenter.flat else 1.0 for body in self.bodies]
         return [factor * more / size**2 for more, size in zip(stiffer, self._finest, strict=True)]
 
     def _is_sharp(self, body: Placed) -> bool:
