@@ -12,7 +12,7 @@ from stretch_bt.units import Estimate
 __all__ = ["top_of"]
 
 
-# A flat top lifts the membrane; not taken off here, since the extrapolation from light touches may absorb it already: not measured.
+# What a flat top lifts the membrane is not taken off here: `extrapolate_top` does so, since its error is one for all touches.
 def top_of(frame: DepthFrame, hand: HandGeometry) -> tuple[Estimate, FirstTouch] | None:
     """Return how deep the top of a contact stands in the membrane, m, and what was seen; None where nothing is in contact."""
     try:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stretch_bt.behaviors.records import Mounting
     from stretch_bt.hardware.hand import HandGeometry
 
-__all__ = ["as_touched", "camera_off", "height_of_top", "is_mounted", "left_of_pattern", "strain_of"]
+__all__ = ["as_touched", "camera_off", "height_of_top", "is_mounted", "left_of_pattern", "lift_at", "strain_of"]
 
 APART = 3.0  # standard deviations by which it may differ from the height of the contact alone
 STATIC = 2.5e-3  # of the distance, by which a depth camera is off in places where nothing shows it (SR300 and SR305, 0.5 mm at 0.2 m)
@@ -103,9 +103,21 @@ def as_touched(
 
     `points` (h, w, 3), m, are in the membrane frame, NaN where invalid, `labels` (h, w) the classes.
     """
-    strain = strain_of(hand.gauge, mounting, stretch)
-    lift = perception.lift_off(points, labels, top.value, hand.thickness, strain, hand.gauge)
+    lift = lift_at(hand, mounting, top.value, points, labels, stretch)
     return Estimate(top.value - lift.value, math.hypot(top.sd, lift.sd))
+
+
+def lift_at(
+    hand: HandGeometry,
+    mounting: Mounting | None,
+    height: Length,
+    points: FloatArray,
+    labels: LabelArray,
+    stretch: Length,
+) -> Estimate:
+    """Return how far the membrane, whose top has a height, stands above what is touched, m; the arrays are those of `as_touched`."""
+    strain = strain_of(hand.gauge, mounting, stretch)
+    return perception.lift_off(points, labels, height, hand.thickness, strain, hand.gauge)
 
 
 def left_of_pattern(pattern: Pattern | None) -> Length | None:

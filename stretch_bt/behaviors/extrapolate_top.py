@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from stretch_bt import model
-from stretch_bt.behaviors._membrane import as_touched, strain_of
+from stretch_bt.behaviors._membrane import lift_at, strain_of
 from stretch_bt.behaviors._motion import touched_at
 from stretch_bt.behaviors._readings import Reading
 from stretch_bt.behaviors.records import Mounting, TopReadings, Touch
@@ -50,6 +50,5 @@ class ExtrapolateTop(Behavior):
         touch = reading.touch
         if touch is None:
             return Estimate(0.0, 0.0)
-        seen = Estimate(reading.depth, 0.0)
-        below = as_touched(self.context.hand.geometry, self.mounting, seen, touch.points, touch.labels, reading.stretch)
-        return Estimate(seen.value - below.value, below.sd)
+        hand = self.context.hand.geometry
+        return lift_at(hand, self.mounting, reading.depth, touch.points, touch.labels, reading.stretch)

@@ -93,17 +93,20 @@ class Series:
 
     def drop_at(self, force: float) -> Estimate:
         """Return the drop, m, at a force, N, above 0, with the sd of the readings; also where it is not above zero yet."""
-        _check_force(force)
-        drops, _, by_law = self.law.deflection(np.log(np.array([force / self.reference])))
-        row = np.array([0.0, *by_law[0]])
-        return Estimate(float(drops[0]), self._sd_along(row))
+        drop, by_law = self._drop(force)
+        return Estimate(drop, self._sd_along(np.array([0.0, *by_law])))
 
     def height_at(self, force: float) -> Estimate:
         """Return the height of the top, m, at a force, N, above 0, with the sd of the readings."""
-        _check_force(force)
+        drop, by_law = self._drop(force)
+        return Estimate(self.top.value - drop, self._sd_along(np.array([1.0, *-by_law])))
+
+    def _drop(self, force: float) -> tuple[float, Array]:
+        """Return the drop, m, at a force, N, and its derivatives by the law (3,)."""
+        if not (math.isfinite(force) and force > 0):
+            raise InvalidInput(f"force must be finite and above 0 N, not {force}")
         drops, _, by_law = self.law.deflection(np.log(np.array([force / self.reference])))
-        row = np.array([1.0, *-by_law[0]])
-        return Estimate(self.top.value - float(drops[0]), self._sd_along(row))
+        return float(drops[0]), by_law[0]
 
     def _sd_along(self, row: Array) -> float:
         """Return the standard deviation of what changes with the law like this; rounding may leave less than none."""
@@ -210,11 +213,6 @@ def _concluded(model: ForceModel, radius: Estimate, last: Pressed, fit: Balance,
         stiffening=Estimate(float(fit.q[3]), math.sqrt(fit.covariance[3, 3])),
         covariance=fit.covariance[:LAW, :LAW],
     )
-
-
-def _check_force(force: float) -> None:
-    if not (math.isfinite(force) and force > 0):
-        raise InvalidInput(f"force must be finite and above 0 N, not {force}")
 
 
 def _enough(force: Array, readings: Sequence[Pressed], top: Estimate | None) -> None:
