@@ -1,6 +1,7 @@
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 from importlib.resources import files
@@ -81,6 +82,7 @@ SPREAD = ("hardcases/test_hardcases.py",)
 AGAIN = 4
 
 _FOLDER = Path(__file__).parent
+_ROOT = _FOLDER.parent
 lateness = Lateness()
 
 
@@ -99,8 +101,17 @@ def pytest_unconfigure(config):
 
 
 def pytest_xdist_auto_num_workers():
-    """One process more than cores: tests that wait for a wire leave half of one free."""
-    return (os.cpu_count() or 1) + 1
+    """Two processes more than cores: tests that wait for a wire leave one free."""
+    return (os.cpu_count() or 1) + 2
+
+
+def pytest_xdist_setupnodes():
+    """Compile the kernels, a share on each core: the processes would each compile all of them at once."""
+    modules = sorted(path.with_suffix("").relative_to(_ROOT) for path in (_ROOT / "stretch_bt").rglob("*_kernel.py"))
+    names, cores = [".".join(module.parts) for module in modules], os.cpu_count() or 1
+    shares = [f"import {', '.join(names[core::cores])}" for core in range(cores)]
+    for compiling in [subprocess.Popen([sys.executable, "-c", share], cwd=_ROOT) for share in shares]:
+        compiling.wait()
 
 
 def pytest_xdist_make_scheduler(config, log):
