@@ -101,8 +101,8 @@ def pytest_unconfigure(config):
 
 
 def pytest_xdist_auto_num_workers():
-    """Two processes more than cores: tests that wait for a wire leave one free."""
-    return (os.cpu_count() or 1) + 2
+    """One process more than cores: tests that wait for a wire leave half of one free."""
+    return (os.cpu_count() or 1) + 1
 
 
 def pytest_xdist_setupnodes():

@@ -64,14 +64,16 @@ def test_it_tells_what_the_controller_has(behind):
 
 def test_it_takes_nothing_that_is_in_use_and_keeps_nothing(behind):
     with Rtde(behind.host) as one:
-        assert not one.taken(REGISTER)
+        assert one.claim(REGISTER)
         with Rtde(behind.host) as other:
-            assert other.taken(REGISTER)
-            assert not other.taken("input_int_register_25")
+            assert other.claim(REGISTER) is None
+            assert other.claim("input_int_register_25")
+            with pytest.raises(OSError, match="no_such_thing is not to be had"):
+                other.claim("no_such_thing")
     deadline = time.monotonic() + 10
     while time.monotonic() < deadline:
         with Rtde(behind.host) as third:
-            if not third.taken(REGISTER):
+            if third.claim(REGISTER):
                 return
     raise AssertionError("the register is not free again")
 

@@ -60,8 +60,8 @@ def halt(name: str, options: UrOptions) -> Finding:
             return Finding(name, True, "no program runs on the controller, and the arm stands")
         if not state.running:
             return Finding(name, False, f"no program runs, and the arm moves at {1e3 * state.speed:.0f} mm/s", _PENDANT)
-        connected = _is_taken(options, first)
-        if state.sign not in (_READY, _DONE) or not (connected or _answers(options, first)):
+        client = _client(options, first) if state.sign in (_READY, _DONE) else None
+        if client is None:
             program = ask_dashboard(options.host, ["programState"], _ENDING)[0]
             return Finding(name, False, f"a program that is not ours runs ({program}); it was not stopped", _PENDANT)
         begun = time.monotonic()
@@ -69,14 +69,13 @@ def halt(name: str, options: UrOptions) -> Finding:
         while not (now := _state(options, first)).ended:
             if time.monotonic() > begun + _ENDING:
                 return Finding(name, False, _goes_on(now, answer), _PENDANT)
-        return Finding(name, True, _stopped(state, connected, time.monotonic() - begun))
+        return Finding(name, True, _stopped(state, client, time.monotonic() - begun))
     except OSError as error:
         fix = "press the emergency stop where the arm moves; then check cable and address"
         return Finding(name, False, f"{options.host} does not answer ({error})", fix)
 
 
-def _stopped(before: _State, connected: bool, seconds: float) -> str:
-    client = "a run that is open beside this has it" if connected else "its client is gone"
+def _stopped(before: _State, client: str, seconds: float) -> str:
     moved = f"the arm moved at {1e3 * before.speed:.0f} mm/s" if before.turns else "the arm stood"
     return f"our control script ran ({client}) and {moved}; stopped, and the arm stood within {seconds:.2f} s"
 
@@ -94,23 +93,22 @@ def _state(options: UrOptions, first: int) -> _State:
     return _State(math.hypot(*speed[:3]), max(map(abs, turning)) > _STANDS, running == _PLAYING, sign)
 
 
-def _is_taken(options: UrOptions, first: int) -> bool:
-    """Return whether a client writes the commands of the control script."""
-    with Rtde(
-        options.host
-    ) as controller:  # one of its own: a register that is free belongs to who asks until it leaves
-        return controller.taken(f"input_int_register_{first}")
-
-
-def _answers(options: UrOptions, first: int) -> bool:
-    """Return whether what runs takes a command that moves nothing, as the control script does; nobody else may write commands meanwhile."""
+def _client(options: UrOptions, first: int) -> str | None:
+    """Return who has the control script, None where what runs is not one."""
     with Rtde(options.host) as controller:
         commands = controller.claim(f"input_int_register_{first}")
-        for command, sign in ((0, _READY), (_ASK_TOOL, _DONE), (0, _READY)):
-            controller.write(commands, command)
-            due = time.monotonic() + _ANSWERING
-            while controller.read([f"output_int_register_{first}"]) != [sign]:
-                if time.monotonic() > due:
-                    controller.write(commands, 0)
-                    return False
+        if commands is None:
+            return "a run that is open beside this has it"
+        return "its client is gone" if _answers(controller, commands, first) else None
+
+
+def _answers(controller: Rtde, commands: bytes, first: int) -> bool:
+    """Return whether what runs takes a command that moves nothing, as the control script does; nobody else may write commands meanwhile."""
+    for command, sign in ((0, _READY), (_ASK_TOOL, _DONE), (0, _READY)):
+        controller.write(commands, command)
+        due = time.monotonic() + _ANSWERING
+        while controller.read([f"output_int_register_{first}"]) != [sign]:
+            if time.monotonic() > due:
+                controller.write(commands, 0)
+                return False
     return True

@@ -75,13 +75,14 @@ class Rtde:
         finally:
             self._ask("P", b"")
 
-    def taken(self, name: str) -> bool:
-        """Return whether another client writes an input; one that is free is this connection's until it is closed."""
-        return b"IN_USE" in self._ask("I", name.encode())
+    def claim(self, name: str) -> bytes | None:
+        """Return what `write` needs to write a whole number to an input, which is this connection's until it is closed.
 
-    def claim(self, name: str) -> bytes:
-        """Return what `write` needs to write a whole number to an input; raises OSError where another client does that."""
+        None where another client writes it; raises OSError where the controller has no such input.
+        """
         answer = self._ask("I", name.encode())
+        if answer[1:] == b"IN_USE":
+            return None
         if answer[1:] != b"INT32":
             raise OSError(f"{name} is not to be had")
         return answer[:1]
