@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stretch_bt.brief import BriefRepr
+from stretch_bt.errors import InvalidInput
 from stretch_bt.frames import Pose
 from stretch_bt.units import Angle, Curvature, Length, Time
 
@@ -47,6 +48,12 @@ class SurfaceNoise:
 
     sd: Length
     area: float
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.sd < math.inf and 1.0 <= self.area < math.inf):
+            raise InvalidInput(
+                f"the noise of a surface has a finite deviation of 0 m or more, and 1 or more pixels that share an error, got {self.sd}, {self.area}"
+            )
 
     def of_means(self, pixels: float) -> SurfaceNoise:
         """Return the noise of means over squares of so many pixels, and how many of them share one error.

@@ -116,13 +116,11 @@ def sight_along_z(points: Array, origin: Array, size: float) -> Sight:
 
 
 def _known(noise: Noise) -> SurfaceNoise:
-    known = noise if isinstance(noise, SurfaceNoise) else SurfaceNoise(0.0 if noise is None else noise, 1.0)
-    if (
-        not (np.isfinite(known.sd) and np.isfinite(known.area) and known.area >= 1.0 and known.sd >= 0.0)
-        or noise == 0.0
-    ):
+    if isinstance(noise, SurfaceNoise):
+        return noise
+    if noise is not None and not 0.0 < noise < np.inf:
         raise InvalidInput(f"noise is a positive standard deviation in m, or a SurfaceNoise, got {noise}")
-    return known
+    return SurfaceNoise(noise or 0.0, 1.0)
 
 
 def _resolution(points: FloatArray) -> float:

@@ -22,7 +22,7 @@ from stretch_bt.perception import (
     track_height,
 )
 from stretch_bt.perception.reference import Reference
-from stretch_bt.perception.types import CONTACT
+from stretch_bt.perception.types import CONTACT, SurfaceNoise
 from stretch_bt.units import Estimate
 
 PITCH, PIXEL = 0.4e-3, 1e-3
@@ -184,6 +184,8 @@ CASES: tuple[Hard, ...] = (
             "a line under too low a top": (partial(outline_at, _over(0.002), 0.0015), Refusal(NoContact)),
             "a line of nothing seen": (partial(outline_at, np.full((20, 20, 3), NAN), 0.001), Refusal(NoContact)),
             "a line at the top": (partial(outline_at, _over(0.012), 0.0), Refusal(InvalidInput)),
+            "noise that is no number": (partial(SurfaceNoise, NAN, 1.0), Refusal(InvalidInput, "finite deviation")),
+            "noise of less than a pixel": (partial(SurfaceNoise, 1e-4, 0.5), Refusal(InvalidInput, "1 or more pixels")),
             "a line of heights": (partial(outline_at, np.zeros((20, 20)), 0.001), Refusal(InvalidInput)),
             "a ratio of ten places": (
                 partial(tension_ratio, np.zeros(10), np.zeros(10)),
