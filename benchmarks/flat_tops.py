@@ -108,7 +108,7 @@ def _pressed(scene: Scene, seed: int) -> tuple[Cloud, list[Contact], Relief]:
     half = bench.cell.hand.geometry.gauge / 2
     for k, yaw in enumerate(YAWS):
         at = Pose((x + (-3e-3, 0.0, 3e-3)[k], y + (2e-3, -3e-3, 0.0)[k], scene.object.top + CLEAR), (0.0, 0.0, yaw))
-        deep, shallow = _looks(bench, at, scene.conditions.depth)
+        deep, shallow = looks(bench, at, scene.conditions.depth)
         surface = surface_of(deep)
         assert deep.pose is not None
         assert shallow.pose is not None
@@ -123,7 +123,7 @@ def _pressed(scene: Scene, seed: int) -> tuple[Cloud, list[Contact], Relief]:
     return cloud, contacts, relief
 
 
-def _looks(bench: Bench, above: Pose, depth: float) -> tuple[DepthFrame, DepthFrame]:
+def looks(bench: Bench, above: Pose, depth: float) -> tuple[DepthFrame, DepthFrame]:
     """Return the membrane pressed to a depth, m, and a little higher, without the camera's static error."""
     bench.go(above, TRAVEL)
     geometry, free = bench.cell.hand.geometry, FreeView()
@@ -131,14 +131,14 @@ def _looks(bench: Bench, above: Pose, depth: float) -> tuple[DepthFrame, DepthFr
         free.add(shot)
     free.settle()
     pattern = free.pattern(geometry.gauge, width=geometry.width)
-    looks = []
+    seen = []
     for level in (depth, depth - max(RISE[0] * depth, RISE[1])):
         bench.go(above.at_height(bench.scene.object.top - level), PRESS)
         bench.time += SETTLE
         frame = bench.frame(FRAMES)
-        looks.append(frame if pattern is None else without_pattern(frame, pattern))
+        seen.append(frame if pattern is None else without_pattern(frame, pattern))
     bench.go(above, TRAVEL)
-    return looks[0], looks[1]
+    return seen[0], seen[1]
 
 
 def rows(first: int, count: int, keep: Path | None) -> Iterator[tuple[str, Found]]:
