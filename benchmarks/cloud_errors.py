@@ -16,6 +16,7 @@ import math
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -146,7 +147,7 @@ def main() -> None:
         rms = (f"{np.sqrt(v.mean()):7.2f}" for v in (off2 * MM**2, noise2, stated2))
         print(f"{kind:13s}  {name:30s}  {len(count):6d} {count.sum():7.0f}  {'  '.join(rms)} {MM * sd.mean():6.2f}")
     way, bend = np.concatenate(ends, axis=1)
-    for low, high in zip(BENDS, BENDS[1:], strict=False):
+    for low, high in pairwise(BENDS):
         there = MM * way[(bend > low) & (bend <= high)]
         if len(there) >= FEWEST:
             print(

@@ -24,10 +24,10 @@ Array = npt.NDArray[np.float64]
 HANG_SD = 0.2e-3
 #: m from an edge inwards to where the bend over it is half of its most, however sharp; rad, which over the bend adds to that; and the
 #: standard deviation of both, m (`python -m benchmarks.cloud_errors`)
-INSIDE, ANGLE, INSIDE_SD = 2.9e-3, 0.03, 0.55e-3
+INSIDE, ANGLE, INSIDE_SD = 3.0e-3, 0.03, 0.6e-3
 FARTHEST, STEP = 9.0, 0.5  # cells up the slope that the end of a bend is sought, and between looks
 #: cells from the most of a bend to half of it, beyond which it follows a round surface: smoothed, that of a line has 2.4
-ROUND = 4.5
+ROUND = 5.5
 
 
 def with_stand_off(cloud: Cloud, relief: Relief) -> Cloud:
