@@ -23,7 +23,7 @@ Array = npt.NDArray[np.float64]
 #: m; all heights share what the camera's static error was told wrong by, as the membrane hung meanwhile
 HANG_SD = 0.2e-3
 #: m from an edge inwards to where the bend over it is half of its most, however sharp; rad, which over the bend adds to that; and the
-#: standard deviation of both, m (`python -m benchmarks.cloud_errors`)
+#: standard deviation of both, m (`python benchmarks/cloud_errors.py`)
 INSIDE, ANGLE, INSIDE_SD = 3.0e-3, 0.03, 0.6e-3
 FARTHEST, STEP = 9.0, 0.5  # cells up the slope that the end of a bend is sought, and between looks
 #: cells from the most of a bend to half of it, beyond which it follows a round surface: smoothed, that of a line has 2.4
@@ -53,9 +53,8 @@ def stand_off(points: Array, relief: Relief) -> Array:
         return np.zeros(0)
     end, bend = end_of_bend(points, relief)
     over = end - INSIDE - ANGLE / np.maximum(bend, LEAST)
-    out = (
-        np.where(over < SMEARED * relief.cell + INSIDE_SD, over, -INSIDE) / INSIDE_SD
-    )  # farther out it is not taken for contact
+    # Farther out the membrane is not taken for contact: what it lies on there is held up by something else.
+    out = np.where(over < SMEARED * relief.cell + INSIDE_SD, over, -INSIDE) / INSIDE_SD
     density = np.exp(-(out**2) / 2) / np.sqrt(2 * np.pi)
     return np.asarray(INSIDE_SD * np.sqrt(np.maximum((1 + out**2) * ndtr(out) + out * density, 0.0)))
 
