@@ -21,17 +21,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from flat_tops import CLEAR, MM, YAWS, looks
+from flat_tops import MM, pressed
 from reconstruct import _polyhedron
 
-from stretch_bt.accuracy.twin.cell import Bench
 from stretch_bt.errors import NoAnswer, NoEquilibrium
-from stretch_bt.frames import Pose
-from stretch_bt.perception import Cloud, fuse_contact
-from stretch_bt.perception.clouds.relief import Relief, add_view, carved
-from stretch_bt.perception.clouds.seen import view_of
+from stretch_bt.perception.clouds.relief import carved
 from stretch_bt.perception.clouds.stand_off import end_of_bend, with_stand_off
-from stretch_bt.perception.clouds.views import contact_of, surface_of
 from stretch_bt.simulation.above import distances
 from stretch_bt.simulation.objects.base import ObjectSpec
 from stretch_bt.simulation.scene import Scene, load_scene
@@ -39,8 +34,7 @@ from stretch_bt.simulation.scene import Scene, load_scene
 KINDS = ("block", "block", "disc", "half_cylinder", "polyhedron")
 BENDS = (6, 12, 25, 50, 100, 300)  # 1/m
 CORNER = 3e-3  # m to both sides within which a point is at a corner
-FEWEST = 10
-Mask = Any
+FEWEST = 10  # points
 
 
 def drawn(seed: int, folder: Path) -> tuple[str, Scene]:
@@ -67,25 +61,7 @@ def drawn(seed: int, folder: Path) -> tuple[str, Scene]:
     return kind, load_scene(path)
 
 
-def felt(scene: Scene, seed: int, presses: int) -> tuple[Cloud | None, Relief | None]:
-    """Return what presses over a body show of it, as `map_view` adds them."""
-    bench, cloud, relief = Bench(scene, seed), None, None
-    bench.stretch(scene.conditions.stretch)
-    at, top = scene.object.position, scene.object.top
-    for k in range(presses):
-        place = at.x + (-3e-3, 0.0, 3e-3)[k], at.y + (2e-3, -3e-3, 0.0)[k], top + CLEAR
-        deep, shallow = looks(bench, Pose(place, (0.0, 0.0, YAWS[k])), min(scene.conditions.depth, top / 2))
-        assert deep.pose is not None
-        assert shallow.pose is not None
-        surface, half = surface_of(deep), 0.5 * (bench.cell.hand.geometry.gauge + (deep.stretch or 0.0))
-        view = view_of(surface, surface_of(shallow), deep_pose=deep.pose, shallow_pose=shallow.pose, half_length=half)
-        relief = add_view(view, relief)
-        contact = contact_of(deep, surface, view, relief)
-        cloud = cloud if contact is None else fuse_contact(contact, cloud)
-    return (None if cloud is None or relief is None else with_stand_off(carved(cloud, relief), relief)), relief
-
-
-def inside(kind: str, body: Any, points: Any) -> tuple[Any, Mask, Mask]:
+def inside(kind: str, body: Any, points: Any) -> tuple[Any, Any, Any]:
     """Return how far points (n, 3) lie inside the outline of a top (n,), m, which at a corner, and which by a side towards a clamp."""
     away, c, s = points[:, :2] - [body.position.x, body.position.y], math.cos(body.heading), math.sin(body.heading)
     x, y = away @ [c, s], away @ [-s, c]
@@ -98,7 +74,7 @@ def inside(kind: str, body: Any, points: Any) -> tuple[Any, Mask, Mask]:
     return depth, corner, np.where(dx < dy, abs(s) > abs(c), abs(c) > abs(s))
 
 
-def strata(kind: str, body: ObjectSpec, points: Any) -> Iterator[tuple[str, Mask]]:
+def strata(kind: str, body: ObjectSpec, points: Any) -> Iterator[tuple[str, Any]]:
     """Yield the names of strata and which points (n, 3) lie in them."""
     if kind == "polyhedron":
         yield "all", np.ones(len(points), bool)
@@ -126,11 +102,11 @@ def main() -> None:
         for seed in range(given.first, given.first + given.bodies):
             kind, scene = drawn(seed, Path(folder))
             try:
-                cloud, relief = felt(scene, seed, given.presses)
+                depth = min(scene.conditions.depth, scene.object.top / 2)
+                cloud, _, relief = pressed(scene, seed, depth, given.presses)
+                cloud = with_stand_off(carved(cloud, relief), relief)
             except (NoAnswer, NoEquilibrium) as error:
                 print(f"{seed} {kind}: {error}")
-                continue
-            if cloud is None or relief is None:
                 continue
             off = distances(scene.object, cloud.points)
             for name, there in strata(kind, scene.object, cloud.points):
